@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check size golden numba-oldest mutants bench peers docs clean
+.PHONY: help reproduce test test-slow check size golden kept numba-oldest mutants bench peers docs clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -73,6 +73,9 @@ $(OLDEST)/.ready: pyproject.toml
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check -e . hypothesis pytest pytest-xdist \
 	  "numba==$$(sed -n 's/.*"numba>=\([0-9.]*\).*/\1/p' pyproject.toml).*"
 	@touch $@
+
+kept: $(BIN)/.core  ## which kept results were made by other code than today's
+	@PYTHONPATH=benchmarks $(BIN)/python benchmarks/kept.py
 
 numba-oldest: $(OLDEST)/.ready  ## the engines' parity with the oldest numba that is supported, in an environment of its own
 	@$(OLDEST)/bin/python -m pytest -q -n0 tests/physics/test_parity_chain.py tests/physics/test_plain.py

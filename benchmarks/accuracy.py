@@ -20,6 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 from feeler.physics.accuracy import compute_error, find_coarsest, run_accurately
 from feeler.physics.clock import Clock
@@ -205,9 +206,8 @@ def main() -> None:
     result = summarise(list(rows.values()), args.accuracy)
     print(json.dumps(result, indent=2))
     if len(rows) == args.touches:
-        Path(__file__).with_name("results").joinpath("accuracy.json").write_text(
-            json.dumps(result, indent=1) + "\n"
-        )
+        kept = Path(__file__).with_name("results") / "accuracy.json"
+        write_kept(kept, json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from kept import write_kept
 
 from feeler.active import make_learned
 from feeler.presets import cockroach
@@ -48,7 +49,7 @@ JOURNAL = (
 def keep(**values: object) -> None:
     """Add to the results what was measured."""
     found = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    RESULTS.write_text(json.dumps(to_json(found | values), indent=1, sort_keys=True) + "\n")
+    write_kept(RESULTS, json.dumps(to_json(found | values), indent=1, sort_keys=True) + "\n")
 
 
 def compare() -> None:
@@ -157,7 +158,7 @@ def store() -> None:
         )
         if name in found
     }
-    STORED.write_text(json.dumps(kept, sort_keys=True) + "\n")
+    write_kept(STORED, json.dumps(kept, sort_keys=True) + "\n")
 
 
 def store_learned() -> None:

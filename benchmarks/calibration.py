@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 import feeler.calibration
 from feeler.antenna.cockroach import cockroach
@@ -88,7 +89,7 @@ def main() -> None:
         "published_error": problem.score(PAPER_P)[1],
     }
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.4g}"))
-    RESULTS.write_text(json.dumps(rounded, indent=1) + "\n")
+    write_kept(RESULTS, json.dumps(rounded, indent=1) + "\n")
     write_searches(searches, SHIPPED)
 
 

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import mujoco as mj
 import numpy as np
+from kept import write_kept
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics import mujoco
@@ -206,7 +207,7 @@ def main() -> None:
     print(f"peak memory of this process {results['memory']:.0f} MB")
     path = Path(__file__).parent / "results" / "chain.json"
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.4g}"))
-    path.write_text(json.dumps(rounded, indent=1) + "\n")
+    write_kept(path, json.dumps(rounded, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact
@@ -133,7 +134,7 @@ def write(engine: str, results: dict) -> None:
     labels = [trial.label for trial in make_trials()]
     path = Path(__file__).parent / "results" / f"convergence_{NAMES[engine]}.json"
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.3g}"))
-    path.write_text(json.dumps({"trials": labels, "contacts": rounded}) + "\n")
+    write_kept(path, json.dumps({"trials": labels, "contacts": rounded}) + "\n")
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 from scipy.special import stdtrit
 
 from feeler.antenna.cockroach import cockroach
@@ -293,9 +294,9 @@ def list_values(known: dict) -> dict:
 
 def keep(known: dict) -> None:
     known = known | {"values": list_values(known)}
-    RESULTS.write_text(json.dumps(known, sort_keys=True) + "\n")
+    write_kept(RESULTS, json.dumps(known, sort_keys=True) + "\n")
     lean = json.loads(json.dumps(known), parse_float=lambda text: float(f"{float(text):.5g}"))
-    STORED.write_text(json.dumps(lean, sort_keys=True) + "\n")
+    write_kept(STORED, json.dumps(lean, sort_keys=True) + "\n")
 
 
 def load(name: str) -> dict:

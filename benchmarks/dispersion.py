@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 from sklearn.metrics import normalized_mutual_info_score
@@ -92,8 +93,8 @@ def main() -> None:
         print(f"{name:40}" + "".join(f"  {key} {value:10.3g}" for key, value in row.items()))
     path = Path(__file__).parent / "results" / "dispersion.json"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(
-        json.dumps({"shape": SHAPE, "pairs": n_pairs, "results": results}, indent=1) + "\n"
+    write_kept(
+        path, json.dumps({"shape": SHAPE, "pairs": n_pairs, "results": results}, indent=1) + "\n"
     )
 
 

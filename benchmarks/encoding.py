@@ -16,6 +16,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 from feeler.encoding import ConvolutiveNMF
 from feeler.encoding.factorise import Data, Settings, factorise, open_pool
@@ -178,7 +179,7 @@ def main() -> None:
     }
     path = Path(__file__).parent / "results" / "encoding.json"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(result, indent=1) + "\n")
+    write_kept(path, json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,8 @@ first part for any robot.
 import json
 from pathlib import Path
 
+from kept import write_kept
+
 from feeler.decoding.transfer import TransferClassifier
 from feeler.robot import (
     add_robots,
@@ -43,7 +45,7 @@ def main() -> None:
         print(f"{name:18} {shares}")
     data = {"robots": N_ROBOTS, "contacts": 6 * N_ROBOTS, "shares_with_95_percent_interval": found}
     path = Path(__file__).parent / "results" / "gap.json"
-    path.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n")
+    write_kept(path, json.dumps(data, indent=1, sort_keys=True) + "\n")
 
 
 if __name__ == "__main__":

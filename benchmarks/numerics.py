@@ -16,6 +16,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 from feeler.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
@@ -275,7 +276,7 @@ def main() -> None:
         for reason, count in ends.most_common():
             print(f"  {count / arguments.random:7.2%}  {reason}")
     file.parent.mkdir(exist_ok=True)
-    file.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n")
+    write_kept(file, json.dumps(results, indent=1, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":

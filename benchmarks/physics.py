@@ -10,6 +10,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from kept import write_kept
 
 import feeler
 from feeler.physics.clock import Clock
@@ -63,7 +64,7 @@ def main() -> None:
         print(f"{name:24} {value:10.3f}")
     path = Path(__file__).parent / "results" / "physics.json"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(result, indent=1))
+    write_kept(path, json.dumps(result, indent=1))
 
 
 if __name__ == "__main__":

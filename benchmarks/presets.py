@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 import feeler
 from feeler.antenna import compute_base_response, compute_modes
@@ -73,7 +74,7 @@ def main() -> None:
         "proportional.at": measure_shaken(other)["at"],
     }
     path = Path(__file__).parent / "results" / "presets.json"
-    path.write_text(json.dumps({"values": values}, indent=1, sort_keys=True) + "\n")
+    write_kept(path, json.dumps({"values": values}, indent=1, sort_keys=True) + "\n")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from kept import write_kept
+
 RESULTS = Path(__file__).parent / "results" / "reproduce.json"
 
 
@@ -81,7 +83,7 @@ def main() -> None:
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     for scale in sys.argv[1:] or ("smoke", "quick"):
         results[scale] = measure(scale)
-    RESULTS.write_text(json.dumps(results, indent=1, sort_keys=True) + "\n")
+    write_kept(RESULTS, json.dumps(results, indent=1, sort_keys=True) + "\n")
 
 
 if __name__ == "__main__":

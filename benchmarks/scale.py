@@ -21,6 +21,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from kept import write_kept
+
 RESULTS = Path(__file__).parent / "results" / "scale.json"
 DURATION, ACCURACY = 100.0, 0.01
 
@@ -83,7 +85,7 @@ def main(sizes: list[int]) -> None:
             f" open {row['open_s']:.2f} s, resume {row['resume_s']:.1f} s",
             flush=True,
         )
-        RESULTS.write_text(json.dumps(rows, indent=1))
+        write_kept(RESULTS, json.dumps(rows, indent=1))
 
 
 def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:

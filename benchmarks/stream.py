@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 from feeler.robot import draw_robots, make_decoder, touch_robots
 
@@ -49,4 +50,4 @@ if __name__ == "__main__":
     for name, value in result.items():
         print(f"{name:12} {value:.4g}" if isinstance(value, float) else f"{name:12} {value}")
     RESULTS.parent.mkdir(exist_ok=True)
-    RESULTS.write_text(json.dumps(result, indent=1) + "\n")
+    write_kept(RESULTS, json.dumps(result, indent=1) + "\n")

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from kept import write_kept
 
 from feeler.errors import FeelerError
 from feeler.physics.clock import Clock
@@ -196,7 +197,7 @@ def main() -> None:
     RESULTS.parent.mkdir(exist_ok=True)
     rounded = json.loads(json.dumps(tables), parse_float=lambda x: float(f"{float(x):.4g}"))
     text = json.dumps(rounded, indent=1).replace("NaN", "null")
-    RESULTS.write_text(text + "\n")
+    write_kept(RESULTS, text + "\n")
 
 
 if __name__ == "__main__":

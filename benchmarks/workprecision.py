@@ -20,6 +20,7 @@ from pathlib import Path
 
 import mujoco as mj
 import numpy as np
+from kept import write_kept
 
 from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
@@ -157,7 +158,7 @@ def main() -> None:
     if not parser.parse_args().draw:
         rows = [row for kind in ("ball", "box", "triangle") for row in compare(kind)]
         rounded = json.loads(json.dumps(rows), parse_float=lambda x: float(f"{float(x):.3g}"))
-        RESULT.write_text(json.dumps(rounded, indent=1) + "\n")
+        write_kept(RESULT, json.dumps(rounded, indent=1) + "\n")
     draw()
 
 

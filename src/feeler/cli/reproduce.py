@@ -42,7 +42,7 @@ def reproduce(
     engine: Annotated[
         str,
         typer.Option(
-            help="chain-consistent (default), chain (solves exactly MuJoCo's equations) or mujoco itself"
+            help="chain-consistent (default), chain (exactly MuJoCo's equations) or mujoco itself"
         ),
     ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
