@@ -22,9 +22,11 @@ from feeler.encoding import (
 )
 from feeler.encoding.inputs import check_choice
 from feeler.plotting import PALETTE, plot_bases
-from feeler.report import Section, make_spread
+from feeler.report import Section
+from feeler.studies.paper import fig4_map
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
+from feeler.studies.paper.fig4_map import span
 from feeler.studies.scale import Scale
 from feeler.tensors import in_unit, rectify
 
@@ -95,6 +97,7 @@ def compute(
         stability=np.array([encoder.stability_ for encoder in encoders.values()]),
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
+        starts=fig4_map.compute(main, data, locations),
         mapping={code: map_locations(codes[code], locations, places) for code in codes},
         residual_by_code={
             code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
@@ -124,11 +127,6 @@ def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
     """
     check_choice("quantity", quantity, ("angle", "curvature"))
     return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)
-
-
-def span_restarts(restarts: np.ndarray) -> dict[str, float]:
-    """The best restart, which comes first, and the ends of all."""
-    return make_spread(restarts[0], np.min(restarts), np.max(restarts), n=len(restarts))
 
 
 def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
@@ -243,9 +241,9 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         },
     )
     for i, rank in enumerate(main.ranks):
-        section.values[f"encoding.residual.M{rank}"] = span_restarts(main.residual[i])
+        section.values[f"encoding.residual.M{rank}"] = span(main.residual[i])
         for definition, entropy in main.entropy.items():
-            section.values[f"encoding.entropy.{definition}.M{rank}"] = span_restarts(entropy[i])
+            section.values[f"encoding.entropy.{definition}.M{rank}"] = span(entropy[i])
     section.table(
         ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
         [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
@@ -253,10 +251,6 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         " activations over all trials, their mean or their sum. Mass: activations as shares of"
         " their total, over everything or tensor by tensor.",
     )
-    encoder = main.encoders.get(3)
-    if encoder is not None:
-        for number, centre in enumerate(_centres(encoder.components_), start=1):
-            section.values[f"encoding.centre.{number}"] = centre
     if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
         section.text(
             "Restarts agree on their bases to"
@@ -299,9 +293,4 @@ def _show_codes(section: Section, main: SimpleNamespace) -> None:
         "How well the dominant component tells the contact location: mutual information against a"
         " permutation null.",
     )
-    section.values["encoding.location_p"] = main.mapping["ridge"].p_information
-
-
-def _centres(components: np.ndarray) -> list[float]:
-    along = components.sum(axis=2)
-    return [float(v) for v in along @ np.arange(along.shape[1]) / along.sum(axis=1)]
+    fig4_map.keep_values(section, main.starts)

@@ -20,7 +20,8 @@ from feeler.plotting import PALETTE, plot_bases
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
-from feeler.studies.paper.fig4 import prepare, span_restarts
+from feeler.studies.paper.fig4 import prepare
+from feeler.studies.paper.fig4_map import span
 from feeler.studies.scale import Scale
 
 _PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
@@ -182,7 +183,7 @@ def show(context: Context, section: Section) -> None:
     )
     for definition, by_profile in data.entropy.items():
         for name, values in by_profile.items():
-            section.values[f"encoding.basis_entropy.{definition}.{name}"] = span_restarts(
+            section.values[f"encoding.basis_entropy.{definition}.{name}"] = span(
                 np.nanmean(values, axis=1)
             )
     rows: list[list[object]] = [
