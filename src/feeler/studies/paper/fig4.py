@@ -155,7 +155,8 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
     )
     for axis, values, colour, marker in curves:
         middle = values[:, 0]
-        spread = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
+        ends = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
+        spread = ends if values.shape[1] > 1 else None  # one start has none
         axis.errorbar(
             ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2
         )
@@ -231,9 +232,9 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
     )
     section.figure(
         "fig4_encoding",
-        "Left: residual and activation entropy against the number of bases; bars span the restarts."
-        " Below: the bases of each fit, base to tip upwards, 40 ms across. Right: codes of ball and"
-        " box on the fixed bases. Panel A is a drawing. (Fig. 4B–D)",
+        "Left: residual and activation entropy against the number of bases; bars span the restarts,"
+        " where there are several. Below: the bases of each fit, base to tip upwards, 40 ms across."
+        " Right: codes of ball and box on the fixed bases. Panel A is a drawing. (Fig. 4B–D)",
         lambda figure: plot(main, figure),
         height=7.0,
         numbers={

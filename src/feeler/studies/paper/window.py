@@ -47,21 +47,26 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
     )
 
 
-def _resample(tensors: xr.Dataset, end: float, n_samples: int) -> np.ndarray:
-    """Rectified angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear
-    interpolation.
+def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:
+    """Angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear
+    interpolation, with what is known of each trial.
     """
     time = np.linspace(0.0, end, n_samples, endpoint=False)
-    chosen = tensors["angle"].transpose("trial", "sensor", "time").interp(time=time)
-    return rectify(chosen.values)
+    return tensors[["angle"]].transpose("trial", "sensor", "time").interp(time=time)
+
+
+def complete_tensors(tensors: xr.Dataset) -> xr.Dataset:
+    """One profile's touches over its own shortest full window, with the samples of the paper's."""
+    return resample(tensors, measure_window(tensors).end, round(DURATION))
 
 
 def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
-    """Each profile's touches over its own shortest full window, all with the samples of the
-    paper's, in order of label.
+    """Rectified angles (trial, sensor, time) of ``complete_tensors`` by profile, in order of
+    label.
     """
-    arrays = {}
-    for name, data in tensors.items():
-        order = np.argsort(make_labels(data), kind="stable")
-        arrays[name] = _resample(data, measure_window(data).end, round(DURATION))[order]
-    return arrays
+    return {
+        name: rectify(complete_tensors(data)["angle"].values)[
+            np.argsort(make_labels(data), kind="stable")
+        ]
+        for name, data in tensors.items()
+    }
