@@ -107,7 +107,8 @@ def show(context: Context, section: Section) -> None:
         "fig5_classification",
         "Top: NMI of the closest match. Below: accuracy against noise for each kind of code, by"
         " speed and by profile; mean ± 1 SD over repeats; null dashed, peak-position baseline"
-        " dash-dotted, chance dotted. (Fig. 5A–E)",
+        " dash-dotted, chance dotted. Profiles in the paper's window; complete touches stand under"
+        ' "Whole touches". (Fig. 5A–E)',
         lambda figure: plot(data, figure),
         height=9.0,
         numbers={
@@ -120,7 +121,9 @@ def show(context: Context, section: Section) -> None:
     )
     section.values |= _collect_values(data.curves, name_speeds(context), plan.n_restarts)
     list_verdicts(
-        section, data.verdicts, "The order of accuracies for each kind of code and noise."
+        section,
+        data.verdicts,
+        "The order of accuracies for each kind of code and noise; profiles in the paper's window.",
     )
     section.table(
         ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],

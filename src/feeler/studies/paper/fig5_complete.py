@@ -13,14 +13,16 @@ from matplotlib.figure import Figure
 from feeler.decoding import NOISES, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
+from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.experiment.touch import DURATION
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
+from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
-from feeler.studies.paper.fig5_data import load, spread_accuracy
+from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracy
 from feeler.studies.paper.window import SAME, WINDOWS, complete_arrays, measure_window
 
 
@@ -115,12 +117,35 @@ def show(context: Context, section: Section) -> None:
         lambda figure: plot(data, cut, figure),
         height=4.6,
         numbers={
-            "complete": _list_noisy(data.sweeps),
-            "cut": _list_noisy(cut),
+            WINDOWS[1]: _list_noisy(data.sweeps),
+            WINDOWS[0]: _list_noisy(cut),
             "windows": {name: vars(window) for name, window in data.windows.items()},
         },
     )
     _keep_values(section, data, cut)
+    list_verdicts(section, _judge(data), f"The order of profiles, {WINDOWS[1]}, tensors.")
+
+
+def _judge(data: SimpleNamespace) -> list[Verdict]:
+    """The order of the paper's profiles in dispersion and in accuracy, as in the paper's window."""
+    names = [name for name in CLAIMED if name in data.windows]
+    spread = [
+        judge_order(
+            {name: data.dispersion.values(index, name) for name in names},
+            claim=SPREADS_MORE["profile"],
+            measure=known.label,
+            greater=not known.is_similarity,
+        )
+        for index, known in INDICES.items()
+    ]
+    return spread + [
+        judge_order(
+            {name: sweeps[name].area for name in names},
+            claim=READ_BETTER["profile"],
+            measure=f"accuracy, {noise} noise",
+        )
+        for noise, sweeps in data.sweeps.items()
+    ]
 
 
 def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str, np.ndarray]]:

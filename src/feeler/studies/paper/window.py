@@ -48,11 +48,12 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
 
 
 def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:
-    """Angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear
-    interpolation, with what is known of each trial.
+    """Angle and curvature (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by
+    linear interpolation, with what is known of each trial.
     """
     time = np.linspace(0.0, end, n_samples, endpoint=False)
-    return tensors[["angle"]].transpose("trial", "sensor", "time").interp(time=time)
+    names = [name for name in ("angle", "curvature") if name in tensors]
+    return tensors[names].transpose("trial", "sensor", "time").interp(time=time)
 
 
 def complete_tensors(tensors: xr.Dataset) -> xr.Dataset:
