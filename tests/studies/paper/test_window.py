@@ -1,5 +1,5 @@
-"""Planted touches: what a window cuts, which it makes the same, and whole touches at equal sample
-counts.
+"""Planted touches: what a window cuts, which it makes the same, and complete touches at equal
+sample counts.
 """
 
 import numpy as np

@@ -49,7 +49,8 @@ def show(context: Context, section: Section) -> None:
         ],
         rows,
         "Real / null: jointly fitted codes of each group's tensors, and of one of its tensors"
-        " repeated. A difference that identical touches show too comes from the recipe.",
+        " repeated. A difference that identical touches show too comes from the recipe. Profiles in"
+        " the paper's window; complete touches stand below.",
     )
     if twins := _compare_all_twins(data.groups, context):
         _show_twins(section, twins, speeds, context.effort.plan)
