@@ -68,11 +68,19 @@ def test_a_statement_is_read_in_both_windows(name, keys):
     assert not find_one_sided(keys), name
 
 
-@pytest.mark.parametrize("kind", ["topic", "number", "finding"])
-def test_a_sentence_of_the_report_names_both_windows(kind):
-    for one in read_declared("findings.toml")[kind]:
-        text = one["words"] + one.get("number", "")
-        assert not find_one_sided(key for key, _ in PLACE.findall(text)), one
+@pytest.mark.parametrize(
+    "one",
+    [
+        one
+        for file in ("findings.toml", "story.toml")
+        for kind in read_declared(file).values()
+        for one in kind
+    ],
+    ids=lambda one: one.get("name", one.get("title", one["words"][:30])),
+)
+def test_a_sentence_of_the_report_names_both_windows(one):
+    text = one["words"] + one.get("number", "") + one.get("when", "")
+    assert not find_one_sided(key for key, _ in PLACE.findall(text))
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs").rglob("*.md")), ids=lambda path: path.stem)

@@ -165,9 +165,3 @@ def load_claims() -> tuple[Claim, ...]:
 def load_effects() -> dict[str, str]:
     """What every effect that several claims read says, in words."""
     return {one["id"]: one["says"] for one in read_declared(_FILES["paper"])["effect"]}
-
-
-@cache
-def load_sentences() -> tuple[dict[str, Any], ...]:
-    """The paper's testable sentences in our words: ``where``, ``says``, ``claims`` or ``why``."""
-    return tuple(read_declared("sentences.toml")["sentence"])

@@ -66,6 +66,8 @@ def compute(
         By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
         ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
         restart); ``stability``, how alike the restarts' bases are, (rank,); ``encoders``.
+        ``starts``: the bases of every start (:func:`.fig4_map.compute`); ``ranked``: how they
+        change with their number (:func:`.fig4_map.compare_ranks`), or None.
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
         ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
         component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
@@ -98,6 +100,7 @@ def compute(
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
         starts=fig4_map.compute(main, data, locations),
+        ranked=fig4_map.compare_ranks(encoders, MAIN_RANK) if max(ranks) > MAIN_RANK else None,
         mapping={code: map_locations(codes[code], locations, places) for code in codes},
         residual_by_code={
             code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
@@ -252,6 +255,15 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         " activations over all trials, their mean or their sum. Mass: activations as shares of"
         " their total, over everything or tensor by tensor.",
     )
+    if main.ranked is not None:
+        least, others = main.ranked
+        section.values["encoding.ranks"] = span(least)
+        section.values["encoding.ranks.others"] = span(others)
+        section.text(
+            f"Every basis of M = {MAIN_RANK} has a match among those of more bases with a cosine of"
+            f" at least {least[0]:.2f}; two different ones of it are alike to at most"
+            f" {others[0]:.2f}."
+        )
     if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
         section.text(
             "Restarts agree on their bases to"

@@ -2,13 +2,21 @@
 of the fit.
 """
 
+from collections.abc import Mapping
 from copy import copy
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from feeler.encoding import ConvolutiveNMF, LocationMapping, locate_components, map_locations
+from feeler.encoding import (
+    ConvolutiveNMF,
+    LocationMapping,
+    compute_basis_similarity,
+    locate_components,
+    map_locations,
+    match_components,
+)
 from feeler.report import Section, make_spread
 
 
@@ -56,6 +64,38 @@ def measure_margin(share: np.ndarray) -> float:
             near[0] - near[1:].max(), near[0] - far[0], far[-1] - far[:-1].max(), far[-1] - near[-1]
         )
     )
+
+
+def compare_ranks(
+    encoders: Mapping[int, ConvolutiveNMF], main: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """How alike the bases stay when their number changes, and how alike different ones are.
+
+    Returns
+    -------
+    least : np.ndarray
+        Of each start (start,) the least cosine, over shifts, between a basis of the ``main`` number
+        (its best start) and its match among those of a greater number.
+    others : np.ndarray
+        Of each start (start,) the greatest cosine between two different bases of the ``main``
+        number.
+    """
+    known = encoders[main]
+    more = [encoder for number, encoder in encoders.items() if number > main]
+    least = [
+        min(
+            match_components(known.components_, encoder.restart_components_[start])[1].min()
+            for encoder in more
+        )
+        for start in range(len(known.restart_components_))
+    ]
+    return np.array(least), np.array([compare_others(one) for one in known.restart_components_])
+
+
+def compare_others(bases: np.ndarray) -> float:
+    """The greatest similarity of two different bases of one fit."""
+    similarity = compute_basis_similarity(bases, bases)
+    return float(similarity[~np.eye(len(bases), dtype=bool)].max())
 
 
 def keep_values(section: Section, found: SimpleNamespace) -> None:

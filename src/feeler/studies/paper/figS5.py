@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.encoding import ConvolutiveNMF, compute_basis_similarity, match_components
+from feeler.encoding import ConvolutiveNMF, match_components
 from feeler.plotting.bases import plot_bases
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.paper.fig4 import load, prepare
-from feeler.studies.paper.fig4_map import span
+from feeler.studies.paper.fig4_map import compare_others, span
 from feeler.studies.scale import Scale
 from feeler.tensors.unit import in_unit
 
@@ -92,18 +92,12 @@ def compute(
         basis_similarity=found[WHOLE][0],
         least={name: similarity.min(axis=(1, 2)) for name, similarity in found.items()},
         others={
-            name: np.array([_compare_others(view(known[start])) for start in starts])
+            name: np.array([compare_others(view(known[start])) for start in starts])
             for name, view in DEFINITIONS.items()
         },
         residual=np.array([encoder.relative_residual_ for encoder in encoders.values()]),
         sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
     )
-
-
-def _compare_others(bases: np.ndarray) -> float:
-    """The greatest similarity of two different bases of one fit."""
-    similarity = compute_basis_similarity(bases, bases)
-    return float(similarity[~np.eye(len(bases), dtype=bool)].max())
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:

@@ -16,7 +16,7 @@ from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
 from feeler.report.page import Part, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
-from feeler.studies.paper.claims import load_sentences, read_declared
+from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.findings import list_findings
 from feeler.studies.paper.story import open_report, tell_story
@@ -92,9 +92,7 @@ def _fill_verdicts(
     paper = count_verdicts(claims)
     evidence, others = ({word: paper[word] for word in words} for words in (EVIDENCE, OTHERS))
     ours = count_verdicts(claims, "ours")
-    words = {judged.claim.id: judged for judged in claims}
-    sentences = [(one, [words[name] for name in one.get("claims", ())]) for one in load_sentences()]
-    return templates.verdicts(claims, evidence, others, ours, findings, made, sentences)
+    return templates.verdicts(claims, evidence, others, ours, findings, made)
 
 
 def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:
