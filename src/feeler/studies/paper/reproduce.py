@@ -48,7 +48,9 @@ STAGES = (
     Stage(
         name="reading",
         title="Dispersion and classification",
-        figures=("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_new", "choices"),
+        figures=(
+            *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_codes", "fig5_new", "choices"),
+        ),
     ),
     Stage(
         name="cnn",
