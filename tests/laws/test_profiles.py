@@ -63,7 +63,11 @@ def list_statements():
     return found.items()
 
 
-@pytest.mark.parametrize(("name", "keys"), list_statements(), ids=lambda value: str(value)[:40])
+@pytest.mark.parametrize(
+    ("name", "keys"),
+    list_statements(),
+    ids=lambda value: value if isinstance(value, str) else str(len(value)),
+)
 def test_a_statement_is_read_in_both_windows(name, keys):
     assert not find_one_sided(keys), name
 
