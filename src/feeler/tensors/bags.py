@@ -21,11 +21,11 @@ from feeler.guard import open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
 
 MAGIC = b"\x89MCAP0\r\n"
-STARTS = {MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}
+_STARTS = {MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}
 JOINTS = "sensor_msgs/msg/JointState"
 NUMBERS = re.compile(r"std_msgs/msg/(Float|U?Int|Byte)\d*MultiArray")
 NOTES = "feeler"  # the metadata record of a bag that says what a CSV's notes say
-MAX_TOPICS = 12  # that a message or ``feeler info`` lists
+_MAX_TOPICS = 12  # that a message or ``feeler info`` lists
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ def _find_ending(file: str | os.PathLike) -> str:
             start = stream.read(16)
     except (OSError, ValueError):
         return ""
-    return next((ending for magic, ending in STARTS.items() if start.startswith(magic)), "")
+    return next((ending for magic, ending in _STARTS.items() if start.startswith(magic)), "")
 
 
 def _list_parts(path: str) -> list[Path]:
@@ -123,18 +123,18 @@ def describe_bag(path: str) -> list[str]:
     numeric = [topic for topic, kind in kinds.items() if _is_numeric(kind)]
     other = [topic for topic in kinds if topic not in numeric]
     lines = [f"span        {about['span']:.4g} s, {sum(counts.values())} messages"]
-    for topic in numeric[:MAX_TOPICS]:
+    for topic in numeric[:_MAX_TOPICS]:
         rate = counts[topic] / about["span"] if about["span"] else 0.0
         lines.append(
             f"topic       {topic} ({kinds[topic]}), {counts[topic]} messages, {rate:.3g}/s"
         )
-    if len(numeric) > MAX_TOPICS:
+    if len(numeric) > _MAX_TOPICS:
         lines.append(f"            … {len(numeric)} topics of numbers in all")
     if not numeric:
         lines.append("topic       none of numbers (JointState, arrays of std_msgs)")
     if other:
-        more = f", … ({len(other)} in all)" if len(other) > MAX_TOPICS else ""
-        lines.append(f"not read    {', '.join(other[:MAX_TOPICS])}{more}")
+        more = f", … ({len(other)} in all)" if len(other) > _MAX_TOPICS else ""
+        lines.append(f"not read    {', '.join(other[:_MAX_TOPICS])}{more}")
     name = Path(path).name
     if numeric:
         return [*lines, f"next        feeler robot check {name}:{numeric[0].lstrip('/')}"]
@@ -301,8 +301,8 @@ def _choose(kinds: dict[str, str], topic: str) -> str:
         return fitting[0]
     asked = f"no topic {topic!r} of numbers" if topic else f"{len(numeric)} topics of numbers"
     listed = numeric or list(kinds)
-    shown = ", ".join(f"{name} ({kinds[name]})" for name in sorted(listed)[:MAX_TOPICS])
-    more = f", … ({len(listed)} in all)" if len(listed) > MAX_TOPICS else ""
+    shown = ", ".join(f"{name} ({kinds[name]})" for name in sorted(listed)[:_MAX_TOPICS])
+    more = f", … ({len(listed)} in all)" if len(listed) > _MAX_TOPICS else ""
     raise InvalidInput(
         f"it has {asked}; it holds {shown}{more}. Read are JointState and arrays of std_msgs; name"
         " one: FILE:TOPIC."

@@ -16,7 +16,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 
-LABELS = (
+TRAINING_LABELS = (
     "these are DeepLabCut training labels (pictures and the places that a person marked in them),"
     " not tracks of a film. analyze_videos writes the tracks."
 )
@@ -223,7 +223,7 @@ def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     ]
     rows = table[:]
     if rows["index"].dtype.kind not in "iuf":
-        raise InvalidInput(LABELS)
+        raise InvalidInput(TRAINING_LABELS)
     arrays = {"values": rows["values_block_0"].astype(float), "frame": rows["index"].astype(float)}
     return {"kind": "DeepLabCut", "labels": plain}, arrays
 

@@ -16,7 +16,7 @@ _HEADER = re.compile(
     rb"(?m)^\s*\"?scorer\"?[,;\t]|pt\d+_cam\d+_X|[_. ]x[,;\t][^,;\t\n]*[_. ]y\b|_ncams",
     re.IGNORECASE,
 )
-MAX_NAMES = 12
+_MAX_NAMES = 12
 
 
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
@@ -38,8 +38,8 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
 
 
 def _list(names: tuple[str, ...]) -> str:
-    more = f", … ({len(names)} in all)" if len(names) > MAX_NAMES else ""
-    return ", ".join(names[:MAX_NAMES]) + more
+    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
+    return ", ".join(names[:_MAX_NAMES]) + more
 
 
 def _describe_animals(found: Found) -> list[str]:

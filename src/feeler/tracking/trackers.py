@@ -19,7 +19,7 @@ from feeler.errors import InvalidInput
 from feeler.files import read_text
 from feeler.guard import open_guarded
 from feeler.tensors.kinds import HDF5
-from feeler.tensors.poses import LABELS
+from feeler.tensors.poses import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table
 
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "space": (0, 1, 2)}
@@ -99,7 +99,7 @@ def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool
     header = ",".join(f"c{k}" for k in range(len(rows[0])))
     rest = lines.read()
     if re.match(r"\s*\"?[^,;\t\n]*[^\d\s\".,;\t][^,;\t\n]*[,;\t]", rest):
-        raise InvalidInput(f"{source}: {LABELS}")
+        raise InvalidInput(f"{source}: {TRAINING_LABELS}")
     delimiter = max(",;\t", key=rest[:1000].count)
     table = parse_table(f"{header.replace(',', delimiter)}\n{rest}", source=source)
     labels = list(
