@@ -14,6 +14,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from feeler.errors import InvalidInput, StoreError
+from feeler.foreign import name_start
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
@@ -49,12 +50,19 @@ def read_text(path: str | os.PathLike, max_bytes: int) -> str:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidInput(
-            f"{source} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8."
-        ) from error
+        raise InvalidInput(_name_binary(source, raw, error.start)) from error
     if "\0" in text:
-        raise InvalidInput(f"{source} holds NUL bytes: a binary file. Export it as CSV in UTF-8.")
+        raise InvalidInput(_name_binary(source, raw, text.index("\0")))
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _name_binary(source: str, raw: bytes, place: int) -> str:
+    """What is said of a file that is no text."""
+    if words := name_start(raw[:512]):
+        return f"{source} is {words}."
+    if 0 in raw[:512]:
+        return f"{source} is a binary file of a kind that feeler does not know, no table of text."
+    return f"{source} is not UTF-8 text (byte {place}). Save it again as CSV in UTF-8."
 
 
 def parse_json(raw: bytes, what: str) -> dict[str, Any]:

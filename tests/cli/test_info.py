@@ -44,7 +44,7 @@ def files(tmp_path, monkeypatch):
         ("table.csv", ("tracks of landmarks", "landmarks   head", "frame rate not in the file")),
         ("DLC_one.csv", ("left_tip, right_tip, head, abdomen", "frames      50", "DeepLabCut")),
         ("DLC_one.h5", ("left_tip, right_tip, head, abdomen", "frames      50", "DeepLabCut")),
-        ("DLC_two.h5", ("choose one of one, two",)),
+        ("DLC_two.h5", ("animals     one, two", "--individual one", "doubted     2.0%")),
     ],
 )
 def test_every_input_says_what_it_holds(files, name, words):
@@ -63,3 +63,51 @@ def test_every_input_says_what_it_holds(files, name, words):
 def test_what_cannot_be_read_is_refused_by_its_own_reader(files, name, words):
     code, said = say("info", files / name)
     assert code != 0 and words in said
+
+
+def test_a_file_alone_asks_what_it_is_and_a_verb_stays_a_verb(files):
+    assert say(files / "rec.csv") == say("info", files / "rec.csv")
+    Path("touch").write_text("a file called as a verb is")
+    assert "Usage" in say("touch", "--help")[1]
+    code, said = say("none.csv")
+    assert code == 2 and "no such file" in said
+
+
+def test_one_file_that_is_unknown_does_not_hide_the_others(files):
+    code, said = say("info", files / "other.csv", files / "rec.csv")
+    assert code == 2 and "is no file of feeler" in said and "channels    2, angle" in said
+
+
+def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
+    assert say("validate", "DLC_one.h5", "rec.csv", "mine.toml", "plan.toml")[0] == 0
+    (files / "cut.h5").write_bytes((files / "DLC_one.h5").read_bytes()[:5000])
+    code, said = say("validate", "cut.h5")
+    assert code == 1 and "damaged" in said
+    code, said = say("convert", "DLC_one.h5", "out.nc")
+    assert code != 0 and "feeler tracks DLC_one.h5 --out" in said
+    code, said = say("convert", "rec.csv", "out.nc")
+    assert code != 0 and "feeler robot convert rec.csv" in said
+
+
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        (b"SQLite format 3\0" + bytes(84), "no ROS recording that is whole"),
+        (b"PK\x03\x04" + b"..[Content_Types].xml", "spreadsheet"),
+        (b"PK\x03\x04" + bytes(30), "ZIP archive"),
+        (b"\0\0\0\x18ftypmp42" + bytes(30), "a film: track landmarks"),
+        (b"\x89PNG\r\n" + bytes(30), "a picture"),
+        (b"\xff\xfea\0,\0b\0", "UTF-16"),
+        (b"\x1f\x8b\x08\0" + bytes(30), "gunzip"),
+        (b"\x80\x04" + bytes(30), "never read"),
+        (b"PAR1" + bytes(30), "by pandas"),
+        (b"\x07\0\x03" + bytes(30), "no file of feeler"),
+    ],
+)
+def test_foreign_files_are_called_by_their_names(tmp_path, start, words):
+    (tmp_path / "thing.dat").write_bytes(start)
+    code, said = say("info", tmp_path / "thing.dat")
+    assert code == 2 and words in said and "Traceback" not in said
+    for verb in (("tracks",), ("robot", "check"), ("validate",)):
+        code, said = say(*verb, tmp_path / "thing.dat")
+        assert code != 0 and "Error" not in said.replace("UnicodeDecodeError", ""), said

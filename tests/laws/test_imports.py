@@ -16,6 +16,7 @@ LAYERS = (
         "draw",
         "errors",
         "files",
+        "foreign",
         "journal",
         "compiled",
         "provenance",

@@ -128,3 +128,56 @@ def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(t
     assert known[1][0]["mean_peak"] == pytest.approx(known[0][1]["mean_peak"])
     with pytest.raises(InvalidInput, match=r"Poses are read by feeler tracks"):
         load(tmp_path / "out" / "tracks.nwb")
+
+
+@pytest.mark.parametrize("shape", [2, 3])
+def test_landmarks_with_signs_that_nwb_forbids_come_back(tmp_path, shape):
+    names = ("Butt/Tail", "Butt_Tail", "a:b", "plain")
+    position = np.random.default_rng(0).normal(50, 9, (20, 4, shape))
+    tracks = make_synthetic_tracks(np.random.default_rng(0), duration=2e3).replace(
+        position=position, landmarks=names
+    )
+    save_poses([tracks], tmp_path / "a.nwb", session_start=START, identifier="x")
+    back = load_tracks(tmp_path / "a.nwb", plane=None if shape == 2 else "space")
+    assert back.landmarks == names
+    np.testing.assert_allclose(back.position, position)
+
+
+def write_ndx(path, n_axes, timestamps):
+    """A file by ndx-pose itself: a landmark for each number of axes."""
+    from ndx_pose import PoseEstimation, PoseEstimationSeries, Skeleton, Skeletons
+    from pynwb import NWBHDF5IO, NWBFile
+
+    file = NWBFile(session_description="x", identifier="x", session_start_time=START)
+    skeleton = Skeleton(name="s", nodes=[f"p{k}" for k in range(len(n_axes))])
+    series = [
+        PoseEstimationSeries(
+            name=f"p{k}",
+            data=np.random.default_rng(k).normal(size=(len(timestamps), n)),
+            unit="pixels",
+            reference_frame="top left",
+            timestamps=timestamps,
+            confidence=np.ones(len(timestamps)),
+        )
+        for k, n in enumerate(n_axes)
+    ]
+    module = file.create_processing_module("behavior", "poses")
+    module.add(Skeletons(skeletons=[skeleton]))
+    module.add(PoseEstimation(name="walk", pose_estimation_series=series, skeleton=skeleton))
+    with NWBHDF5IO(path, "w") as out:
+        out.write(file)
+
+
+def test_landmarks_with_and_without_z_are_read_together(tmp_path):
+    write_ndx(tmp_path / "m.nwb", (3, 2), np.arange(30) / 25.0)
+    tracks = load_tracks(tmp_path / "m.nwb", plane="space")
+    assert tracks.position.shape == (30, 2, 3) and tracks.interval == pytest.approx(40.0)
+    assert np.isnan(tracks.of("p1")[:, 2]).all() and np.isfinite(tracks.of("p1")[:, :2]).all()
+    assert tracks.notes["without z"] == "p1"
+
+
+def test_frames_that_are_not_evenly_spaced_are_said(tmp_path):
+    write_ndx(tmp_path / "u.nwb", (2,), np.delete(np.arange(30) / 25.0, [7, 8]))
+    with pytest.raises(InvalidInput, match=r"no even clock: its frames are 40 to 120 ms apart"):
+        load_tracks(tmp_path / "u.nwb")
+    assert load_tracks(tmp_path / "u.nwb", frame_rate=25).n_frames == 28

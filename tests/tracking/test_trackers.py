@@ -25,7 +25,7 @@ from feeler.tracking import (
     measure_posture,
     trackers,
 )
-from feeler.tracking.trackers import Found, _project
+from feeler.tracking.trackers import PLANES, Found, project
 from feeler.tracking.tracks import Tracks, _doubt
 
 DATA = Path(__file__).parent / "data"
@@ -217,7 +217,7 @@ def test_what_is_missing_is_named(options, match):
 @pytest.mark.parametrize(("plane", "axes"), [("xy", [0, 1]), ("xz", [0, 2]), ("yz", [1, 2])])
 def test_a_plane_is_the_two_axes_that_it_names(plane, axes):
     position = np.random.default_rng(0).normal(size=(7, 2, 3))
-    found = _project(Found(names=("a", "b"), position=position), plane, "pose_3d.csv")
+    found = project(Found(names=("a", "b"), position=position), plane, "pose_3d.csv")
     np.testing.assert_array_equal(found.position, position[:, :, axes])
 
 
@@ -236,7 +236,9 @@ def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
         load_tracks(tmp_path / "p.csv", frame_rate=30)
     with h5py.File(tmp_path / "x.h5", "w") as file:
         file["stuff"] = np.zeros(3)
-    with pytest.raises(InvalidInput, match=r"none of SLEAP's analysis .* it holds stuff"):
+    with pytest.raises(
+        InvalidInput, match=r"neither tensors .* nor tracks .*; it holds stuff \(3,\)"
+    ):
         load_tracks(tmp_path / "x.h5", frame_rate=30)
     text = (DATA / "DLC_one.csv").read_text().replace("\n9,", "\n99,")
     (tmp_path / "hole.csv").write_text(text)
@@ -351,3 +353,116 @@ def test_a_table_whose_columns_are_not_those_named_is_refused(tmp_path, monkeypa
     (tmp_path / "x.h5").write_bytes(b"")
     with pytest.raises(InvalidInput, match=r"x\.h5: 6 columns are named, the table has shape"):
         trackers._read_hdf5_file(tmp_path / "x.h5", None)
+
+
+SPACE = np.random.default_rng(3).normal(100.0, 20.0, (9, 4, 3))
+
+
+def write_space_table(path):
+    header = ",".join(f"{name}_{axis}" for name in NAMES for axis in "xyz")
+    np.savetxt(path, SPACE.reshape(9, -1), delimiter=",", header=header, comments="")
+
+
+def write_space_deeplabcut(path):
+    rows = [("scorer", *["3d"] * 12), ("bodyparts", *np.repeat(NAMES, 3)), ("coords", *"xyz" * 4)]
+    lines = [",".join(map(str, row)) for row in rows]
+    lines += [
+        f"{k}," + ",".join(map(repr, row)) for k, row in enumerate(SPACE.reshape(9, -1).tolist())
+    ]
+    path.write_text("\n".join(lines))
+
+
+def write_points(path):
+    with h5py.File(path, "w") as file:
+        file["tracks"] = SPACE[:, None]
+
+
+SPACES = {"flat.csv": write_space_table, "dlc3d.csv": write_space_deeplabcut, "p.h5": write_points}
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_places_in_space_are_never_flattened_in_silence(tmp_path, name):
+    SPACES[name](tmp_path / name)
+    how = {"frame_rate": 50.0, **({"landmarks": NAMES} if name == "p.h5" else {})}
+    with pytest.raises(InvalidInput, match="onto which plane to look"):
+        load_tracks(tmp_path / name, **how)
+    for plane, axes in PLANES.items():
+        tracks = load_tracks(tmp_path / name, plane=plane, **how)
+        np.testing.assert_allclose(tracks.position, SPACE[:, :, list(axes)])
+        assert tracks.landmarks == NAMES and tracks.unit == "own unit"
+
+
+def test_a_plane_of_a_picture_is_refused():
+    with pytest.raises(InvalidInput, match="have no plane xz"):
+        load_tracks(DATA / "DLC_one.csv", frame_rate=30, plane="xz")
+
+
+def turn_at_random(rng):
+    matrix = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return matrix * np.sign(np.linalg.det(matrix))
+
+
+def test_angles_and_bends_in_space_are_those_of_the_plane_they_lie_in():
+    """Antennae in a plane that is turned at random in space: angles and bends stay."""
+    rng = np.random.default_rng(5)
+    names, position, _ = plant(rng, noise=0.0)
+    flat = Tracks(position=position * (1.0, -1.0), landmarks=names, interval=5.0)
+    turned = np.concatenate([flat.position, 0 * flat.position[..., :1]], 2) @ turn_at_random(rng).T
+    space = flat.replace(position=turned + 7.0)
+    one, other = (compute_antenna_angle(tracks, **BASES) for tracks in (flat, space))
+    np.testing.assert_allclose(other, np.abs(one), atol=1e-9)
+    points = ("abdomen", "head", "left_base", "left_tip")
+    bends = [measure_posture(tracks, points).bend for tracks in (flat, space)]
+    np.testing.assert_allclose(bends[1], np.abs(bends[0]), atol=1e-9)
+
+
+def test_one_antenna_alone_is_measured(tmp_path):
+    names, position, likelihood = plant(np.random.default_rng(1))
+    keep = [k for k, name in enumerate(names) if not name.startswith("right")]
+    write_deeplabcut(
+        tmp_path / "one.csv", [names[k] for k in keep], position[:, keep], likelihood[:, keep]
+    )
+    words = ["tracks", str(tmp_path / "one.csv"), "--frame-rate", str(RATE), "--json"]
+    said = CliRunner().invoke(app, [*words, "--tips", "left_tip,", "--bases", "left_base,"])
+    assert said.exit_code == 0, said.output
+    mean = json.loads(said.stdout)["trials"][0]["mean_peak"]
+    assert mean[1] is None and mean[0] == pytest.approx(204.2, rel=0.02)
+    said = CliRunner().invoke(app, words)
+    assert "--tips left_tip," in str(said.exception)
+
+
+@pytest.mark.parametrize("fps", [0.0, 1.0, -30.0])
+def test_a_frame_rate_that_no_film_has_is_asked_for(tmp_path, fps):
+    write_movement(tmp_path / "m.nc", *plant(np.random.default_rng(0)))
+    with h5py.File(tmp_path / "m.nc", "r+") as file:
+        file.attrs["fps"] = fps
+    with pytest.raises(InvalidInput, match=r"claims .* frames/s, .*give frame_rate"):
+        load_tracks(tmp_path / "m.nc")
+    assert load_tracks(tmp_path / "m.nc", frame_rate=1.0).interval == 1e3
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "scorer,me,me\nbodyparts,a,a\ncoords,x,y\nlabeled-data/v/img005.png,1.5,2\n",
+        "scorer,,,me,me\nbodyparts,,,a,a\ncoords,,,x,y\nlabeled-data,v,img005.png,1.5,2\n",
+        "scorer,,,S,S\nindividuals,,,i,i\nbodyparts,,,a,a\ncoords,,,x,y\nlabeled-data,v,i.png,1,2\n",
+    ],
+)
+def test_training_labels_are_called_so(tmp_path, lines):
+    (tmp_path / "CollectedData.csv").write_text(lines)
+    with pytest.raises(InvalidInput, match=r"training labels .*, not tracks"):
+        load_tracks(tmp_path / "CollectedData.csv", frame_rate=30)
+    said = CliRunner().invoke(app, ["robot", "check", str(tmp_path / "CollectedData.csv")])
+    assert "DeepLabCut" in str(said.exception)
+
+
+def test_a_sleap_project_is_named_with_the_command_that_helps(tmp_path):
+    with h5py.File(tmp_path / "walk.slp", "w") as file:
+        file.create_group("metadata")
+        file["frames"], file["instances"] = np.zeros(3), np.zeros(3)
+    for verb in ("info", "tracks"):
+        said = CliRunner().invoke(app, [verb, str(tmp_path / "walk.slp")])
+        words = f"{said.output} {said.exception}"
+        assert "sio convert walk.slp -o walk.analysis.h5 --to analysis_h5" in words
+        assert "damaged" not in words

@@ -99,7 +99,7 @@ def test_bad_track_files(tmp_path, text, options, message):
     [
         (np.zeros((5, 2)), "must be"),
         (np.zeros((5, 2, 2)), "must be"),
-        (np.zeros((5, 1, 3)), "must be"),
+        (np.zeros((5, 1, 4)), "must be"),
         (np.full((5, 1, 2), np.inf), "finite"),
     ],
 )

@@ -38,11 +38,22 @@ class _Interrupted(Exception):
 
 
 class _Verbs(TyperGroup):
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """A file in the place of a verb asks what it is."""
+        if args and args[0] not in self.commands and _is_file(args[0]):
+            args = ["info", *args]
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise _Interrupted from None
+
+
+def _is_file(word: str) -> bool:
+    looks_like = "." in word or os.sep in word
+    return not word.startswith("-") and (looks_like or os.path.exists(word))
 
 
 app = typer.Typer(

@@ -57,9 +57,10 @@ class TrackOptions:
     landmarks: Annotated[
         str, typer.Option(help="names of DLTdv's points in order, separated by commas")
     ] = ""
-    tips: Annotated[str, typer.Option(help="landmarks of the left and right tip")] = (
-        "left_tip,right_tip"
-    )
+    tips: Annotated[
+        str,
+        typer.Option(help="landmarks of the left and right tip; one antenna: NAME, or ,NAME"),
+    ] = "left_tip,right_tip"
     bases: Annotated[
         str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")
     ] = ""
@@ -74,7 +75,9 @@ class TrackOptions:
         float, typer.Option(help="less likely places count as not seen; 0 takes all")
     ] = 0.6
     individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None
-    plane: Annotated[str | None, typer.Option(help="xy, xz or yz, of places in space")] = None
+    plane: Annotated[
+        str | None, typer.Option(help="of places in space: xy, xz, yz, or space itself")
+    ] = None
     scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
     cutoff: Annotated[float, typer.Option(help="low-pass [Hz]")] = 6.0
     max_gap: Annotated[
@@ -118,9 +121,11 @@ def tracks(said: TrackOptions) -> None:
         trials = [trial.scaled(said.scale) for trial in trials]
     head, abdomen = _pair("--body", said.body)
     tips = _pair("--tips", said.tips)
+    _check_tips(tips, trials)
     bases = _pair("--bases", said.bases) if said.bases else None
     if said.session_start:
-        edges = [*zip(bases or (head, head), tips, strict=True), (head, abdomen)]
+        joined = zip(bases or (head, head), tips, strict=True)
+        edges = [*((base, tip) for base, tip in joined if tip), (head, abdomen)]
         _save_poses(said, trials, list(pairwise(_split(said.points) or ())) or edges)
     if said.points:
         _measure_posture(said, trials)
@@ -336,9 +341,24 @@ def _pair(option: str, text: str) -> tuple[str, str]:
     from feeler.errors import InvalidInput
 
     names = _split(text) or ()
-    if len(names) != 2:
+    if len(names) != 2 or not any(names):
         raise InvalidInput(f"{option} takes two landmarks separated by a comma, got {text!r}.")
     return names[0], names[1]
+
+
+def _check_tips(tips: tuple[str, str], trials: list) -> None:
+    """Say how one antenna is measured, where the other one's tip was not tracked."""
+    from feeler.errors import InvalidInput
+
+    for trial in trials:
+        seen = [tip in trial.landmarks for tip in tips]
+        if all(tips) and sum(seen) == 1:
+            alone = f"{tips[0]}," if seen[0] else f",{tips[1]}"
+            missing = tips[1] if seen[0] else tips[0]
+            raise InvalidInput(
+                f"no landmark {missing!r}; the tracks hold {', '.join(trial.landmarks)}. To"
+                f" measure one antenna alone: --tips {alone}"
+            )
 
 
 def register(app: typer.Typer) -> None:

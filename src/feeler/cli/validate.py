@@ -18,16 +18,22 @@ _EXAMPLES = """Examples:
 def validate(
     files: Annotated[
         list[Path],
-        typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file"),
+        typer.Argument(
+            help="any file that some verb reads: touches, antennas, robots, recordings, tracks"
+        ),
     ],
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
-    """Check files and checksums against the data contract; exit code 1 if anything is wrong."""
+    """Check touches and checksums against the data contract, and whether other files can be read;
+    exit code 1 if anything is wrong.
+    """
+    from feeler.cli.info import list_rooms
     from feeler.guard import Limits
     from feeler.tensors.inspect import find_problems
 
-    found = {file: find_problems(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}
+    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
+    found = {file: find_problems(file, limits, rooms) for file in files}
     if as_json:
         say_json(
             [

@@ -3,19 +3,26 @@
 import re
 from pathlib import Path
 
+from feeler.guard import Limits
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.recording import Recording, load_recording
-from feeler.tensors.bags import find_bag
+from feeler.tensors.bags import describe_bag, find_bag
 from feeler.tensors.formats import Format
 
 _TIME = re.compile(rb"(?im)^[\"\s]*(time|t)\b[^\n]*[,;\t]|^[\"\s]*time_?(ms|s|us)\b")
 
 
-def _is_recording(path: Path, start: bytes) -> bool:
-    return find_bag(path) is not None or _TIME.search(start) is not None
+def _read(path: Path, limits: Limits, trusted: bool) -> Recording | list[str]:
+    """A recording; of a bag whose topic is not named, what it holds."""
+    bag = find_bag(path)
+    if bag is not None and not bag[1]:
+        return describe_bag(bag[0])
+    return load_recording(path, n_channels=None)
 
 
-def _describe_recording(recording: Recording) -> list[str]:
+def _describe_recording(recording: Recording | list[str]) -> list[str]:
+    if isinstance(recording, list):
+        return recording
     labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
     return [
         f"channels    {recording.n_sensors}, {recording.quantity}",
@@ -49,8 +56,8 @@ ROBOT_FILES = {
     "recording": Format(
         words="recording of a robot",
         kind="recording",
-        detect=_is_recording,
-        load=lambda path, limits, trusted: load_recording(path, n_channels=None),
+        detect=lambda path, start: find_bag(path) is not None or _TIME.search(start) is not None,
+        load=_read,
         tell=_describe_recording,
     ),
 }

@@ -1,9 +1,15 @@
-"""ROS 2 recordings (MCAP): one topic of numbers as a table; opened in the guard's process, needs
-the extra ``ros``.
+"""ROS recordings: one topic of numbers as a table; opened in the guard's process, needs the extra
+``ros``.
+
+MCAP is read by the library of those who made the format, which gives its metadata too; ROS 2's
+SQLite bags and ROS 1's bags by rosbags, which needs no ROS either.
 """
 
+import contextlib
 import os
 import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -15,29 +21,68 @@ from feeler.guard import open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
 
 MAGIC = b"\x89MCAP0\r\n"
+_STARTS = {MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}
 JOINTS = "sensor_msgs/msg/JointState"
-NUMBERS = re.compile(r"std_msgs/msg/(Float|U?Int)\d+MultiArray")
+NUMBERS = re.compile(r"std_msgs/msg/(Float|U?Int|Byte)\d*MultiArray")
 NOTES = "feeler"  # the metadata record of a bag that says what a CSV's notes say
+_MAX_TOPICS = 12  # that a message or ``feeler info`` lists
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bag:
+    """An open recording, as its library gives it: kinds of messages, how many and how long.
+
+    Attributes
+    ----------
+    kinds, counts : dict
+        Topic → kind of its messages, and their number.
+    span : float
+        From the first message to the last [s].
+    read : Callable[[str], Iterator[tuple[Any, int]]]
+        Messages of a topic, and when each was sent [ns].
+    """
+
+    kinds: dict[str, str]
+    counts: dict[str, int]
+    span: float
+    read: Callable[[str], Iterator[tuple[Any, int]]]
+    notes: dict[str, str]
 
 
 def find_bag(path: str | os.PathLike) -> tuple[str, str, str] | None:
     """File or folder, topic and unit of ``run.mcap``, ``run.mcap:TOPIC`` or
-    ``run.mcap:TOPIC:UNIT``; None for another file.
+    ``run.mcap:TOPIC:UNIT`` (``.db3`` and ``.bag`` too); None for another file.
     """
     text = os.fspath(path)
     match = (
         None
         if os.path.exists(text)
-        else re.fullmatch(r"(.+?\.mcap|[^:]+):([^:]*)(?::(\w*))?", text)
+        else re.fullmatch(r"(.+?\.(?:mcap|db3|bag)|[^:]+):([^:]*)(?::(\w*))?", text)
     )
     file, topic, unit = match.groups(default="") if match else (text, "", "")
     if os.path.isdir(file):
-        return (file, topic, unit) if any(Path(file).glob("*.mcap")) else None
+        return (file, topic, unit) if _list_parts(file) else None
+    return (file, topic, unit) if _find_ending(file) else None
+
+
+def _find_ending(file: str | os.PathLike) -> str:
+    """The ending of bags that begin as this file does; empty for other files."""
     try:
         with open(file, "rb") as stream:
-            return (file, topic, unit) if stream.read(len(MAGIC)) == MAGIC else None
+            start = stream.read(16)
     except (OSError, ValueError):
-        return None
+        return ""
+    return next((ending for magic, ending in _STARTS.items() if start.startswith(magic)), "")
+
+
+def _list_parts(path: str) -> list[Path]:
+    """The files of a bag in their order; a folder holds one kind of them."""
+    if not os.path.isdir(path):
+        return [Path(path)]
+    for ending in (".mcap", ".db3"):
+        if parts := sorted(Path(path).glob(f"*{ending}"), key=_count):
+            return parts
+    return []
 
 
 def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
@@ -46,18 +91,17 @@ def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
 
     Topics of ``std_msgs`` arrays (one sample a message; the label of their dimension may be the
     unit) and of ``sensor_msgs/msg/JointState`` (positions, in rad). A metadata record ``feeler``
-    holds what a CSV's notes hold.
+    of an MCAP holds what a CSV's notes hold.
 
     Raises
     ------
     MissingExtra
-        mcap or mcap-ros2-support is not installed.
+        The library that reads this kind of bag is not installed.
     InvalidInput
         No such topic (those that exist are named), several to choose from, messages of changing
         length, or a damaged file.
     """
-    if find_spec("mcap_ros2") is None:
-        raise MissingExtra("ROS 2 recordings need mcap: pip install 'feeler[ros]'.")
+    _require_library(path)
     about, arrays = open_guarded("feeler.tensors.bags:read_topic", path, words=(topic,))
     values, names = arrays["values"], about["names"]
     columns = names or [f"hinge{k + 1}" for k in range(values.shape[1])]
@@ -71,75 +115,197 @@ def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
     )
 
 
+def describe_bag(path: str) -> list[str]:
+    """Lines of ``feeler info``: span, topics of numbers, how many of other kinds."""
+    _require_library(path)
+    about, _ = open_guarded("feeler.tensors.bags:list_topics", path)
+    kinds, counts = about["kinds"], about["counts"]
+    numeric = [topic for topic, kind in kinds.items() if _is_numeric(kind)]
+    other = [topic for topic in kinds if topic not in numeric]
+    lines = [f"span        {about['span']:.4g} s, {sum(counts.values())} messages"]
+    for topic in numeric[:_MAX_TOPICS]:
+        rate = counts[topic] / about["span"] if about["span"] else 0.0
+        lines.append(
+            f"topic       {topic} ({kinds[topic]}), {counts[topic]} messages, {rate:.3g}/s"
+        )
+    if len(numeric) > _MAX_TOPICS:
+        lines.append(f"            … {len(numeric)} topics of numbers in all")
+    if not numeric:
+        lines.append("topic       none of numbers (JointState, arrays of std_msgs)")
+    if other:
+        more = f", … ({len(other)} in all)" if len(other) > _MAX_TOPICS else ""
+        lines.append(f"not read    {', '.join(other[:_MAX_TOPICS])}{more}")
+    name = Path(path).name
+    if numeric:
+        return [*lines, f"next        feeler robot check {name}:{numeric[0].lstrip('/')}"]
+    return lines
+
+
+def _require_library(path: str) -> None:
+    parts = _list_parts(path)
+    mcap = not parts or _find_ending(parts[0]) == ".mcap"
+    if find_spec("mcap_ros2" if mcap else "rosbags") is None:
+        raise MissingExtra(
+            f"ROS recordings need {'mcap' if mcap else 'rosbags'}: pip install 'feeler[ros]'."
+        )
+
+
+def list_topics(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What the guard's process does for :func:`describe_bag`."""
+    kinds: dict[str, str] = {}
+    counts: dict[str, int] = {}
+    span = 0.0
+    for part in _list_parts(path):
+        with _open(part) as bag:
+            kinds |= bag.kinds
+            span += bag.span
+            for topic, count in bag.counts.items():
+                counts[topic] = counts.get(topic, 0) + count
+    return {"kinds": kinds, "counts": counts, "span": span}, {}
+
+
 def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the guard's process does: the numbers (message, channel) of a topic and their times [ns]
     since the first.
     """
-    from mcap.reader import make_reader
-    from mcap_ros2.decoder import DecoderFactory
-
-    parts = sorted(Path(path).glob("*.mcap"), key=_count) if os.path.isdir(path) else [Path(path)]
-    sent: list[int] = []
-    stamped: list[int] = []
+    clocks: list[list[int]] = [[], []]  # when each message was sent, and when it was measured
     rows: list[Any] = []
     names: list[str] = []
     about: dict[str, Any] = {"notes": {}, "unit": "", "topic": topic}
-    for part in parts:
-        with open(part, "rb") as stream:
-            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            summary = reader.get_summary()
-            if summary is None or not summary.channels:
-                raise InvalidInput(
-                    "it has no index: it was not closed, or is empty. `mcap recover` mends it."
-                )
-            kinds = {
-                c.topic: s.name if (s := summary.schemas.get(c.schema_id)) else ""
-                for c in summary.channels.values()
-            }
-            about["topic"] = chosen = _choose(kinds, topic)
-            for record in reader.iter_metadata():
-                about["notes"] |= dict(record.metadata) if record.name == NOTES else {}
-            for item in reader.iter_decoded_messages(topics=[chosen]):
-                message = item.decoded_message
-                found, names, about["unit"] = _take(message, kinds[chosen], names)
-                if (
-                    len(found) != len(rows[0] if rows else found)
-                    or not 0 < len(found) < MAX_COLUMNS
-                ):
-                    raise InvalidInput(
-                        f"message {len(rows)} of {chosen} holds {len(found)} numbers, others not as"
-                        " many."
-                    )
+    for part in _list_parts(path):
+        with _open(part) as bag:
+            about["topic"] = chosen = _choose(bag.kinds, topic)
+            about["notes"] |= bag.notes
+            for message, sent in bag.read(chosen):
+                found, names, about["unit"] = _take(message, bag.kinds[chosen], names)
+                _check_length(len(found), rows, chosen)
                 rows.append(found)
-                sent.append(item.message.publish_time)
-                if kinds[chosen] == JOINTS:
-                    stamp = message.header.stamp
-                    stamped.append(stamp.sec * 10**9 + stamp.nanosec)
+                clocks[0].append(sent)
+                clocks[1].append(_read_stamp(message, bag.kinds[chosen]))
     if not rows:
         raise InvalidInput(f"{about['topic']} holds no message.")
     # one clock for all: a simulation's stamps may begin at 0, and who stamps nothing says 0 always
-    time = stamped if any(stamped) else sent
+    time = clocks[1] if any(clocks[1]) else clocks[0]
     since = np.array([at - time[0] for at in time], dtype=float)
     return {**about, "names": names}, {"time": since, "values": np.array(rows, dtype=float)}
 
 
+def _check_length(length: int, rows: list[Any], topic: str) -> None:
+    if length != len(rows[0] if rows else range(length)) or not 0 < length < MAX_COLUMNS:
+        raise InvalidInput(
+            f"message {len(rows)} of {topic} holds {length} numbers, others not as many."
+        )
+
+
+def _read_stamp(message: Any, kind: str) -> int:
+    """When a joint state was measured [ns]; 0 where it does not say so."""
+    stamp = message.header.stamp if kind == JOINTS else None
+    return stamp.sec * 10**9 + stamp.nanosec if stamp else 0
+
+
+@contextlib.contextmanager
+def _open(part: Path) -> Iterator[Bag]:
+    with (_open_mcap if _find_ending(part) == ".mcap" else _open_rosbag)(part) as bag:
+        yield bag
+
+
+@contextlib.contextmanager
+def _open_mcap(part: Path) -> Iterator[Bag]:
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    with open(part, "rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        if summary is None or not summary.channels:
+            raise InvalidInput(
+                "it has no index: it was not closed, or is empty. `mcap recover` mends it."
+            )
+        channels, schemas = summary.channels, summary.schemas
+        counts, span = _count_messages(reader, summary.statistics)
+        yield Bag(
+            kinds={
+                c.topic: s.name if (s := schemas.get(c.schema_id)) else ""
+                for c in channels.values()
+            },
+            counts={c.topic: counts.get(number, 0) for number, c in channels.items()},
+            span=span,
+            read=lambda topic: (
+                (item.decoded_message, item.message.publish_time)
+                for item in reader.iter_decoded_messages(topics=[topic])
+            ),
+            notes={
+                name: text
+                for record in reader.iter_metadata()
+                if record.name == NOTES
+                for name, text in dict(record.metadata).items()
+            },
+        )
+
+
+def _count_messages(reader: Any, counted: Any) -> tuple[dict[int, int], float]:
+    """Messages of each channel, and their span [s]; counted here where the file does not say."""
+    if counted and counted.message_count:
+        span = counted.message_end_time - counted.message_start_time
+        return counted.channel_message_counts, span / 1e9
+    counts: dict[int, int] = {}
+    times = []
+    for _, channel, message in reader.iter_messages():
+        counts[channel.id] = counts.get(channel.id, 0) + 1
+        times.append(message.log_time)
+    return counts, (max(times) - min(times)) / 1e9 if times else 0.0
+
+
+@contextlib.contextmanager
+def _open_rosbag(part: Path) -> Iterator[Bag]:
+    """ROS 2's SQLite bag or ROS 1's bag; what an old one does not define are ROS 2's messages."""
+    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.typesys import Stores, get_typestore
+
+    try:
+        with AnyReader([part], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            yield Bag(
+                kinds={name: about.msgtype or "" for name, about in reader.topics.items()},
+                counts={name: about.msgcount for name, about in reader.topics.items()},
+                span=reader.duration / 1e9,
+                read=lambda topic: (
+                    (reader.deserialize(raw, connection.msgtype), sent)
+                    for connection, sent, raw in reader.messages(
+                        [c for c in reader.connections if c.topic == topic]
+                    )
+                ),
+                notes={},
+            )
+    except AnyReaderError as error:
+        raise InvalidInput(
+            f"it is no ROS recording that is whole ({error}). An SQLite database of another kind"
+            " is not read; `ros2 bag reindex` mends a bag that was cut off."
+        ) from error
+
+
 def _count(part: Path) -> tuple[int, str]:
     """Files of a bag are numbered: run_2.mcap stands before run_10.mcap."""
-    digits = re.search(r"(\d+)\.mcap$", part.name)
+    digits = re.search(r"(\d+)\.\w+$", part.name)
     return int(digits[1]) if digits else 0, part.name
+
+
+def _is_numeric(kind: str) -> bool:
+    return kind == JOINTS or NUMBERS.fullmatch(kind) is not None
 
 
 def _choose(kinds: dict[str, str], topic: str) -> str:
     """The topic that is asked for, or the only one of numbers."""
-    numeric = [name for name, kind in kinds.items() if kind == JOINTS or NUMBERS.fullmatch(kind)]
+    numeric = [name for name, kind in kinds.items() if _is_numeric(kind)]
     fitting = [name for name in numeric if topic in ("", name, name.lstrip("/"))]
     if len(fitting) == 1:
         return fitting[0]
-    shown = ", ".join(f"{name} ({kind})" for name, kind in sorted(kinds.items())[:20])
     asked = f"no topic {topic!r} of numbers" if topic else f"{len(numeric)} topics of numbers"
+    listed = numeric or list(kinds)
+    shown = ", ".join(f"{name} ({kinds[name]})" for name in sorted(listed)[:_MAX_TOPICS])
+    more = f", … ({len(listed)} in all)" if len(listed) > _MAX_TOPICS else ""
     raise InvalidInput(
-        f"it has {asked}; it holds {shown}. Read are JointState and arrays of std_msgs; name one:"
-        " run.mcap:TOPIC."
+        f"it has {asked}; it holds {shown}{more}. Read are JointState and arrays of std_msgs; name"
+        " one: FILE:TOPIC."
     )
 
 
@@ -151,10 +317,15 @@ def _take(message: Any, kind: str, names: list[str]) -> tuple[Any, list[str], st
             raise InvalidInput(
                 f"its arrays have {len(dims)} dimensions; a message is one sample of all sensors."
             )
-        return message.data, [], dims[0].label if dims else ""
+        return _list_numbers(message.data), [], dims[0].label if dims else ""
     found = list(message.name)
     if names and found != names:
         raise InvalidInput(
             f"its joints change from {', '.join(names[:12])} to {', '.join(found[:12])}."
         )
     return message.position, found, "rad"
+
+
+def _list_numbers(data: Any) -> list[float]:
+    """The numbers of an array; libraries give bytes as such, alone or each by itself."""
+    return [value[0] if isinstance(value, bytes) else value for value in data]

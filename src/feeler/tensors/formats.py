@@ -16,6 +16,7 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.foreign import name_start
 from feeler.guard import Limits, find_limits
 from feeler.registry import Registry
 from feeler.tensors.contract import find_breaches, refuse
@@ -77,16 +78,6 @@ FORMATS: Registry[Format] = Registry(
         "model": "feeler.tensors.kinds:MODEL",
     },
 )
-_HINTS = {
-    b"PK\x03\x04": "a ZIP archive (.npz, .zip): unpack it first; pickled content is never read",
-    b"CDF": "NetCDF-3: convert it with nccopy -k nc4, or open it with xarray and feeler.save it",
-    b"\x80": "a Python pickle, which can run programs when opened: it is never read",
-    b"\x89MCAP": (
-        "a ROS 2 recording (MCAP): feeler robot check and convert read it, feeler convert makes it"
-        " a CSV"
-    ),
-    b"MATLAB 7.3": "MATLAB -v7.3: save it with '-v7', or as NetCDF",
-}
 
 
 def detect(path: str | os.PathLike) -> str:
@@ -111,7 +102,7 @@ def find_formats(
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found
-    hint = next((words for magic, words in _HINTS.items() if start.startswith(magic)), "")
+    hint = name_start(start)
     listed = ", ".join(form.words for form in known.values())
     others = (
         "Recordings are read by feeler robot, tracks by feeler tracks, traces by feeler calibrate"

@@ -12,7 +12,7 @@ import xarray as xr
 from feeler.errors import FeelerError, InvalidInput
 from feeler.guard import Limits, find_limits
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.formats import FORMATS, Format, detect, find_formats
+from feeler.tensors.formats import Format, find_formats
 
 MAX_VALUES = 6
 LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
@@ -27,20 +27,26 @@ def describe_file(
     versions, licence; ``also`` are formats of other rooms, beside ``FORMATS``.
     """
     path = Path(path)
-    form, content = _open(path, limits, also)
+    form, content = open_file(path, limits, also)
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
     return lines + (form.tell or _describe_dataset)(content)
 
 
-def _open(
-    path: Path, limits: Limits | None, also: Mapping[str, Format] | None
+def open_file(
+    path: str | os.PathLike,
+    limits: Limits | None,
+    also: Mapping[str, Format] | None,
+    whole: bool = False,
 ) -> tuple[Format, Any]:
-    """The content, and the first of the file's likely formats that can read it."""
+    """The first of the file's likely formats that can read it, and the content; ``whole``: all of
+    a large file.
+    """
     refused: list[InvalidInput] = []
     empty = None
+    path = Path(path)
     for form in find_formats(path, also).values():
         try:
-            glance = form.glance
+            glance = None if whole else form.glance
             content = glance(path) if glance else form.load(path, find_limits(limits), False)
         except InvalidInput as error:
             refused.append(error)
@@ -88,13 +94,21 @@ def shorten(value: object) -> str:
     return text if len(text) <= 160 else f"{text[:150]}… ({len(text):,} characters)"
 
 
-def find_problems(path: str | os.PathLike, limits: Limits | None = None) -> list[str]:
-    """What is wrong with a file, one line each; empty where nothing is."""
+def find_problems(
+    path: str | os.PathLike,
+    limits: Limits | None = None,
+    also: Mapping[str, Format] | None = None,
+) -> list[str]:
+    """What is wrong with a file, one line each; empty where nothing is.
+
+    Tensors are held against the data contract; of other kinds (``also`` as in
+    :func:`describe_file`) it is said whether they can be read.
+    """
     try:
-        form = FORMATS[detect(path)]
-        if form.find_damage and (damage := form.find_damage(Path(path))):
-            return damage
-        content = form.load(Path(path), find_limits(limits), False)
+        for form in find_formats(path, also).values():
+            if form.find_damage and (damage := form.find_damage(Path(path))):
+                return damage
+        form, content = open_file(path, limits, also, whole=True)
         return find_breaches(content) if form.kind == "tensors" else []
     except FeelerError as error:
         return [str(error)]

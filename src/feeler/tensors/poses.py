@@ -6,13 +6,20 @@ first.
 """
 
 import io
+import os
 import pickle
+import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
 
+TRAINING_LABELS = (
+    "these are DeepLabCut training labels (pictures and the places that a person marked in them),"
+    " not tracks of a film. analyze_videos writes the tracks."
+)
 MAX_LABELS = 2**20  # [C] bytes of a DeepLabCut file's column names
 
 
@@ -29,14 +36,36 @@ def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
             return _take_movement(file)
         if "nwb_version" in file.attrs:
             return _take_ndx_pose(file)
+        if list(file) == ["tracks"] and file["tracks"].ndim == 4:
+            return _take_triangulated(file["tracks"])
         for group in file.values():
             if isinstance(group, h5py.Group) and "table" in group:
                 return _take_deeplabcut(group["table"])
-        raise InvalidInput(
-            "it is none of SLEAP's analysis (tracks, node_names), DeepLabCut's table, movement's"
-            f" netCDF, or NWB; it holds {', '.join(list(file)[:8])}. A .slp project must be"
-            " exported as analysis first."
+        raise InvalidInput(name_hdf5(file))
+
+
+def name_hdf5(file: Any) -> str:
+    """What an open HDF5 file is that holds neither tensors nor tracks, and what to do."""
+    if {"metadata", "frames", "instances"} <= file.keys():
+        name = os.path.basename(file.filename)
+        return (
+            "it is a SLEAP project, which holds labels and tracks of whole films. Write its tracks"
+            f" with sleap-io: pip install sleap-io; sio convert {name} -o"
+            f" {os.path.splitext(name)[0]}.analysis.h5 --to analysis_h5"
         )
+    if any("axis0" in group for group in file.values() if hasattr(group, "keys")):
+        return (
+            "it is a pandas table in fixed form; DeepLabCut keeps training labels so, which are no"
+            " tracks. For tracks write it with to_hdf(…, format='table') or to_csv."
+        )
+    held = [
+        f"{name} {'group' if hasattr(item, 'keys') else item.shape}"
+        for name, item in list(file.items())[:8]
+    ]
+    return (
+        "it is HDF5, but neither tensors (netCDF, NWB) nor tracks (SLEAP's analysis, DeepLabCut's"
+        f" table, movement, ndx-pose); it holds {', '.join(held) or 'nothing'}."
+    )
 
 
 def _take_sleap(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -49,6 +78,15 @@ def _take_sleap(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         arrays["likelihood"] = np.ascontiguousarray(file["point_scores"][:].transpose(0, 2, 1))
     tracks = tracks or [f"track_{k}" for k in range(len(position))]
     return {"kind": "SLEAP", "names": names, "individuals": tracks}, arrays
+
+
+def _take_triangulated(tracks: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """sleap-anipose's points in space (frame, track, node, axis), which have no names."""
+    n_animals, n_points = tracks.shape[1:3]
+    names = [f"pt{k + 1}" for k in range(n_points)]
+    animals = [f"track_{k}" for k in range(n_animals)]
+    about = {"kind": "sleap-anipose", "names": names, "individuals": animals, "unit": "own unit"}
+    return about, {"position": np.ascontiguousarray(tracks[:].transpose(1, 0, 2, 3))}
 
 
 def _take_movement(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -75,25 +113,20 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """
     films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
     series = [_find(film, "PoseEstimationSeries") for film in films.values()]
-    names = list(series[0]) if series else []
-    for skeleton in _find(file["processing"], "Skeleton").values() if names else ():
-        nodes = [_decode(node) for node in skeleton["nodes"][:]]
-        names = (
-            nodes if {*nodes} == {*names} else names
-        )  # HDF5 sorts by name, a skeleton holds the order
-    if not names or any({*one} != {*names} for one in series):
+    titles = list(series[0]) if series else []
+    if not titles or any({*one} != {*titles} for one in series):
         raise InvalidInput(
             "it holds no poses (ndx-pose), or other landmarks in each; read its series with pynwb."
         )
+    names, titles = _order_landmarks(file, films, titles)
     frames = [min(len(one["data"]) for one in film.values()) for film in series]
-    shape = len(films), max(frames), len(names)
-    arrays = {
-        "position": np.full((*shape, series[0][names[0]]["data"].shape[1]), np.nan),
-        "likelihood": np.ones(shape),
-    }
+    n_axes = max(one["data"].shape[1] for film in series for one in film.values())
+    shape = len(films), max(frames), len(titles)
+    arrays = {"position": np.full((*shape, n_axes), np.nan), "likelihood": np.ones(shape)}
     for k, (film, n) in enumerate(zip(series, frames, strict=True)):
-        for j, one in enumerate(film[name] for name in names):
-            arrays["position"][k, :n, j] = one["data"][:n] * (1e3 * _read_metres(one) or 1.0)
+        for j, one in enumerate(film[title] for title in titles):
+            place = one["data"][:n] * (1e3 * _read_metres(one) or 1.0)
+            arrays["position"][k, :n, j, : place.shape[1]] = place
             if "confidence" in one:
                 arrays["likelihood"][k, :n, j] = one["confidence"][:n]
     first = next(iter(series[0].values()))
@@ -101,13 +134,50 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     about["sources"] = [
         _decode(film["description"][()]) if "description" in film else "" for film in films.values()
     ]
+    flat = [
+        name
+        for name, title in zip(names, titles, strict=True)
+        if series[0][title]["data"].shape[1] < n_axes
+    ]
     about["unit"] = "mm" if _read_metres(first) else "px"
-    rate = (
-        first["starting_time"].attrs["rate"]
-        if "starting_time" in first
-        else 1 / np.diff(first["timestamps"][:2])[0]
-    )
-    return {**about, "frame_rate": float(rate)}, arrays
+    return {**about, "flat": flat, **_read_rate(first)}, arrays
+
+
+def _order_landmarks(file: Any, films: Any, titles: list[str]) -> tuple[list[str], list[str]]:
+    """Names of the landmarks, and of their series, in the skeleton's order: HDF5 sorts by name."""
+    held = [film["nodes"] for film in films.values() if "nodes" in film]
+    held += [one["nodes"] for one in _find(file["processing"], "Skeleton").values()]
+    for item in held:
+        nodes = [_decode(node) for node in item[:]]
+        if {*name_series(nodes)} == {*titles}:
+            return nodes, name_series(nodes)
+    return titles, titles
+
+
+def name_series(landmarks: Sequence[str]) -> list[str]:
+    """Names that series of NWB may have: no / and no :, and each another one."""
+    found: list[str] = []
+    for name in landmarks:
+        plain = re.sub("[/:]", "_", name)
+        while plain in found or (plain != name and plain in landmarks):
+            plain += "_"
+        found.append(plain)
+    return found
+
+
+def _read_rate(series: Any) -> dict[str, Any]:
+    """Frames per second, and what is odd about the series' clock."""
+    if "starting_time" in series:
+        return {"frame_rate": float(series["starting_time"].attrs["rate"])}
+    steps = np.diff(series["timestamps"][:])
+    if not steps.size or not (np.isfinite(steps) & (steps > 0)).all():
+        return {"clock": "its times do not rise"}
+    step = float(np.median(steps))
+    if np.ptp(steps) > 0.5 * step:
+        return {
+            "clock": f"its frames are {steps.min() * 1e3:.4g} to {steps.max() * 1e3:.4g} ms apart"
+        }
+    return {"frame_rate": 1 / float(steps.mean())}
 
 
 def _read_metres(series: Any) -> float:
@@ -152,6 +222,8 @@ def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         for label in labels
     ]
     rows = table[:]
+    if rows["index"].dtype.kind not in "iuf":
+        raise InvalidInput(TRAINING_LABELS)
     arrays = {"values": rows["values_block_0"].astype(float), "frame": rows["index"].astype(float)}
     return {"kind": "DeepLabCut", "labels": plain}, arrays
 

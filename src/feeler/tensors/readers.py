@@ -67,14 +67,22 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> Answer:
     import h5netcdf
     import h5py
 
-    data = h5netcdf.File(file, "r")
+    from feeler.tensors.poses import name_hdf5
+
+    try:
+        data = h5netcdf.File(file, "r")
+        dims = {name: item.dimensions for name, item in data.variables.items()}
+    except ValueError as error:  # arrays without dimensions are HDF5, not netCDF
+        raise InvalidInput(name_hdf5(file)) from error
+    if not dims:
+        raise InvalidInput(name_hdf5(file))
     named = set(str(data.attrs.get("coordinates", "")).split())
     variables, numbers = {}, {}
     for name, item in data.variables.items():
         named |= set(str(item.attrs.get("coordinates", "")).split())
         text = h5py.check_string_dtype(arrays[name].dtype)
         values = arrays[name].asstr(errors="replace")[...] if text else arrays[name]
-        variables[name] = _describe(values, item.dimensions, item.attrs)
+        variables[name] = _describe(values, dims[name], item.attrs)
         if not text:
             numbers[name] = values
     return _mark(variables, named, data.attrs), numbers

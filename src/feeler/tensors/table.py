@@ -13,6 +13,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.files import read_text
+from feeler.foreign import name_start
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
 MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
@@ -65,6 +66,8 @@ def read_table(
         width, or a cell that is no number (named by line and column).
     """
     text = read_text(path, max_bytes)
+    if words := name_start(text[:512].encode()):  # a table of its own kind, which is no plain one
+        raise InvalidInput(f"{Path(path).name} is {words}.")
     return parse_table(text, source=Path(path).name, max_cells=max_cells)
 
 

@@ -25,15 +25,21 @@ def compute_antenna_angle(
     the paper. That is wrong by about the distance from head to base over the antenna's length: a
     speed of 204 °/s reads 190 °/s at 18 of 240 px.
 
+    A side whose tip is called ``""`` is left out: NaN in every frame.
+
     0 is straight ahead and positive is away from the midline on both sides, so that the body's own
-    walking and turning drop out. NaN wherever one of the three landmarks is missing or two of them
+    walking and turning drop out; in space the angle has no sign and lies in [0, π]. NaN wherever
+    one of the three landmarks is missing or two of them
     coincide. Angles are unwrapped within each stretch without NaN (Supplementary Methods, antenna
     slow exploration speed).
     """
     body = tracks.of(head) - tracks.of(abdomen)
     angles = []
     for tip, base, outward in zip(tips, bases or (head, head), (1.0, -1.0), strict=True):
-        angles.append(outward * _signed_angle(body, tracks.of(tip) - tracks.of(base)))
+        if not tip:
+            angles.append(np.full(tracks.n_frames, np.nan))
+            continue
+        angles.append(_measure_angle(body, tracks.of(tip) - tracks.of(base or head), outward))
     angle = np.stack(angles)
     if not np.isfinite(angle).any():
         raise InvalidInput(
@@ -43,10 +49,15 @@ def compute_antenna_angle(
     return angle
 
 
-def _signed_angle(reference: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Anticlockwise angle (frame,) from reference to vector, unwrapped between gaps."""
-    cross = reference[:, 0] * vector[:, 1] - reference[:, 1] * vector[:, 0]
+def _measure_angle(reference: np.ndarray, vector: np.ndarray, outward: float) -> np.ndarray:
+    """Angle (frame,) from reference to vector: in a plane anticlockwise times ``outward``,
+    unwrapped between gaps; in space without a sign.
+    """
     dot = np.sum(reference * vector, axis=1)
+    if reference.shape[1] == 3:
+        cross = np.linalg.norm(np.cross(reference, vector), axis=1)
+    else:
+        cross = outward * (reference[:, 0] * vector[:, 1] - reference[:, 1] * vector[:, 0])
     angle = np.where((cross == 0) & (dot == 0), np.nan, np.arctan2(cross, dot))
     for run in find_runs(angle):
         angle[run] = np.unwrap(angle[run])

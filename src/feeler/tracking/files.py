@@ -3,43 +3,88 @@
 import re
 from pathlib import Path
 
-from feeler.errors import InvalidInput
+import numpy as np
+
 from feeler.guard import Limits
 from feeler.tensors.formats import Format
+from feeler.tensors.kinds import HDF5
 from feeler.tensors.table import Table
-from feeler.tracking.trackers import HDF5_ENDINGS, read_tracker
-from feeler.tracking.tracks import load_tracks
+from feeler.tracking.trackers import Found, read_tracker
+from feeler.tracking.tracks import MIN_LIKELIHOOD, read_landmarks
 
-_HEADER = re.compile(rb"(?m)^\s*scorer[,;\t]|pt1_cam1_X|[_. ]x[,;\t][^,;\t\n]*[_. ]y\b|_ncams")
+_HEADER = re.compile(
+    rb"(?m)^\s*\"?scorer\"?[,;\t]|pt\d+_cam\d+_X|[_. ]x[,;\t][^,;\t\n]*[_. ]y\b|_ncams",
+    re.IGNORECASE,
+)
+_MAX_NAMES = 12
 
 
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
-    try:
-        found = read_tracker(path, None, None)
-    except InvalidInput as error:  # several individuals, or places in space: it says which
-        if not re.search("individual=|plane=", str(error)):
-            raise
-        return [str(error)]
-    rate = None if isinstance(found, Table) else found.frame_rate
-    tracks = load_tracks(path, frame_rate=rate or 1.0)
-    told = "not in the file (--frame-rate)" if rate is None else f"{rate:g} frames/s"
+    found = read_tracker(path, None, first=True)
+    if isinstance(found, Table):
+        found = read_landmarks(found)
+    rate = "not in the file (--frame-rate)"
+    if found.frame_rate is not None:
+        rate = f"{found.frame_rate:g} frames/s, as the file claims (--frame-rate mends it)"
     lines = [
-        f"landmarks   {', '.join(tracks.landmarks)}",
-        f"frames      {tracks.n_frames}, frame rate {told}",
-        f"unit        {tracks.unit}",
+        f"by          {found.software or 'no tracker that is named'}",
+        f"landmarks   {_list(found.names)}",
+        f"frames      {found.position.shape[0]}, frame rate {rate}",
+        *_describe_animals(found),
+        *_describe_spans(found),
     ]
-    doubted = ", ".join(f"{name} in {n}" for name, n in tracks.doubted.items())
-    lines += [f"doubted     {doubted} frames"] if doubted else []
-    return lines + [f"{name:12}{text}" for name, text in tracks.notes.items()]
+    lines += [f"{name:12}{text}" for name, text in found.notes.items()]
+    return [*lines, f"next        {_suggest(path, found)}"]
+
+
+def _list(names: tuple[str, ...]) -> str:
+    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
+    return ", ".join(names[:_MAX_NAMES]) + more
+
+
+def _describe_animals(found: Found) -> list[str]:
+    if len(found.individuals) < 2:
+        return []
+    animals = _list(found.individuals)
+    return [f"animals     {animals} (--individual chooses); said of {found.individuals[0]}:"]
+
+
+def _describe_spans(found: Found) -> list[str]:
+    """Where the landmarks are, by axis, and how many of them were not seen or are doubted."""
+    seen = np.isfinite(found.position).any(axis=2)
+    lines = []
+    for axis, values in zip("xyz", np.moveaxis(found.position, 2, 0), strict=False):
+        if np.isfinite(values).any():
+            low, high = np.nanmin(values), np.nanmax(values)
+            lines.append(f"{axis:12}{low:.4g} … {high:.4g} [{found.unit}]")
+    lines.append(f"seen        {seen.mean():.1%} of places")
+    if found.likelihood is not None and seen.any():
+        share = np.mean(found.likelihood[seen] < MIN_LIKELIHOOD)
+        lines.append(f"doubted     {share:.1%} of them (likelihood below {MIN_LIKELIHOOD:g})")
+    return lines
+
+
+def _suggest(path: Path, found: Found) -> str:
+    """The command that measures with these landmarks; those that it needs are to be named."""
+    words = ["feeler tracks", path.name]
+    if not {"left_tip", "right_tip"} <= {*found.names}:
+        words.append("--tips LEFT,RIGHT")
+    if not {"head", "abdomen"} <= {*found.names}:
+        words.append("--body HEAD,ABDOMEN")
+    if found.frame_rate is None or found.frame_rate <= 2:
+        words.append("--frame-rate RATE")
+    if found.position.shape[2] == 3:
+        words.append("--plane space")
+    if len(found.individuals) > 1:
+        words.append(f"--individual {found.individuals[0]}")
+    return " ".join(words)
 
 
 TRACK_FILES = {
     "tracks": Format(
         words="tracks of landmarks",
         kind="tracks",
-        detect=lambda path, start: (
-            path.suffix.lower() in HDF5_ENDINGS or _HEADER.search(start) is not None
-        ),
+        detect=lambda path, start: start.startswith(HDF5) or _HEADER.search(start) is not None,
         load=_load,
         tell=list,
     ),

@@ -12,6 +12,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.nwb import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
+from feeler.tensors.poses import name_series
 from feeler.tracking.tracks import Tracks
 
 
@@ -87,20 +88,22 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
     """One film; a series per landmark."""
     from ndx_pose import PoseEstimation, PoseEstimationSeries
 
-    unit = {"unit": "meters", "conversion": 1e-3} if tracks.unit == "mm" else {"unit": "pixels"}
+    unit: dict[str, Any] = {"unit": "pixels" if tracks.unit == "px" else "unknown"}
+    if tracks.unit == "mm":
+        unit = {"unit": "meters", "conversion": 1e-3}
+    flat = tracks.position.shape[2] == 2
+    frame = "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
     series = [
         PoseEstimationSeries(
-            name=name,
-            data=tracks.of(name) * (1.0, -1.0),
-            reference_frame=(
-                "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
-            ),
+            name=title,
+            data=tracks.of(name) * ((1.0, -1.0) if flat else 1.0),
+            reference_frame=frame if flat else "that of the cameras' calibration",
             description=f"place of {name}; NaN where it was not seen",
             starting_time=begin,
             rate=float(np.round(1e3 / tracks.interval, 6)),
             **unit,
         )
-        for name in tracks.landmarks
+        for name, title in zip(tracks.landmarks, name_series(tracks.landmarks), strict=True)
     ]
     return PoseEstimation(
         name=title,

@@ -3,6 +3,7 @@ points.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,8 +30,9 @@ def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
     Dataset
         ``position`` (time, point, axis) [px or mm] relative to the base; ``heading`` (time, piece)
         [rad] of each piece, anticlockwise from +x; ``bend`` (time, joint) [rad] in (−π, π] between
-        neighbouring pieces; ``curvature`` (time, joint) [1/px or 1/mm], bend over the mean length
-        of the two pieces; ``piece_length`` (piece,), the median over frames.
+        neighbouring pieces (of places in space there is no heading, and bends lie in [0, π]);
+        ``curvature`` (time, joint) [1/px or 1/mm], bend over the mean length of the two pieces;
+        ``piece_length`` (piece,), the median over frames.
 
     Raises
     ------
@@ -52,13 +54,12 @@ def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
             " measure."
         )
     median = np.nanmedian(length, axis=0)
-    heading = np.where(length > 0, np.arctan2(piece[:, :, 1], piece[:, :, 0]), np.nan)
-    bend = np.angle(np.exp(1j * np.diff(heading, axis=1)))
     unit, joint = tracks.unit, 0.5 * (median[1:] + median[:-1])
+    headings, bend = _measure_bends(piece, length)
     return xr.Dataset(
         {
             "position": (("time", "point", "axis"), position - position[:, :1], {"units": unit}),
-            "heading": (("time", "piece"), heading, {"units": "rad"}),
+            **headings,
             "bend": (("time", "joint"), bend, {"units": "rad"}),
             "curvature": (("time", "joint"), bend / joint, {"units": f"1/{unit}"}),
             "piece_length": (("piece",), median, {"units": unit}),
@@ -67,7 +68,19 @@ def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
             "time": ("time", tracks.time, {"units": "ms"}),
             "point": list(names),
             "joint": list(names[1:-1]),
-            "axis": ["x", "y"],
+            "axis": list("xyz"[: position.shape[2]]),
         },
         attrs={"source": tracks.source},
     )
+
+
+def _measure_bends(piece: np.ndarray, length: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
+    """Headings of pieces (time, piece, axis) as a variable, in a plane, and the bends between."""
+    if piece.shape[2] == 2:
+        heading = np.where(length > 0, np.arctan2(piece[:, :, 1], piece[:, :, 0]), np.nan)
+        bend = np.angle(np.exp(1j * np.diff(heading, axis=1)))
+        return {"heading": (("time", "piece"), heading, {"units": "rad"})}, bend
+    one, next_one = piece[:, :-1], piece[:, 1:]
+    cross = np.linalg.norm(np.cross(one, next_one), axis=2)
+    bend = np.arctan2(cross, np.sum(one * next_one, axis=2))
+    return {}, np.where((length[:, :-1] > 0) & (length[:, 1:] > 0), bend, np.nan)

@@ -1,5 +1,5 @@
-"""What trackers write: DeepLabCut, SLEAP, Anipose, movement and ndx-pose, each turned into names,
-places and likelihoods.
+"""What trackers write: DeepLabCut, SLEAP, Anipose, sleap-anipose, movement and ndx-pose, each
+turned into names, places and likelihoods.
 
 Text is parsed here; HDF5 and netCDF are opened by the guard, in a process of their own
 (:mod:`feeler.tensors.poses`).
@@ -8,19 +8,22 @@ Text is parsed here; HDF5 and netCDF are opened by the guard, in a process of th
 import io
 import os
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.files import read_text
 from feeler.guard import open_guarded
+from feeler.tensors.kinds import HDF5
+from feeler.tensors.poses import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table
 
-HDF5_ENDINGS = (".h5", ".hdf5", ".nc", ".nwb")
-PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "space": (0, 1, 2)}
+OWN_UNIT = "own unit"  # of places in space: that of the cameras' calibration, which no file says
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,7 +33,9 @@ class Found:
     Attributes
     ----------
     position : np.ndarray
-        (frame, landmark, axis), as in the file.
+        (frame, landmark, axis), two or three axes, as in the file.
+    individuals : tuple[str, ...]
+        Names of all animals, where the file has names for them.
     likelihood : np.ndarray | None
         (frame, landmark), where the tracker gives one.
     frame_rate : float | None
@@ -43,32 +48,49 @@ class Found:
     frame_rate: float | None = None
     software: str = ""
     unit: str = "px"
+    individuals: tuple[str, ...] = ()
     notes: dict[str, str] = field(default_factory=dict)
 
 
 def read_tracker(
-    path: str | os.PathLike, individual: str | None, plane: str | None
+    path: str | os.PathLike, individual: str | None, *, first: bool = False
 ) -> Found | Table:
-    """The file's content; a plain or DLTdv table is handed on as it is."""
-    if plane is not None and plane not in PLANES:
-        raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
-    if Path(path).suffix.lower() in HDF5_ENDINGS:
-        return _project(_read_hdf5_file(path, individual), plane, Path(path).name)
-    text, source = read_text(path, MAX_BYTES), Path(path).name
-    if re.match(r"\s*scorer[,;\t]", text):
-        return _read_deeplabcut(text, source, individual)
+    """The file's content; a plain or DLTdv table is handed on as it is.
+
+    ``first``: of several animals the first one, where none is named.
+    """
+    source = Path(path).name
+    if has_hdf5(path):
+        return _read_hdf5_file(path, individual, first)
+    text = read_text(path, MAX_BYTES)
+    if re.match(r"\s*\"?scorer\"?[,;\t]", text):
+        return _read_deeplabcut(text, source, individual, first)
     table = parse_table(text, source=source)
+    if individual is not None:
+        raise InvalidInput(
+            f"{source} is a table of one animal; leave individual {individual!r} out."
+        )
     if any(name.endswith("_ncams") for name in table.columns) and "fnum" in table.columns:
-        return _project(_read_anipose(table), plane, source)
+        return _read_anipose(table)
     return table
 
 
-def _read_deeplabcut(text: str, source: str, individual: str | None) -> Found:
+def has_hdf5(path: str | os.PathLike) -> bool:
+    """Whether a file is HDF5, by how it begins."""
+    try:
+        with open(path, "rb") as file:
+            return file.read(len(HDF5)) == HDF5
+    except (OSError, ValueError):
+        return False
+
+
+def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool) -> Found:
     """DeepLabCut's CSV: rows scorer, (individuals,) bodyparts and coords above the numbers."""
     lines = io.StringIO(text)
     rows: list[list[str]] = []
     while not rows or (rows[-1][0] != "coords" and len(rows) < 4):
-        rows.append([cell.strip() for cell in re.split("[,;\t]", lines.readline().rstrip("\n"))])
+        cells = re.split("[,;\t]", lines.readline().rstrip("\n"))
+        rows.append([cell.strip().strip('"') for cell in cells])
     named = {row[0]: row[1:] for row in rows}
     if not {"bodyparts", "coords"} <= named.keys() or len({len(row) for row in rows}) > 1:
         raise InvalidInput(
@@ -76,6 +98,8 @@ def _read_deeplabcut(text: str, source: str, individual: str | None) -> Found:
         )
     header = ",".join(f"c{k}" for k in range(len(rows[0])))
     rest = lines.read()
+    if re.match(r"\s*\"?[^,;\t\n]*[^\d\s\".,;\t][^,;\t\n]*[,;\t]", rest):
+        raise InvalidInput(f"{source}: {TRAINING_LABELS}")
     delimiter = max(",;\t", key=rest[:1000].count)
     table = parse_table(f"{header.replace(',', delimiter)}\n{rest}", source=source)
     labels = list(
@@ -86,31 +110,38 @@ def _read_deeplabcut(text: str, source: str, individual: str | None) -> Found:
             strict=True,
         )
     )
-    return _gather(labels, table.values[:, 1:], table.values[:, 0], individual, source)
+    return _gather(
+        labels, table.values[:, 1:], table.values[:, 0], source, individual=individual, first=first
+    )
 
 
 def _gather(
     labels: Sequence[tuple[str, str, str]],
     values: np.ndarray,
     frame: np.ndarray,
-    individual: str | None,
     source: str,
+    **asked: Any,
 ) -> Found:
     """DeepLabCut's columns (individual, body part, coordinate) as landmarks."""
-    chosen = _choose(
-        list(dict.fromkeys(label[0] for label in labels if label[0] != "single")),
-        individual,
-        source,
-    )
+    individuals = list(dict.fromkeys(label[0] for label in labels if label[0] != "single"))
+    chosen = _choose(individuals or ["single"], source, **asked)
     place = {label[1:]: k for k, label in enumerate(labels) if label[0] in (chosen, "single")}
     parts = tuple(dict.fromkeys(part for part, _ in place))
-    if not parts or any((part, axis) not in place for part in parts for axis in "xy"):
-        raise InvalidInput(f"{source}: every body part needs its columns x and y.")
-    position = values[:, [[place[part, axis] for axis in "xy"] for part in parts]]
+    axes = "xyz" if any(axis == "z" for _, axis in place) else "xy"
+    if not parts or any((part, axis) not in place for part in parts for axis in axes):
+        raise InvalidInput(f"{source}: every body part needs its columns {' and '.join(axes)}.")
+    position = values[:, [[place[part, axis] for axis in axes] for part in parts]]
     given = all((part, "likelihood") in place for part in parts)
     likelihood = values[:, [place[part, "likelihood"] for part in parts]] if given else None
     _check_frames(frame, source)
-    return Found(names=parts, position=position, likelihood=likelihood, software="DeepLabCut")
+    return Found(
+        names=parts,
+        position=position,
+        likelihood=likelihood,
+        software="DeepLabCut",
+        unit="px" if axes == "xy" else OWN_UNIT,
+        individuals=tuple(name for name in individuals if name),
+    )
 
 
 def _check_frames(frame: np.ndarray, source: str) -> None:
@@ -121,10 +152,12 @@ def _check_frames(frame: np.ndarray, source: str) -> None:
         )
 
 
-def _choose(individuals: list[str], individual: str | None, source: str) -> str:
+def _choose(
+    individuals: list[str], source: str, *, individual: str | None, first: bool = False
+) -> str:
     if individual is not None and individual in individuals:
         return individual
-    if len(individuals) == 1 and individual is None:
+    if individual is None and individuals and (first or len(individuals) == 1):
         return individuals[0]
     shown = ", ".join(individuals[:12])
     asked = (
@@ -142,28 +175,42 @@ def _read_anipose(table: Table) -> Found:
     position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
     likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
     return Found(
-        names=names, position=position.transpose(2, 0, 1), likelihood=likelihood, software="Anipose"
+        names=names,
+        position=position.transpose(2, 0, 1),
+        likelihood=likelihood,
+        software="Anipose",
+        unit=OWN_UNIT,
     )
 
 
-def _project(found: Found, plane: str | None, source: str) -> Found:
-    """The two axes of ``plane`` of landmarks in space."""
-    if found.position.shape[2] == 2:
-        return found
-    if plane is None:
+def project(found: Found, plane: str | None, source: str) -> Found:
+    """The axes of ``plane`` of landmarks in space.
+
+    Raises
+    ------
+    InvalidInput
+        Places in space and no plane, or a plane that the file cannot have.
+    """
+    if plane is not None and plane not in PLANES:
+        raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
+    n_axes = found.position.shape[2]
+    if n_axes == 2 and plane is not None:
         raise InvalidInput(
-            f"{source} holds places in space; say onto which plane to look: {', '.join(PLANES)}"
-            " (plane=)."
+            f"{source} holds places in a picture (x, y), which have no plane {plane}. Leave the"
+            " plane out."
         )
-    position = found.position[:, :, list(PLANES[plane])]
-    return Found(**{**vars(found), "position": position})
+    if n_axes == 3 and plane is None:
+        raise InvalidInput(
+            f"{source} holds places in space; say onto which plane to look (xy, xz, yz), or space"
+            " for angles between vectors (plane=, or --plane)."
+        )
+    return found if plane is None else replace(found, position=found.position[:, :, PLANES[plane]])
 
 
-def _read_hdf5_file(path: str | os.PathLike, individual: str | None) -> Found:
-    if not Path(path).is_file():
-        raise InvalidInput(f"cannot read {path!s}: no such file. Check the path.")
+def _read_hdf5_file(path: str | os.PathLike, individual: str | None, first: bool = False) -> Found:
     about, arrays = open_guarded("feeler.tensors.poses:read_poses", path)
     source, kind = Path(path).name, about["kind"]
+    asked: dict[str, Any] = {"individual": individual, "first": first}
     if kind == "DeepLabCut":
         labels = [tuple(label) for label in about["labels"]]
         if arrays["values"].ndim != 2 or arrays["values"].shape[1] != len(labels):
@@ -171,25 +218,33 @@ def _read_hdf5_file(path: str | os.PathLike, individual: str | None) -> Found:
                 f"{source}: {len(labels)} columns are named, the table has shape"
                 f" {arrays['values'].shape}."
             )
-        return _gather(labels, arrays["values"], arrays["frame"], individual, source)
+        return _gather(labels, arrays["values"], arrays["frame"], source, **asked)
     position, score = (
         arrays["position"].astype(float),
         arrays.get("likelihood"),
     )  # (individual, frame, landmark, axis)
     n_animals, _, n_points, n_axes = position.shape
-    if (n_animals, n_points) != (len(about["individuals"]), len(about["names"])) or n_axes not in (
-        2,
-        3,
-    ):
+    individuals = about["individuals"]
+    if (n_animals, n_points) != (len(individuals), len(about["names"])) or n_axes not in (2, 3):
         raise InvalidInput(f"{source}: its names do not fit places of shape {position.shape}.")
-    k = about["individuals"].index(_choose(about["individuals"], individual, source))
+    k = individuals.index(_choose(individuals, source, **asked))
     n = about["frames"][k] if "frames" in about else None
     return Found(
         names=tuple(about["names"]),
         position=position[k, :n],
         likelihood=None if score is None else score[k, :n].astype(float),
-        unit=about.get("unit", "px"),
-        notes={"source": about["sources"][k]} if "sources" in about else {},
+        unit=about.get("unit", "px") if n_axes == 2 or about.get("unit") == "mm" else OWN_UNIT,
+        individuals=tuple(individuals),
+        notes=_take_notes(about, k),
         frame_rate=about.get("frame_rate"),
         software=kind,
     )
+
+
+def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
+    """What the file says beside the numbers, and what is odd about it."""
+    notes = {"source": about["sources"][animal]} if "sources" in about else {}
+    notes |= {"clock": about["clock"]} if "clock" in about else {}
+    if about.get("flat"):
+        notes["without z"] = ", ".join(about["flat"])
+    return notes

@@ -11,13 +11,16 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import ALLOW_NAN, Gt, Len, Record, Unit
 from feeler.tensors.table import Table
-from feeler.tracking.trackers import Found, read_tracker
+from feeler.tracking.trackers import OWN_UNIT, Found, project, read_tracker
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
 ORIGINS = ("top-left", "bottom-left")
 MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
 MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
+# [C] frames per second; slower than any film of a moving animal. Converters that have not seen the
+# film write 1
+_PLACEHOLDER = 2.0
 
 
 class Tracks(Record):
@@ -26,7 +29,8 @@ class Tracks(Record):
     Attributes
     ----------
     position : np.ndarray
-        (frame, landmark, axis) [px, or mm after ``scaled``]; NaN where a landmark was not seen.
+        (frame, landmark, axis) [``unit``: px, or mm after ``scaled``], with two axes, or three of
+        places in space; NaN where a landmark was not seen.
     landmarks : tuple[str, ...]
         Name of each landmark.
     interval : float
@@ -44,7 +48,7 @@ class Tracks(Record):
         > 0.
     """
 
-    position: Annotated[np.ndarray, "frame landmark 2", ALLOW_NAN]
+    position: Annotated[np.ndarray, "frame landmark axis", ALLOW_NAN]
     landmarks: Annotated[tuple[str, ...], Len(1)]
     interval: Annotated[float, Gt(0), Unit("ms")]
     unit: str = "px"
@@ -54,10 +58,10 @@ class Tracks(Record):
 
     def _check(self) -> None:
         names = self.landmarks
-        if self.position.shape[1] != len(names):
+        if self.position.shape[1] != len(names) or self.position.shape[2] not in (2, 3):
             raise InvalidInput(
-                f"position must be (frame, landmark, axis) = (…, {len(names)}, 2) for landmarks"
-                f" {', '.join(names)}; got shape {self.position.shape}."
+                f"position must be (frame, landmark, axis) = (…, {len(names)}, 2 or 3) for"
+                f" landmarks {', '.join(names)}; got shape {self.position.shape}."
             )
         if len(set(names)) < len(names):
             raise InvalidInput(f"each landmark needs its own name, got {', '.join(names)}.")
@@ -78,7 +82,7 @@ class Tracks(Record):
 
     def scaled(self, pixels_per_mm: float) -> "Tracks":
         """The same tracks in mm."""
-        if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit != "px":
+        if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit == "mm":
             raise InvalidInput(
                 f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}."
             )
@@ -106,10 +110,11 @@ def load_tracks(
     individual: str | None = None,
     plane: str | None = None,
 ) -> Tracks:
-    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV), movement
-    (netCDF), ndx-pose (NWB), DLTdv, or a table.
+    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV),
+    sleap-anipose (H5), movement (netCDF), ndx-pose (NWB), DLTdv, or a table.
 
-    A table has two columns ``NAME_x, NAME_y`` per landmark and, if it likes, ``NAME_likelihood``.
+    A table has columns ``NAME_x, NAME_y`` per landmark, in space ``NAME_z`` too, and, if it likes,
+    ``NAME_likelihood``.
     Places whose likelihood is below ``min_likelihood`` become NaN and are counted in ``doubted``;
     nothing is filled in.
 
@@ -118,10 +123,11 @@ def load_tracks(
     path
         The tracker's file; what wrote it is seen by its content.
     frame_rate
-        Frames per second of the film; needed unless the file holds it (movement, NWB).
+        Frames per second of the film; needed unless the file holds it (movement, NWB) and it is
+        more than 2, which converters write that have not seen the film.
     landmarks
-        What DLTdv's points 1, 2, … are; default: left_tip, right_tip, head, abdomen for four points
-        [C]. For a generic table: which landmarks to take, default all.
+        What DLTdv's or sleap-anipose's points 1, 2, … are; default of DLTdv: left_tip, right_tip,
+        head, abdomen for four points [C]. Of other files: which landmarks to take, default all.
     origin
         ``top-left`` (y downwards; DLTdv8 and most trackers) or ``bottom-left`` (y upwards; DLTdv5
         to 7, Argus).
@@ -136,8 +142,8 @@ def load_tracks(
     individual
         Which animal of a file with several, or which trial of an NWB file.
     plane
-        Of places in space (Anipose, movement): ``xy``, ``xz`` or ``yz``. They count as seen with y
-        upwards.
+        Of places in space, needed there: ``xy``, ``xz`` or ``yz``, which count as seen with the
+        second axis upwards, or ``space`` for all three, whose angles have no sign.
 
     Returns
     -------
@@ -152,22 +158,15 @@ def load_tracks(
         raise InvalidInput(
             f"frame_rate must lie in (0, {MAX_FRAME_RATE:g}] frames per second, got {frame_rate}."
         )
-    found = read_tracker(path, individual, plane)
+    found, name = read_tracker(path, individual), os.path.basename(path)
     first = first_pixel or 0.0
     if isinstance(found, Table):
-        is_dltdv = any(
-            re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in found.columns
-        )
-        first = float(is_dltdv) if first_pixel is None else first_pixel
-        found = _take_dltdv(found, camera, landmarks) if is_dltdv else _take_named(found, landmarks)
+        first = float(_is_dltdv(found)) if first_pixel is None else first_pixel
+        found = read_landmarks(found, camera, landmarks)
     elif landmarks is not None:
         found = _select(found, landmarks)
-    frame_rate = frame_rate or found.frame_rate
-    if frame_rate is None:
-        raise InvalidInput(
-            f"{os.path.basename(path)} does not say how many frames a second; give frame_rate="
-            " (--frame-rate)."
-        )
+    found = project(found, plane, name)
+    frame_rate = frame_rate or _check_rate(found, name)
     position, doubted = _doubt(found, min_likelihood)
     position = position - first
     if origin == "top-left" and plane is None:
@@ -185,8 +184,38 @@ def load_tracks(
     )
 
 
+def read_landmarks(
+    table: Table, camera: int = 1, landmarks: tuple[str, ...] | None = None
+) -> Found:
+    """Landmarks of a plain or DLTdv table, as in the file."""
+    if _is_dltdv(table):
+        return _take_dltdv(table, camera, landmarks)
+    return _take_named(table, landmarks)
+
+
+def _is_dltdv(table: Table) -> bool:
+    return any(re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in table.columns)
+
+
+def _check_rate(found: Found, name: str) -> float:
+    """The file's own frame rate, where it can be one."""
+    advice = "give frame_rate= (--frame-rate)."
+    if clock := found.notes.get("clock"):
+        raise InvalidInput(f"{name} has no even clock: {clock}. To count frames alone, {advice}")
+    if found.frame_rate is None:
+        raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
+    if not _PLACEHOLDER < found.frame_rate <= MAX_FRAME_RATE:
+        raise InvalidInput(
+            f"{name} claims {found.frame_rate:.4g} frames/s, which no film of a moving animal has;"
+            f" {advice}"
+        )
+    return found.frame_rate
+
+
 def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
-    """These landmarks of a tracker's file."""
+    """These landmarks of a tracker's file; names for points that have none."""
+    if found.software == "sleap-anipose":
+        return replace(found, names=_name_points([*range(len(found.names))], landmarks))
     if unknown := [name for name in landmarks if name not in found.names]:
         raise InvalidInput(f"no landmark {unknown[0]!r}; the tracks hold {', '.join(found.names)}.")
     index = [found.names.index(name) for name in landmarks]
@@ -223,7 +252,7 @@ def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) ->
             " camera=."
         )
     for point in points:
-        _require_pair(table, found, point, f"pt{point}_cam{camera}")
+        _require_axes(table, found, point, f"pt{point}_cam{camera}")
     names = _name_points(points, landmarks)
     columns = [[found[point, axis] for axis in "XY"] for point in points]
     return Found(names=names, position=table.values[:, columns], notes=table.notes)
@@ -245,7 +274,7 @@ def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[
 def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
     found = {}
     for index, column in enumerate(table.columns):
-        match = re.fullmatch(r"(.{1,200}?)[_. ]([xyXY])", column)
+        match = re.fullmatch(r"(.{1,200}?)[_. ]([xyzXYZ])", column)
         if match:
             found[match[1], match[2].upper()] = index
     names = (
@@ -256,9 +285,10 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
             f"{table.source}: no landmark columns among {', '.join(table.columns[:12])}. A landmark"
             " is two columns, such as head_x and head_y, or DLTdv's pt1_cam1_X and pt1_cam1_Y."
         )
+    axes = "XYZ" if any((name, "Z") in found for name in names) else "XY"
     for name in names:
-        _require_pair(table, found, name, name)
-    position = table.values[:, [[found[name, axis] for axis in "XY"] for name in names]]
+        _require_axes(table, found, name, name, axes)
+    position = table.values[:, [[found[name, axis] for axis in axes] for name in names]]
     sure = [
         [
             c
@@ -269,14 +299,18 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
     ]
     seen = [table.column(columns[0]) if columns else np.ones(len(position)) for columns in sure]
     return Found(
-        names=names, position=position, likelihood=np.stack(seen, axis=1), notes=table.notes
+        names=names,
+        position=position,
+        likelihood=np.stack(seen, axis=1),
+        notes=table.notes,
+        unit="px" if axes == "XY" else OWN_UNIT,
     )
 
 
-def _require_pair(table: Table, found: dict, key: object, shown: str) -> None:
-    for axis in "XY":
+def _require_axes(table: Table, found: dict, key: object, shown: str, axes: str = "XY") -> None:
+    for axis in axes:
         if (key, axis) not in found:
             raise InvalidInput(
                 f"{table.source}: no column {shown}_{axis}; the file has"
-                f" {', '.join(table.columns[:12])}. Each landmark needs its x and its y."
+                f" {', '.join(table.columns[:12])}. Each landmark needs its {' and '.join(axes)}."
             )

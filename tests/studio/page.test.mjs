@@ -1,0 +1,162 @@
+// Pure parts of the page, held against what Python made of the same (given.json). Run by test_units.py.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import test from "node:test";
+import { findDecision, readVerdict } from "./charts.js";
+import { raise, write } from "./dom.js";
+import { findHandles, readCurve, sumCompliance } from "./editor.js";
+import { TouchRecord, inflate, unpack } from "./record.js";
+import { Store, decodeState, encodeState, makeState, makeWish } from "./state.js";
+import { findTag } from "./tags.js";
+import { WallRecord } from "./wall.js";
+
+const given = JSON.parse(readFileSync(new URL("./given.json", import.meta.url)));
+const near = (a, b, off = 1e-6) => assert.ok(Math.abs(a - b) <= off * Math.max(1, Math.abs(b)), `${a} is not ${b}`);
+const read = (text) => { const raw = Buffer.from(text, "base64"); return raw.buffer.slice(raw.byteOffset, raw.byteOffset + raw.length); };
+
+test("numbers are written with their digits, powers raised, and no number as a dash", () => {
+  for (const [value, digits, words] of [[0, 3, "0"], [12.345, 3, "12.3"], [-0.0123456, 2, "-0.012"], [99.96, 3, "100"],
+    [123456, 3, "1.23·10⁵"], [-0.000456, 2, "-4.6·10⁻⁴"], [0.001, 3, "0.001"], [NaN, 3, "–"], [Infinity, 3, "–"]])
+    assert.equal(write(value, digits), words);
+  assert.equal(raise(-10), "⁻¹⁰");
+});
+
+test("a message is unpacked as Python packed it", () => {
+  const [header, arrays] = unpack(read(given.packed.content));
+  assert.equal(header.part, "piece");
+  for (const [name, { shape, values }] of Object.entries(given.packed.arrays)) {
+    assert.deepEqual(arrays[name].shape, shape);
+    assert.deepEqual([...arrays[name].data], values);
+  }
+});
+
+test("a squeezed array is off by half a level at most, and what is missing stays missing", async () => {
+  const found = await inflate(given.squeezed.packed);
+  assert.deepEqual(found.shape, given.squeezed.shape);
+  given.squeezed.values.forEach((value, k) => (value === null ? assert.ok(Number.isNaN(found.data[k])) : near(found.data[k], value, given.squeezed.off)));
+});
+
+test("curves and their compliance are the antenna's that Python makes of the same wish", () => {
+  for (const { wish, original, stiffness, damping } of given.curves) {
+    readCurve(wish, original, "stiffness").forEach((k, n) => near(k / stiffness[n], 1, 1e-9));
+    readCurve(wish, original, "damping").forEach((c, n) => near(c / damping[n], 1, 1e-9));
+    near(sumCompliance(stiffness), stiffness.reduce((sum, k) => sum + 1 / k, 0));
+  }
+  assert.deepEqual(findHandles({}, given.curves[0].original, "damping"), given.curves[0].original.handles.damping);
+});
+
+/** 2 classes of a ball, 1 of a box; each row a sample. */
+function makeReading(step = 1) {
+  const rows = [[0.3, 0.3, 0.4], [0.3, 0.3, 0.4], [0.1, 0.1, 0.8], [0.5, 0.45, 0.05], [0.2, 0.2, 0.6], [0.5, 0.42, 0.08], [0.6, 0.35, 0.05]];
+  return { posterior: { shape: [7, 3], data: new Float32Array(rows.flat()) }, noticed: 2 * step, step };
+}
+const study = { labels: [["ball", 1.5, 0.5], ["ball", 3, 0.6], ["box", 1.5, 0.5]] };
+
+test("a verdict is the likeliest kind's, and decided since it stayed sure, counted from contact", () => {
+  for (const step of [1, 2, 5]) {
+    const say = (k) => readVerdict(makeReading(step), study, k * step);
+    assert.deepEqual(say(1), { best: "", probability: 0, since: -1, decided: -1 });
+    assert.equal(say(2).best, "box");
+    near(say(2).probability, 0.8);
+    assert.deepEqual([say(2).since, say(2).decided], [0, -1]);
+    assert.equal(say(3).best, "ball");
+    near(say(3).probability, 0.95);
+    assert.deepEqual([say(3).since, say(3).decided], [step, step]);
+    assert.deepEqual([say(4).best, say(4).decided], ["box", -1]);
+    assert.deepEqual([say(6).since, say(6).decided], [4 * step, 3 * step]); // not since the first time
+    assert.equal(findDecision(makeReading(step), study).decided, 3 * step);
+  }
+  const reading = makeReading();
+  readVerdict(reading, study, 6);
+  const other = { labels: [["box", 1, 0.5], ["ball", 1, 0.5], ["ball", 1, 0.5]] };
+  assert.equal(readVerdict(reading, other, 2).best, "ball"); // sums are not kept from the other study
+});
+
+const ANTENNA = { name: "a", length: 6, segments: [1, 2, 3], sensors: [2, 3], radius: 0.2, rest: [0.1, 0, 0], stiffness: [3, 2, 1], damping: [1, 1, 1] };
+const HEADER = { id: 4, antenna: ANTENNA, rims: [[]], total: 5, preview: false, interval: 1 };
+
+/** Angles that tell their sample and hinge. */
+function makePiece(first, n, scale = 1) {
+  const angle = Array.from({ length: n }, (_, k) => [0, 1, 2].map((h) => scale * (0.01 * (first + k) + 0.1 * h))).flat();
+  return { angle: { shape: [n, 3], data: new Float32Array(angle) }, base: { shape: [n, 3], data: new Float32Array(3 * n) } };
+}
+
+test("a record gives each sensor its own hinge and sample, in whatever pieces they come", () => {
+  const record = new TouchRecord();
+  record.begin(HEADER);
+  record.add(0, makePiece(0, 2));
+  assert.deepEqual([record.filled, record.shown], [2, 2]);
+  record.add(2, makePiece(2, 3));
+  for (let k = 0; k < 5; k++) { near(record.angle(0, k), 0.1 + 0.01 * k); near(record.angle(1, k), 0.2 + 0.01 * k); }
+  near(record.peak, 0.24);
+  const turn = [0.02, 0.14, 0.36], points = record.points(2), x = [0], y = [0];
+  turn.forEach((phi, k) => { x.push(x[k] + ANTENNA.segments[k] * Math.sin(phi)); y.push(y[k] + ANTENNA.segments[k] * Math.cos(phi)); });
+  x.forEach((value, k) => { near(points[2 * k], value); near(points[2 * k + 1], y[k]); });
+  near(record.tip(2)[1], y[3]);
+});
+
+test("nothing of the touch before is left once another is whole, and at once where the antenna is another", () => {
+  const record = new TouchRecord(), mode = { frequency: 0.02, damping_ratio: 0.5 };
+  record.begin(HEADER);
+  record.add(0, makePiece(0, 5, 3));
+  Object.assign(record, { mode, reading: makeReading() });
+  record.begin({ ...HEADER, id: 5 });
+  assert.equal(record.reading.old, true);
+  assert.deepEqual(record.mode, mode); // the same antenna rings as it did
+  record.add(0, makePiece(0, 5));
+  near(record.peak, 0.24);
+  near(record.tip(0)[1], Math.cos(0) + 2 * Math.cos(0.1) + 3 * Math.cos(0.3));
+  record.begin({ ...HEADER, id: 6, antenna: { ...ANTENNA, damping: [1, 1, 2] } });
+  assert.equal(record.mode, null);
+  record.begin({ ...HEADER, id: 7, total: 4 });
+  assert.deepEqual([record.shown, record.peak, record.reading], [0, 0, null]);
+});
+
+test("a live record drops its oldest samples and keeps the order and the clock of the others", () => {
+  const record = new TouchRecord();
+  record.begin({ ...HEADER, live: true, interval: 4, total: 8 });
+  for (let first = 0; first < 20; first += 5) {
+    const piece = makePiece(first, 5);
+    piece.posterior = { shape: [5, 2], data: new Float32Array(10).fill(0.5) };
+    record.add(first, piece);
+  }
+  assert.ok(record.filled <= 8 && record.dropped + record.filled === 20);
+  for (let k = 0; k < record.filled; k++) near(record.angle(0, k), 0.1 + 0.01 * (record.dropped + k));
+  const judged = record.judge(17);
+  assert.deepEqual([judged.noticed, judged.step], [4 * (17 - record.dropped), 4]);
+  assert.equal(record.judge(-1).noticed, -1);
+});
+
+test("a wall's record begins anew with each run", () => {
+  const record = new WallRecord();
+  const piece = { body: { shape: [2, 3], data: new Float32Array([1, 2, 3, 4, 5, 6]) }, angle: { shape: [2, 2], data: new Float32Array([7, 8, 9, 10]) } };
+  record.take({ part: "begin", id: 1 }, {});
+  record.take({ part: "piece" }, piece);
+  record.take({ part: "end", error: 0.5 }, { distance: { data: [1] }, estimate: { data: [2] } });
+  assert.deepEqual([record.n, record.body, [...record.angle[1]], record.end.error], [2, [1, 2, 3, 4, 5, 6], [9, 10], 0.5]);
+  record.take({ part: "begin", id: 2 }, {});
+  assert.deepEqual([record.n, record.body.length, record.end], [0, 0, null]);
+});
+
+test("a state travels in an address, is undone and redone, and makes its own wish", async () => {
+  const state = makeState({ preset: "linear" });
+  Object.assign(state, { mode: "wall", B: { preset: "matched" }, unsure: 0.1 });
+  state.touch.location = 0.61;
+  assert.deepEqual(await decodeState(`#s=${await encodeState(state)}`, makeState({})), state);
+  assert.equal(await decodeState("#s=nonsense", makeState({})), null);
+  const store = new Store(state, () => {});
+  store.change((s) => { s.touch.speed = 0.2; }, false);
+  store.change((s) => { s.touch.speed = 0.3; });
+  store.undo();
+  assert.equal(store.state.touch.speed, 0.06);
+  store.redo();
+  assert.equal(store.state.touch.speed, 0.3);
+  assert.deepEqual(makeWish(store.state, "B", true), { antenna: { preset: "matched" }, ...store.state.touch, preview: true });
+});
+
+test("a number's source is that of its own antenna", () => {
+  assert.equal(findTag({ preset: "linear" }, "stiffness", 1), "linear_stiffness_tip");
+  assert.equal(findTag({ preset: "linear", stiffness: [] }, "stiffness", 1), "own");
+  assert.equal(findTag({ toml: "x" }, "length", 0), "file");
+  assert.deepEqual([findTag({}, "sensors", 0), findTag({ preset: "robot" }, "length", 0)], ["n_sensors", "robot length"]);
+});
