@@ -81,6 +81,19 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
     )
 
 
+def test_the_words_of_every_figure_can_be_read(sections):
+    """At the width of a page no letter is smaller than 6 pt, and no text stands on another."""
+    words = {
+        block["name"]: block["words"]
+        for section in sections.values()
+        for block in section.blocks
+        if block["kind"] == "figure"
+    }
+    assert len(words) > 20
+    assert {name: one["least"] for name, one in words.items() if one["least"] < 6} == {}
+    assert {name: one["over"] for name, one in words.items() if one["over"]} == {}
+
+
 def test_what_is_claimed_stands_beside_one_figure_or_section(whole):
     page = (whole / "report.html").read_text()
     places = re.findall(r'aria-label="claims held against ([^"]+)"', page)
