@@ -40,6 +40,7 @@ _PARTS = {
     "hair": HAIR,
 }
 _N_COMPONENTS = 30
+_LEAST = 4  # touches of a class, half of which are learned
 _FIELDS = ("accuracy", "bits", "place", "spikes")
 
 
@@ -113,8 +114,15 @@ class SpikeStudy(Study):
 
     levels: dict[str, Variant]  # type: ignore[assignment]
     readers: tuple[str, ...] = (IDEAL_OBSERVER, "counts")
-    each: Annotated[int, Ge(4)] = 8
+    each: Annotated[int, Ge(1)] = 8
     sensilla: dict[str, float]
+
+    def _check(self) -> None:
+        super()._check()
+        if self.each < _LEAST and {*self.readers} != {IDEAL_OBSERVER}:
+            raise InvalidInput(
+                f"readers that learn need at least {_LEAST} touches of each class, got {self.each}."
+            )
 
     @property
     def noises(self) -> dict[str, Any]:
@@ -307,6 +315,15 @@ def _measure(
     by_place = np.stack([chance[:, places == name].sum(axis=1) for name in names], axis=1)
     true = np.array([_name_place(label) for label in labels])
     return accuracy, bits, float(np.mean(names[by_place.argmax(axis=1)] == true))
+
+
+def _measure_ideal(
+    reader: PoissonReader, met: np.ndarray, labels: np.ndarray, until: float | None
+) -> tuple[float, float, float]:
+    """The same of the ideal observer, whose accuracy is its own expectation, which is unbiased."""
+    _, bits, place = _measure(reader, met, labels, until)
+    chance = np.asarray(reader.predict_proba(met, until))
+    return float(chance.max(axis=1).mean()), bits, place
 
 
 def _name_place(label: str) -> str:
