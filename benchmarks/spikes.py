@@ -6,11 +6,11 @@
     python benchmarks/spikes.py recordings FOLDER
 
 **ideal** and **learn** go through the sets in their order until the minutes are over, and go on
-from their journals. **write** keeps the sets that are whole as studies/spiking/measured.json, which report and
-docs read. **recordings** holds the sensillum against recordings by Szczecinski et al. 2021
-(doi:10.1088/1748-3190/ac1ced), which are theirs and
-no part of feeler: ``sameAmplitudeDifferentRate.csv``, ``CTrTorqueWaveform.csv`` and, if there,
-``rampAndHold.mat`` and ``torqueWaveform.mat``; misfits are printed and drawn.
+from their journals. **write** keeps the sets that are whole as studies/spiking/measured.json, which
+report and docs read. **recordings** holds the sensillum against recordings by Szczecinski et al.
+2021 (doi:10.1088/1748-3190/ac1ced), which are theirs and no part of feeler: in the folder,
+``sameAmplitudeDifferentRate.csv``, ``CTrTorqueWaveform.csv`` and, if there, ``rampAndHold.mat`` and
+``torqueWaveform.mat``; misfits are printed and drawn.
 """
 
 import argparse

@@ -29,10 +29,11 @@ def found(study):
 
 def test_touches_are_told_apart_from_trains_and_not_where_there_is_nothing_to_tell(found):
     whole = found["accuracy"].sel(window="whole touch")
-    assert whole.sel(reader="counts", level="own") > 0.5  # of ten
-    assert whole.sel(reader="ideal", level="own") >= whole.sel(reader="counts", level="own")
-    assert whole.sel(reader="counts", level="null") < 0.3
-    assert whole.sel(reader="first", level="null") < 0.3
+    told, null = whole.sel(level="own"), whole.sel(level="null")
+    assert told.sel(reader="ideal") > 0.9
+    for code in ("counts", "first"):  # of ten, by readers with four lessons of each
+        assert told.sel(reader="ideal") >= told.sel(reader=code) > 0.25
+        assert null.sel(reader=code) < 0.2
 
 
 def test_more_time_and_more_spikes_never_tell_an_ideal_observer_less(found):
@@ -41,7 +42,7 @@ def test_more_time_and_more_spikes_never_tell_an_ideal_observer_less(found):
     assert bits.sel(level="100 spikes", window="whole touch") <= bits.sel(
         level="own", window="whole touch"
     )
-    assert np.all(bits <= np.log2(10) + 1e-9)
+    assert np.nanmax(bits) <= np.log2(10) + 1e-9
 
 
 def test_variants_change_what_they_say(found):
@@ -64,6 +65,9 @@ def test_places_are_named_at_least_as_often_as_touches(found):
     assert np.all(found["place"].values[known] >= found["accuracy"].values[known])
 
 
-def test_an_unknown_variant_is_refused():
+def test_what_was_not_declared_is_refused():
+    with pytest.raises(InvalidInput, match="at least 4 touches of each class, got 1"):
+        load_spiking(each=1)
+    assert load_spiking(each=1, codes=("ideal",)).each == 1
     with pytest.raises(InvalidInput, match="unknown variant 'mine'; declared are own, shared"):
         load_spiking(variants=("mine",))
