@@ -43,13 +43,15 @@ class SpikeOptions:
         None
     )
     rate: Annotated[
-        float, typer.Option(help="median greatest rate of a touch, which sets the gain [Hz]")
+        float, typer.Option(help="greatest rate of the median touch, which sets the gain [Hz]")
     ] = 400.0
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
     ] = 1
-    refractory: Annotated[float, typer.Option(help="rest after each spike [ms]")] = 0.0
-    spread: Annotated[float, typer.Option(help="standard deviation of latencies [ms]")] = 0.0
+    refractory: Annotated[float, typer.Option(help="resting time after each spike [ms]")] = 0.0
+    spread: Annotated[
+        float, typer.Option(help="standard deviation of the delay of a spike [ms]")
+    ] = 0.0
     seed: Annotated[int, typer.Option(min=0, help="of the spikes")] = 0
     show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0
     session_start: Annotated[

@@ -31,7 +31,7 @@ from feeler.studies.study import Study
 from feeler.task import Common, Task
 from feeler.toml import parse_toml
 
-WHOLE = "whole touch"
+_WHOLE = "whole touch"
 IDEAL_OBSERVER = "ideal"
 _PARTS = {
     "whole": CAMPANIFORM,
@@ -132,7 +132,7 @@ class SpikeStudy(Study):
     def list_windows(self) -> list[tuple[str, float, str]]:
         """Kind, value [ms] and name of every window since contact."""
         times = sorted(float(t) for t in self.windows["deadlines"])
-        return [*(("time", t, f"{t:g} ms") for t in times), (WHOLE, np.nan, WHOLE)]
+        return [*(("time", t, f"{t:g} ms") for t in times), (_WHOLE, np.nan, _WHOLE)]
 
     def choose_population(
         self, antenna: Antenna, places: np.ndarray, variant: Variant, **options: Any
@@ -173,7 +173,7 @@ class SpikeStudy(Study):
         if not trains.enough or not variant.is_asked(name):
             return found
         ends = [
-            None if kind == WHOLE else round(until / self.sample_interval)
+            None if kind == _WHOLE else round(until / self.sample_interval)
             for kind, until, _ in self.list_windows()
         ]
         asked = [k for k, end in enumerate(ends) if variant.by_deadline or end is None]
