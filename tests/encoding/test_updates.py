@@ -77,10 +77,10 @@ def test_correlations_with_the_data(case):
 def test_gram_of_bases_replaces_the_reconstruction(case):
     _, bases, activations = case
     expected = loop_see(bases, loop_reconstruct(bases, activations))
-    kernel, edge = compute_basis_gram(bases)
+    kernel, fringe = compute_basis_gram(bases)
     for trial, target in zip(activations, expected, strict=True):
         out = np.empty_like(trial)
-        apply_gram(kernel, edge, trial, out)
+        apply_gram(kernel, fringe, trial, out)
         np.testing.assert_allclose(out, target, atol=1e-12)
 
 
@@ -117,12 +117,12 @@ def test_projected_step_equals_the_obvious_one(joint):
 
     rng = np.random.default_rng(11)
     tensors, bases = rng.random((3, 4, 25)), rng.random((2, 4, 5))
-    kernel, edge = compute_basis_gram(bases)
+    kernel, fringe = compute_basis_gram(bases)
     seen, activations = loop_see(bases, tensors), np.zeros((3, 2, 25))
     size = 75 if joint else 25
     l1 = l1_of_unit_vector(size, 0.6)
     descend_activations(
-        seen, kernel, edge, activations, np.ones((1 if joint else 3, 2)), l1, joint, 1, 0.0
+        seen, kernel, fringe, activations, np.ones((1 if joint else 3, 2)), l1, joint, 1, 0.0
     )
     expected = np.zeros_like(activations)
     for m in range(2):

@@ -1,30 +1,29 @@
 """Steps of the activations on fixed bases.
 
-They need what the bases see (A) and the bases' inner products (kernel, edge).
+They need what the bases see (A) and the bases' inner products (kernel, fringe).
 """
 
 import numpy as np
 
-from feeler.compiled import compiled
+from feeler.compiled import compiled, lean
 from feeler.encoding.convolution import add_convolved
 from feeler.encoding.sparseness import project_row
 
 
 @compiled
-def apply_gram(kernel, edge, activations, out):
+def apply_gram(kernel, fringe, activations, out):
     """out = G·activations for one trial, both (component, time)."""
     n_components, n_times = activations.shape
-    pad = edge.shape[2] - 1
-    padded = np.zeros(n_times + 2 * pad)
+    padded = np.zeros(n_times + 3)  # three zeros, which add_convolved reads
     out[:] = 0.0
     for k in range(n_components):
         first, stop = _find_extent(activations[k])
-        padded[pad : pad + n_times] = activations[k]
+        padded[:n_times] = activations[k]
         for m in range(n_components):
-            add_convolved(kernel[m, k], edge[k, m], padded, first, stop, out[m])
+            add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, out[m])
 
 
-@compiled
+@lean
 def _find_extent(row):
     """First entry that is not zero, and the one after the last."""
     first, stop = 0, row.size
@@ -36,14 +35,14 @@ def _find_extent(row):
 
 
 @compiled
-def multiply_activations(seen, kernel, edge, activations, n_sweeps):
+def multiply_activations(seen, kernel, fringe, activations, n_sweeps):
     """Multiplicative updates H ← H·A/(G H) of activations (trial, component, time), in place."""
     # what scikit-learn's NMF puts in place of a vanishing denominator
     tiny = np.finfo(np.float32).eps
     pulled = np.empty(activations.shape[1:])
     for n in range(activations.shape[0]):
         for _ in range(n_sweeps):
-            apply_gram(kernel, edge, activations[n], pulled)
+            apply_gram(kernel, fringe, activations[n], pulled)
             for m in range(pulled.shape[0]):
                 for t in range(pulled.shape[1]):
                     below = pulled[m, t] if pulled[m, t] != 0.0 else tiny
@@ -52,7 +51,7 @@ def multiply_activations(seen, kernel, edge, activations, n_sweeps):
 
 
 @compiled
-def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_sweeps, tol):
+def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_sweeps, tol):
     """Projected-gradient sweeps under the sparseness constraint, in place.
 
     Activations are (trial, component, time). With ``joint`` there is one constraint per component
@@ -67,25 +66,33 @@ def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_swe
         bound = np.abs(kernel[m, m]).sum()
         safe[m] = 1.0 / bound if bound > 0.0 else 0.0
     if joint:
-        return _descend_group(seen, kernel, edge, activations, steps[0], safe, l1, n_sweeps, tol)
+        return _descend_group(seen, kernel, fringe, activations, steps[0], safe, l1, n_sweeps, tol)
     most = 0
     for n in range(activations.shape[0]):
         sweeps = _descend_group(
-            seen[n : n + 1], kernel, edge, activations[n : n + 1], steps[n], safe, l1, n_sweeps, tol
+            seen[n : n + 1],
+            kernel,
+            fringe,
+            activations[n : n + 1],
+            steps[n],
+            safe,
+            l1,
+            n_sweeps,
+            tol,
         )
         most = max(most, sweeps)
     return most
 
 
 @compiled
-def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, tol):
+def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps, tol):
     """Sweeps over the components of trials that share one constraint per component."""
     n_trials, n_components, n_times = activations.shape
     pulled = np.empty(activations.shape)
     for n in range(n_trials):
-        apply_gram(kernel, edge, activations[n], pulled[n])
+        apply_gram(kernel, fringe, activations[n], pulled[n])
     row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
-    change = np.zeros((n_trials, n_times + 2 * edge.shape[2] - 2))
+    change = np.zeros((n_trials, n_times + 3))
     pull = np.empty((n_trials, n_times))
     for sweep in range(n_sweeps):
         gained, explained = 0.0, 0.0
@@ -95,7 +102,7 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
                     m,
                     seen,
                     kernel,
-                    edge,
+                    fringe,
                     activations,
                     pulled,
                     steps,
@@ -116,32 +123,18 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
 
 @compiled
 def _descend_row(
-    m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull
+    m, seen, kernel, fringe, activations, pulled, steps, safe, l1, row, projected, change, pull
 ):
     """One step of component m, halved until the loss falls; returns the fall.
 
     The next step begins longer.
     """
-    n_trials, _, n_times = activations.shape
-    pad = edge.shape[2] - 1
     while True:
-        step = steps[m] * safe
-        for n in range(n_trials):
-            for t in range(n_times):
-                row[n * n_times + t] = activations[n, m, t] - step * (
-                    pulled[n, m, t] - seen[n, m, t]
-                )
+        _step_down(m, seen, activations, pulled, steps[m] * safe, row)
         project_row(row, l1, projected)
-        fall = 0.0
-        for n in range(n_trials):
-            delta = change[n, pad : pad + n_times]
-            for t in range(n_times):
-                delta[t] = projected[n * n_times + t] - activations[n, m, t]
-            pull[n] = 0.0
-            first, stop = _find_extent(delta)
-            add_convolved(kernel[m, m], edge[m, m], change[n], first, stop, pull[n])
-            for t in range(first, stop):
-                fall -= delta[t] * (pulled[n, m, t] - seen[n, m, t] + 0.5 * pull[n, t])
+        fall = _measure_fall(
+            m, seen, kernel[m, m], fringe[m, m], activations, pulled, projected, change, pull
+        )
         if fall > 0.0:
             break
         if steps[m] <= 1.0:  # the step that cannot fail: nothing left but rounding
@@ -149,11 +142,45 @@ def _descend_row(
             return 0.0
         steps[m] = max(0.5 * steps[m], 1.0)
     steps[m] *= 1.2
-    for n in range(n_trials):
-        first, stop = _find_extent(change[n, pad : pad + n_times])
-        activations[n, m] = projected[n * n_times : (n + 1) * n_times]
-        pulled[n, m] += pull[n]
-        for k in range(kernel.shape[0]):
-            if k != m:
-                add_convolved(kernel[k, m], edge[m, k], change[n], first, stop, pulled[n, k])
+    _accept(m, kernel, fringe, activations, pulled, projected, change, pull)
     return fall
+
+
+@lean
+def _step_down(m, seen, activations, pulled, step, row):
+    """Row m of all trials (trial × time), a step down the gradient."""
+    n_trials, _, n_times = activations.shape
+    for n in range(n_trials):
+        for t in range(n_times):
+            row[n * n_times + t] = activations[n, m, t] - step * (pulled[n, m, t] - seen[n, m, t])
+
+
+@lean(fastmath={"reassoc", "contract"})  # sums in vector registers
+def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, change, pull):
+    """How far the loss falls if row m becomes ``projected``; the change, and G times it."""
+    n_trials, _, n_times = activations.shape
+    total = 0.0
+    for n in range(n_trials):
+        delta = change[n, :n_times]
+        for t in range(n_times):
+            delta[t] = projected[n * n_times + t] - activations[n, m, t]
+            pull[n, t] = 0.0
+        first, stop = _find_extent(delta)
+        add_convolved(kernel, fringe, change[n], first, stop, pull[n])
+        for t in range(first, stop):
+            total -= delta[t] * (pulled[n, m, t] - seen[n, m, t] + 0.5 * pull[n, t])
+    return total
+
+
+@lean
+def _accept(m, kernel, fringe, activations, pulled, projected, change, pull):
+    """Row m becomes ``projected``, and G times the activations follows."""
+    n_trials, n_components, n_times = activations.shape
+    for n in range(n_trials):
+        first, stop = _find_extent(change[n, :n_times])
+        for t in range(n_times):
+            activations[n, m, t] = projected[n * n_times + t]
+            pulled[n, m, t] += pull[n, t]
+        for k in range(n_components):
+            if k != m:
+                add_convolved(kernel[k, m], fringe[k, m], change[n], first, stop, pulled[n, k])

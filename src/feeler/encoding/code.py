@@ -81,8 +81,8 @@ def encode(
     n_components, _, n_lags = components.shape
     length = fourier_length(n_times, n_lags)
     basis_spectra = compute_spectra(components, length)
-    kernel, edge = compute_basis_gram(components)
-    ridged = _add_ridge(kernel, edge, ridge)
+    kernel, fringe = compute_basis_gram(components)
+    ridged = _add_ridge(kernel, fringe, ridge)
     l1 = 0.0 if sparseness is None or code != "sparse" else l1_of_unit_vector(n_times, sparseness)
     activations = np.zeros((n_trials, n_components, n_times))
 
@@ -93,7 +93,7 @@ def encode(
         )
         _polish_nonnegative(seen, *ridged, rows, _APPROACH)
         if code == "nonnegative":
-            _polish_nonnegative(seen, kernel, edge, rows, _POLISH)
+            _polish_nonnegative(seen, kernel, fringe, rows, _POLISH)
             return True
         if code == "ridge":
             return solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
@@ -102,7 +102,7 @@ def encode(
                 project_row(row.copy(), l1, row)
         steps = np.ones(rows.shape[:2])
         return (
-            descend_activations(seen, kernel, edge, rows, steps, l1, False, max_sweeps, tol)
+            descend_activations(seen, kernel, fringe, rows, steps, l1, False, max_sweeps, tol)
             < max_sweeps
         )
 
@@ -120,16 +120,14 @@ def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np
     return invert_spectra(seen, length, tensor.shape[-1])
 
 
-def _add_ridge(kernel: np.ndarray, edge: np.ndarray, ridge: float) -> tuple[np.ndarray, np.ndarray]:
+def _add_ridge(
+    kernel: np.ndarray, fringe: np.ndarray, ridge: float
+) -> tuple[np.ndarray, np.ndarray]:
     """The inner products with ridge·‖W‖² added where a basis meets itself at the same moment."""
-    kernel, edge = kernel.copy(), edge.copy()
-    n_components, n_lags = edge.shape[1:3]
-    own = np.arange(n_components)
-    weight = ridge * kernel[own, own, n_lags - 1].mean()
-    kernel[own, own, n_lags - 1] += weight
-    for i in range(n_lags):
-        edge[own, own, i, i] += weight
-    return kernel, edge
+    kernel = kernel.copy()
+    own, centre = np.arange(len(kernel)), kernel.shape[2] // 2
+    kernel[own, own, centre] += ridge * kernel[own, own, centre].mean()
+    return kernel, fringe
 
 
 # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle
@@ -137,7 +135,7 @@ MOST_PIVOTS = 300
 
 
 @compiled
-def solve_nonnegative(seen, kernel, edge, activations):
+def solve_nonnegative(seen, kernel, fringe, activations):
     """The least ½ h·G h − A·h over h ≥ 0 for each trial, in place; G is positive definite.
 
     Variables run by time, then component, so that G has a band of component × lag. The equations of
@@ -154,12 +152,12 @@ def solve_nonnegative(seen, kernel, edge, activations):
     most = 0
     slope = np.empty((n_components, n_times))
     for n in range(n_trials):
-        most = max(most, _pivot(seen[n], kernel, edge, activations[n], slope))
+        most = max(most, _pivot(seen[n], kernel, fringe, activations[n], slope))
     return most
 
 
 @compiled
-def _pivot(seen, kernel, edge, h, slope):
+def _pivot(seen, kernel, fringe, h, slope):
     """One trial of solve_nonnegative."""
     n_components, n_times = h.shape
     top = max(seen.max(), 0.0)
@@ -169,8 +167,8 @@ def _pivot(seen, kernel, edge, h, slope):
     active = h > 0.0
     fewest, patience = n_components * n_times + 1, 3
     for pivot in range(MOST_PIVOTS):
-        _solve_active(seen, kernel, edge, active, h)
-        apply_gram(kernel, edge, h, slope)
+        _solve_active(seen, kernel, fringe, active, h)
+        apply_gram(kernel, fringe, h, slope)
         wrong, last_m, last_t = 0, 0, 0
         for t in range(n_times):
             for m in range(n_components):
@@ -200,10 +198,10 @@ def _is_wrong(active, value, slope, top):
 
 
 @compiled
-def _solve_active(seen, kernel, edge, active, h):
+def _solve_active(seen, kernel, fringe, active, h):
     """Solve G h = A for the active variables; the others become 0."""
     n_components, n_times = h.shape
-    n_lags = edge.shape[2]
+    n_lags = fringe.shape[2] + 1
     count = active.sum()
     component, time = np.empty(count, np.int64), np.empty(count, np.int64)
     value = np.empty(count)
@@ -222,7 +220,7 @@ def _solve_active(seen, kernel, edge, active, h):
         first[i] = start
         for j in range(start, i + 1):
             factor[i, j - start] = _look_up(
-                kernel, edge, component[i], time[i], component[j], time[j], n_times
+                kernel, fringe, component[i], time[i], component[j], time[j], n_times
             )
     _solve_banded(factor, first, value)
     h[:] = 0.0
@@ -231,12 +229,13 @@ def _solve_active(seen, kernel, edge, active, h):
 
 
 @compiled(inline="always")
-def _look_up(kernel, edge, m, s, k, place, n_times):
+def _look_up(kernel, fringe, m, s, k, place, n_times):
     """⟨basis m at s, basis k at place⟩, place ≤ s."""
-    n_lags = edge.shape[2]
+    n_lags = fringe.shape[2] + 1
+    whole = kernel[m, k, s - place + n_lags + 2]
     if place <= n_times - n_lags:
-        return kernel[m, k, s - place + n_lags - 1]
-    return edge[m, k, n_times - 1 - s, n_times - 1 - place]
+        return whole
+    return whole + fringe[m, k, n_times - 1 - place, s - n_times + n_lags - 1]
 
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
@@ -266,7 +265,7 @@ def _solve_banded(factor, first, value):
 
 
 @compiled
-def _polish_nonnegative(seen, kernel, edge, activations, n_steps):
+def _polish_nonnegative(seen, kernel, fringe, activations, n_steps):
     """Lower ½ h·G h − A·h over h ≥ 0 by steps of accelerated projected gradient, in place.
 
     For a G that is all but singular, where the least is reached by many h. The momentum starts
@@ -285,7 +284,7 @@ def _polish_nonnegative(seen, kernel, edge, activations, n_steps):
         nothing = 1e-14 * max(h.max(), 0.0)
         ahead[:] = h
         for _ in range(n_steps):
-            apply_gram(kernel, edge, ahead, slope)
+            apply_gram(kernel, fringe, ahead, slope)
             following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
             uphill = 0.0
             for m in range(n_components):

@@ -11,10 +11,11 @@ are Toeplitz up to the end of the window, so that two small sums along diagonals
 from typing import Annotated
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 
 from feeler.checked import checked
-from feeler.compiled import compiled
+from feeler.compiled import compiled, lean
 
 
 @checked
@@ -113,12 +114,13 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     kernel : np.ndarray
-        (component m, component k, 2·lag − 1). kernel[m, k, d + L − 1] = Σ_x Σ_τ W_m(x, τ)
-        W_k(x, τ + d), where m starts d samples after k and both fit into the window.
-    edge : np.ndarray
-        (component m, component k, lag, lag). In edge[m, k, i, j], m starts i samples before the
-        last one and k starts j samples before it, and what runs past the window is cut off.
-        edge[..., L − 1, :] and edge[..., :, L − 1] are the kernel.
+        (component m, component k, 2·lag + 5). kernel[m, k, d + L + 2] = Σ_x Σ_τ W_m(x, τ)
+        W_k(x, τ + d), where m starts d samples after k and both fit into the window; three zeros
+        stand on each side, so that four lags can be read at once.
+    fringe : np.ndarray
+        (component m, component k, lag − 1, lag − 1). What has to be added near the end, where what
+        runs past the window is cut off: fringe[m, k, j, r], where k starts j samples before the
+        last one, and m starts with sample r of the last L − 1.
     """
     n_components, n_sensors, n_lags = components.shape
     flat = components.transpose(1, 0, 2).reshape(n_sensors, n_components * n_lags)
@@ -130,45 +132,42 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         edge[:, :, i, 1:] += edge[:, :, i - 1, :-1]
     # products of fading numbers slow the processor, and change nothing
     edge[edge < 1e-50 * edge.max()] = 0
-    kernel = np.empty((n_components, n_components, 2 * n_lags - 1))
+    kernel = np.zeros((n_components, n_components, 2 * n_lags + 5))
     # m starts d after k: with k at the last full place (j = L − 1), m stands at i = L − 1 − d
-    kernel[:, :, n_lags - 1 :] = edge[:, :, ::-1, n_lags - 1]
-    kernel[:, :, : n_lags - 1] = edge[:, :, n_lags - 1, : n_lags - 1]
-    return kernel, edge
+    kernel[:, :, n_lags + 2 : -3] = edge[:, :, ::-1, n_lags - 1]
+    kernel[:, :, 3 : n_lags + 2] = edge[:, :, n_lags - 1, : n_lags - 1]
+    fringe = np.ascontiguousarray(edge[:, :, -2::-1, :-1].swapaxes(2, 3))
+    if n_lags > 1:
+        fringe -= sliding_window_view(kernel[:, :, 4 : 2 * n_lags + 1], n_lags - 1, axis=2)
+    return kernel, fringe
 
 
-@compiled(fastmath={"contract"})  # fused multiply-add: half the instructions
-def add_convolved(kernel, edge, padded, first, stop, out):
-    """Add G·h to out (time), with the kernel of the pair (m, k) and the edge of (k, m).
+@lean(fastmath={"contract"})  # fused multiply-add: half the instructions
+def add_convolved(kernel, fringe, padded, first, stop, out):
+    """Add G·h to out (time), with the kernel and the fringe of one pair of components.
 
-    h stands in `padded` with n_lags − 1 zeros each side, and is zero outside [first, stop).
+    h stands in `padded` with three zeros after its end, and is zero outside [first, stop). Moments
+    without activation cost nothing; the others go four at a time, for a quarter of the loads and
+    stores of the target.
     """
-    n_lags, n_times = edge.shape[0], out.size
-    low, high = max(0, first - n_lags + 1), min(n_times, stop + n_lags - 1)
-    target, width = out[low:high], high - low
-    offset = low + 2 * (n_lags - 1)
-    j = 0
-    while (
-        j + 4 <= kernel.size
-    ):  # four lags per pass: a quarter of the loads and stores of the target
-        a, b, c, d = kernel[j], kernel[j + 1], kernel[j + 2], kernel[j + 3]
-        source = padded[offset - j - 3 :]
-        for s in range(width):
+    reach, n_times = fringe.shape[0], out.size
+    moment = first
+    while moment < stop:
+        a, b, c, d = padded[moment], padded[moment + 1], padded[moment + 2], padded[moment + 3]
+        if a == 0.0:
+            moment += 1
+            continue
+        low, high = max(0, moment - reach), min(n_times, moment + 4 + reach)
+        target, source = out[low:high], kernel[low - moment + reach :]
+        for s in range(high - low):
             target[s] += a * source[s + 3] + b * source[s + 2] + c * source[s + 1] + d * source[s]
-        j += 4
-    while j < kernel.size:
-        a, source = kernel[j], padded[offset - j :]
-        for s in range(width):
-            target[s] += a * source[s]
-        j += 1
-    # near the end both are cut: put the edge's numbers instead, along its rows, where they lie side
-    # by side
-    for place in range(max(first, n_times - n_lags + 1), stop):
-        value = padded[place + n_lags - 1]
+        moment += 4
+    for place in range(max(first, n_times - reach), stop):  # bases that the window's end cuts
+        value = padded[place]
         if value != 0.0:
-            row, whole = edge[n_times - 1 - place], n_times - place + n_lags - 2
-            for i in range(n_lags - 1):
-                out[n_times - 1 - i] += value * (row[i] - kernel[whole - i])
+            target, source = out[n_times - reach :], fringe[n_times - 1 - place]
+            for s in range(reach):
+                target[s] += value * source[s]
 
 
 def compute_activation_gram(activations: np.ndarray, n_lags: int) -> np.ndarray:

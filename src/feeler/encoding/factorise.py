@@ -174,7 +174,7 @@ def _has_converged(losses: list[float], tol: float, energy: float) -> bool:
 def _update_activations(data, components, activations, steps, settings, blocks, run) -> None:
     """New activations in place, block by block."""
     spectra = compute_spectra(components, data.length)
-    kernel, edge = compute_basis_gram(components)
+    kernel, fringe = compute_basis_gram(components)
     joint = settings.joint and settings.sparseness is not None
     size = data.n_times * (data.n_trials if joint else 1)
     l1 = 0.0 if settings.sparseness is None else l1_of_unit_vector(size, settings.sparseness)
@@ -182,11 +182,11 @@ def _update_activations(data, components, activations, steps, settings, blocks, 
     def update(block: slice) -> None:
         seen = data._see(spectra, block)
         if settings.sparseness is None:
-            multiply_activations(seen, kernel, edge, activations[block], settings.inner_steps)
+            multiply_activations(seen, kernel, fringe, activations[block], settings.inner_steps)
         else:
             row = steps if joint else steps[block]
             descend_activations(
-                seen, kernel, edge, activations[block], row, l1, joint, settings.inner_steps, 0.0
+                seen, kernel, fringe, activations[block], row, l1, joint, settings.inner_steps, 0.0
             )
 
     list(run(update, [slice(None)] if joint else blocks))
@@ -254,11 +254,11 @@ def start_activations(
     shape = (data.n_trials, components.shape[0], data.n_times)
     if init == "random":
         return rng.random(shape)
-    kernel, edge = compute_basis_gram(components)
+    kernel, fringe = compute_basis_gram(components)
     seen = np.maximum(data.see(components, slice(None)), 0)
     pulled = np.empty(shape[1:])
     for trial in seen:
-        apply_gram(kernel, edge, trial, pulled)
+        apply_gram(kernel, fringe, trial, pulled)
         bend = np.vdot(trial, pulled)
         trial *= np.vdot(trial, trial) / bend if bend > 0 else 0
     return seen
