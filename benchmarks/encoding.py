@@ -1,6 +1,10 @@
-"""Speed of the encoder against torchnmf and seqnmf, in one run on the same tensors.
+"""Fit and speed of the encoder against torchnmf and seqnmf, in one run on the same tensors.
 
     pip install "feeler[bench]" && python benchmarks/encoding.py
+
+Two parts. On tensors like touches all take turns at the same number of iterations. On planted ones
+(benchmarks/planted.py) each encoder does what it does by default: ours several starts of one
+restart each, torchnmf 200 iterations; and a fit of ours begins at the truth.
 
 torchnmf's NMFD.sparse_fit constrains each component over all trials, so it is compared with
 constraint="all"; the default, constraint="trial", is timed beside it. Ours and theirs take turns,
@@ -17,9 +21,12 @@ from pathlib import Path
 
 import numpy as np
 from kept import write_kept
+from planted import DEVELOPMENT, JUDGED, KINDS, STARTS, THEIR_STARTS, plant
 
-from feeler.encoding import ConvolutiveNMF
-from feeler.encoding.factorise import Data, Settings, factorise, open_pool
+from feeler.encoding import ConvolutiveNMF, compute_stability
+from feeler.encoding.data import Data
+from feeler.encoding.factorise import Settings, factorise, open_pool
+from feeler.encoding.starts import make_generators, start_bases
 
 N_COMPONENTS, N_LAGS, SPARSENESS = 3, 40, 0.8
 
@@ -47,41 +54,84 @@ def make_tensors(
     return np.maximum(0.15 * tensors, 0)
 
 
-def run_ours(tensors: np.ndarray, constraint: str, n_iterations: int, threads: int) -> np.ndarray:
-    """(iteration, 2): seconds since the start, and the relative residual, after each iteration."""
-    rng, curve = np.random.default_rng(1), []
-    settings = Settings(
-        n_components=N_COMPONENTS,
-        n_lags=N_LAGS,
-        sparseness=SPARSENESS,
-        joint=constraint == "all",
-        max_iter=n_iterations,
-        tol=0,
-        inner_steps=3,
-    )
+def fit_ours(
+    tensors: np.ndarray, bases: np.ndarray, activations: np.ndarray, threads: int, **changes: object
+) -> tuple[np.ndarray, np.ndarray]:
+    """(iteration, 2): seconds since the start, and the relative residual, after each iteration; and
+    the bases.
+    """
+    model = ConvolutiveNMF(N_COMPONENTS, N_LAGS, SPARSENESS, **changes)
+    curve = []
     with open_pool(threads) as run:
         start = read_clock()
-        data = Data(tensors, N_LAGS)
-        bases = rng.random((N_COMPONENTS, tensors.shape[1], N_LAGS)) * tensors.mean()
-        activations = rng.random((len(tensors), N_COMPONENTS, tensors.shape[2]))
-        factorise(
-            data,
+        found = factorise(
+            Data(tensors, N_LAGS),
             bases,
             activations,
-            settings,
+            Settings.of(model),
             run,
             lambda iteration, residual: curve.append((read_clock() - start, residual)),
         )
-    return np.array(curve)
+    return np.array(curve), found.components
 
 
-def run_torchnmf(tensors: np.ndarray, n_iterations: int, threads: int) -> tuple[float, float]:
+def run_ours(tensors: np.ndarray, constraint: str, n_iterations: int, threads: int) -> np.ndarray:
+    """The curve of a fit from random numbers, of as many iterations as asked."""
+    rng = np.random.default_rng(1)
+    bases = rng.random((N_COMPONENTS, tensors.shape[1], N_LAGS)) * tensors.mean()
+    activations = rng.random((len(tensors), N_COMPONENTS, tensors.shape[2]))
+    given = {"constraint": constraint, "max_iter": n_iterations, "tol": 0}
+    return fit_ours(tensors, bases, activations, threads, **given)[0]
+
+
+def judge(kind: str, seed: int, threads: int, starts: int, theirs: int) -> dict[str, object]:
+    """One planted set: residuals of single starts of ours, of torchnmf's, and from the truth."""
+    tensors, bases, activations = plant(kind, seed)
+    curves, found = [], []
+    for rng in make_generators(seed, starts):
+        begun = start_bases(tensors, N_COMPONENTS, N_LAGS, "random", rng)
+        curve, components = fit_ours(
+            tensors, begun, rng.random(activations.shape), threads, constraint="all"
+        )
+        curves.append(curve)
+        found.append(components)
+    truth, _ = fit_ours(tensors, bases + 1e-4, activations, threads, constraint="all")
+    peers = [run_torchnmf(tensors, 200, threads, seed) for seed in range(theirs)]
+    ours = [curve[-1, 1] for curve in curves]
+    row = {
+        "set": f"{kind} {seed}",
+        "ours": ours,
+        "from the truth": truth[-1, 1],
+        "torchnmf": [residual for _, residual in peers],
+        "best of the first three / from the truth": min(ours[:3]) / truth[-1, 1],
+        "stability, over shifts": compute_stability(found),
+        "stability, in place": compute_stability(found, shift=False),
+        "seconds of ours": [curve[-1, 0] for curve in curves],
+        "seconds of torchnmf": [seconds for seconds, _ in peers],
+        "speed-up to torchnmf's residual": [
+            [seconds / _find_when(curve, residual) for curve in curves]
+            for seconds, residual in peers
+        ],
+    }
+    print(json.dumps(row, default=lambda value: float(value)), flush=True)
+    return row
+
+
+def _find_when(curve: np.ndarray, residual: float) -> float:
+    """Seconds to this residual; infinitely many where it is never reached."""
+    reached = curve[:, 1] <= residual
+    return curve[np.argmax(reached), 0] if reached.any() else np.inf
+
+
+def run_torchnmf(
+    tensors: np.ndarray, n_iterations: int, threads: int, seed: int = 1
+) -> tuple[float, float]:
     """Seconds, and the relative residual reached."""
     import torch
     from torchnmf.nmf import NMFD
 
     torch.set_num_threads(threads)
-    torch.manual_seed(1)
+    torch.manual_seed(seed)
     target = torch.tensor(tensors, dtype=torch.float32)
     net = NMFD(target.shape, rank=N_COMPONENTS, T=N_LAGS)
     start = read_clock()
@@ -111,7 +161,6 @@ def compare(
 ) -> dict[str, float]:
     """One row of the table."""
     tensors = make_tensors(n_trials)
-    run_ours(tensors[:3], "all", 2, threads), run_ours(tensors[:3], "trial", 2, threads)  # compile
     ours, trial, theirs = [], [], []
     for _ in range(rounds):
         ours.append(run_ours(tensors, "all", n_iterations, threads))
@@ -155,6 +204,10 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--no-seqnmf", action="store_true")
+    parser.add_argument("--planted", choices=("judged", "development", "none"), default="judged")
+    parser.add_argument("--starts", type=int, default=STARTS)
+    parser.add_argument("--torchnmf-starts", type=int, default=THEIR_STARTS)
+    parser.add_argument("--no-touches", action="store_true")
     parser.add_argument(
         "--cpu", action="store_true", help="count processor time, on one thread: for a busy machine"
     )
@@ -162,24 +215,28 @@ def main() -> None:
     if given.cpu:
         global read_clock
         given.threads, read_clock = 1, time.process_time
-    rows = [
-        compare(n, given.iterations, given.rounds, given.threads, not given.no_seqnmf)
-        for n in (30, 90)
-    ]
-    memory = measure_memory()
-    for name in rows[0]:
-        print(f"{name:34s}" + "".join(f"{row[name]:12.4g}" for row in rows))
-    print(f"{'memory beside the input, × input':34s}{memory:24.3g}")
-    result = {
-        "clock": "processor" if given.cpu else "wall",
-        "threads": given.threads,
-        "iterations": given.iterations,
-        "rows": rows,
-        "memory": memory,
-    }
+    seeds = {"judged": JUDGED, "development": DEVELOPMENT, "none": ()}[given.planted]
     path = Path(__file__).parent / "results" / "encoding.json"
+    result = {"clock": "processor" if given.cpu else "wall", "threads": given.threads}
+    warm = make_tensors(3)
+    run_ours(warm, "all", 8, given.threads), run_ours(warm, "trial", 8, given.threads)  # compile
+    if seeds:
+        result["planted"] = [
+            judge(kind, seed, given.threads, given.starts, given.torchnmf_starts)
+            for kind in KINDS
+            for seed in seeds
+        ]
+    if not given.no_touches:
+        rows = [
+            compare(n, given.iterations, given.rounds, given.threads, not given.no_seqnmf)
+            for n in (30, 90)
+        ]
+        result |= {"iterations": given.iterations, "rows": rows, "memory": measure_memory()}
+        for name in rows[0]:
+            print(f"{name:34s}" + "".join(f"{row[name]:12.4g}" for row in rows))
+        print(f"{'memory beside the input, × input':34s}{result['memory']:24.3g}")
     path.parent.mkdir(exist_ok=True)
-    write_kept(path, json.dumps(result, indent=1) + "\n")
+    write_kept(path, json.dumps(result, indent=1, default=float) + "\n")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import numpy as np
 N_COMPONENTS, N_SENSORS, N_LAGS, N_TRIALS, N_TIMES = 3, 56, 40, 30, 380
 DEVELOPMENT = (5, 6)
 JUDGED = (21, 22)
-STARTS = 20  # of each kind and seed
+STARTS, THEIR_STARTS = 5, 1  # of each kind and seed, so forty of ours in all
 PLACE, LAG = np.arange(N_SENSORS)[:, None], np.arange(N_LAGS)[None, :]
 
 

@@ -51,6 +51,21 @@ def multiply_activations(seen, kernel, fringe, activations, n_sweeps):
 
 
 @compiled
+def project_activations(activations, l1, joint):
+    """Put activations (trial, component, time) onto the sparseness constraint, in place; ``joint``:
+    one constraint per component over all trials.
+    """
+    n_trials, n_components, n_times = activations.shape
+    together = n_trials if joint else 1
+    row, projected = np.empty((together, n_times)), np.empty((together, n_times))
+    for first in range(0, n_trials, together):
+        for m in range(n_components):
+            row[:] = activations[first : first + together, m]
+            project_row(row.ravel(), l1, projected.ravel())
+            activations[first : first + together, m] = projected
+
+
+@compiled
 def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_sweeps, tol):
     """Projected-gradient sweeps under the sparseness constraint, in place.
 

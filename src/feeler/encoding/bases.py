@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from feeler.checked import checked
+from feeler.compiled import compiled
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
 # scikit-learn's NMF puts it in place of a vanishing denominator
@@ -52,6 +53,43 @@ def multiply_bases(
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
 
 
+def descend_bases(
+    components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
+) -> tuple[np.ndarray, float, float]:
+    """Each entry of the bases in turn to where the loss is lowest, the others held.
+
+    An entry that was zero can come back, which no multiplication can do. Parameters and returns are
+    those of :func:`multiply_bases`.
+
+    References
+    ----------
+    Cichocki & Phan 2009, IEICE Trans. Fundam. E92-A:708 (HALS).
+    """
+    n_components, n_sensors, n_lags = components.shape
+    size = n_components * n_lags
+    flat = components.transpose(1, 0, 2).reshape(n_sensors, size)
+    target = seen.transpose(1, 0, 2).reshape(n_sensors, size)
+    square = gram.reshape(size, size)
+    flat = np.ascontiguousarray(flat)
+    descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
+    bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
+    return bases, float(np.vdot(target, flat)), float(np.vdot(flat, flat @ square))
+
+
+@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
+def descend_entries(rows, target, square, n_sweeps):
+    """Lower ½ w·C w − b·w for each row w ≥ 0 and b of ``target``, entry by entry, in place."""
+    for n in range(rows.shape[0]):
+        row, wanted = rows[n], target[n]
+        for _ in range(n_sweeps):
+            for i in range(row.size):
+                if square[i, i] > 0.0:
+                    pulled = 0.0
+                    for j in range(row.size):
+                        pulled += square[i, j] * row[j]
+                    row[i] = max(row[i] + (wanted[i] - pulled) / square[i, i], 0.0)
+
+
 @checked
 def locate_components(components: Bases) -> np.ndarray:
     """Where along the antenna each basis acts.
@@ -86,34 +124,41 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
 
 
 @checked
-def compute_basis_similarity(first: Bases, second: Bases) -> np.ndarray:
+def compute_basis_similarity(first: Bases, second: Bases, *, shift: bool = True) -> np.ndarray:
     """Greatest cosine over all shifts between each basis of one set and each of another.
 
     Parameters
     ----------
     first, second : np.ndarray
         Bases (component, sensor, lag); the numbers of components and lags may differ.
+    shift : bool, default=True
+        False: the cosine at the lags where both stand.
 
     Returns
     -------
     np.ndarray
         (component of first, component of second), in [0, 1]: 1 for the same basis, however it is
-        scaled or shifted within the lags.
+        scaled or, with ``shift``, shifted within the lags.
     """
     length = first.shape[2] + second.shape[2]
     spectra = [np.fft.rfft(_to_unit(bases), length) for bases in (first, second)]
     overlap = np.einsum("asf,bsf->abf", spectra[0], spectra[1].conj())
-    return np.clip(np.fft.irfft(overlap, length).max(axis=2), 0, 1)
+    cosines = np.fft.irfft(overlap, length)
+    return np.clip(cosines.max(axis=2) if shift else cosines[:, :, 0], 0, 1)
 
 
 @checked
-def match_components(first: Bases, second: Bases) -> tuple[np.ndarray, np.ndarray]:
+def match_components(
+    first: Bases, second: Bases, *, shift: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
     """Pair the bases of two sets so that their similarities have the greatest sum.
 
     Parameters
     ----------
     first, second : np.ndarray
         Bases (component, sensor, lag).
+    shift : bool, default=True
+        Whether a basis counts as the same where it is shifted within the lags.
 
     Returns
     -------
@@ -122,13 +167,13 @@ def match_components(first: Bases, second: Bases) -> tuple[np.ndarray, np.ndarra
     similarity : np.ndarray
         The cosine of each pair, see :func:`compute_basis_similarity`.
     """
-    similarity = compute_basis_similarity(first, second)
+    similarity = compute_basis_similarity(first, second, shift=shift)
     rows, order = linear_sum_assignment(-similarity)
     return order, similarity[rows, order]
 
 
 @checked
-def compute_stability(restarts: list[Bases]) -> float:
+def compute_stability(restarts: list[Bases], *, shift: bool = True) -> float:
     """How alike the bases of several restarts are.
 
     Random non-negative bases already score far above 0, so compare scores between numbers of
@@ -138,6 +183,9 @@ def compute_stability(restarts: list[Bases]) -> float:
     ----------
     restarts : list of np.ndarray
         Bases (component, sensor, lag) of each restart.
+    shift : bool, default=True
+        Whether a basis counts as the same where it is shifted within the lags. A basis that begins
+        in the middle of its pattern then looks like one that holds all of it, so compare both.
 
     Returns
     -------
@@ -145,7 +193,8 @@ def compute_stability(restarts: list[Bases]) -> float:
         Mean cosine of matched bases over all pairs of restarts, in [0, 1]; NaN for one restart.
     """
     pairs = [
-        match_components(first, second)[1].mean() for first, second in combinations(restarts, 2)
+        match_components(first, second, shift=shift)[1].mean()
+        for first, second in combinations(restarts, 2)
     ]
     return float(np.mean(pairs)) if pairs else float("nan")
 

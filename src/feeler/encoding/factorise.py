@@ -2,24 +2,30 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations
-from feeler.encoding.bases import multiply_bases
-from feeler.encoding.code import TRIALS_PER_TASK, encode
+from feeler.encoding.activations import (
+    descend_activations,
+    multiply_activations,
+    project_activations,
+)
+from feeler.encoding.bases import descend_bases, multiply_bases
 from feeler.encoding.convolution import (
     compute_activation_gram,
     compute_basis_gram,
     compute_spectra,
-    correlate_with_activations,
-    correlate_with_bases,
-    fourier_length,
-    invert_spectra,
 )
-from feeler.encoding.sparseness import l1_of_unit_vector, project_row
+from feeler.encoding.data import Data
+from feeler.encoding.slide import slide
+from feeler.encoding.sparseness import l1_of_unit_vector
 from feeler.execute.threads import ThreadExecutor, hold_blas
+
+# iterations after which bases are looked for at other lags, and how many decide [C]
+SLIDES, TRIAL = (5, 10, 20, 40), 5
+_FIRST_WEIGHT = 0.5  # of the last iteration's change, on top of which the next one begins [C]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +56,19 @@ class Settings:
     tol: float
     inner_steps: int
 
+    @classmethod
+    def of(cls, model: Any) -> "Settings":
+        """Those of an encoder."""
+        return cls(
+            n_components=model.n_components,
+            n_lags=model.n_lags,
+            sparseness=model.sparseness,
+            joint=model.constraint == "all",
+            max_iter=model.max_iter,
+            tol=model.tol,
+            inner_steps=model.inner_steps or (1 if model.sparseness is None else 10),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Factors:
@@ -71,35 +90,23 @@ class Factors:
     converged: bool
 
 
-class Data:
-    """Tensors made ready once for any number of factorisations: their transform and their size."""
+@dataclass(frozen=True, kw_only=True)
+class State:
+    """Where a fit stands.
 
-    def __init__(self, tensors: np.ndarray, n_lags: int):
-        self.n_trials, self.n_sensors, self.n_times = tensors.shape
-        self.n_lags = n_lags
-        self.length = fourier_length(self.n_times, n_lags)
-        self.spectra = compute_spectra(tensors, self.length)
-        self.energy = float(np.vdot(tensors, tensors))
-        self.silent = ~tensors.any(axis=(1, 2))
+    Attributes
+    ----------
+    steps : np.ndarray
+        (1 or trial, component): step sizes of the activations, in units of the one that cannot
+        fail.
+    loss : float
+        ½‖V − V̂‖².
+    """
 
-    def see(self, components: np.ndarray, trials: slice) -> np.ndarray:
-        """A (trial, component, time): the bases correlated with the tensors."""
-        basis_spectra = compute_spectra(components, self.length)
-        return self._see(basis_spectra, trials)
-
-    def _see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
-        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
-        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]))
-        correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)
-        return invert_spectra(out, self.length, self.n_times)
-
-    def gather(self, activations: np.ndarray, trials: slice) -> np.ndarray:
-        """Transform of B (component, sensor, lag): tensors correlated with activations."""
-        h_re, h_im = compute_spectra(activations[trials], self.length)
-        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
-        out = np.zeros((2, activations.shape[1], self.n_sensors, v_re.shape[2]))
-        correlate_with_activations(v_re, v_im, h_re, h_im, out)
-        return out
+    components: np.ndarray
+    activations: np.ndarray
+    steps: np.ndarray
+    loss: float
 
 
 def factorise(
@@ -128,38 +135,133 @@ def factorise(
     on_iteration : Callable, optional
         Called with the iteration and the relative residual ‖V − V̂‖/‖V‖ after it.
     """
-    components, activations = components.copy(), activations.copy()
-    activations[data.silent] = 0  # a start from random numbers would leave traces there
-    blocks = [
-        slice(start, start + TRIALS_PER_TASK) for start in range(0, data.n_trials, TRIALS_PER_TASK)
-    ]
-    groups = 1 if settings.joint else data.n_trials
-    steps = np.ones((groups, settings.n_components))
-    if settings.sparseness is not None:
-        _project_activations(activations, settings.sparseness, settings.joint)
-    losses, converged = [], False
-    for iteration in range(settings.max_iter):
-        _update_activations(data, components, activations, steps, settings, blocks, run)
-        components, loss = _update_bases(data, components, activations, settings, blocks, run)
-        losses.append(loss)
+    begun, losses, converged = _begin(data, components, activations, settings), [], False
+    for state in _walk(data, begun, settings, run):
+        losses.append(state.loss)
         if on_iteration is not None:
-            on_iteration(iteration, np.sqrt(2 * loss / data.energy) if data.energy else 0.0)
-        if _has_converged(losses, settings.tol, data.energy):
-            converged = True
+            relative = np.sqrt(2 * state.loss / data.energy) if data.energy else 0.0
+            on_iteration(len(losses) - 1, relative)
+        if converged := _has_converged(losses, settings.tol, data.energy):
+            break
+        if len(losses) == settings.max_iter:
             break
     return Factors(
-        components=components, activations=activations, losses=np.array(losses), converged=converged
+        components=state.components,
+        activations=state.activations,
+        losses=np.array(losses),
+        converged=converged,
     )
 
 
-def _project_activations(activations: np.ndarray, sparseness: float, joint: bool) -> None:
+def _begin(data, components, activations, settings) -> State:
+    activations = activations.copy()
+    activations[data.silent] = 0  # a start from random numbers would leave traces there
+    _constrain(activations, settings)
+    groups = 1 if settings.joint else data.n_trials
+    return State(
+        components=components.copy(),
+        activations=activations,
+        steps=np.ones((groups, settings.n_components)),
+        loss=np.inf,
+    )
+
+
+def _walk(data: Data, state: State, settings: Settings, run: Callable) -> Iterator[State]:
+    """The state after each iteration, without end.
+
+    Under a sparseness each iteration begins a little further along the last one's change, a little
+    further each time. Where this raises the loss, the iteration counts for nothing, and the next
+    begins where the last one ended (Ang & Gillis 2019).
+    """
+    before, weight, most, count = None, _FIRST_WEIGHT, 1.0, 0
+    while True:
+        if settings.sparseness is not None and count in SLIDES:
+            path = _try_slide(data, state, settings, run)
+            yield from path
+            state, before, weight = (path or [state])[-1], None, _FIRST_WEIGHT
+        start = state if before is None else _extrapolate(before, state, weight, settings)
+        new = _iterate(data, start, settings, run)
+        if new.loss > state.loss and before is not None:
+            before, most, weight = None, weight, weight / 1.5
+        else:
+            before = state if settings.sparseness is not None and np.isfinite(state.loss) else None
+            state, most = new, min(1.0, 1.01 * most)
+            weight = min(most, 1.05 * weight)
+        count += 1
+        yield state
+
+
+def _extrapolate(before: State, state: State, weight: float, settings: Settings) -> State:
+    components = state.components + weight * (state.components - before.components)
+    activations = state.activations + weight * (state.activations - before.activations)
+    activations = np.maximum(activations, 0)
+    _constrain(activations, settings)
+    return replace(state, components=np.maximum(components, 0), activations=activations)
+
+
+def _try_slide(data, state, settings, run) -> list[State]:
+    """A few iterations with the bases where they are and, if it ends lower, the end of as many with
+    the bases where ``slide`` puts them; none where there is nowhere to go.
+    """
+    moved = slide(data, state.components, state.activations, run)
+    if moved is None:
+        return []
+    components, activations = moved
+    _constrain(activations, settings)
+    there = replace(
+        state, components=components, activations=activations, steps=np.ones_like(state.steps)
+    )
+    stay = [state]
+    for _ in range(TRIAL):
+        stay.append(_iterate(data, stay[-1], settings, run))
+        there = _iterate(data, there, settings, run)
+    return [*stay[1:-1], min(stay[-1], there, key=lambda end: end.loss)]
+
+
+def _iterate(data: Data, state: State, settings: Settings, run: Callable) -> State:
+    """New activations, block by block, then new bases."""
+    activations, steps = state.activations.copy(), state.steps.copy()
+    spectra = compute_spectra(state.components, data.length)
+    kernel, fringe = compute_basis_gram(state.components)
+    joint = settings.joint and settings.sparseness is not None
+    l1 = _find_l1(activations, settings)
+
+    def update(block: slice) -> None:
+        seen, rows = data.see_with(spectra, block), activations[block]
+        if settings.sparseness is None:
+            multiply_activations(seen, kernel, fringe, rows, settings.inner_steps)
+            return
+        own = steps if joint else steps[block]
+        descend_activations(seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps, 0.0)
+
+    list(run(update, [slice(None)] if joint else data.blocks))
+    seen = data.gather(activations, run)
+    gram = compute_activation_gram(activations, data.n_lags)
+    components, shared, square = improve_bases(state.components, seen, gram, settings)
+    loss = max(0.5 * data.energy - shared + 0.5 * square, 0.0)
+    return State(components=components, activations=activations, steps=steps, loss=loss)
+
+
+def improve_bases(components, seen, gram, settings: Settings) -> tuple[np.ndarray, float, float]:
+    """New bases for what the data and the activations give: multiplied where there is no
+    sparseness, otherwise entry by entry.
+    """
+    improve = multiply_bases if settings.sparseness is None else descend_bases
+    return improve(components, seen, gram, settings.inner_steps)
+
+
+def _constrain(activations: np.ndarray, settings: Settings) -> None:
     """Put activations (trial, component, time) onto the constraint, in place."""
-    n_trials, n_components, n_times = activations.shape
-    rows = activations.transpose(1, 0, 2).reshape(n_components * (1 if joint else n_trials), -1)
-    projected = np.empty_like(rows)
-    for row, target in zip(rows, projected, strict=True):
-        project_row(row, l1_of_unit_vector(row.size, sparseness), target)
-    activations[:] = projected.reshape(n_components, n_trials, n_times).transpose(1, 0, 2)
+    if settings.sparseness is not None:
+        project_activations(activations, _find_l1(activations, settings), settings.joint)
+
+
+def _find_l1(activations: np.ndarray, settings: Settings) -> float:
+    """‖h‖₁/‖h‖₂ of what shares one constraint."""
+    if settings.sparseness is None:
+        return 0.0
+    n_trials, _, n_times = activations.shape
+    return l1_of_unit_vector(n_times * (n_trials if settings.joint else 1), settings.sparseness)
 
 
 def _has_converged(losses: list[float], tol: float, energy: float) -> bool:
@@ -171,38 +273,6 @@ def _has_converged(losses: list[float], tol: float, energy: float) -> bool:
     return len(losses) > 10 and losses[-11] - losses[-1] <= 10 * tol * scale
 
 
-def _update_activations(data, components, activations, steps, settings, blocks, run) -> None:
-    """New activations in place, block by block."""
-    spectra = compute_spectra(components, data.length)
-    kernel, fringe = compute_basis_gram(components)
-    joint = settings.joint and settings.sparseness is not None
-    size = data.n_times * (data.n_trials if joint else 1)
-    l1 = 0.0 if settings.sparseness is None else l1_of_unit_vector(size, settings.sparseness)
-
-    def update(block: slice) -> None:
-        seen = data._see(spectra, block)
-        if settings.sparseness is None:
-            multiply_activations(seen, kernel, fringe, activations[block], settings.inner_steps)
-        else:
-            row = steps if joint else steps[block]
-            descend_activations(
-                seen, kernel, fringe, activations[block], row, l1, joint, settings.inner_steps, 0.0
-            )
-
-    list(run(update, [slice(None)] if joint else blocks))
-
-
-def _update_bases(data, components, activations, settings, blocks, run) -> tuple[np.ndarray, float]:
-    """New bases, and the loss they leave."""
-    spectra = np.zeros((2, settings.n_components, data.n_sensors, data.length // 2 + 1))
-    for part in run(lambda block: data.gather(activations, block), blocks):
-        spectra += part
-    seen = invert_spectra(spectra, data.length, data.n_lags)
-    gram = compute_activation_gram(activations, data.n_lags)
-    components, shared, square = multiply_bases(components, seen, gram, settings.inner_steps)
-    return components, max(0.5 * data.energy - shared + 0.5 * square, 0.0)
-
-
 @contextmanager
 def open_pool(n_jobs: int) -> Iterator[Callable]:
     """What maps over blocks of trials on ``n_jobs`` threads.
@@ -212,100 +282,3 @@ def open_pool(n_jobs: int) -> Iterator[Callable]:
     """
     with hold_blas(), ThreadExecutor(n_jobs) as pool:
         yield pool.map
-
-
-def make_generators(random_state, n: int) -> list[np.random.Generator]:
-    """One generator per restart, from whatever scikit-learn or NumPy takes as a seed."""
-    if isinstance(random_state, np.random.RandomState):
-        random_state = random_state.randint(2**31)
-    return np.random.default_rng(random_state).spawn(n)
-
-
-def start_bases(
-    tensors: np.ndarray, n_components: int, n_lags: int, init: str, rng: np.random.Generator
-) -> np.ndarray:
-    """Starting bases (component, sensor, lag).
-
-    ``windows`` takes stretches of the tensors, drawn with the probability of their energy, and adds
-    a floor of a tenth of their mean, because an entry at zero would stay there. ``random`` draws
-    uniform numbers in [0, 1) and scales them to the data.
-    """
-    n_trials, n_sensors, n_times = tensors.shape
-    if init == "random":
-        return rng.random((n_components, n_sensors, n_lags)) * (2 * tensors.mean())
-    power = np.einsum("nxt,nxt->nt", tensors, tensors)
-    total = np.cumsum(np.pad(power, ((0, 0), (1, 0))), axis=1)
-    windows = np.maximum(total[:, n_lags:] - total[:, :-n_lags], 0).ravel()
-    weight = windows / windows.sum() if windows.sum() > 0 else None
-    chosen = rng.choice(windows.size, n_components, p=weight)
-    trial, onset = np.unravel_index(chosen, (n_trials, n_times - n_lags + 1))
-    bases = np.stack([tensors[n, :, t : t + n_lags] for n, t in zip(trial, onset, strict=True)])
-    floor = bases.mean(axis=(1, 2), keepdims=True)
-    return bases + floor * rng.uniform(0.05, 0.15, bases.shape)
-
-
-def start_activations(
-    data: Data, components: np.ndarray, init: str, rng: np.random.Generator
-) -> np.ndarray:
-    """Starting activations (trial, component, time).
-
-    ``windows`` takes what the bases see, at the best scale; ``random`` takes uniform numbers.
-    """
-    shape = (data.n_trials, components.shape[0], data.n_times)
-    if init == "random":
-        return rng.random(shape)
-    kernel, fringe = compute_basis_gram(components)
-    seen = np.maximum(data.see(components, slice(None)), 0)
-    pulled = np.empty(shape[1:])
-    for trial in seen:
-        apply_gram(kernel, fringe, trial, pulled)
-        bend = np.vdot(trial, pulled)
-        trial *= np.vdot(trial, trial) / bend if bend > 0 else 0
-    return seen
-
-
-def learn_batch(
-    tensors: np.ndarray,
-    components: np.ndarray,
-    sums: tuple[np.ndarray | float, np.ndarray | float],
-    settings: Settings,
-    forget: float,
-    run: Callable = map,
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Code a batch on the old bases, add it to the sums over earlier batches, update the bases.
-
-    Parameters
-    ----------
-    tensors : np.ndarray
-        The batch (trial, sensor, time).
-    components : np.ndarray
-        The old bases (component, sensor, lag).
-    sums : tuple of two np.ndarray
-        Data correlated with activations (component, sensor, lag), and activations correlated with
-        each other (component, lag, component, lag); both 0 at first.
-    forget : float
-        What earlier batches count beside this one.
-
-    Returns
-    -------
-    components : np.ndarray
-        The new bases (component, sensor, lag).
-    sums : tuple of two np.ndarray
-
-    References
-    ----------
-    Mairal, Bach, Ponce & Sapiro 2010, J. Mach. Learn. Res. 11:19 (online dictionary learning from
-    such sums).
-    """
-    code = "nonnegative" if settings.sparseness is None else "sparse"
-    activations, _ = encode(
-        tensors, components, code, sparseness=settings.sparseness, max_sweeps=20, tol=1e-3, run=run
-    )
-    data = Data(tensors, settings.n_lags)
-    blocks = [
-        slice(start, start + TRIALS_PER_TASK) for start in range(0, data.n_trials, TRIALS_PER_TASK)
-    ]
-    spectra = sum(run(lambda block: data.gather(activations, block), blocks))
-    seen = forget * sums[0] + invert_spectra(spectra, data.length, settings.n_lags)
-    gram = forget * sums[1] + compute_activation_gram(activations, settings.n_lags)
-    return multiply_bases(components, seen, gram, settings.inner_steps)[0], (seen, gram)

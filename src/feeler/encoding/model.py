@@ -9,20 +9,13 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
 from feeler.encoding.bases import canonicalise, compute_stability
+from feeler.encoding.batches import learn_batch
 from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
-from feeler.encoding.factorise import (
-    Data,
-    Factors,
-    Settings,
-    factorise,
-    learn_batch,
-    make_generators,
-    open_pool,
-    start_activations,
-    start_bases,
-)
+from feeler.encoding.data import Data
+from feeler.encoding.factorise import Factors, Settings, factorise, open_pool
 from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_settings, check_size
+from feeler.encoding.starts import make_generators, make_starts, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.tensors.labels import label_like
@@ -65,9 +58,9 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         drawn by energy: this start is nearer, but planted bases come back less often from it.
     n_restarts : int, default=3
         Fits from this many starts; the one with the lowest loss is kept.
-    max_iter : int, default=300
+    max_iter : int, default=100
         Most iterations of a fit.
-    tol : float, default=1e-4
+    tol : float, default=3e-4
         A fit ends when over ten iterations the loss falls by less than ``tol`` times itself per
         iteration (times 10⁻⁴ of the tensors' energy, once it is lower than that).
     inner_steps : int, optional
@@ -123,8 +116,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         ridge: float = 0.1,
         init: str = "random",
         n_restarts: int = 3,
-        max_iter: int = 300,
-        tol: float = 1e-4,
+        max_iter: int = 100,
+        tol: float = 3e-4,
         inner_steps: int | None = None,
         random_state: int | np.random.Generator | np.random.RandomState | None = None,
         n_jobs: int | None = None,
@@ -166,12 +159,14 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         check_settings(self)
         tensors = as_tensors(X)
         check_size(tensors, self.n_components, self.n_lags)
-        data = Data(tensors, self.n_lags)
-        with open_pool(_count_threads(self.n_jobs)) as run:
-            found = [
-                factorise(data, bases, codes, self._settings(), run)
-                for bases, codes in self._make_starts(tensors, data, components, activations)
-            ]
+        data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
+        starts = list(make_starts(self, tensors, data, components, activations))
+        with open_pool(threads) as run:
+            # threads wait least where each has a start of its own
+            outer, inner = (run, map) if len(starts) >= threads else (map, run)
+            found = list(
+                outer(lambda start: factorise(data, *start, Settings.of(self), inner), starts)
+            )
         self._keep(found, tensors, data.energy)
         return self
 
@@ -264,7 +259,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self._check_against_bases(tensors)
         with open_pool(_count_threads(self.n_jobs)) as run:
             self.components_, self._sums = learn_batch(
-                tensors, self.components_, self._sums, self._settings(), forget, run
+                tensors, self.components_, self._sums, Settings.of(self), forget, run
             )
         return self
 
@@ -300,40 +295,6 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
                 self.partial_fit(batch if prepare is None else prepare(batch), forget=forget)
         self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
         return self
-
-    def _settings(self) -> Settings:
-        inner = self.inner_steps or (1 if self.sparseness is None else 3)
-        return Settings(
-            n_components=self.n_components,
-            n_lags=self.n_lags,
-            sparseness=self.sparseness,
-            joint=self.constraint == "all",
-            max_iter=self.max_iter,
-            tol=self.tol,
-            inner_steps=inner,
-        )
-
-    def _make_starts(self, tensors, data, components, activations):
-        """Yield the (bases, activations) to start from."""
-        given = components is not None or activations is not None
-        for rng in make_generators(self.random_state, 1 if given else self.n_restarts):
-            bases = components
-            if bases is None:
-                bases = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
-            bases = _check_start(
-                "components", bases, (self.n_components, data.n_sensors, self.n_lags)
-            )
-            codes = (
-                start_activations(data, bases, self.init, rng)
-                if activations is None
-                else activations
-            )
-            yield (
-                bases,
-                _check_start(
-                    "activations", codes, (data.n_trials, self.n_components, data.n_times)
-                ),
-            )
 
     def _keep(self, found: list[Factors], tensors, energy) -> None:
         """Set the learned attributes from the restarts."""
@@ -390,15 +351,6 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 def _canonical(factors: Factors) -> Factors:
     components, activations = canonicalise(factors.components, factors.activations)
     return replace(factors, components=components, activations=activations)
-
-
-def _check_start(name: str, value, shape: tuple[int, ...]) -> np.ndarray:
-    value = np.array(value, dtype=float)
-    if value.shape != shape:
-        raise InvalidInput(f"The starting {name} need the shape {shape}; got {value.shape}.")
-    if not (np.isfinite(value).all() and (value >= 0).all()):
-        raise InvalidInput(f"The starting {name} must be finite and non-negative.")
-    return value
 
 
 def _count_threads(n_jobs: int | None) -> int:
