@@ -50,5 +50,5 @@ class Plan:
     before_repeats: int = 1
     before_all: bool = False
     n_restarts: int = 3
-    null_iter: int = 300
+    null_iter: int = 100
     twins: str = "all"

@@ -13,7 +13,10 @@ from feeler.tensors.models import Model, load_model, save_model
 
 _KIND, _VERSION = "ConvolutiveNMF", 1
 _ARRAYS = ("components_", "activations_", "loss_curve_", "restarts_", "restart_components_")
-_NUMBERS = ("reconstruction_err_", "relative_residual_", "n_iter_", "stability_", "n_sensors_in_")
+_NUMBERS = (
+    *("reconstruction_err_", "relative_residual_", "n_iter_", "n_sensors_in_"),
+    *("stability_", "stability_in_place_"),
+)
 
 
 @checked

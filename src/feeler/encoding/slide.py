@@ -10,11 +10,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from feeler.encoding.bases import descend_entries
+from feeler.encoding.bases import descend_bases
 from feeler.encoding.convolution import compute_activation_gram
 from feeler.encoding.data import Data
 
-_SWEEPS = 5  # over the wide basis [C]
+_SWEEPS = 5  # over the wide bases [C]
 # of what a basis explains: stretches that explain this much less than the best are as good [C]
 _EQUAL = 0.01
 
@@ -51,21 +51,18 @@ def _choose_windows(data, components, activations, run) -> list[tuple[int, np.nd
     """For each component the first lag to keep of the wide window, and the basis (sensor, lag)."""
     n_components, n_sensors, n_lags = components.shape
     margin, width = data.margin, data.n_lags + 2 * data.margin
-    seen = data.gather(activations, run, margin).transpose(1, 0, 2)
+    seen = data.gather(activations, run, margin)
     later = np.pad(activations, ((0, 0), (0, 0), (0, margin)))  # lags count from −margin
     gram = compute_activation_gram(later, width)
-    inner = slice(margin, margin + n_lags)
+    wide = np.full((n_components, n_sensors, width), 1e-2 * components.mean())
+    wide[:, :, margin : margin + n_lags] = components
+    wide, _, _ = descend_bases(
+        wide, seen, gram, _SWEEPS
+    )  # together: none takes what others explain
     windows = []
     for m in range(n_components):
-        target = seen[:, m].copy()
-        for k in range(n_components):
-            if k != m:
-                target -= components[k] @ gram[k, inner, m]
-        square = np.ascontiguousarray(gram[m, :, m])
-        wide = np.full((n_sensors, width), 1e-2 * components.mean())
-        wide[:, inner] = components[m]
-        descend_entries(wide, target, square, _SWEEPS)
-        windows.append(_cut(wide, target, square, n_lags))
+        others = sum(wide[k] @ gram[k, :, m] for k in range(n_components) if k != m)
+        windows.append(_cut(wide[m], seen[m] - others, gram[m, :, m], n_lags))
     return windows
 
 

@@ -122,8 +122,8 @@ class Scale:
     durations: tuple[int, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
     restarts: int = 10  # [P] Fig. 4B
     side_restarts: int = 2
-    max_iter: int = 200
-    tol: float = 1e-4
+    max_iter: int = 60
+    tol: float = 3e-4
     warn: bool = True
 
     # reading

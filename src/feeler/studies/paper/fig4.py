@@ -65,7 +65,8 @@ def compute(
     SimpleNamespace
         By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
         ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
-        restart); ``stability``, how alike the restarts' bases are, (rank,); ``encoders``.
+        restart); ``stability`` and ``stability_in_place``, how alike the restarts' bases are with
+        and without shifts, (rank,); ``encoders``.
         ``starts``: the bases of every start (:func:`.fig4_map.compute`); ``ranked``: how they
         change with their number (:func:`.fig4_map.compare_ranks`), or None.
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
@@ -97,6 +98,7 @@ def compute(
             for definition, measure in ENTROPIES.items()
         },
         stability=np.array([encoder.stability_ for encoder in encoders.values()]),
+        stability_in_place=np.array([e.stability_in_place_ for e in encoders.values()]),
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
         starts=fig4_map.compute(main, data, locations),
@@ -268,7 +270,8 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         section.text(
             "Restarts agree on their bases to"
             f" {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after matching"
-            " order and shift)."
+            " order and shift), and at the same lags to"
+            f" {main.stability_in_place.min():.2f}…{main.stability_in_place.max():.2f}."
         )
     section.text(f"Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}.")
 
