@@ -320,6 +320,7 @@ def test_each_definition_has_a_null_and_numbers_beside_it_of_its_own():
         ({"x.a": 1.0, "y.a": 1.05}, "reproduced"),
         ({"x.a": 9.0, "y.a": 7.0}, "not reproduced"),
         ({"x.a": 1.0, "y.a": 7.0}, "depends on a definition"),
+        ({"x.a": 1.0, "y.a": {"value": 7.0, "n": 1}}, "not judged"),
     ],
 )
 def test_only_what_every_definition_says_is_a_verdict(values, verdict):

@@ -173,6 +173,8 @@ def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged
     said = "; ".join(
         f"{one.word} by {name}" for name, one in zip(claim.definitions, found, strict=True)
     )
+    if "not judged" in words:
+        return Judged(verdict="not judged", why=f"not every reading is judged: {said}", **together)
     why = f"readings that the paper leaves open differ: {said}{_name_nearest(claim, found)}"
     return Judged(verdict="depends on a definition", why=why, **together)
 
