@@ -50,7 +50,11 @@ def test_a_part_of_the_family_lies_within_it(part):
 
 def make_family(r2):
     return Family(
-        names=("exponential", "linear", "constant"), choices=(), r2=np.array(r2), cases=()
+        names=("exponential", "linear", "constant"),
+        choices=(),
+        r2=np.array(r2),
+        offset=np.full(np.shape(r2), np.nan),
+        cases=(),
     )
 
 
