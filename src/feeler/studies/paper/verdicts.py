@@ -226,8 +226,8 @@ def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
     if claim.null and (
         reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])
     ):
-        if why := _find_single(claim, [values[key] for key in claim.twin]):
-            return say("not judged", why)
+        if lack := _find_single(claim, [values[key] for key in claim.twin]):
+            return say("not judged", lack)
         twin = [_read(values[key]) for key in claim.twin]
         if twin and twin[-1][2] < twin[0][1]:
             shown = ", ".join(f"{number[0]:.3g}" for number in twin)
