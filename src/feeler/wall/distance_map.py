@@ -12,7 +12,7 @@ from feeler.errors import InvalidInput
 from feeler.wall.peak import Peak, find_sweep_peak
 from feeler.wall.sweep import Approach
 
-FEWEST = 3  # a line through two points always fits
+FEWEST_DISTANCES = 3  # a line through two points always fits
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,8 +112,8 @@ def fit_distance(
 
 
 def _fit_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, str]:
-    if x.size < FEWEST:
-        return (np.nan,) * 4 + (f"{x.size} usable distances, a fit needs {FEWEST}",)
+    if x.size < FEWEST_DISTANCES:
+        return (np.nan,) * 4 + (f"{x.size} usable distances, a fit needs {FEWEST_DISTANCES}",)
     dx, dy = x - x.mean(), y - y.mean()
     spread = float(dx @ dx)
     if spread < 1e-12 * x.size or float(dy @ dy) == 0.0:

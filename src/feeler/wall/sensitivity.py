@@ -13,7 +13,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
 from feeler.wall.distance_map import (
-    FEWEST,
+    FEWEST_DISTANCES,
     DistanceMap,
     bootstrap_median,
     list_standing,
@@ -148,7 +148,7 @@ def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
         n_contact=int(sweep.contact.sum()),
         n_inverted=int(sweep.inverted.sum()),
         map=found,
-        offset=float(np.median(apart)) if apart.size >= FEWEST else np.nan,
+        offset=float(np.median(apart)) if apart.size >= FEWEST_DISTANCES else np.nan,
     )
 
 

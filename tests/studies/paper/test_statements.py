@@ -59,7 +59,7 @@ def test_sparseness_of_one_sensor_at_one_moment_is_1_and_of_all_alike_0():
     angle[0, 2, 30] = 1.0
     angle[1, :, 10:60] = 1.0
     found = fig5_sparse.compute(make_touches(angle))
-    assert [*found] == list(fig5_sparse.READINGS)
+    assert [*found] == list(fig5_sparse.SPANS)
     np.testing.assert_allclose(found["380 ms window"][0], 1.0)
     np.testing.assert_allclose(found["within each touch"], [1.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(found["while it moves"][1], 0.0, atol=1e-12)

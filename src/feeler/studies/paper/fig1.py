@@ -52,7 +52,7 @@ def compute_reading(
         ]
     )
     place = np.array([f"{value:g}" for value in tensors["location"].values])
-    options = {"plan": plan, "random_state": random_state}
+    options: dict[str, Any] = {"plan": plan, "random_state": random_state}
     time = in_unit(tensors["time"], "ms").values
     steps = {rate: max(1, round(1000.0 / rate / (time[1] - time[0]))) for rate in asked["rate"]}
     return SimpleNamespace(

@@ -68,7 +68,7 @@ def compute(
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
     sweeps, default, straight = (
         {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
-        for posture in (lead, Posture(), Posture(**STRAIGHT))
+        for posture in (lead, Posture(), Posture().replace(**STRAIGHT))
     )
     return SimpleNamespace(
         sweeps=sweeps,
@@ -99,7 +99,7 @@ def load(context: Context) -> SimpleNamespace:
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the four panels."""
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.5, 1.1, 0.9))
+    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.5, 1.1, 0.9), squeeze=False).flat
     shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.sweeps.items()}
     plot_approach(shown, top.subplots(1, len(shown), sharey=True, squeeze=False)[0])
     top.suptitle("A  wall approaching: equilibrium at some of the distances", x=0.02, ha="left")

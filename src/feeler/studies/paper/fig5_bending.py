@@ -23,7 +23,7 @@ from feeler.studies.paper.data import list_profiles, load_complete
 from feeler.studies.paper.window import WINDOWS, measure_window
 from feeler.tensors import in_unit, rectify
 
-BASE = 0.1  # [C] share of the length that counts as the base
+PROXIMAL = 0.1  # [C] share of the length that counts as the base
 SHARED = ("in a touch", "over all touches")
 N_RESAMPLES = 2000
 
@@ -87,7 +87,7 @@ def plot(
         shift = 0.8 * (k - (len(data) - 1) / 2)  # so that equal points do not cover each other
         middle.plot(100 * location + shift, 100 * whole.top, ".", ms=4, color=colour, label=name)
     for span in (left.axvspan, middle.axhspan):
-        span(0, 100 * BASE, color="#DDDDDD", lw=0, label="base: a tenth of the length")
+        span(0, 100 * PROXIMAL, color="#DDDDDD", lw=0, label="base: a tenth of the length")
     middle.plot([0, 100], [0, 100], ":", lw=0.8, color="#59636e", label="at the contact")
     left.set(xlabel="place [% of the length]", ylabel="share of a touch's bending [%]")
     left.set_title("A  bending along the antenna", loc="left")
@@ -152,7 +152,7 @@ def show(context: Context, section: Section) -> None:
     for name, windows in data.items():
         for window, found in windows.items():
             section.values[f"bending.{window}.base.{name}"] = {
-                "value": float(np.mean(found.top < BASE)),
+                "value": float(np.mean(found.top < PROXIMAL)),
                 "n": len(found.top),
             }
             for shared, mean in measure_sharing(found.share).items():

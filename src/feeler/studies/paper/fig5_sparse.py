@@ -31,7 +31,7 @@ from feeler.studies.paper.window import (
     keep_whole,
 )
 
-READINGS = (*WINDOWS, "within each touch", "while it moves")
+SPANS = (*WINDOWS, "within each touch", "while it moves")
 Groups = Mapping[str, np.ndarray]
 """A number per touch (trial,), by speed or by profile."""
 
@@ -43,8 +43,8 @@ def compute(tensors: xr.Dataset) -> dict[str, np.ndarray]:
     return {
         WINDOWS[0]: _measure(cut_window(tensors)),
         WINDOWS[1]: _measure(keep_whole(tensors)),
-        READINGS[2]: _measure_each(cut_to_contact(tensors)),
-        READINGS[3]: _measure_each(cut_to_motion(tensors)),
+        SPANS[2]: _measure_each(cut_to_contact(tensors)),
+        SPANS[3]: _measure_each(cut_to_motion(tensors)),
     }
 
 
@@ -102,7 +102,7 @@ def show(context: Context, section: Section) -> None:
     found = {
         comparison: {
             reading: {name: values[reading] for name, values in members.items()}
-            for reading in READINGS
+            for reading in SPANS
         }
         for comparison, members in measured.items()
     }

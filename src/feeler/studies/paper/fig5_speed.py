@@ -25,7 +25,7 @@ from feeler.studies.paper.data import (
 from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, complete_arrays, keep_whole
 
-CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for window in WINDOWS)
+JOINT_CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for window in WINDOWS)
 """What LDA may have read."""
 
 
@@ -134,7 +134,7 @@ def _keep_values(
     for group, sweep in curves.find("raw").items():
         name = speeds.get(group, group)
         readings = {
-            CODES: (
+            JOINT_CODES: (
                 section.values[f"classification.lda.{name}"],
                 section.values[f"classification.null.{name}"],
             ),

@@ -81,10 +81,10 @@ class _Panel:
         self.antenna = MovingAntenna(touch.antenna, ax, norm, "RdBu_r")
         (self.dot,) = ax.plot([], [], label="greatest bend", **MARK)
         reach = touch.antenna.length
-        low, high = -0.35 * reach, 1.05 * reach
+        low, high = -0.6 * reach, 1.05 * reach
         self.wall = Rectangle((0, low), 100.0, high - low, color=OBJECT_COLOUR, lw=0)
         ax.add_patch(self.wall)
-        ax.set(xlim=sorted((-0.12 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high))
+        ax.set(xlim=sorted((-0.3 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high))
         ax.set(aspect="equal", title=name, xlabel="x [mm]")
 
     def draw(self, now: int) -> list[Artist]:
