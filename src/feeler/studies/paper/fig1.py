@@ -91,7 +91,7 @@ def _read(
         groups,
         ratios=(plan.probe,),
         n_copies=plan.n_copies,
-        n_repeats=plan.n_repeats,
+        n_repeats=plan.control_repeats or plan.n_repeats,
         noise=Common(reference=1.0),
         rotate=True,
         estimator=make_fitting_lda(int(least), plan.n_copies),

@@ -23,7 +23,7 @@ from feeler.studies.paper.data import (
     select_speed,
 )
 from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
-from feeler.studies.paper.window import WINDOWS, complete_arrays, keep_whole
+from feeler.studies.paper.window import WINDOWS, keep_whole
 
 JOINT_CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for window in WINDOWS)
 """What LDA may have read."""
@@ -35,23 +35,24 @@ def compute(
     """Accuracy on noisy tensors of every group, given with their labels, and on as many copies of
     one tensor, labelled as if they were different touches.
     """
-    sweeps = {}
-    (first, labels), *_ = groups.values()
-    repeated = np.repeat(first[:1], len(first), axis=0)
-    for name, (array, own) in {**groups, "": (repeated, labels)}.items():
-        sweeps[name] = compute_sweep(
+
+    def sweep(array: np.ndarray, labels: np.ndarray, n_repeats: int) -> Sweep:
+        return compute_sweep(
             array,
-            own,
+            labels,
             ratios=plan.ratios,
             n_copies=plan.n_copies,
-            n_repeats=plan.n_repeats,
+            n_repeats=n_repeats,
             noise=Relative(),
             rotate=True,
-            estimator=make_fitting_lda(len(own), plan.n_copies),
+            estimator=make_fitting_lda(len(labels), plan.n_copies),
             random_state=random_state,
         )
-    null = sweeps.pop("")
-    return sweeps, null
+
+    first, labels = next(iter(groups.values()))
+    repeated = np.repeat(first[:1], len(first), axis=0)
+    sweeps = {name: sweep(*group, plan.n_repeats) for name, group in groups.items()}
+    return sweeps, sweep(repeated, labels, plan.control_repeats or plan.n_repeats)
 
 
 def plot(cut: Mapping[str, Sweep], whole: Mapping[str, Sweep], figure: Figure) -> None:
@@ -68,32 +69,32 @@ def plot(cut: Mapping[str, Sweep], whole: Mapping[str, Sweep], figure: Figure) -
 
 def show(context: Context, section: Section) -> None:
     """LDA on tensors by speed, and every reading of the claims on LDA."""
-    found = {}
-    if len(list_speeds(context, list_profiles(context)[0])) > 1:
-        found["speed"] = compute(
-            _list_speeds(context), context.effort.plan, random_state=context.seed
-        )
-    if len(list_profiles(context)) > 1:
-        found["profile"] = compute(
-            _list_profiles(context), context.effort.plan, random_state=context.seed
-        )
-    if "speed" in found:
-        whole, cut = found["speed"][0], load(context).curves["speed"].find("raw")
-        section.heading("Tensors by speed")
-        section.figure(
-            "fig5_speed",
-            "Accuracy of LDA on the tensors of every speed: in the paper's window, and over each"
-            " speed's own shortest window that holds its touches whole, at one sampling rate; mean"
-            " ± 1 SD over repeats.",
-            lambda figure: plot(cut, whole, figure),
-            height=2.6,
-            numbers={
-                window: {name: sweep.noisy for name, sweep in sweeps.items()}
-                for window, sweeps in zip(WINDOWS, (cut, whole), strict=True)
-            },
-        )
-    for comparison, (whole, null) in found.items():
-        _keep_values(context, section, comparison, whole, null)
+    if len(list_speeds(context, list_profiles(context)[0])) < 2:
+        return
+    whole, null = compute(_list_speeds(context), context.effort.plan, random_state=context.seed)
+    cut = load(context).curves["speed"].find("raw")
+    section.heading("Tensors by speed")
+    section.figure(
+        "fig5_speed",
+        "Accuracy of LDA on the tensors of every speed: in the paper's window, and over each"
+        " speed's own shortest window that holds its touches whole, at one sampling rate; mean"
+        " ± 1 SD over repeats.",
+        lambda figure: plot(cut, whole, figure),
+        height=2.6,
+        numbers={
+            window: {name: sweep.noisy for name, sweep in sweeps.items()}
+            for window, sweeps in zip(WINDOWS, (cut, whole), strict=True)
+        },
+    )
+    names = name_speeds(context)
+    complete = {names[group]: spread_accuracy(sweep) for group, sweep in whole.items()}
+    complete |= {
+        name: section.values[key]
+        for name in list_profiles(context)
+        if (key := f"complete.relative.{name}") in section.values
+    }
+    for comparison in load(context).curves:
+        _keep_values(context, section, comparison, complete, spread_accuracy(null))
 
 
 def _list_speeds(context: Context) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -110,12 +111,6 @@ def _list_speeds(context: Context) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     return {given: (_order(data, keep_whole(data)), _label(data)) for given, data in sets.items()}
 
 
-def _list_profiles(context: Context) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    sets = {name: load_complete(context, name) for name in list_profiles(context)}
-    arrays = complete_arrays(sets)  # in order of label
-    return {name: (arrays[name], _label(data)) for name, data in sets.items()}
-
-
 def _order(data: xr.Dataset, array: np.ndarray) -> np.ndarray:
     return array[np.argsort(make_labels(data), kind="stable")]
 
@@ -125,7 +120,11 @@ def _label(data: xr.Dataset) -> np.ndarray:
 
 
 def _keep_values(
-    context: Context, section: Section, comparison: str, whole: Mapping[str, Sweep], null: Sweep
+    context: Context,
+    section: Section,
+    comparison: str,
+    complete: Mapping[str, dict[str, float]],
+    null: dict[str, float],
 ) -> None:
     """Accuracy of every group, and of identical touches, in each reading."""
     curves, speeds = load(context).curves[comparison], name_speeds(context)
@@ -139,7 +138,7 @@ def _keep_values(
                 section.values[f"classification.null.{name}"],
             ),
             TENSORS[0]: (spread_accuracy(sweep), spread_accuracy(alone)),
-            TENSORS[1]: (spread_accuracy(whole[group]), spread_accuracy(null)),
+            TENSORS[1]: (complete[name], null),
         }
         for reading, (own, identical) in readings.items():
             section.values[f"lda.{reading}.{name}"] = own
