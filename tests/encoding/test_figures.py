@@ -86,5 +86,7 @@ def test_what_is_encoded_is_rectified_and_named(touched):
     assert prepare(touched).min() == 0
     with pytest.raises(InvalidInput, match="quantity must be one of 'angle', 'curvature'"):
         prepare(touched, "torque")
-    with pytest.raises(InvalidInput, match="unknown scale 'huge'; valid: smoke, quick, paper"):
+    with pytest.raises(
+        InvalidInput, match="unknown scale 'huge'; valid: smoke, quick, published, paper"
+    ):
         SCALES["huge"]

@@ -30,6 +30,19 @@ def test_readme_holds_the_generated_table(table_maker):
     assert table in (ROOT / "README.md").read_text(), "run: python docs/make_table.py"
 
 
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (0.5, "0.50"),
+        ({"value": 0.5, "low": 0.4, "high": 0.6, "n": 3}, "0.50 ± 0.10"),
+        ({"value": 0.5, "n": 1}, "0.50 (n = 1)"),
+        ({"value": 0.5, "n": 122}, "0.50 (n = 122)"),
+    ],
+)
+def test_a_headline_carries_its_spread_or_how_many_it_is_of(table_maker, value, said):
+    assert table_maker.fill("{a.b c:.2f} bits", {"a.b c": value}) == f"{said} bits"
+
+
 def test_every_stage_has_a_row(table_maker):
     from feeler.studies.paper.reproduce import STAGES
 

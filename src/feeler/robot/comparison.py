@@ -66,8 +66,8 @@ def compute_comparison(
     -------
     dict
         ``speed`` and ``profile``: each group's name → ``pearson``, ``ssim``, ``mse``, ``nmi``
-        (closest match, averaged) and ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's
-        maximum on raw tensors).
+        (closest match, averaged: :class:`~feeler.dispersion.Interval` over the ten touches) and
+        ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's maximum on raw tensors).
     """
     profiles = make_profiles()
     robot, trials = simulate_comparison(profiles["linear"], engine=engine)
@@ -106,8 +106,6 @@ def _compare(
             noise=Relative(),
             random_state=random_state,
         )
-        result[name] = {
-            index: float(average[name].estimate) for index, average in dispersion.average.items()
-        }
-        result[name] |= {"accuracy": float(sweep.noisy.mean())}
+        averages = {index: average[name] for index, average in dispersion.average.items()}
+        result[name] = {**averages, "accuracy": float(sweep.noisy.mean())}
     return result

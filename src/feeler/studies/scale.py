@@ -70,8 +70,8 @@ class Scale:
     choices : bool
         Whether the orders are judged under every choice that the paper leaves open.
     network : Mapping[str, Any]
-        Training of the network [C], which takes half a minute of one core each; empty leaves the
-        network out.
+        Training of the network [C], which takes half a minute of one core each; several, since one
+        is no sample; empty leaves the network out.
     trade_profiles : tuple[str, ...]
         Profiles whose speeds are compared; empty: the same as in the other sections.
     gaps : tuple[float, ...]
@@ -142,7 +142,7 @@ class Scale:
     choices: bool = True
     network: Mapping[str, Any] = field(
         default_factory=lambda: MappingProxyType(
-            {"ratios": (0.1, 0.3), "n_repeats": 1, "n_copies": 4, "max_epochs": 10}
+            {"ratios": (0.1, 0.3), "n_repeats": 3, "n_copies": 4, "max_epochs": 10}
         )
     )
 

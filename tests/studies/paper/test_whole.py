@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.claims import CLAIMED, load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.reproduce import STAGES, reproduce
 from feeler.studies.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
+from feeler.studies.paper.window import find_one_sided
 from feeler.studies.scale import SCALES
 
 from ._page import FOREIGN
@@ -134,3 +135,43 @@ def test_the_page_opens_with_the_verdicts_that_were_given(whole, sections):
     )
     for verdict in (verdict for verdict in EVIDENCE if counts[verdict]):
         assert f"{counts[verdict]} {verdict}" in words, verdict
+
+
+def list_paths(found, path=()):
+    """Every path of keys in the numbers of a figure."""
+    if isinstance(found, dict):
+        for key, value in found.items():
+            words = re.split(r"[^\w -]+", key)  # a curve's key holds several words
+            yield from list_paths(value, (*path, *(word.strip() for word in words if word.strip())))
+    else:
+        yield ".".join(path)
+
+
+def test_no_figure_compares_profiles_in_the_paper_s_window_alone(whole, sections):
+    """A figure that does so says where complete touches stand."""
+    captions = {
+        block["name"]: block["caption"]
+        for section in sections.values()
+        for block in section.blocks
+        if block["kind"] == "figure"
+    }
+    for name in sorted(captions):
+        numbers = (whole / "figures" / name).with_suffix(".json")
+        if not numbers.exists():
+            continue
+        section = next(s.name for s in sections.values() if name in s.list_figures())
+        keys = {f"{section}.{path}" for path in list_paths(json.loads(numbers.read_text()))}
+        assert not find_one_sided(keys) or "omplete touches" in captions[name], name
+
+
+def test_no_table_or_text_compares_profiles_in_the_paper_s_window_alone(sections):
+    """Where two profiles stand side by side in a section that reads tensors, both windows do."""
+    for name in ("encoding", "reading", "cnn"):
+        for block in sections[name].blocks:
+            if block["kind"] not in ("table", "text"):
+                continue
+            words = json.dumps(
+                [block.get("header"), block.get("rows"), block.get("caption"), block.get("text")]
+            )
+            compared = {profile for profile in CLAIMED if re.search(rf"\b{profile}\b", words)}
+            assert len(compared) < 2 or "omplete touches" in words, words[:400]

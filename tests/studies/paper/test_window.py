@@ -1,5 +1,5 @@
-"""Planted touches: what a window cuts, which it makes the same, and whole touches at equal sample
-counts.
+"""Planted touches: what a window cuts, which it makes the same, and complete touches at equal
+sample counts.
 """
 
 import numpy as np
@@ -7,13 +7,13 @@ import pytest
 import xarray as xr
 
 from feeler.studies.paper.window import (
-    _resample,
     complete_arrays,
     cut_to_contact,
     cut_to_motion,
     cut_window,
     keep_whole,
     measure_window,
+    resample,
 )
 from feeler.tensors.dataset import label_units
 
@@ -79,7 +79,8 @@ def test_touches_without_any_contact_end_at_once():
 
 def test_a_straight_line_stays_one_at_any_number_of_samples():
     angle = np.broadcast_to(TIME / 800, (1, 2, 800))
-    array = _resample(make_touches([[(0, 500)]], angle), end=600.0, n_samples=380)
+    found = resample(make_touches([[(0, 500)]], angle), end=600.0, n_samples=380)
+    array = found["angle"].values
     assert array.shape == (1, 2, 380)
     np.testing.assert_allclose(array[0, 0], np.arange(380) * (600 / 380) / 800)
 

@@ -57,7 +57,7 @@ class Claim(Record):
         Readings that the paper leaves open. Only where all of them give one verdict is it the
         verdict. Each stands for ``{definition}`` in ``keys``, ``null`` and ``shows``.
     null : tuple[str, ...]
-        For each key what the same pipeline reaches on identical touches.
+        For each key what the same pipeline reaches on identical touches, or on what ``null_says``.
     twin : tuple[str, str]
         What of the first and of the last key carries over to a twin of every touch; asked where
         identical touches do as well. Empty: nothing was asked.
@@ -88,6 +88,7 @@ class Claim(Record):
     drawn: str = ""
     definitions: tuple[str, ...] = ()
     null: tuple[str, ...] = ()
+    null_says: str = "identical touches are told apart as much in at least one group"
     twin: tuple[str, ...] = ()
     apart: Literal["greater", "less"] = "greater"
     shows: tuple[str, ...] = ()

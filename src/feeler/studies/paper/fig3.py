@@ -241,7 +241,8 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
 
 def _compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
     """Share of the distances in contact whose sliding tensor differs from every other's by more
-    than ``apart`` of itself.
+    than ``apart`` of itself, and is most like that of a neighbouring distance: tensors of noise
+    differ, too.
     """
     data = touch.make_dataset()
     met = touch.contact.any(axis=1)
@@ -251,7 +252,9 @@ def _compute_unique_share(touch: WallTouch, apart: float = APART) -> float | Non
     far = np.linalg.norm(tensors[:, None] - tensors[None], axis=2) + np.diag(
         np.full(len(tensors), np.inf)
     )
-    return float(np.mean(far.min(axis=1) > apart * np.linalg.norm(tensors, axis=1)))
+    own = far.min(axis=1) > apart * np.linalg.norm(tensors, axis=1)
+    beside = np.abs(far.argmin(axis=1) - np.arange(len(tensors))) == 1
+    return float(np.mean(own & beside))
 
 
 def _row(name: str, found: DistanceMap) -> list[object]:

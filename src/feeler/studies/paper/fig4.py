@@ -22,9 +22,11 @@ from feeler.encoding import (
 )
 from feeler.encoding.inputs import check_choice
 from feeler.plotting import PALETTE, plot_bases
-from feeler.report import Section, make_spread
+from feeler.report import Section
+from feeler.studies.paper import fig4_map
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
+from feeler.studies.paper.fig4_map import span
 from feeler.studies.scale import Scale
 from feeler.tensors import in_unit, rectify
 
@@ -64,6 +66,8 @@ def compute(
         By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
         ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
         restart); ``stability``, how alike the restarts' bases are, (rank,); ``encoders``.
+        ``starts``: the bases of every start (:func:`.fig4_map.compute`); ``ranked``: how they
+        change with their number (:func:`.fig4_map.compare_ranks`), or None.
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
         ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
         component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
@@ -95,6 +99,8 @@ def compute(
         stability=np.array([encoder.stability_ for encoder in encoders.values()]),
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
+        starts=fig4_map.compute(main, data, locations),
+        ranked=fig4_map.compare_ranks(encoders, MAIN_RANK) if max(ranks) > MAIN_RANK else None,
         mapping={code: map_locations(codes[code], locations, places) for code in codes},
         residual_by_code={
             code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
@@ -126,11 +132,6 @@ def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
     return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)
 
 
-def span_restarts(restarts: np.ndarray) -> dict[str, float]:
-    """The best restart, which comes first, and the ends of all."""
-    return make_spread(restarts[0], np.min(restarts), np.max(restarts), n=len(restarts))
-
-
 def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
     """Codes of the slowest touches of the smaller ball and box, at every location."""
     feature, location = tensors["feature"].values.astype(str), tensors["location"].values
@@ -157,7 +158,8 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
     )
     for axis, values, colour, marker in curves:
         middle = values[:, 0]
-        spread = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
+        ends = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
+        spread = ends if values.shape[1] > 1 else None  # one start has none
         axis.errorbar(
             ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2
         )
@@ -233,9 +235,9 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
     )
     section.figure(
         "fig4_encoding",
-        "Left: residual and activation entropy against the number of bases; bars span the restarts."
-        " Below: the bases of each fit, base to tip upwards, 40 ms across. Right: codes of ball and"
-        " box on the fixed bases. Panel A is a drawing. (Fig. 4B–D)",
+        "Left: residual and activation entropy against the number of bases; bars span the restarts,"
+        " where there are several. Below: the bases of each fit, base to tip upwards, 40 ms across."
+        " Right: codes of ball and box on the fixed bases. Panel A is a drawing. (Fig. 4B–D)",
         lambda figure: plot(main, figure),
         height=7.0,
         numbers={
@@ -243,9 +245,9 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         },
     )
     for i, rank in enumerate(main.ranks):
-        section.values[f"encoding.residual.M{rank}"] = span_restarts(main.residual[i])
+        section.values[f"encoding.residual.M{rank}"] = span(main.residual[i])
         for definition, entropy in main.entropy.items():
-            section.values[f"encoding.entropy.{definition}.M{rank}"] = span_restarts(entropy[i])
+            section.values[f"encoding.entropy.{definition}.M{rank}"] = span(entropy[i])
     section.table(
         ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
         [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
@@ -253,10 +255,15 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         " activations over all trials, their mean or their sum. Mass: activations as shares of"
         " their total, over everything or tensor by tensor.",
     )
-    encoder = main.encoders.get(3)
-    if encoder is not None:
-        for number, centre in enumerate(_centres(encoder.components_), start=1):
-            section.values[f"encoding.centre.{number}"] = centre
+    if main.ranked is not None:
+        least, others = main.ranked
+        section.values["encoding.ranks"] = span(least)
+        section.values["encoding.ranks.others"] = span(others)
+        section.text(
+            f"Every basis of M = {MAIN_RANK} has a match among those of more bases with a cosine of"
+            f" at least {least[0]:.2f}; two different ones of it are alike to at most"
+            f" {others[0]:.2f}."
+        )
     if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
         section.text(
             "Restarts agree on their bases to"
@@ -299,9 +306,4 @@ def _show_codes(section: Section, main: SimpleNamespace) -> None:
         "How well the dominant component tells the contact location: mutual information against a"
         " permutation null.",
     )
-    section.values["encoding.location_p"] = main.mapping["ridge"].p_information
-
-
-def _centres(components: np.ndarray) -> list[float]:
-    along = components.sum(axis=2)
-    return [float(v) for v in along @ np.arange(along.shape[1]) / along.sum(axis=1)]
+    fig4_map.keep_values(section, main.starts)

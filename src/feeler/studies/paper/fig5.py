@@ -107,7 +107,8 @@ def show(context: Context, section: Section) -> None:
         "fig5_classification",
         "Top: NMI of the closest match. Below: accuracy against noise for each kind of code, by"
         " speed and by profile; mean ± 1 SD over repeats; null dashed, peak-position baseline"
-        " dash-dotted, chance dotted. (Fig. 5A–E)",
+        " dash-dotted, chance dotted. Profiles in the paper's window; complete touches stand below,"
+        " under that heading. (Fig. 5A–E)",
         lambda figure: plot(data, figure),
         height=9.0,
         numbers={
@@ -120,13 +121,16 @@ def show(context: Context, section: Section) -> None:
     )
     section.values |= _collect_values(data.curves, name_speeds(context), plan.n_restarts)
     list_verdicts(
-        section, data.verdicts, "The order of accuracies for each kind of code and noise."
+        section,
+        data.verdicts,
+        "The order of accuracies for each kind of code and noise; profiles in the paper's window,"
+        " complete touches below.",
     )
     section.table(
         ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],
         [row for c, curves in data.curves.items() for row in _list_copies(c, curves)],
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
-        " repeated.",
+        " repeated. Profiles in the paper's window; complete touches stand below.",
     )
     section.heading("Variance kept, and confusions")
     for comparison, curves in data.curves.items():

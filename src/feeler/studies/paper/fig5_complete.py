@@ -1,5 +1,5 @@
-"""Beside Fig. 5B, D: profiles compared over whole touches, since 380 ms cut all but the exponential
-profile's short.
+"""Beside Fig. 5B, D: profiles compared over complete touches, since 380 ms cut all but the
+exponential profile's short.
 """
 
 from collections.abc import Mapping
@@ -13,14 +13,16 @@ from matplotlib.figure import Figure
 from feeler.decoding import NOISES, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
+from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.experiment.touch import DURATION
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
+from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
-from feeler.studies.paper.fig5_data import load, spread_accuracy
+from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracy
 from feeler.studies.paper.window import SAME, WINDOWS, complete_arrays, measure_window
 
 
@@ -35,8 +37,8 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        ``windows`` by profile, ``dispersion`` of whole touches, and ``sweeps[noise][profile]`` of
-        accuracy on tensors.
+        ``windows`` by profile, ``dispersion`` of complete touches, and ``sweeps[noise][profile]``
+        of accuracy on tensors.
     """
     arrays = complete_arrays(tensors)
     peak = max(array.max() for array in arrays.values())
@@ -65,8 +67,8 @@ def compute(
 
 
 def plot(data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure) -> None:
-    """Accuracy on tensors by profile: the paper's window on the left, whole touches on the right; a
-    row per noise.
+    """Accuracy on tensors by profile: the paper's window on the left, complete touches on the
+    right; a row per noise.
     """
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     for row, noise in zip(axes, data.sweeps, strict=True):
@@ -99,28 +101,51 @@ def show(context: Context, section: Section) -> None:
         random_state=context.seed,
     )
     cut = {noise: load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
-    section.heading("Whole touches")
+    section.heading("Complete touches")
     section.text(
         f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and"
-        " cuts the others'. So the profiles are compared again over whole touches: each over its"
+        " cuts the others'. So the profiles are compared again over complete touches: each over its"
         f" own shortest full window, all with {DURATION:g} samples. Whether a touch begins again"
         f" was looked for up to {COMPLETE:g} ms."
     )
     _tabulate(section, data)
     section.figure(
         "fig5_complete",
-        "Accuracy of LDA on slow tensors by profile, in the paper's window and over whole touches,"
-        " with noise relative to each tensor's peak and with one noise floor for all; mean ± 1 SD"
-        " over repeats, chance dotted.",
+        "Accuracy of LDA on slow tensors by profile, in the paper's window and over complete"
+        " touches, with noise relative to each tensor's peak and with one noise floor for all;"
+        " mean ± 1 SD over repeats, chance dotted.",
         lambda figure: plot(data, cut, figure),
         height=4.6,
         numbers={
-            "complete": _list_noisy(data.sweeps),
-            "cut": _list_noisy(cut),
+            WINDOWS[1]: _list_noisy(data.sweeps),
+            WINDOWS[0]: _list_noisy(cut),
             "windows": {name: vars(window) for name, window in data.windows.items()},
         },
     )
     _keep_values(section, data, cut)
+    list_verdicts(section, _judge(data), f"The order of profiles, {WINDOWS[1]}, tensors.")
+
+
+def _judge(data: SimpleNamespace) -> list[Verdict]:
+    """The order of the paper's profiles in dispersion and in accuracy, as in the paper's window."""
+    names = [name for name in CLAIMED if name in data.windows]
+    spread = [
+        judge_order(
+            {name: data.dispersion.values(index, name) for name in names},
+            claim=SPREADS_MORE["profile"],
+            measure=known.label,
+            greater=not known.is_similarity,
+        )
+        for index, known in INDICES.items()
+    ]
+    return spread + [
+        judge_order(
+            {name: sweeps[name].area for name in names},
+            claim=READ_BETTER["profile"],
+            measure=f"accuracy, {noise} noise",
+        )
+        for noise, sweeps in data.sweeps.items()
+    ]
 
 
 def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str, np.ndarray]]:
@@ -140,8 +165,9 @@ def _tabulate(section: Section, data: SimpleNamespace) -> None:
     section.table(
         [*header, "identical pairs", "ceiling"],
         [[name, w.end, w.cut, w.again, w.pairs, w.ceiling] for name, w in data.windows.items()],
-        f"Slow touches (of {next(iter(data.sweeps['relative'].values())).classes.size}). Identical"
-        f" pairs: touches whose tensors differ by less than {SAME:g} rad inside the window; no"
+        f"Slow touches, {WINDOWS[1]} (of"
+        f" {next(iter(data.sweeps['relative'].values())).classes.size}). Identical pairs: touches"
+        f" whose tensors differ by less than {SAME:g} rad inside the paper's window; no"
         " classifier can be right more often than the ceiling says.",
     )
     for name, window in data.windows.items():

@@ -9,19 +9,26 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.curves import Group
 from feeler.decoding.plan import Plan
 from feeler.experiment.touch import DURATION, touch
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
-from feeler.report import Section
+from feeler.report import Section, make_interval
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, list_touches, load_tensors, select_speed
-from feeler.studies.paper.fig5_data import load
+from feeler.studies.paper.data import (
+    COMPLETE,
+    list_profiles,
+    list_touches,
+    load_complete,
+    load_tensors,
+    select_speed,
+)
+from feeler.studies.paper.window import WINDOWS, complete_tensors, measure_window, resample
 from feeler.task import Nuisances
 from feeler.tensors.scaling import rectify
 
@@ -42,10 +49,10 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     Returns
     -------
     SimpleNamespace
-        By split: ``accuracy`` on clean touches of a size or place that was never trained,
-        ``chance``, and ``parts[split][attribute]``, the share of the answers in which that part is
-        right. ``change`` by attribute: how much a tensor changes if only that is changed (a place
-        by one step), as a share of its norm.
+        By split: ``accuracy`` on clean touches of a size or place that was never trained, its
+        ``repeats`` (repeat,), ``chance``, and ``parts[split][attribute]``, the share of the answers
+        in which that part is right. ``change`` by attribute: how much a tensor changes if only that
+        is changed (a place by one step), as a share of its norm.
     """
     array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)
     names = {
@@ -53,7 +60,7 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
         for a in ATTRIBUTES
     }
     options = _list_options(plan, plan.n_repeats, random_state)
-    accuracy, chance, parts = {}, {}, {}
+    accuracy, repeats, chance, parts = {}, {}, {}, {}
     for split, read in SPLITS.items():
         groups = names[LEFT_OUT[split]]
         labels = np.array([" ".join(row) for row in zip(*(names[a] for a in read), strict=True)])
@@ -62,12 +69,15 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
         folds = list(
             compute_left_out(array / array.max(), labels, groups, estimator=lda, **options).values()
         )
-        accuracy[split] = float(np.mean([sweep.clean.mean() for sweep in folds]))
+        repeats[split] = np.mean([sweep.clean[-1] for sweep in folds], axis=0)
+        accuracy[split] = float(repeats[split].mean())
         chance[split] = folds[0].chance
         confusion = sum(sweep.confusion[-1] for sweep in folds)
         parts[split] = _split_parts(folds[0].classes, confusion / confusion.sum(), read)
     change = _measure_change(array, names)
-    return SimpleNamespace(accuracy=accuracy, chance=chance, parts=parts, change=change)
+    return SimpleNamespace(
+        accuracy=accuracy, repeats=repeats, chance=chance, parts=parts, change=change
+    )
 
 
 def _split_parts(classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]) -> dict[str, float]:
@@ -107,113 +117,134 @@ def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, An
     }
 
 
-def plot(data: Mapping[str, SimpleNamespace], figure: Figure) -> None:
-    """Accuracy on a new size and a new place; and how much each attribute changes a tensor."""
-    left, right = figure.subplots(1, 2)
-    width = 0.8 / len(data)
-    for k, (name, new) in enumerate(data.items()):
-        colour = PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)])
-        shift = (k - (len(data) - 1) / 2) * width
-        left.bar(
-            np.arange(len(SPLITS)) + shift,
-            [100 * a for a in new.accuracy.values()],
-            width,
-            color=colour,
-            label=name,
-        )
-        right.bar(
-            np.arange(len(ATTRIBUTES)) + shift,
-            [100 * a for a in new.change.values()],
-            width,
-            color=colour,
-        )
-    for place, chance in enumerate(next(iter(data.values())).chance.values()):
-        left.plot([place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1)
-    left.set_xticks(
+def plot(data: Mapping[str, Mapping[str, SimpleNamespace]], figure: Figure) -> None:
+    """Accuracy on a new size and a new place, and how much each attribute changes a tensor; a row
+    for each window.
+    """
+    axes = figure.subplots(len(data), 2, sharex="col", sharey="col", squeeze=False)
+    for (window, profiles), row in zip(data.items(), axes, strict=True):
+        _plot_window(profiles, *row)
+        row[0].set(ylabel=f"{window}\nright [%]", ylim=(0, 103))
+        row[1].set_ylabel("change [% of norm]")
+    axes[0, 0].set_title("trained without it")
+    axes[0, 1].set_title("what a tensor changes with")
+    axes[-1, 0].set_xticks(
         range(len(SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"]
     )
-    left.set(ylabel="right [%]", ylim=(0, 103), title="trained without it")
-    right.set_xticks(range(len(ATTRIBUTES)), ["shape", "size", "place, one step"])
-    right.set(ylabel="change of the tensor [% of its norm]", title="what a tensor changes with")
-    left.legend(frameon=False)
+    axes[-1, 1].set_xticks(range(len(ATTRIBUTES)), ["shape", "size", "place, one step"])
+    axes[0, 0].legend(frameon=False)
+
+
+def _plot_window(profiles: Mapping[str, SimpleNamespace], left: Axes, right: Axes) -> None:
+    width = 0.8 / len(profiles)
+    for k, (name, new) in enumerate(profiles.items()):
+        colour = PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)])
+        shift = (k - (len(profiles) - 1) / 2) * width
+        for ax, shares in ((left, new.accuracy), (right, new.change)):
+            heights = [100 * share for share in shares.values()]
+            ax.bar(np.arange(len(heights)) + shift, heights, width, color=colour, label=name)
+    for place, chance in enumerate(next(iter(profiles.values())).chance.values()):
+        left.plot([place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1)
 
 
 def show(context: Context, section: Section) -> None:
-    """New sizes and places, by profile at slow touch; then shifted places and other speeds."""
-    plan = context.effort.plan
+    """New sizes and places, by profile at slow touch, in both windows; then shifted places and
+    other speeds.
+    """
+    plan, names = context.effort.plan, list_profiles(context)
     data = {
-        name: compute(
-            select_speed(load_tensors(context, name), SPEEDS["slow"]),
-            plan,
-            random_state=context.seed,
-        )
-        for name in list_profiles(context)
+        window: {
+            name: compute(tensors, plan, random_state=context.seed)
+            for name, tensors in profiles.items()
+        }
+        for window, profiles in _load_windows(context, names).items()
     }
     section.heading("New sizes and places")
     section.figure(
         "fig5_new",
         "Left: accuracy of LDA on clean slow touches whose size, or place, was never trained"
         f" (noise of {100 * plan.probe:g} % in training; dotted: chance). Right: how much a tensor"
-        " changes when only its shape, size or place is changed.",
+        " changes when only its shape, size or place is changed. Above, the paper's window, in"
+        " which some touches of the linear and of the constant profile are the same tensor; below,"
+        " complete touches.",
         lambda figure: plot(data, figure),
-        height=3.0,
-        numbers={name: vars(new) for name, new in data.items()},
+        height=4.6,
+        numbers={
+            window: {name: vars(new) for name, new in profiles.items()}
+            for window, profiles in data.items()
+        },
     )
-    for name, new in data.items():
-        for split in SPLITS:
-            section.values[f"generalise.{split}.{name}"] = new.accuracy[split]
-            section.values[f"generalise.chance.{split}"] = new.chance[split]
-        for attribute, change in new.change.items():
-            section.values[f"generalise.change.{attribute}.{name}"] = change
-    section.table(
-        ["profile", "new size [%]", "of it shape", "place", "new place [%]", "of it shape", "size"],
-        [
-            [
-                name,
-                *(
-                    100 * share
-                    for split in SPLITS
-                    for share in (new.accuracy[split], *new.parts[split].values())
-                ),
-            ]
-            for name, new in data.items()
-        ],
-        "Share of answers that are right, and of which each part is right (on noisy copies).",
-    )
-    if context.effort.jitters and len(data) > 1:
+    _keep_values(section, data)
+    if context.effort.jitters and len(names) > 1:
         _show_jittered(context, section)
 
 
+def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.Dataset]]:
+    """Slow touches of every profile in the paper's window; of several, complete ones beside them,
+    because it cuts them differently.
+    """
+    slow = {name: select_speed(load_tensors(context, name), SPEEDS["slow"]) for name in names}
+    if len(names) < 2:
+        return {WINDOWS[0]: slow}
+    whole = {name: complete_tensors(load_complete(context, name)) for name in names}
+    return dict(zip(WINDOWS, (slow, whole), strict=True))
+
+
+def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespace]]) -> None:
+    rows = []
+    for window, profiles in data.items():
+        for name, new in profiles.items():
+            for split, repeats in new.repeats.items():
+                sd = repeats.std(ddof=1) if len(repeats) > 1 else np.nan
+                found = make_interval(repeats.mean(), sd, n=len(repeats))
+                section.values[f"generalise.{split}.{window}.{name}"] = found
+                section.values[f"generalise.chance.{split}"] = new.chance[split]
+            for attribute, change in new.change.items():
+                section.values[f"generalise.change.{attribute}.{window}.{name}"] = change
+            shares = [(new.accuracy[s], *new.parts[s].values()) for s in SPLITS]
+            rows.append([window, name, *(100 * share for split in shares for share in split)])
+    header = ["window", "profile", "new size [%]", "of it shape", "place"]
+    section.table(
+        [*header, "new place [%]", "of it shape", "size"],
+        rows,
+        "Share of answers that are right, and of which each part is right (on noisy copies).",
+    )
+
+
 def _show_jittered(context: Context, section: Section) -> None:
-    """Accuracy on clean slow touches, each a little off its place or speed."""
+    """Accuracy on clean slow touches, each a little off its place or speed, in both windows."""
     plan, rng = context.effort.plan, np.random.default_rng(context.seed)
-    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
-    peak = max(float(data["angle"].max()) for data in sets.values())
+    names = list_profiles(context)
+    known = _load_windows(context, names)
     for title, (location, speed) in JITTERS.items():
-        words = []
-        for name, group in load(context).groups["profile"].items():
-            order = [
-                trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]
-            ]
+        words: dict[str, list[str]] = {window: [] for window in known}
+        for name in names:
+            order = [t for t in list_touches(context, name) if t.speed == SPEEDS["slow"]]
             moved = Nuisances.only(location=location, speed=speed).jitter(order, rng)
-            again = touch(context.profiles[name], moved, duration=DURATION, **context.physics)
-            labels = make_labels(select_speed(sets[name], SPEEDS["slow"]))
-            right = score_again(
-                group, rectify(again["angle"].values) / peak, labels, plan, context.seed
-            )
-            words.append(f"{name} {100 * right:.0f} %")
-        section.text(f"Touches never trained on, {title}, tensors by profile: {', '.join(words)}.")
+            again = touch(context.profiles[name], moved, duration=COMPLETE, **context.physics)
+            for window, sets in known.items():
+                end = measure_window(load_complete(context, name)).end
+                end = DURATION if window == WINDOWS[0] else end
+                right = score_again(
+                    sets[name], resample(again, end, round(DURATION)), plan, context.seed
+                )
+                words[window].append(f"{name} {100 * right:.0f} %")
+        said = "; ".join(f"{window}: {', '.join(found)}" for window, found in words.items())
+        section.text(f"Touches never trained on, {title}, tensors by profile. {said}.")
 
 
-def score_again(
-    group: Group, again: np.ndarray, labels: np.ndarray, plan: Plan, random_state: int = 0
-) -> float:
-    """Accuracy of LDA, trained on noisy copies of a group's tensors, on clean other ones."""
+def score_again(tensors: xr.Dataset, again: xr.Dataset, plan: Plan, random_state: int = 0) -> float:
+    """Accuracy of LDA, trained on noisy copies of tensors, on clean other ones."""
+    labels = make_labels(tensors)
+    known, asked = (
+        rectify(one["angle"].transpose("trial", "sensor", "time").values)
+        for one in (tensors, again)
+    )
     sweep = compute_sweep(
-        group.tensors,
-        group.labels,
-        held_out=(again, labels),
-        estimator=make_fitting_lda(len(group.labels), plan.n_copies),
+        known / known.max(),
+        labels,
+        held_out=(asked / known.max(), labels),
+        estimator=make_fitting_lda(len(labels), plan.n_copies),
         **_list_options(plan, plan.other_repeats, random_state),
     )
     return float(sweep.clean.mean())

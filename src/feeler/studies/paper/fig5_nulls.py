@@ -23,7 +23,7 @@ def show(context: Context, section: Section) -> None:
     section.heading("Identical touches, and every touch twice")
     rows = []
     for comparison, curves in data.curves.items():
-        null = _disperse_null(data.groups[comparison], curves.fits, context.seed)
+        null = disperse_null(data.groups[comparison], curves.fits, context.seed)
         real = data.dispersions[comparison]["joint"]
         for group, sweep in curves.find("joint").items():
             name, fitted = speeds.get(group, group), curves.fits[group]
@@ -49,13 +49,14 @@ def show(context: Context, section: Section) -> None:
         ],
         rows,
         "Real / null: jointly fitted codes of each group's tensors, and of one of its tensors"
-        " repeated. A difference that identical touches show too comes from the recipe.",
+        " repeated. A difference that identical touches show too comes from the recipe. Profiles in"
+        " the paper's window; complete touches stand below.",
     )
     if twins := _compare_all_twins(data.groups, context):
         _show_twins(section, twins, speeds, context.effort.plan)
 
 
-def _disperse_null(
+def disperse_null(
     members: Mapping[str, Group], fits: Mapping[str, JointFit], random_state: int
 ) -> Dispersion:
     """Dispersion of every group's null, on the common scale of the groups' own codes."""

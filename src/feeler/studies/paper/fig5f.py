@@ -19,11 +19,17 @@ from feeler.encoding import (
 from feeler.plotting import PALETTE, plot_bases
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_tensors
-from feeler.studies.paper.fig4 import prepare, span_restarts
+from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
+from feeler.studies.paper.fig4 import prepare
+from feeler.studies.paper.fig4_map import span
+from feeler.studies.paper.window import WINDOWS, complete_tensors
 from feeler.studies.scale import Scale
 
 _PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+
+
+Entropies = Mapping[str, np.ndarray]
+"""By profile: (restart, component)."""
 
 
 def _each(measure: Callable[[np.ndarray], float]) -> Callable[[np.ndarray], np.ndarray]:
@@ -108,7 +114,7 @@ def compute(
     return SimpleNamespace(encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling)
 
 
-def _average(entropies: Mapping[str, np.ndarray]) -> dict[str, float]:
+def _average(entropies: Entropies) -> dict[str, float]:
     """Mean over the bases of the best restart, by profile."""
     return {name: float(np.nanmean(values[0])) for name, values in entropies.items()}
 
@@ -135,7 +141,8 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     for i, definition in enumerate(DRAWN):
         values = [np.nanmean(data.entropy[definition][name], axis=1) for name in names]
         middle = np.array([v[0] for v in values])
-        spread = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
+        ends = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
+        spread = ends if values[0].size > 1 else None  # one start has none
         place = np.arange(len(names)) + (i - (len(DRAWN) - 1) / 2) * width
         ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
     known = [name for name in names if name in _PAPER]
@@ -167,38 +174,51 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
 
 
 def show(context: Context, section: Section) -> None:
-    """The bases of each profile, and their entropies."""
-    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
-    data = compute(sets, effort=context.effort, random_state=context.seed)
+    """The bases of each profile, and their entropies, in the paper's window and of complete
+    touches.
+    """
+    names = list_profiles(context)
+    options: dict[str, Any] = {"effort": context.effort, "random_state": context.seed}
+    data = compute({name: load_tensors(context, name) for name in names}, **options)
+    found = {WINDOWS[0]: data.entropy}
+    if len(names) > 1:
+        whole = {name: complete_tensors(load_complete(context, name)) for name in names}
+        found[WINDOWS[1]] = compute(whole, **options).entropy
     section.heading("Bases by stiffness profile")
     section.figure(
         "fig5f_bases",
         "Three bases of each profile's slow tensors, and their entropy by four of the definitions"
-        " below; whiskers span the restarts, crosses are the paper's values. The paper does not say"
-        " how its entropy was computed. (Fig. 5F–G)",
+        " below; whiskers span the restarts, where there are several; crosses are the paper's"
+        " values. The paper does not say how its entropy was computed. Both in the paper's window;"
+        " complete touches stand in the table. (Fig. 5F–G)",
         lambda figure: plot(data, figure),
         height=4.2,
-        numbers={"entropy": data.entropy},
+        numbers={"entropy": found},
     )
-    for definition, by_profile in data.entropy.items():
-        for name, values in by_profile.items():
-            section.values[f"encoding.basis_entropy.{definition}.{name}"] = span_restarts(
-                np.nanmean(values, axis=1)
-            )
-    rows: list[list[object]] = [
-        [definition, *_average(entropies).values()]
-        for definition, entropies in data.entropy.items()
-    ]
-    rows.append(["the paper, which names none", *(_PAPER.get(name, "–") for name in data.encoders)])
-    section.table(
-        ["definition", *data.encoders],
-        rows,
-        "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
-        " definition tried.",
-    )
+    _keep_values(section, found)
     if nearest := _find_nearest(data):
         section.text(
             f"Nearest to the paper's three values: {nearest}. The scale of a basis is one free"
             " number that nobody stated, so being near is no reproduction, and being far says"
             " something of the definition only."
         )
+
+
+def _keep_values(section: Section, found: Mapping[str, Mapping[str, Entropies]]) -> None:
+    rows: list[list[object]] = []
+    for window, entropy in found.items():
+        for definition, by_profile in entropy.items():
+            reading = definition if window == WINDOWS[0] else f"{window}, {definition}"
+            for name, values in by_profile.items():
+                average = span(np.nanmean(values, axis=1))
+                section.values[f"encoding.basis_entropy.{reading}.{name}"] = average
+            rows.append([window, definition, *_average(by_profile).values()])
+    names = list(next(iter(found[WINDOWS[0]].values())))
+    said = [_PAPER.get(name, "–") for name in names]
+    rows.append([WINDOWS[0], "the paper, which names none", *said])
+    section.table(
+        ["window", "definition", *names],
+        rows,
+        "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
+        " definition tried.",
+    )

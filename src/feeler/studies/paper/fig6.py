@@ -23,6 +23,7 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig6_data import load
 
 PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
+N_TOUCHES = 10  # of each group that is compared
 RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
 (BALL, BOX), SIMULATED, SURROGATE = PALETTE[:2], "#000000", PALETTE[3]
 
@@ -337,7 +338,7 @@ def _compare(context: Context, section: Section) -> None:
         measures = list(next(iter(groups.values())))
         section.table(
             [comparison, *measures],
-            [[name, *(float(g[m]) for m in measures)] for name, g in groups.items()],
+            [[name, *(g[m] for m in measures)] for name, g in groups.items()],
         )
     speeds, profiles = list(found["speed"].values()), found["profile"]
     _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
@@ -346,10 +347,18 @@ def _compare(context: Context, section: Section) -> None:
     )
 
 
-def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str, float]]) -> None:
-    """In how many of the indices the first is more dispersed than the second, and their values."""
-    first, second = ends.values()
-    more = [(first[index] < second[index]) == INDICES[index].is_similarity for index in INDICES]
-    section.values[f"robot.agree.{comparison}"] = float(np.mean(more))
-    for name, values in ends.items():
-        section.values |= {f"robot.{index}.{name}": float(values[index]) for index in INDICES}
+def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str, Any]]) -> None:
+    """In how many of the indices the first is more dispersed than the second, beyond the intervals
+    of both, and their values.
+    """
+    more = []
+    for index, known in INDICES.items():
+        first, second = (values[index] for values in ends.values())
+        less, greater = (first, second) if known.is_similarity else (second, first)
+        more.append(less.high < greater.low)
+        for name, values in ends.items():
+            one = values[index]
+            section.values[f"robot.{index}.{name}"] = make_spread(
+                one.estimate, one.low, one.high, n=N_TOUCHES
+            )
+    section.values[f"robot.agree.{comparison}"] = {"value": float(np.mean(more)), "n": N_TOUCHES}

@@ -166,8 +166,8 @@ def show(context: Context, section: Section) -> None:
 
 
 def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> None:
-    """Profiles again over whole touches, each over its own shortest full window with the samples of
-    the paper's.
+    """Profiles again over complete touches, each over its own shortest full window with the samples
+    of the paper's.
     """
     names = list_profiles(context)
     if len(names) < 2:

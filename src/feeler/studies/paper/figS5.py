@@ -1,6 +1,6 @@
 """Fig. S5: do the bases change with how long they last?"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,10 +13,25 @@ from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.paper.fig4 import load, prepare
+from feeler.studies.paper.fig4_map import compare_others, span
 from feeler.studies.scale import Scale
 from feeler.tensors.unit import in_unit
 
 REFERENCE = 40  # [P]
+
+
+def _sum_lags(bases: np.ndarray) -> np.ndarray:
+    """Profiles along the antenna, less their mean: two flat ones are not alike in shape."""
+    profile = bases.sum(axis=2, keepdims=True)
+    return profile - profile.mean(axis=1, keepdims=True)
+
+
+ALONG, WHOLE = "profile along the antenna", "whole basis"
+DEFINITIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    ALONG: _sum_lags,
+    WHOLE: lambda bases: bases,
+}
+"""Readings of "the shape of a basis"."""
 
 
 def compute(
@@ -37,10 +52,12 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        ``encoders`` by duration [samples]. ``profile_similarity`` (duration, component): cosine of
-        the bases' profiles along the antenna (sums over lags) with the reference's.
+        ``encoders`` by duration [samples]. ``profile_similarity`` (duration, component):
+        correlation of the bases' profiles along the antenna (sums over lags) with the reference's.
         ``basis_similarity`` (duration, component): greatest cosine over shifts of the whole bases
-        with the reference's; a shorter one can reach 1 only where the longer one is silent.
+        with the reference's; a shorter one can reach 1 only where the longer one is silent. By
+        definition: ``least`` (start,), the least of these, and ``others`` (start,), how alike at
+        most two different bases of the reference are.
         ``residual`` (duration,): ‖V − V̂‖/‖V‖. ``sampling`` [ms].
     """
     durations = durations or effort.durations
@@ -55,15 +72,29 @@ def compute(
             )
             encoders[n_lags] = encoder.fit(data)
     reference = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].components_
-    profiles = [encoder.components_.sum(axis=2, keepdims=True) for encoder in encoders.values()]
+    starts = range(min(len(encoder.restart_components_) for encoder in encoders.values()))
+    found = {
+        name: np.array(
+            [
+                [
+                    match_components(view(reference), view(encoder.restart_components_[start]))[1]
+                    for encoder in encoders.values()
+                ]
+                for start in starts
+            ]
+        )
+        for name, view in DEFINITIONS.items()
+    }
+    known = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].restart_components_
     return SimpleNamespace(
         encoders=encoders,
-        profile_similarity=np.stack(
-            [match_components(reference.sum(axis=2, keepdims=True), p)[1] for p in profiles]
-        ),
-        basis_similarity=np.stack(
-            [match_components(reference, e.components_)[1] for e in encoders.values()]
-        ),
+        profile_similarity=found[ALONG][0],
+        basis_similarity=found[WHOLE][0],
+        least={name: similarity.min(axis=(1, 2)) for name, similarity in found.items()},
+        others={
+            name: np.array([compare_others(view(known[start])) for start in starts])
+            for name, view in DEFINITIONS.items()
+        },
         residual=np.array([encoder.relative_residual_ for encoder in encoders.values()]),
         sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
     )
@@ -97,12 +128,14 @@ def show(context: Context, section: Section) -> None:
             "residual": data.residual,
         },
     )
-    profile, basis = data.profile_similarity.min(), data.basis_similarity.min()
-    section.values |= {
-        "encoding.duration.profile along the antenna": float(profile),
-        "encoding.duration.whole basis": float(basis),
-    }
+    for definition in DEFINITIONS:
+        section.values[f"encoding.duration.{definition}"] = span(data.least[definition])
+        section.values[f"encoding.duration.others.{definition}"] = span(data.others[definition])
+    (profile, alike), (basis, same) = (
+        (data.least[name][0], data.others[name][0]) for name in (ALONG, WHOLE)
+    )
     section.text(
-        "Along the antenna the bases of all durations resemble those of 40 ms with a cosine of at"
-        f" least {profile:.2f}; as whole pictures, at least {basis:.2f}."
+        "Along the antenna the bases of all durations correlate with those of 40 ms to at least"
+        f" {profile:.2f} (two different bases of 40 ms to at most {alike:.2f}); as whole pictures"
+        f" their cosine is at least {basis:.2f} (at most {same:.2f})."
     )

@@ -68,10 +68,16 @@ def show(context: Context, section: Section) -> None:
         "figS6_dispersion",
         "Every tensor's closest match among the others of its group (dots) and the group's average"
         " with its 95 % bootstrap interval, by four indices. Low Pearson r, SSIM and NMI and high"
-        " MSE mean more dispersed. (Fig. 5A–B, Fig. S6)",
+        " MSE mean more dispersed. Profiles in the paper's window; complete touches stand below,"
+        " under that heading. (Fig. 5A–B, Fig. S6)",
         lambda figure: plot(data, figure),
         height=7.0,
         numbers=values,
     )
     section.values |= values
-    list_verdicts(section, data.spread_verdicts, "The order of groups, index by index.")
+    list_verdicts(
+        section,
+        data.spread_verdicts,
+        "The order of groups, index by index; profiles in the paper's window, complete touches"
+        " below.",
+    )

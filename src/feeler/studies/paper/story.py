@@ -59,7 +59,7 @@ def tell_story(
     for screen in list_screens(_collect_values(sections)):
         if screen["figure"] in known:
             section, block = known[screen["figure"]]
-            picture = blocks.picture(block, _embed_from(section), defaultdict(str, beside))
+            picture = blocks.picture(block, _embed_from(section), defaultdict(Markup, beside))
             screens.append(screen | {"picture": picture, "kept": section.say_kept()})
     unmet = [
         one

@@ -3,7 +3,8 @@
 Evidence: *reproduced*, *partly*, *not reproduced*; of our own claims *holds*, *partly*, *does not
 hold*. Everything else is no evidence for or against and is not counted with it: *by construction*,
 *circular*, *depends on a definition* that the paper does not give, *no evidence* (identical touches
-do as well), *not judged* (in this run: n = 1, or too small a scale), *not comparable*.
+do as well, or the spreads do not let it be told), *not judged* (in this run: n = 1, or too small a
+scale), *not comparable*.
 
 What is counted are statements: the claims that read one effect are one statement together.
 """
@@ -287,7 +288,7 @@ def _match_null(claim: Claim, numbers: list[Spread], null: list[Spread]) -> str:
     points, nulls = [number[0] for number in numbers], [number[0] for number in null]
     shown = ", ".join(f"{value:.3g}" for value in nulls)
     if any(sign * b >= sign * a for a, b in zip(points, nulls, strict=True)):
-        return f"identical touches are told apart as much in at least one group (null {shown})"
+        return f"{claim.null_says} (null {shown})"
     if len(points) > 1 and (points[-1] - points[0]) * (nulls[-1] - nulls[0]) > 0:
         return f"identical touches give the same order of the ends (null {shown})"
     return ""
@@ -306,34 +307,40 @@ def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
 
 
 def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """The ends apart by more than their spreads, and those between in the claimed order."""
+    (first, _, top), (last, bottom, most) = numbers[0], numbers[-1]
     points = [number[0] for number in numbers]
-    apart = numbers[-1][1] > numbers[0][2]
-    if numbers[-1][1] < numbers[-1][2] < numbers[0][1]:  # said only where there is a spread
+    if bottom < most < numbers[0][1]:  # said only where there is a spread
         return "not reproduced", f"{REVERSED}, beyond the spreads of the ends"
-    if points[-1] <= points[0]:
+    if bottom <= top and any(low < high for _, low, high in (numbers[0], numbers[-1])):
+        return "no evidence", "the spreads of the ends overlap: no order can be told"
+    if last <= first:
         return "not reproduced", "the ends are not in the claimed order"
     if not all(b > a for a, b in pairwise(points)):
         return "partly", "the ends are in the claimed order, the middle is not"
-    if not apart:
-        return "partly", "in the claimed order, but the spreads of the ends overlap"
     return "reproduced", "in the claimed order"
 
 
 def _judge_dip(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
-    before, middle, after = (number[0] for number in numbers)
-    if middle < min(before, after):
-        return "reproduced", "less than both neighbours"
-    return "not reproduced", "not less than both neighbours"
+    """The middle less than both neighbours, by more than the spreads."""
+    before, middle, after = numbers
+    if not middle[0] < min(before[0], after[0]):
+        return "not reproduced", "not less than both neighbours"
+    if middle[2] >= min(before[1], after[1]) and middle[1] < middle[2]:
+        return "no evidence", "less than both neighbours, but their spreads overlap"
+    return "reproduced", "less than both neighbours"
 
 
 def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
-    """Above or below the target."""
+    """Above or below the target, with the whole spread."""
     side, (value, low, high) = f"{claim.kind} {claim.target:g}", numbers[0]
     sign = 1.0 if claim.kind == "above" else -1.0
-    if min(sign * low, sign * high) > sign * claim.target:
+    near, far = sorted((sign * low, sign * high))
+    if near > sign * claim.target:
         return "reproduced", side if low == high else f"{side} with its whole spread"
-    if sign * value > sign * claim.target:
-        return "partly", f"{side}, its spread is not"
+    if low < high and far > sign * claim.target:
+        word = side if sign * value > sign * claim.target else f"not {side}"
+        return "no evidence", f"{word}, but its spread lies on both sides"
     return "not reproduced", f"not {side}"
 
 

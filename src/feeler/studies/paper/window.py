@@ -1,6 +1,7 @@
 """What a window of 380 ms cuts off a touch, and touches over their whole length."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,7 +23,7 @@ def _list_contact(tensors: xr.Dataset) -> np.ndarray:
 
 
 def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNamespace:
-    """What a window of ``duration`` [ms] does to whole touches.
+    """What a window of ``duration`` [ms] does to complete touches.
 
     Returns
     -------
@@ -87,21 +88,60 @@ def _cut_each(array: np.ndarray, kept: np.ndarray) -> list[np.ndarray]:
     return cut
 
 
-def _resample(tensors: xr.Dataset, end: float, n_samples: int) -> np.ndarray:
-    """Rectified angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear
-    interpolation.
+def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:
+    """Angle and curvature (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by
+    linear interpolation, with what is known of each trial.
     """
     time = np.linspace(0.0, end, n_samples, endpoint=False)
-    chosen = tensors["angle"].transpose("trial", "sensor", "time").interp(time=time)
-    return rectify(chosen.values)
+    names = [name for name in ("angle", "curvature") if name in tensors]
+    return tensors[names].transpose("trial", "sensor", "time").interp(time=time)
+
+
+def complete_tensors(tensors: xr.Dataset) -> xr.Dataset:
+    """One profile's touches over its own shortest full window, with the samples of the paper's."""
+    return resample(tensors, measure_window(tensors).end, round(DURATION))
 
 
 def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
-    """Each profile's touches over its own shortest full window, all with the samples of the
-    paper's, in order of label.
+    """Rectified angles (trial, sensor, time) of ``complete_tensors`` by profile, in order of
+    label.
     """
-    arrays = {}
-    for name, data in tensors.items():
-        order = np.argsort(make_labels(data), kind="stable")
-        arrays[name] = _resample(data, measure_window(data).end, round(DURATION))[order]
-    return arrays
+    return {
+        name: rectify(complete_tensors(data)["angle"].values)[
+            np.argsort(make_labels(data), kind="stable")
+        ]
+        for name, data in tensors.items()
+    }
+
+
+PROFILES = ("exponential", "linear", "constant", "matched", "rival")
+WHOLE = (
+    *("wall", "robot", "window", "tradeoff", "gradient", "choices", "design", "active", "bounds"),
+    *("axes", "antenna", "calibration", "tensors", "tracking"),
+)
+"""Kinds of values, by how their keys begin, that hang on no window of slow touches."""
+_UNCUT = ("complete touches", "complete", "within each touch", "while it moves")
+_CUT = ("380 ms window", "cut")
+
+
+def find_one_sided(keys: Iterable[str]) -> set[str]:
+    """Measures in which values of these keys compare profiles in the paper's window alone.
+
+    Some of the linear and of the constant profile's touches are the same tensor in that window, so
+    no page, figure, claim or sentence compares profiles there without complete touches beside it.
+    A key that names no window is of the paper's.
+    """
+    found: dict[str, dict[bool, set[str]]] = {}
+    for key in keys:
+        parts = re.split(r"[.,]\s*", key)
+        profile = next((part for part in parts if part in PROFILES), "")
+        if profile and parts[0] not in WHOLE:
+            uncut = any(part in _UNCUT for part in parts)
+            rest = [part for part in parts if part not in (*_UNCUT, *_CUT, profile)]
+            sides = found.setdefault(".".join(rest), {True: set(), False: set()})
+            sides[uncut].add(profile)
+    return {
+        measure
+        for measure, sides in found.items()
+        if len(sides[False]) > 1 and not sides[False] <= sides[True]
+    }

@@ -1,0 +1,93 @@
+"""Beside Fig. 5B, D: jointly fitted codes of complete touches by profile, with their nulls; the
+paper's window cuts the profiles differently.
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.decoding import make_labels
+from feeler.decoding.codes import fit_null, make_codes
+from feeler.decoding.curves import Group, compute_curves
+from feeler.decoding.groups import configure
+from feeler.decoding.plan import Plan
+from feeler.dispersion import INDICES, compute_dispersion
+from feeler.report import Section, make_spread
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.data import list_profiles, load_complete
+from feeler.studies.paper.fig5_data import spread_accuracy
+from feeler.studies.paper.fig5_nulls import disperse_null
+from feeler.studies.paper.window import WINDOWS, complete_arrays
+
+PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
+
+
+def compute(
+    tensors: dict[str, xr.Dataset], encoder: Any, *, plan: Plan, random_state: int = 0
+) -> SimpleNamespace:
+    """Codes of each profile's complete touches, fitted jointly, and of one of them repeated.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``dispersion`` of the codes and of their nulls, by part; ``curves`` of accuracy.
+    """
+    arrays = complete_arrays(tensors)
+    peak = max(array.max() for array in arrays.values())
+    labels = np.sort(make_labels(next(iter(tensors.values()))))
+    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    groups = {}
+    for name, array in arrays.items():
+        fitted = configure(encoder, settings)
+        codes = make_codes(array / peak, fitted, kinds=("joint",))
+        null = fit_null(array / peak, configure(encoder, settings), plan.null_iter)
+        groups[name] = Group(
+            tensors=array / peak, labels=labels, encoder=fitted, codes=codes, null=null
+        )
+    once = replace(plan, other_copies=(), before_repeats=0)
+    curves = compute_curves(
+        groups, once, kinds=("joint",), noises=("relative",), random_state=random_state
+    )
+    codes = {name: group.codes["joint"] for name, group in groups.items()}
+    dispersion = {
+        "activation": compute_dispersion(codes, random_state=random_state),
+        "null": disperse_null(groups, curves.fits, random_state),
+    }
+    return SimpleNamespace(dispersion=dispersion, curves=curves)
+
+
+def show(context: Context, section: Section) -> None:
+    """Dispersion and accuracy of such codes beside their nulls."""
+    names, plan = list_profiles(context), context.effort.plan
+    if len(names) < 2:
+        return
+    tensors = {name: load_complete(context, name) for name in names}
+    encoder = context.effort.make_encoder()
+    data = compute(tensors, encoder, plan=plan, random_state=context.seed)
+    rows = []
+    for name, sweep in data.curves.find("joint").items():
+        cells = []
+        for index in INDICES:
+            for part, prefix in PARTS.items():
+                found = data.dispersion[part].average[index][name]
+                spread = make_spread(found.estimate, found.low, found.high, n=plan.n_restarts)
+                section.values[f"{prefix}.{index}.{WINDOWS[1]}.{name}"] = spread
+                kept = section.values.get(f"{prefix}.{index}.{name}")
+                section.values[f"{prefix}.{index}.{WINDOWS[0]}.{name}"] = kept
+            real, null = (data.dispersion[part].average[index][name].estimate for part in PARTS)
+            cells.append(f"{real:.3g} / {null:.3g}")
+        alone = data.curves.find_null("joint", group=name)
+        assert alone is not None  # compute_curves makes one for every group
+        for part, one in (("lda", sweep), ("null", alone)):
+            spread = spread_accuracy(one, plan.n_restarts)
+            section.values[f"classification.{part}.{WINDOWS[1]}.{name}"] = spread
+        cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
+        rows.append([name, *cells])
+    section.table(
+        ["profile", *(known.label for known in INDICES.values()), "accuracy [%]"],
+        rows,
+        "Real / null: jointly fitted codes of complete touches, and of one of them repeated.",
+    )

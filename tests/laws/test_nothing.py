@@ -1,0 +1,227 @@
+"""Every rule can fail: planted nothing, pushed through the code that computes a claim's values, is
+never reproduced and never holds, not even partly.
+
+Nothing is: white tensors; one tensor, whatever touches; tensors whose labels are shuffled; peaks
+anywhere. Bases of noise are those that white tensors have.
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from feeler.decoding.classifiers import make_fitting_lda
+from feeler.experiment import touch as experiment_touch
+from feeler.report import Section
+from feeler.robot import comparison
+from feeler.studies import study
+from feeler.studies.paper import (
+    data,
+    fig2b_fit,
+    fig3,
+    fig3_family,
+    fig6,
+    figS4,
+    open_bounds,
+    open_gradient,
+    open_speed,
+)
+from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.reproduce import STAGES
+from feeler.studies.paper.verdicts import judge
+from feeler.studies.scale import QUICK, SCALES
+from feeler.wall import fit_distance
+
+from ._nothing import N_SENSORS, NOTHING, make_dataset
+
+SWEEP = {"n_repeats": 3, "n_copies": 3, "n_restarts": 2, "null_iter": 5, "twins": "all"}
+SCALE = replace(
+    QUICK,
+    name="nothing",
+    locations=(0.5, 0.7, 0.9),
+    restarts=2,
+    side_restarts=2,
+    max_iter=5,
+    sweep={**QUICK.sweep, **SWEEP},
+    network={"ratios": (0.1, 0.3), "n_repeats": 3, "n_copies": 3, "max_epochs": 1},
+    trade={**QUICK.trade, "sets": 3, "speeds": (0.3, 0.6, 1.2), "draws": 5},
+    gradient={**QUICK.gradient, "sets": 3, "rates": (0.0827, 0.0, -0.04, -0.0827, -0.12)},
+    regression={**QUICK.regression, "common": (0.003, 0.01, 0.03)},
+)
+READ_TENSORS = ("encoding", "reading", "cnn")
+TOUCH = ("tradeoff", "gradient", "bounds")
+SET_UP = ("wall", "robot", "calibration")
+SOMETHING = {
+    (
+        "white",
+        "lda-null",
+    ): "white tensors do differ, and it says that codes of those that differ are"
+    " told apart better than codes of those that do not",
+}
+SMALL = 2e-4  # rad; so little that no observer is sure of anything
+
+
+def list_due(*sections):
+    return [c for c in load_claims() if c.can_fail and c.section in sections]
+
+
+def judge_all(values):
+    return {c.id: judge(c, values, Context(scale="nothing")) for c in load_claims()}
+
+
+def check(found, claim):
+    judged = found[claim.id]
+    said = f"{judged.verdict}: {judged.ours}; {judged.why}"
+    assert judged.verdict not in ("not judged",), said
+    assert judged.verdict not in ("reproduced", "partly"), said
+
+
+@pytest.fixture(scope="module")
+def scale():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(SCALES._entries, "nothing", SCALE)
+        patch.setattr(Section, "figure", lambda *args, **options: None)
+        yield "nothing"
+
+
+@pytest.fixture(scope="module", params=list(NOTHING))
+def read(request, scale, tmp_path_factory):
+    """What the claims of the sections that read tensors say of nothing."""
+    out = tmp_path_factory.mktemp(request.param)
+    rng = np.random.default_rng(20261123)
+    kept = {}
+
+    def load(context, profile, touches, duration, name):
+        if name not in kept:
+            kept[name] = make_dataset(touches, NOTHING[request.param](touches, rng), rng)
+        return kept[name]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(data, "_load", load)
+        patch.setattr(figS4, "import_torch", lambda: _Torch)
+        patch.setattr(figS4, "TouchNetwork", lambda shape, **options: make_fitting_lda(18, 3))
+        context = Context(scale=scale, out=out)
+        values = {}
+        for stage in STAGES:
+            if stage.name in READ_TENSORS:
+                section = Section(name=stage.name, title="", folder=out, vector=False)
+                stage.show(context, section)
+                values |= section.values
+        yield request.param, judge_all(values)
+
+
+class _Torch:
+    """What Fig. S4 asks of PyTorch beside the network, which an LDA stands for here."""
+
+    get_num_threads = staticmethod(lambda: 1)
+    set_num_threads = staticmethod(lambda n: None)
+
+
+@pytest.mark.parametrize("claim", list_due(*READ_TENSORS), ids=lambda claim: claim.id)
+def test_nothing_bears_out_no_claim_that_reads_tensors(read, claim):
+    nothing, found = read
+    if (nothing, claim.id) not in SOMETHING:
+        check(found, claim)
+
+
+@pytest.mark.parametrize("id", ["residual-falls", "bases-ordered"])
+def test_what_is_by_construction_comes_out_of_nothing_too(read, id):
+    """So that the law above is known to notice such a rule."""
+    _, found = read
+    assert found[id].verdict == "by construction"
+    assert found[id].why.endswith("(in the claimed order)")
+
+
+@pytest.fixture(scope="module", params=["white", "one"])
+def touched(request, scale, tmp_path_factory):
+    """What our own claims on speed, gradient and bounds say of nothing."""
+    out = tmp_path_factory.mktemp(request.param)
+    rng = np.random.default_rng(20261123)
+
+    def touch(antenna, trials, *, duration, sample_interval=1.0, **options):
+        n_times = round(duration / sample_interval) + 1
+        angle = SMALL * NOTHING[request.param](trials, rng, n_times)
+        if request.param == "white":
+            angle -= SMALL / 2
+        return make_dataset(trials, angle, rng)
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (study, open_bounds, experiment_touch):
+            patch.setattr(module, "touch", touch)
+        context = Context(scale=scale, out=out)
+        section = Section(name="s", title="", folder=out, vector=False)
+        for module in (open_speed, open_gradient, open_bounds):
+            module.show(context, section)
+        yield judge_all(section.values)
+
+
+@pytest.mark.parametrize("claim", list_due(*TOUCH), ids=lambda claim: claim.id)
+def test_nothing_bears_out_no_claim_on_speed_gradient_and_bounds(touched, claim):
+    check(touched, claim)
+
+
+def _find_wall_values(rng):
+    """Peaks anywhere along the antenna, and in every set-up; the sliding tensors are white."""
+    names, n_set_ups, distance = ("exponential", "linear", "constant"), 120, np.arange(25.0, 5, -2)
+    every, none = np.full(distance.size, True), np.full(distance.size, False)
+    r2 = [
+        [fit_distance(distance, 42 * rng.random(distance.size), every, none, 0.3).r2 for _ in names]
+        for _ in range(n_set_ups)
+    ]
+    family = fig3_family.Family(names=names, choices=(), r2=np.array(r2), cases=())
+    claims = {claim.id: claim for claim in load_claims()}
+    asked = {name: claims[f"wall-{name}"] for name in names}
+    values = fig3_family._list_values(
+        family,
+        {name: claim.tolerance for name, claim in asked.items()},
+        {name: claim.target for name, claim in asked.items()},
+    )
+    for name, tensors in (("white", rng.random((9, 4, 30))), ("one", np.ones((9, 4, 30)))):
+        wall = SimpleNamespace(
+            contact=np.ones((9, 30), dtype=bool),
+            make_dataset=lambda tensors=tensors: {"curvature": xr.DataArray(tensors)},
+        )
+        values[f"wall.unique_share.{name}"] = fig3._compute_unique_share(wall)
+    values["wall.unique_share"] = max(
+        values["wall.unique_share.white"], values["wall.unique_share.one"]
+    )
+    return values
+
+
+def _find_calibration_values():
+    """Fits that are as good as the paper's at its own parameters only."""
+    steps = np.linspace(0.5, 2, 31)
+    walked = fig2b_fit.PAPER_P * steps[:, None], fig2b_fit.PAPER_ERROR * (1 + abs(steps - 1))
+    found = SimpleNamespace(walked=walked, refits=None, profiles=None)
+    return {"calibration.widest_spread": fig2b_fit._find_widest_spread(found)}
+
+
+@pytest.fixture(scope="module", params=["white", "one"])
+def set_up(request, scale, tmp_path_factory):
+    """What the claims on walls, the robot and the calibration say of nothing."""
+    out = tmp_path_factory.mktemp(request.param)
+    rng = np.random.default_rng(20261123)
+    section = Section(name="s", title="", folder=out, vector=False)
+
+    def simulate(antenna, *, speeds=comparison.SPEEDS, engine):
+        trials = comparison.make_touches(speeds=speeds)
+        return NOTHING[request.param](trials, rng)[:, :8], trials
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparison, "simulate_comparison", simulate)
+        fig6._compare(Context(scale=scale, out=out), section)
+    return judge_all(section.values | _find_wall_values(rng) | _find_calibration_values())
+
+
+@pytest.mark.parametrize("claim", list_due(*SET_UP), ids=lambda claim: claim.id)
+def test_nothing_bears_out_no_claim_on_walls_robot_and_calibration(set_up, claim):
+    check(set_up, claim)
+
+
+def test_every_claim_that_can_fail_is_asked_here():
+    sections = {claim.section for claim in load_claims() if claim.can_fail}
+    assert sections <= {*READ_TENSORS, *TOUCH, *SET_UP}
+    assert N_SENSORS >= 8  # the robot's tensors are cut from these

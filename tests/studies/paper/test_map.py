@@ -1,0 +1,69 @@
+"""Planted bases and codes: when and where they act, and which contacts drive them."""
+
+import numpy as np
+import pytest
+
+from feeler.report import Section
+from feeler.studies.paper.fig4_map import compute, keep_values, measure_margin, span
+
+LAGS = (2, 11, 29)
+PLACES = (0.5, 0.6, 0.7, 0.9)
+DRIVEN = {0.5: 0, 0.6: 1, 0.7: 1, 0.9: 2}
+
+
+class PlantedEncoder:
+    """Bases that act at one sensor and one lag each; a trial's code is the basis it is told."""
+
+    def __init__(self, driven):
+        bases = np.zeros((3, 5, 40))
+        for k, lag in enumerate(LAGS):
+            bases[k, 2 * k, lag] = 1.0
+        self.restart_components_ = np.stack([bases, np.roll(bases, 1, axis=2)])
+        self.driven = driven
+
+    def transform(self, data, code):
+        assert code == "ridge"
+        codes = np.zeros((len(self.driven), 3, 6))
+        codes[np.arange(len(self.driven)), self.driven, 1] = 1.0
+        return codes
+
+
+def measure(locations, driven):
+    return compute(PlantedEncoder(driven), np.zeros((len(driven), 5, 60)), np.array(locations))
+
+
+def test_every_start_says_when_and_where_its_bases_act():
+    locations = np.repeat(PLACES, 3)
+    found = measure(locations, [DRIVEN[place] for place in locations])
+    np.testing.assert_allclose(found.lag, [LAGS, np.add(LAGS, 1)])
+    np.testing.assert_allclose(found.place, [[0.0, 0.5, 1.0]] * 2)
+    np.testing.assert_allclose(found.margin, 1.0)
+    assert max(one.p_information for one in found.mappings) < 0.01
+
+
+@pytest.mark.parametrize("basis", [0, 1, 2])
+def test_a_basis_that_every_contact_drives_knows_no_place(basis):
+    assert (measure(np.repeat(PLACES, 3), [basis] * 12).margin <= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("share", "margin"),
+    [
+        ([[0.7, 0.2, 0.1], [0.1, 0.3, 0.6]], 0.3),
+        ([[0.5, 0.1, 0.4], [0.4, 0.0, 0.6]], 0.1),  # its own share at the other end counts too
+        ([[0.2, 0.7, 0.1], [0.1, 0.3, 0.6]], -0.5),
+        ([[0.1, 0.3, 0.6], [0.7, 0.2, 0.1]], -0.6),  # the mirror image: 0.1 − 0.7
+    ],
+)
+def test_the_margin_is_the_least_of_four(share, margin):
+    assert measure_margin(np.array(share)) == pytest.approx(margin)
+
+
+def test_the_values_span_the_starts_and_say_how_many_there_are(tmp_path):
+    section = Section(name="s", title="", folder=tmp_path, vector=False)
+    locations = np.repeat(PLACES, 3)
+    keep_values(section, measure(locations, [DRIVEN[place] for place in locations]))
+    assert section.values["encoding.lag.3"] == {"value": 29.0, "low": 29.0, "high": 30.0, "n": 2}
+    assert section.values["encoding.location_p"]["n"] == 2
+    assert span(np.array([1.0])) == {"value": 1.0, "n": 1}
+    assert "undefined" in span(np.array([1.0, np.nan]))
