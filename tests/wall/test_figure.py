@@ -1,5 +1,7 @@
 """Fig. 3 and its table from one small run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,9 +11,9 @@ from feeler.plotting.look import PALETTE
 from feeler.plotting.wall import Shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.studies.paper import fig3
-from feeler.studies.paper.fig3_family import Family, compute, list_setups, plot
+from feeler.studies.paper.fig3_family import Family, _list_offsets, compute, list_setups, plot
 from feeler.studies.scale import SCALES
-from feeler.wall import DISTANCES, Posture, approach
+from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
 
 
 def test_figure_3_draws_what_was_computed():
@@ -50,7 +52,11 @@ def test_a_part_of_the_family_lies_within_it(part):
 
 def make_family(r2):
     return Family(
-        names=("exponential", "linear", "constant"), choices=(), r2=np.array(r2), cases=()
+        names=("exponential", "linear", "constant"),
+        choices=(),
+        r2=np.array(r2),
+        offset=np.full(np.shape(r2), np.nan),
+        cases=(),
     )
 
 
@@ -105,6 +111,55 @@ def test_tensors_that_are_the_same_are_no_distances_told_apart():
             return {"curvature": xr.DataArray(tensors)}
 
     assert fig3._compute_unique_share(Touch) == pytest.approx(1 / 3)
+
+
+def test_the_leading_set_up_has_a_map_of_every_profile_at_rest():
+    """It is one of the family; ``test_the_rule_finds_the_leading_set_up`` finds it anew."""
+    assert fig3.get_lead() in list_setups()[0]
+    for name in ("exponential", "linear", "constant"):
+        found = map_distance(approach(cockroach(name), fig3.get_lead()))
+        assert not found.undefined and found.used.sum() >= len(found.used) / 2
+
+
+@pytest.mark.slow
+def test_the_rule_finds_the_leading_set_up():
+    """The first posture of the family with a map of every profile, at rest and running."""
+
+    def has_maps(posture):
+        for name in ("exponential", "linear", "constant"):
+            found = map_distance(approach(cockroach(name), posture))
+            if found.undefined or found.used.sum() < len(found.used) / 2:
+                return False
+        return not any(
+            calibrate(cockroach(name), posture).undefined
+            for name in ("exponential", "linear", "constant")
+        )
+
+    assert next(filter(has_maps, list_setups()[0])) == fig3.get_lead()
+
+
+def test_how_far_the_peak_is_from_the_contact_counts_every_standing_distance():
+    antenna = cockroach("constant")  # its peak stays at the base, which R² leaves out
+    sweep = approach(antenna, Posture(), (20.0, 15.0, 10.0, 7.0))
+    (case,) = compare(
+        {"constant": antenna},
+        [Posture()],
+        distances=(20.0, 15.0, 10.0, 7.0),
+        measures=({"quantity": "bend", "method": "hinge"},),
+        known=[("constant", sweep)],
+    )
+    assert case.map.used.sum() == 0 and sweep.inverted.sum() == 4
+    assert case.offset == pytest.approx(np.median(sweep.contact_position), abs=0.2)
+
+
+def test_offsets_are_counted_where_they_are_known_only():
+    offset = np.array([[0.05, 0.5, np.nan], [0.2, np.nan, np.nan], [0.09, 0.01, np.nan]])
+    family = replace(make_family(np.full((3, 3), 0.5)), offset=offset)
+    values = _list_offsets(family)
+    assert values["wall.near.exponential"] == {"value": pytest.approx(2 / 3), "n": 3}
+    assert values["wall.apart.exponential"]["value"] == 0.09
+    assert values["wall.near.linear"] == {"value": 0.5, "n": 2}
+    assert "no set-up" in values["wall.near.constant"]["undefined"]
 
 
 def test_the_family_is_drawn_with_its_medians():

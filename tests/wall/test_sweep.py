@@ -250,3 +250,23 @@ def test_bad_postures_are_named(field, value, message):
 @pytest.mark.parametrize(("reading", "degrees"), [("midline", 30.0), ("total", 15.0)])
 def test_both_readings_of_the_angle(reading, degrees):
     assert np.isclose(np.degrees(Posture(reading=reading).base_angle), degrees)
+
+
+@pytest.mark.parametrize("distance", [22.0, 15.0, 9.0])
+def test_the_contact_is_where_the_moments_of_the_hinges_say(uniform, distance):
+    """Without friction the wall pushes with one force F across: k_i θ_i = F (y − y_i) for every
+    hinge before it, a line whose zero is the place of the push.
+    """
+    sweep = approach(uniform, Posture(friction=0.0, hook_share=0.5), [distance])
+    moment, y = (uniform.stiffness * sweep.bend)[0, [0, 5]], sweep.points[0, [0, 5], 1]
+    zero = y[0] - moment[0] * np.diff(y)[0] / np.diff(moment)[0]
+    arc = np.append(uniform.hinge_position, uniform.length)
+    assert sweep.contact[0]
+    assert np.interp(sweep.contact_position[0], arc, sweep.points[0, :, 1]) == pytest.approx(
+        zero, abs=0.05
+    )
+
+
+def test_without_contact_there_is_no_place_of_it(uniform):
+    sweep = approach(uniform, Posture(), [39.0, 15.0])
+    assert np.isnan(sweep.contact_position).tolist() == [True, False]

@@ -1,6 +1,6 @@
 """Draw closest matches: how far apart the tensors of each group lie."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,17 +23,26 @@ def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:
     """Every tensor's closest match as a dot, group averages with their 95 % intervals; a free place
     between sets.
     """
+    sets = [
+        {str(g): (d.values(index, g), d.average[index][g]) for g in d.groups} for d in dispersions
+    ]
+    plot_groups(sets, ax)
+
+
+def plot_groups(sets: Sequence[Mapping[str, tuple[np.ndarray, Interval]]], ax: Axes) -> None:
+    """Every value (trial,) of each group as a dot, its average with the interval beside it; a free
+    place between sets.
+    """
     rng = np.random.default_rng(0)  # spreads the dots sideways only
-    groups = dispersions[0].groups
-    starts = np.arange(len(dispersions)) * (len(groups) + 1)
-    for place, group in enumerate(groups):
-        values = [dispersion.values(index, group) for dispersion in dispersions]
+    starts = np.arange(len(sets)) * (len(sets[0]) + 1)
+    for place, group in enumerate(sets[0]):
+        values = [members[group][0] for members in sets]
         dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(
             -0.15, 0.15, sum(map(len, values))
         )
         colour = PALETTE[place % len(PALETTE)]
         ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
-        mean, low, high = np.array([_list_interval(d.average[index][group]) for d in dispersions]).T
+        mean, low, high = np.array([_list_interval(members[group][1]) for members in sets]).T
         error = mean - low, high - mean
         ax.errorbar(
             starts + place + 0.28,
@@ -43,7 +52,7 @@ def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:
             ms=4,
             capsize=2,
             color=colour,
-            label=str(group),
+            label=group,
         )
 
 

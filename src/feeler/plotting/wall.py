@@ -1,10 +1,14 @@
 """Antennae beside a wall at every distance, and the map from greatest curvature to distance."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse
 
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_peak
@@ -99,6 +103,33 @@ def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.
     ax.spines[["left", "bottom"]].set_visible(False)
 
 
+def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int = 4) -> None:
+    """Every ``every``-th shape of each antenna in a panel of its own, over one another, base at
+    the origin, coloured by the distance of its wall; dots: greatest bend.
+    """
+    distances = np.abs(next(iter(rows.values())).wall)[::every]
+    colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(distances)))
+    for (name, shapes), ax in zip(rows.items(), axes, strict=True):
+        for k, colour in zip(range(0, len(shapes.wall), every), colours, strict=True):
+            ax.axvline(shapes.wall[k], color=colour, lw=0.8, ls="--")
+            ax.plot(*shapes.points[k].T, color=colour, lw=1.2, label=f"{distances[k // every]:.3g}")
+            ax.plot(*shapes.peak[k], "o", color=colour, mec="#000000", mew=0.5, ms=4, zorder=3)
+        ax.add_patch(Ellipse((-3.0, -4.0), 5.0, 9.0, color="#BBBBBB", lw=0))
+        ax.text(-3.0, -11.0, "head", ha="center", fontsize=7, color="#59636e")
+        ax.set(title=name, xlabel="x [mm]", aspect="equal")
+    axes[0].set_ylabel("y [mm]")
+    if (figure := axes[0].get_figure(root=False)) is not None:
+        handles, labels = axes[0].get_legend_handles_labels()
+        dot = Line2D([], [], marker="o", ls="", color="#FFFFFF", mec="#000000", ms=4)
+        figure.legend(
+            [*handles, dot],
+            [*labels, "greatest bend"],
+            loc="outside right center",
+            title="wall distance [mm]",
+            title_fontsize=7,
+        )
+
+
 def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     """Distance against the peak's position, lines and R²; peaks at the base as open marks."""
     for mark, (name, found) in zip("os^D", maps.items(), strict=False):
@@ -129,7 +160,7 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     ax.set(
         xlabel="point of greatest curvature [mm from base]",
         ylabel="wall distance [mm]",
-        ylim=(3, 36),
+        ylim=(3, 46),
         xlim=(-1.5, 43),
     )
     ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")

@@ -91,7 +91,7 @@ class Scale:
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
         *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient"),
-        *("bounds", "robot", "wall", "antenna", "design", "tracking"),
+        *("bounds", "robot", "wall", "axes", "antenna", "design", "tracking"),
     )
 
     # what is touched
@@ -209,7 +209,7 @@ BEYOND: dict[str, Any] = {
 another antenna, engine or seed.
 """
 PAPER = Scale(name="paper")
-_REST = ("gradient", "bounds", "design", "antenna", "tracking", "cnn")
+_REST = ("gradient", "axes", "bounds", "design", "antenna", "tracking", "cnn")
 PUBLISHED = replace(
     PAPER,
     name="published",

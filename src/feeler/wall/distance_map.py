@@ -12,7 +12,7 @@ from feeler.errors import InvalidInput
 from feeler.wall.peak import Peak, find_sweep_peak
 from feeler.wall.sweep import Approach
 
-_FEWEST = 3  # a line through two points always fits
+FEWEST_DISTANCES = 3  # a line through two points always fits
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,8 +112,8 @@ def fit_distance(
 
 
 def _fit_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, str]:
-    if x.size < _FEWEST:
-        return (np.nan,) * 4 + (f"{x.size} usable distances, a fit needs {_FEWEST}",)
+    if x.size < FEWEST_DISTANCES:
+        return (np.nan,) * 4 + (f"{x.size} usable distances, a fit needs {FEWEST_DISTANCES}",)
     dx, dy = x - x.mean(), y - y.mean()
     spread = float(dx @ dx)
     if spread < 1e-12 * x.size or float(dy @ dy) == 0.0:
@@ -154,11 +154,18 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     hinge. Positions closer than the longest segment are not told apart.
     """
     peak = peak or find_sweep_peak(sweep, **options)
-    standing = sweep.contact if sweep.posture.prebend == "none" else sweep.inverted
-    used = standing & sweep.balanced & ~peak.at_base
+    used = list_standing(sweep) & ~peak.at_base
     return fit_distance(
         sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max())
     )
+
+
+def list_standing(sweep: Approach) -> np.ndarray:
+    """At which distances (step,) the antenna stands against the wall as its posture asks, in
+    equilibrium.
+    """
+    standing = sweep.contact if sweep.posture.prebend == "none" else sweep.inverted
+    return standing & sweep.balanced
 
 
 @checked

@@ -12,7 +12,13 @@ from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
-from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
+from feeler.wall.distance_map import (
+    FEWEST_DISTANCES,
+    DistanceMap,
+    bootstrap_median,
+    list_standing,
+    map_distance,
+)
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Approach, approach
 
@@ -54,6 +60,10 @@ class Case:
         Distances in contact.
     n_inverted : int
         Of these, those with a standing inverted J.
+    offset : float
+        Median distance along the antenna [mm] between the point of greatest curvature and the
+        contact, over the distances at which it stands against the wall as its posture asks; NaN
+        where these are fewer than three.
     """
 
     antenna: str
@@ -62,6 +72,7 @@ class Case:
     n_contact: int
     n_inverted: int
     map: DistanceMap
+    offset: float
 
     @property
     def choice(self) -> tuple:
@@ -128,13 +139,16 @@ def _sweep(distances: Sequence[float] | np.ndarray, job: tuple[Antenna, Posture]
 
 
 def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
+    found = map_distance(sweep, **measure)
+    apart = np.abs(found.position - sweep.contact_position)[list_standing(sweep)]
     return Case(
         antenna=name,
         posture=sweep.posture,
         measure=measure,
         n_contact=int(sweep.contact.sum()),
         n_inverted=int(sweep.inverted.sum()),
-        map=map_distance(sweep, **measure),
+        map=found,
+        offset=float(np.median(apart)) if apart.size >= FEWEST_DISTANCES else np.nan,
     )
 
 

@@ -43,6 +43,9 @@ class Approach:
         90° to 270°).
     balanced : np.ndarray
         Whether (step,) the relaxation ended in an equilibrium.
+    contact_position : np.ndarray
+        Arc length (step,) from the base of the wall's push [mm], the mean over its points weighted
+        by their normal force; NaN without contact.
     """
 
     antenna: Antenna
@@ -52,6 +55,7 @@ class Approach:
     contact: np.ndarray
     inverted: np.ndarray
     balanced: np.ndarray
+    contact_position: np.ndarray
 
     @property
     def points(self) -> np.ndarray:
@@ -135,10 +139,12 @@ def approach(
     distance = _check_distances(distances, antenna)
     bent = posture.bend(antenna)
     rod, wall = _begin(bent, posture.replace(side="right"), distance[0])
-    steps, rests = [], []
+    steps, rests, places = [], [], []
     for goal in distance:
         rests.append(Rest(0.0, 0) if goal > wall else _bring(rod, wall, goal, substep))
-        steps.append(bent.rest_angle if goal > wall else rod.read().angle[0])
+        state = rod.read()
+        steps.append(bent.rest_angle if goal > wall else state.angle[0])
+        places.append(np.nan if goal > wall else state.contact_place[0])
         wall = min(wall, goal)
     angle, contact = np.array(steps), np.array([rest.n_contacts > 0 for rest in rests])
     tip = posture.base_angle + angle.sum(axis=1)
@@ -152,6 +158,7 @@ def approach(
         contact=contact,
         inverted=inverted,
         balanced=np.array([rest.balanced for rest in rests]),
+        contact_position=antenna.length * np.array(places),
     )
 
 

@@ -354,10 +354,17 @@ def test_each_definition_has_a_null_and_numbers_beside_it_of_its_own():
         ({"x.a": 1.0, "y.a": 1.05}, "reproduced"),
         ({"x.a": 9.0, "y.a": 7.0}, "not reproduced"),
         ({"x.a": 1.0, "y.a": 7.0}, "depends on a definition"),
+        ({"x.a": {"value": 1.0, "n": 2}, "y.a": {"value": 7.0, "n": 1}}, "not judged"),
     ],
 )
 def test_only_what_every_definition_says_is_a_verdict(values, verdict):
-    claim = make_claim(keys=("{definition}.a",), definitions=("x", "y"), target=1.0, tolerance=0.1)
+    claim = make_claim(
+        keys=("{definition}.a",),
+        definitions=("x", "y"),
+        target=1.0,
+        tolerance=0.1,
+        drawn="nothing" if all(isinstance(value, float) for value in values.values()) else "starts",
+    )
     judged = judge(claim, values, CONTEXT)
     assert judged.verdict == verdict
     assert [found["values"] for found in judged.describe()["definitions"]] == [

@@ -8,6 +8,7 @@ from feeler.studies.paper.findings import (
     _load_findings,
     choose_answer,
     fill,
+    list_abstract,
     list_findings,
     list_headlines,
     list_screens,
@@ -80,6 +81,12 @@ def test_a_headline_needs_its_numbers_and_its_claims():
     assert list_headlines({}, judge_all("reproduced")) == []
     resting = [one for one in STORY["headline"] if one["holds"]]
     assert resting and len(list_headlines(KEYS, judge_all("partly"))) == 3 - len(resting)
+
+
+def test_the_abstract_s_words_stand_beside_their_verdicts():
+    shown = list_abstract(judge_all("reproduced", "sparsity-speed"))
+    assert [one["verdict"] for one in shown] == ["partly", *["reproduced"] * 5]
+    assert list_abstract([]) == []
 
 
 def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from feeler.studies.paper.window import complete_arrays, measure_window, resample
+from feeler.studies.paper.window import (
+    complete_arrays,
+    cut_to_contact,
+    cut_to_motion,
+    cut_window,
+    keep_whole,
+    measure_window,
+    resample,
+)
 from feeler.tensors.dataset import label_units
 
 TIME = np.arange(800.0)
@@ -85,3 +93,15 @@ def test_every_profile_has_its_own_window_and_the_same_samples():
     np.testing.assert_array_equal(
         arrays["a"] > 0.5, arrays["b"] > 0.5
     )  # both are in contact to the end of their window
+
+
+def test_a_touch_is_cut_to_its_window_to_all_touches_to_its_contact_and_to_its_motion():
+    angle = np.zeros((3, 1, TIME.size))
+    angle[0, 0, 100:200], angle[0, 0, 200:260] = 1.0, 0.02  # contact, then the swing after it
+    angle[0, 0, 260:] = 0.005  # too little to be motion
+    angle[1, 0, 90:500] = -1.0  # bends the other way only
+    touches = make_touches([[(100, 200)], [(90, 120), (300, 500)], []], angle)
+    assert cut_window(touches).shape == (3, 1, 380) and keep_whole(touches).shape == (3, 1, 500)
+    assert cut_window(touches).min() == 0.0
+    assert [part.shape for part in cut_to_contact(touches)] == [(1, 100), (1, 410), (1, 1)]
+    assert [part.shape for part in cut_to_motion(touches)] == [(1, 160), (1, 1), (1, 1)]

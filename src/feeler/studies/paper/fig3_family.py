@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
@@ -21,6 +22,8 @@ from feeler.wall.sensitivity import SETUP_CHOICES
 
 LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
+NEAR = 0.1
+"""Share of the length within which greatest curvature is close to the contact."""
 FOUND = (
     "A set-up that meets all three of the paper's values exists (slack arc over the whole length,"
     " tip at 150°, all else the default; R² 0.972, 0.960, 0.697 when it was found). It was found by"
@@ -41,11 +44,15 @@ class Family:
         What tells a set-up from others, by ``feeler.wall.sensitivity.SETUP_CHOICES``.
     r2 : np.ndarray
         (set-up, profile), NaN where it is undefined.
+    offset : np.ndarray
+        Median distance between greatest curvature and contact (set-up, profile), as a share of the
+        length; NaN where the antenna stands at fewer than three distances.
     """
 
     names: tuple[str, ...]
     choices: tuple[tuple, ...]
     r2: np.ndarray
+    offset: np.ndarray
     cases: tuple[Case, ...]
 
     @property
@@ -70,7 +77,7 @@ class Family:
 def list_setups(part: str = "") -> tuple[list[Posture], list[dict[str, str]]]:
     """Postures and measures of the declared family, or of the part that a smaller scale runs."""
     family = dict(read_declared("claims.toml")["wall_family"])
-    parts, measures = family.pop("part"), family.pop("measure")
+    parts, measures, _ = (family.pop(name) for name in ("part", "measure", "lead"))
     axes = family | (parts[part] if part else {})
     return (
         make_postures(*([{name: value} for value in values] for name, values in axes.items())),
@@ -91,13 +98,19 @@ def compute(
     chosen = {name: antennas[name] for name in CLAIMED if name in antennas}
     postures, measures = list_setups(part)
     cases = compare(chosen, postures, measures=measures, workers=workers, known=known)
-    found: dict[tuple, dict[str, float]] = {}
+    found: dict[tuple, dict[str, tuple[float, float]]] = {}
     for case in cases:
-        found.setdefault(case.choice, {})[case.antenna] = (
-            np.nan if case.map.undefined else case.map.r2
-        )
-    r2 = np.array([[by_name[name] for name in chosen] for by_name in found.values()])
-    return Family(names=tuple(chosen), choices=tuple(found), r2=r2, cases=tuple(cases))
+        r2 = np.nan if case.map.undefined else case.map.r2
+        offset = case.offset / chosen[case.antenna].length
+        found.setdefault(case.choice, {})[case.antenna] = (r2, offset)
+    numbers = np.array([[by_name[name] for name in chosen] for by_name in found.values()])
+    return Family(
+        names=tuple(chosen),
+        choices=tuple(found),
+        r2=numbers[..., 0],
+        offset=numbers[..., 1],
+        cases=tuple(cases),
+    )
 
 
 def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
@@ -119,6 +132,14 @@ def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
         if len(defined):
             ax.plot([k - 0.15, k + 0.15], [np.median(defined[:, k])] * 2, color="#000000", lw=1.5)
         ax.plot(k, targets[name], "kx")
+    for style, label in (
+        ({"color": PALETTE[0], "lw": 0.6}, "in the paper's order"),
+        ({"color": "#BBBBBB", "lw": 0.6}, "in another"),
+        ({"color": "#000000", "lw": 1.5}, "median"),
+        ({"color": "#000000", "marker": "x", "ls": ""}, "the paper's value"),
+    ):
+        ax.plot([], [], label=label, **style)
+    ax.legend(loc="lower left")
     ax.set_xticks(place, family.names)
     ax.set(
         ylabel="R²",
@@ -127,13 +148,32 @@ def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
     )
 
 
+def plot_offset(family: Family, ax: Axes) -> None:
+    """How far from the contact the antenna bends most: a dot per set-up, medians as bars."""
+    rng = np.random.default_rng(0)  # spreads the dots sideways only
+    for k, name in enumerate(family.names):
+        found = family.offset[:, k][np.isfinite(family.offset[:, k])]
+        place = k + rng.uniform(-0.2, 0.2, found.size)
+        colour = PROFILE_COLOURS.get(name, PALETTE[0])
+        ax.plot(place, 100 * found, ".", ms=3, color=colour, alpha=0.6)
+        if found.size:
+            ax.plot([k - 0.3, k + 0.3], [100 * np.median(found)] * 2, color="#000000", lw=1.5)
+    ax.axhline(100 * NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
+    ax.plot([], [], color="#000000", lw=1.5, label="median")
+    ax.set_xticks(range(len(family.names)), family.names)
+    ax.set(ylabel="greatest curvature from contact\n[% of the length]", ylim=(-3, 103))
+    ax.set_title("every set-up with three distances or more")
+    ax.legend()
+
+
 def show(context: Context, section: Section) -> None:
     """Every set-up, in how many the paper's order holds, and the values that the wall claims are
     judged by.
     """
     data = load(context)
     antennas = {name: context.profiles[name] for name in data.sweeps}
-    family = compute(antennas, part=context.effort.wall_part, known=list(data.sweeps.items()))
+    known = [*data.sweeps.items(), *data.default_sweeps.items()]
+    family = compute(antennas, part=context.effort.wall_part, known=known)
     if len(family.names) < 2:
         return
     claims = {
@@ -144,14 +184,17 @@ def show(context: Context, section: Section) -> None:
     section.text(_count(family) + " " + FOUND)
     section.figure(
         "fig3_family",
-        "R² of every set-up of the declared family in which it is defined for all profiles: a line"
-        " each, blue where the order is the paper's; bars are medians, crosses the paper's values.",
-        lambda figure: plot(family, figure.subplots(), targets),
+        "Left: R² of every set-up of the declared family in which it is defined for all profiles: a"
+        " line each, blue where the order is the paper's; bars are medians, crosses the paper's"
+        " values. Right: median distance along the antenna between the point of greatest curvature"
+        " and the contact (the mean place of the wall's push).",
+        lambda figure: _draw(family, figure, targets),
         height=3.2,
         numbers={
             "names": family.names,
             "choices": family.choices,
             "r2": family.r2,
+            "offset": family.offset,
             "targets": targets,
         },
     )
@@ -170,6 +213,30 @@ def show(context: Context, section: Section) -> None:
         "R² of every set-up. Undefined: the peak stays at one place, mostly the base hinge, or too"
         " few distances hold a J.",
     )
+
+
+def _draw(family: Family, figure: Figure, targets: Mapping[str, float]) -> None:
+    left, right = figure.subplots(1, 2)
+    plot(family, left, targets)
+    plot_offset(family, right)
+
+
+def _list_offsets(family: Family) -> dict[str, object]:
+    """Median distance from the contact, as a share of the length, and in how many set-ups it is
+    close.
+    """
+    values: dict[str, object] = {}
+    for name, offset in zip(family.names, family.offset.T, strict=True):
+        found = offset[np.isfinite(offset)]
+        if found.size:
+            values[f"wall.near.{name}"] = {"value": float(np.mean(found < NEAR)), "n": found.size}
+            values[f"wall.apart.{name}"] = make_spread(
+                np.median(found), found.min(), found.max(), n=found.size
+            )
+        else:
+            none = {"undefined": "the antenna stands against the wall in no set-up"}
+            values |= {f"wall.near.{name}": none, f"wall.apart.{name}": none}
+    return values
 
 
 def _list_values(
@@ -192,7 +259,7 @@ def _list_values(
         higher = by_name[family.names[0]] > by_name[other]
         values[f"wall.family.{family.names[0]} over {other}"] = family.share(higher)
     values["wall.family.order"] = family.share(np.all(np.diff(family.defined, axis=1) < 0, axis=1))
-    return values
+    return values | _list_offsets(family)
 
 
 def _count(family: Family) -> str:

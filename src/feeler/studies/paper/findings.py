@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from feeler.studies.paper.claims import read_declared
-from feeler.studies.paper.verdicts import Judged
+from feeler.studies.paper.verdicts import Judged, judge_statements
 
 FINDINGS, STORY = "findings.toml", "story.toml"
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
@@ -32,6 +32,18 @@ def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[
         if hold >= {*one["holds"]}
     ]
     return [one for one in found if all(one.values())]
+
+
+def list_abstract(judged: Sequence[Judged]) -> list[dict[str, str]]:
+    """What the paper's abstract says of touch and gradient: its ``words``, each with its
+    ``verdict`` in this run.
+    """
+    found = judge_statements(judged)
+    return [
+        {"words": one["words"], "verdict": found[one["statement"]]}
+        for one in read_declared(STORY)["abstract"]
+        if one["statement"] in found
+    ]
 
 
 def _list_held(judged: Sequence[Judged]) -> set[str]:

@@ -27,9 +27,9 @@ from feeler.plotting import (
 )
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig3 import load
+from feeler.studies.paper.fig3 import describe_posture, get_lead, load
 from feeler.wall import Course, WallTouch, find_peak
-from feeler.wall.following import FOLLOWING, Run, Watch, follow
+from feeler.wall.following import Run, Watch, follow
 
 APPROACH_SLOWER, FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
 MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}
@@ -81,10 +81,10 @@ class _Panel:
         self.antenna = MovingAntenna(touch.antenna, ax, norm, "RdBu_r")
         (self.dot,) = ax.plot([], [], label="greatest bend", **MARK)
         reach = touch.antenna.length
-        low, high = -0.35 * reach, 1.05 * reach
+        low, high = -0.6 * reach, 1.05 * reach
         self.wall = Rectangle((0, low), 100.0, high - low, color=OBJECT_COLOUR, lw=0)
         ax.add_patch(self.wall)
-        ax.set(xlim=sorted((-0.12 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high))
+        ax.set(xlim=sorted((-0.3 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high))
         ax.set(aspect="equal", title=name, xlabel="x [mm]")
 
     def draw(self, now: int) -> list[Artist]:
@@ -111,7 +111,6 @@ def _write_following(
     course, time = Course(), run.time
     frames = choose_frames(time, slower=FOLLOW_SLOWER, fps=fps)
     curvature = (angles - antenna.rest_angle) / antenna.segment_length
-    posture = FOLLOWING.replace(side="right")
     with style():
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.4))
@@ -152,7 +151,7 @@ def _write_following(
             now = frames[k]
             x, y, heading = run.body[now]
             points = (
-                antenna.shape(angles[now], base_angle=heading + posture.base_angle)
+                antenna.shape(angles[now], base_angle=heading + get_lead().base_angle)
                 + run.body[now, :2]
             )
             body.set_data([x], [y])
@@ -190,7 +189,7 @@ def _follow(context: Context, section: Section) -> None:
     for name, antenna in islice(context.profiles.items(), context.effort.followers):
         angles: list[np.ndarray] = []
         try:
-            run = follow(antenna, watch=_keep(angles))
+            run = follow(antenna, posture=get_lead(), watch=_keep(angles))
         except InvalidInput:  # its peak stays at the base hinge: that is the result
             rows.append([name, *["no map to steer by"] * 4])
             continue
@@ -200,7 +199,8 @@ def _follow(context: Context, section: Section) -> None:
         if not shown:
             shown = True
             path = section.folder / "movieS3_following.mp4"
-            _write_following(antenna, run, np.array([angles[0], *angles]), path, context.effort.fps)
+            bent = get_lead().bend(antenna)
+            _write_following(bent, run, np.array([angles[0], *angles]), path, context.effort.fps)
             section.movie(
                 path,
                 "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
@@ -210,5 +210,6 @@ def _follow(context: Context, section: Section) -> None:
     section.table(
         ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
         rows,
-        "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance.",
+        "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance, in"
+        f" the leading set-up ({describe_posture(get_lead())}).",
     )

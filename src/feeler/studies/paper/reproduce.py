@@ -35,6 +35,11 @@ STAGES = (
         figures=("fig2d", "fig2e", "movieS2"),
     ),
     Stage(
+        name="axes",
+        title="Design axes: spacing, sampling, compliance",
+        figures=("fig1",),
+    ),
+    Stage(
         name="wall",
         title="Wall distance",
         figures=("fig3", "fig3_family", "movieS3"),
@@ -49,7 +54,8 @@ STAGES = (
         name="reading",
         title="Dispersion and classification",
         figures=(
-            *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_codes", "fig5_new", "choices"),
+            *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
+            *("fig5_bending", "fig5_codes", "fig5_new", "choices"),
         ),
     ),
     Stage(

@@ -10,7 +10,12 @@ from markupsafe import Markup
 from feeler.report.page import embed, open_templates
 from feeler.report.section import Section
 from feeler.studies.paper.claims import load_effects
-from feeler.studies.paper.findings import choose_answer, list_headlines, list_screens
+from feeler.studies.paper.findings import (
+    choose_answer,
+    list_abstract,
+    list_headlines,
+    list_screens,
+)
 from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
 QUESTION = (
@@ -30,6 +35,7 @@ def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged
         headlines=list_headlines(_collect_values(sections), claims),
         held=sum(word == "reproduced" for word in found.values()),
         counted=len(found),
+        abstract=list_abstract(claims),
         failed=[words[name] for name, word in found.items() if word != "reproduced"],
         **_find_movie(sections),
     )

@@ -172,8 +172,11 @@ def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged
             verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together
         )
     said = "; ".join(
-        f"{one.word} by {name}" for name, one in zip(claim.definitions, found, strict=True)
+        f"{one.word}{' (reversed)' * one.why.startswith(REVERSED)} by {name}"
+        for name, one in zip(claim.definitions, found, strict=True)
     )
+    if "not judged" in words:
+        return Judged(verdict="not judged", why=f"not every reading is judged: {said}", **together)
     why = f"readings that the paper leaves open differ: {said}{_name_nearest(claim, found)}"
     return Judged(verdict="depends on a definition", why=why, **together)
 
@@ -215,7 +218,7 @@ def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
         value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value
     ]:
         return say("not comparable", f"undefined: {undefined[0]}")
-    if why := _find_single(claim, (*found, *(values[key] for key in (*claim.null, *claim.twin)))):
+    if why := _find_single(claim, (*found, *(values[key] for key in claim.null))):
         return say("not judged", why)
     numbers = [_read(value) for value in found]
     verdict, why = RULES[claim.kind](claim, numbers)
@@ -224,6 +227,8 @@ def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
     if claim.null and (
         reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])
     ):
+        if lack := _find_single(claim, [values[key] for key in claim.twin]):
+            return say("not judged", lack)
         twin = [_read(values[key]) for key in claim.twin]
         if twin and twin[-1][2] < twin[0][1]:
             shown = ", ".join(f"{number[0]:.3g}" for number in twin)
@@ -260,7 +265,9 @@ def _find_single(claim: Claim, values: Sequence[object]) -> str:
     """That one draw is no sample; empty if all values have more, or are not drawn."""
     if not claim.can_fail or claim.drawn == "nothing":
         return ""
-    least = min(value.get("n", 1) if isinstance(value, dict) else 1 for value in values)
+    least = min(
+        (value.get("n", 1) if isinstance(value, dict) else 1 for value in values), default=2
+    )
     return f"n = 1 ({claim.drawn}): one draw has no spread" if least < 2 else ""
 
 

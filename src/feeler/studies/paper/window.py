@@ -13,6 +13,7 @@ from feeler.tensors import in_unit, rectify
 
 WINDOWS = ("380 ms window", "complete touches")
 """The paper's, and each profile's own shortest full one with equal sample counts."""
+NO_MOTION = 0.01  # [C] of a tensor's peak: less is no motion
 SAME = 1e-6  # rad: two tensors that differ by less are one
 
 
@@ -34,8 +35,7 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
     """
     contact, time = _list_contact(tensors), in_unit(tensors["time"], "ms").values
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
-    angle = in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time")
-    array = rectify(angle.values)[:, :, inside]
+    array = _rectify(tensors)[:, :, inside]
     same = np.abs(array[:, None] - array[None]).max(axis=(2, 3)) < SAME
     kinds = np.unique(np.argmax(same, axis=1)).size
     last = time[contact.any(axis=0)].max() if contact.any() else 0.0
@@ -46,6 +46,46 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
         pairs=int(np.triu(same, 1).sum()),
         ceiling=kinds / len(array),
     )
+
+
+def _rectify(tensors: xr.Dataset) -> np.ndarray:
+    angle = in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time")
+    return rectify(angle.values)
+
+
+def cut_window(tensors: xr.Dataset, duration: float = DURATION) -> np.ndarray:
+    """Rectified angles (trial, sensor, time) [rad] before ``duration`` [ms]."""
+    return _rectify(tensors)[:, :, in_unit(tensors["time"], "ms").values < duration]
+
+
+def keep_whole(tensors: xr.Dataset) -> np.ndarray:
+    """Rectified angles (trial, sensor, time) [rad] until the last touch of all lets go for good, at
+    the recording's own rate.
+    """
+    return cut_window(tensors, measure_window(tensors).end)
+
+
+def cut_to_contact(tensors: xr.Dataset) -> list[np.ndarray]:
+    """Rectified angles (sensor, time) [rad] of each touch from its first to its last sample in
+    contact; a touch without any keeps one sample, of zeros.
+    """
+    return _cut_each(_rectify(tensors), _list_contact(tensors))
+
+
+def cut_to_motion(tensors: xr.Dataset) -> list[np.ndarray]:
+    """Rectified angles (sensor, time) [rad] of each touch from the first to the last sample in
+    which any sensor passes ``NO_MOTION`` of the tensor's peak: with the swing after the touch.
+    """
+    array = _rectify(tensors)
+    return _cut_each(array, array.max(axis=1) > NO_MOTION * array.max(axis=(1, 2))[:, None])
+
+
+def _cut_each(array: np.ndarray, kept: np.ndarray) -> list[np.ndarray]:
+    """From the first to the last kept sample; of a touch without any one sample, of zeros."""
+    cut = []
+    for angle, times in zip(array, map(np.flatnonzero, kept), strict=True):
+        cut.append(angle[:, times[0] : times[-1] + 1] if times.size else 0 * angle[:, :1])
+    return cut
 
 
 def resample(tensors: xr.Dataset, end: float, n_samples: int) -> xr.Dataset:
