@@ -3,6 +3,7 @@ and every reading by which the two claims on LDA are judged.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -87,7 +88,9 @@ def show(context: Context, section: Section) -> None:
         },
     )
     names = name_speeds(context)
-    complete = {names[group]: spread_accuracy(sweep) for group, sweep in whole.items()}
+    complete: dict[str, Any] = {
+        names[group]: spread_accuracy(sweep) for group, sweep in whole.items()
+    }
     complete |= {
         name: section.values[key]
         for name in list_profiles(context)
