@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import permutation_test, spearmanr
 
 from feeler.encoding import (
     compute_basis_similarity,
@@ -144,6 +145,29 @@ def test_a_perfect_map_scores_its_ceiling_and_beats_chance():
     assert score.correlation > 0.9
     assert score.p_information == score.p_correlation == 1 / 1000
     np.testing.assert_array_equal(score.share.argmax(axis=1), [0, 1, 2])
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_map_the_other_way_round_is_as_unlikely(turn):
+    """p of the correlation is two-sided, as SciPy's permutation test of Spearman's is."""
+    rng = np.random.default_rng(7)
+    locations = np.repeat([0, 1, 2], 4)
+    codes = rng.random((12, 3, 20)) + 0.04 * make_codes(locations, rng)
+    places = np.array([0.2, 0.5, 0.8])[::turn]
+    score = map_locations(codes, locations, places, n_shuffles=1999)
+    energy = np.square(codes).sum(axis=2)
+    centre = (energy / energy.sum(axis=1, keepdims=True)) @ places
+    expected = permutation_test(
+        (centre,),
+        lambda x: spearmanr(x, locations).statistic,
+        permutation_type="pairings",
+        n_resamples=1999,
+        random_state=2,
+    )
+    assert score.correlation == pytest.approx(expected.statistic)
+    assert turn * score.correlation > 0
+    assert 0.2 < expected.pvalue < 0.5
+    assert score.p_correlation == pytest.approx(expected.pvalue, abs=0.05)
 
 
 def test_no_map_looks_like_chance():

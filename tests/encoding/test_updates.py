@@ -8,7 +8,7 @@ from feeler.encoding.activations import apply_gram, descend_activations, multipl
 from feeler.encoding.bases import multiply_bases
 from feeler.encoding.code import MOST_PIVOTS, solve_nonnegative
 from feeler.encoding.convolution import compute_activation_gram, compute_basis_gram, invert_spectra
-from feeler.encoding.factorise import Data, Settings, factorise
+from feeler.encoding.factorise import Data, Settings, factorise, learn_batch
 from feeler.encoding.sparseness import l1_of_unit_vector
 
 SHAPES = [(2, 3, 4, 5, 11), (1, 2, 3, 6, 6), (3, 2, 3, 1, 7), (2, 2, 3, 6, 8), (2, 1, 4, 9, 30)]
@@ -169,3 +169,20 @@ def test_loss_never_rises_and_is_the_true_one(touches, sparseness, joint):
     rest = touches - reconstruct(factors.components, factors.activations)
     assert factors.losses[-1] == pytest.approx(0.5 * (rest**2).sum(), rel=1e-8)
     assert factors.losses[-1] < 0.5 * factors.losses[0]
+
+
+@pytest.mark.parametrize("forget", [0.0, 0.3, 1.0])
+def test_earlier_batches_count_as_much_as_is_said_in_both_sums(forget):
+    """The sums after a batch are ``forget`` times those before, and those of the batch alone."""
+    rng = np.random.default_rng(8)
+    first, second, bases = rng.random((3, 4, 20)), rng.random((5, 4, 20)), rng.random((2, 4, 6))
+    more = {"max_iter": 1, "tol": 0.0, "inner_steps": 3}
+    settings = Settings(n_components=2, n_lags=6, sparseness=None, joint=False, **more)
+    bases, before = learn_batch(first, bases, (0.0, 0.0), settings, 0.77)
+    _, alone = learn_batch(second, bases, (0.0, 0.0), settings, 0.77)
+    found, after = learn_batch(second, bases, before, settings, forget)
+    for mine, earlier, own in zip(after, before, alone, strict=True):
+        assert np.abs(earlier).max() > 0.01 * np.abs(own).max()
+        np.testing.assert_allclose(mine, forget * earlier + own, rtol=1e-9, atol=1e-12)
+    expected = multiply_bases(bases, *after, settings.inner_steps)[0]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)

@@ -42,7 +42,7 @@ LAYERS = (
     {"scale", "study"},
     {"plotting"},
     {"report"},
-    {"active", "comparison", "contests", "design", "studio", "tradeoff"},
+    {"active", "comparison", "contests", "design", "spiking", "studio", "tradeoff"},
     {"paper", "__init__"},
     {"cli"},
 )

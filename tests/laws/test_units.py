@@ -20,7 +20,7 @@ OWN = {
     r"since contact|at the latest|last contact": {"ms"},
     r"simulated touches": {"ms"},
     r"speed|touches to tell apart": {"m/s"},
-    r"frequency|mode \d|low-pass|^$": {"Hz", "m/s", "mm"},
+    r"frequency|mode \d|low-pass|mean rate|sets the gain|^$": {"Hz", "m/s", "mm"},
     r"^peak$": {"rad"},
     r"\bangle|^largest$|^least$|turn of the wall|bend of": {"°", "degrees"},
     r"stiffness rate|^rate$": {"1/joint"},

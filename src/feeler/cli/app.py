@@ -14,6 +14,7 @@ from feeler.errors import FeelerError, say_warnings
 VERBS = (
     "reproduce",
     "touch",
+    "spikes",
     "studio",
     "export",
     "compare",

@@ -10,6 +10,7 @@ from feeler.plotting.posture import (
     plot_posture,
     plot_profiles,
 )
+from feeler.plotting.raster import plot_raster
 from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch, write_touch_movie, write_touches_movie
 
@@ -26,6 +27,7 @@ __all__ = [
     "plot_bases",
     "plot_posture",
     "plot_profiles",
+    "plot_raster",
     "plot_tensor",
     "plot_tensor_grid",
     "plot_touch",

@@ -14,6 +14,7 @@ from PIL import Image
 
 from feeler.plotting.look import DOUBLE, fix_layout, style, unjoin
 from feeler.plotting.tensor import list_tensors
+from feeler.plotting.words import measure_words
 
 
 class Pictures:
@@ -26,9 +27,9 @@ class Pictures:
 
     def draw(
         self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
-    ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
+    ) -> tuple[tuple[float, float], list[dict[str, Any]], dict[str, Any]]:
         """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two
-        columns, and its tensors.
+        columns, its tensors, and how its words can be read.
         """
         width = DOUBLE if width is None else width
         with style():
@@ -39,9 +40,10 @@ class Pictures:
             fix_layout(figure)
             panels = list_tensors(figure)
             _save_png(figure, self._folder / f"{name}.png")
+            words = measure_words(figure)
             if self._vector:
                 self._pages.savefig(figure)
-        return (width, height), panels
+        return (width, height), panels, words
 
     def close(self) -> None:
         """End the PDF, if any page was drawn."""

@@ -85,11 +85,10 @@ class Section:
         numbers : mapping of str to array, optional
             The numbers that the figure draws.
         """
-        inches, tensors = self._pictures.draw(name, draw, width=width, height=height)
+        inches, tensors, words = self._pictures.draw(name, draw, width=width, height=height)
         size = [round(96 * side) for side in inches]
-        self.blocks.append(
-            {"kind": "figure", "name": name, "caption": caption, "size": size, "hover": tensors}
-        )
+        block = {"kind": "figure", "name": name, "caption": caption}
+        self.blocks.append(block | {"size": size, "hover": tensors, "words": words})
         if numbers is not None:
             self.numbers(name, **numbers)
 

@@ -38,6 +38,9 @@ def step_units(sample, taps, shares, gains, table, step, excess, before, rate):
         stimulus = max(0.0, gains[k] * bend)
         change = stimulus - before[k]
         before[k] = stimulus
+        if change == 0.0 and excess[k] == 0.0:  # at rest, as one side always is
+            rate[k] = min(max(table[3, k] * stimulus + table[4, k], 0.0), table[6, k])
+            continue
         excess[k] = adapt(excess[k] + 0.5 * change, step / tau, b) + 0.5 * change
         found = a * excess[k] + table[3, k] * stimulus + table[4, k] + table[5, k] * change / step
         rate[k] = min(max(found, 0.0), table[6, k])

@@ -40,13 +40,19 @@ def find_latency(raster: np.ndarray, width: int = 1) -> np.ndarray:
     return (first - first.min(axis=1, keepdims=True)) // width
 
 
+@SPIKE_CODES.register("onset")
+def find_onset(raster: np.ndarray, width: int = 1) -> np.ndarray:
+    """The first spike of all units alone (trial, 1)."""
+    return find_first(raster, width).min(axis=1, keepdims=True)
+
+
 class SpikeReader(Reader):
     """Reads one code of a raster by principal components and linear discriminant analysis.
 
     Parameters
     ----------
     code
-        ``counts``, ``first``, ``latency``, or another of :data:`SPIKE_CODES`.
+        ``counts``, ``first``, ``latency``, ``onset``, or another of :data:`SPIKE_CODES`.
     width
         Samples taken together.
     n_components
@@ -76,7 +82,7 @@ class SpikeReader(Reader):
                 " nothing to learn. Raise the gain, or give a later deadline."
             )
         self._keep(X, y)
-        fewest = min(self.n_components, len(codes) - 1)
+        fewest = min(self.n_components, len(codes) - 1, codes.shape[1])
         self.reader_ = make_lda(fewest).fit(codes, y)
         self.classes_ = self.reader_.classes_
         return self

@@ -78,22 +78,23 @@ def draw_spikes(
     rates, time = _read_rates(touches)
     step = find_step(time)
     begin, end = time[0] - step, time[-1]
-    trains = []
+    told = (firing.order, firing.refractory, firing.spread)
+    found = []
     for trial, rate in zip(touches["trial"].values, rates, strict=True):
         rng = np.random.default_rng([seed, int(trial)])
-        told = (firing.order, firing.refractory, firing.spread)
         units, times = fire_touch(rate, begin + firing.latency, step, *told, rng)
-        order = np.argsort(times, kind="stable")
-        kept = order[(times[order] > begin) & (times[order] <= end)]
-        trains.append([times[kept[units[kept] == k]] for k in range(rate.shape[1])])
-    if not any(one.size for row in trains for one in row):
+        kept = (times > begin) & (times <= end)
+        found.append((units[kept], times[kept]))
+    if not any(times.size for _, times in found):
         warnings.warn(
             "no unit fired in any trial: the gain is too low for these touches, or the rates are"
             " all 0.",
             Doubtful,
             stacklevel=3,
         )
-    return _attach(touches, trains).assign_attrs(spike_seed=seed, firing=str(firing.to_plain()))
+    return _attach(touches, rates.shape[2], found).assign_attrs(
+        spike_seed=seed, firing=str(firing.to_plain())
+    )
 
 
 def _read_rates(touches: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
@@ -107,16 +108,18 @@ def _read_rates(touches: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return values, in_unit(touches["time"], "ms").values
 
 
-def _attach(touches: xr.Dataset, trains: Sequence[Sequence[np.ndarray]]) -> xr.Dataset:
-    most = max((len(train) for row in trains for train in row), default=0)
-    times = np.full((len(trains), len(trains[0]), max(most, 1)), np.nan)
-    for row, own in zip(times, trains, strict=True):
-        for place, train in zip(row, own, strict=True):
-            place[: len(train)] = train
-    found = touches.drop_vars("spike_time", errors="ignore").assign(
-        spike_time=(("trial", "unit", "event"), times)
-    )
-    return label_units(found)
+def _attach(
+    touches: xr.Dataset, n_units: int, found: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> xr.Dataset:
+    """The touches with a train of each unit, given unit and time of all spikes of each trial."""
+    counts = [np.bincount(units, minlength=n_units) for units, _ in found]
+    times = np.full((len(found), n_units, max(1, int(np.max(counts)))), np.nan)
+    for row, many, (units, spikes) in zip(times, counts, found, strict=True):
+        order = np.lexsort((spikes, units))
+        starts = np.repeat(np.cumsum(many) - many, many)
+        row[units[order], np.arange(units.size) - starts] = spikes[order]
+    bare = touches.drop_vars("spike_time", errors="ignore")
+    return label_units(bare.assign(spike_time=(("trial", "unit", "event"), times)))
 
 
 @checked
@@ -155,8 +158,10 @@ def attach_trains(touches: xr.Dataset, trains: Sequence[Any], units: Sequence[An
                     f"the train of unit {name!r} in trial {number} must rise within the record,"
                     f" {first:g} to {last:g} ms."
                 )
-    bare = touches.drop_dims("unit", errors="ignore")
-    return _attach(bare, rows).assign_coords(unit=("unit", np.array(names)))
+    bare = touches.drop_dims({"unit", "event"} & {*touches.dims})
+    owners = [np.repeat(np.arange(len(row)), [train.size for train in row]) for row in rows]
+    found = [(owner, np.concatenate(row)) for owner, row in zip(owners, rows, strict=True)]
+    return _attach(bare, len(names), found).assign_coords(unit=("unit", np.array(names)))
 
 
 @checked

@@ -172,7 +172,7 @@ class Study(Record):
 
         def measure(job: tuple[str, int, float]) -> dict[str, Any]:
             name, number, speed = job
-            return self._measure_set(antennas[name], number, speed, {"workers": 1} | options)
+            return self.measure_set(antennas[name], number, speed, {"workers": 1} | options)
 
         # Small matrices: waking other threads takes longer than the work.
         with hold_blas(), ThreadExecutor(workers) as own, Journal(journal, key, of="study") as kept:
@@ -212,9 +212,10 @@ class Study(Record):
             {"touches": self.task.n_classes},
         )
 
-    def _measure_set(
+    def measure_set(
         self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
     ) -> dict[str, Any]:
+        """One set of touches of an antenna at a speed, by field; ``options`` as ``run`` takes."""
         trials, labels = self.task.draw(antenna, "test", set=number, speed=speed)
         tensors = self.touch(antenna, trials, ("angle", "force", "work"), **options)
         angle = in_unit(tensors["angle"], "rad").values

@@ -36,7 +36,7 @@ def save_nwb(
     institution: str = "",
 ) -> None:
     """Write a Dataset as NWB: acquisition ``angle_000000`` … of shape (time, …), a table of trials,
-    and the notes.
+    and the notes; trains of spikes become the table ``units``.
 
     All trials share the session's clock: trial k starts at k · (its length + 1 s), because a
     Dataset does not hold when it was recorded, and points at its series. nwbinspector finds nothing
@@ -95,6 +95,8 @@ def save_nwb(
         institution=institution or None,
     )
     _add_trials(file, dataset, _add_series(file, dataset, series))
+    if "spike_time" in dataset:
+        _add_units(file, dataset)
     write_nwb(file, path)
 
 
@@ -150,7 +152,7 @@ def write_nwb(file: Any, path: str | os.PathLike) -> None:
 
 
 def _describe(dataset: xr.Dataset, series: list[str]) -> str:
-    rest = dataset.drop_vars(series)
+    rest = dataset.drop_vars([*series, "spike_time"], errors="ignore")
     kinds = {
         name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
         for name in series
@@ -190,6 +192,32 @@ def _make_clock(dataset: xr.Dataset) -> Callable[[int], dict[str, Any]]:
         rate = float(np.round(1 / step.mean(), 6))
         return lambda k: {"starting_time": float(seconds[0]) + k * length, "rate": rate}
     return lambda k: {"timestamps": seconds + k * length}
+
+
+def _add_units(file: Any, dataset: xr.Dataset) -> None:
+    """Each unit's spikes of all trials on the session's clock, and what its labels say of it."""
+    ordered = dataset["spike_time"].transpose("trial", "unit", "event").values
+    seconds = dataset.time.values * 1e-3
+    starts = (float(seconds[-1] - seconds[0]) + PAUSE) * np.arange(len(ordered))
+    labels = {
+        str(name): item
+        for name, item in dataset.coords.items()
+        if item.dims == ("unit",) and name != "unit"
+    }
+    for name, item in labels.items():
+        file.add_unit_column(name, f"{name} [{item.attrs.get('units', 'as named')}]")
+    file.add_unit_column("unit_name", "what the unit is called")
+    names = dataset["unit"].values if "unit" in dataset.coords else range(ordered.shape[1])
+    last = float(starts[-1] + seconds[-1])
+    for number, name in enumerate(names):
+        own = ordered[:, number] * 1e-3 + starts[:, None]
+        values = {key: item.values[number] for key, item in labels.items()}
+        file.add_unit(
+            spike_times=np.sort(own[np.isfinite(own)]),
+            obs_intervals=[[float(seconds[0]), last]],
+            unit_name=str(name),
+            **values,
+        )
 
 
 def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> list[list[Any]]:

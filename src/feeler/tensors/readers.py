@@ -109,7 +109,29 @@ def _read_nwb(file: Any) -> Answer:
         content["rest"]["variables"][name] = _describe(
             arrays[name], kind["dims"], kind["attributes"]
         )
+    if "units" in file:
+        found = _read_units(file, float(arrays["time"][0]))
+        arrays["spike_time"] = found
+        content["rest"]["variables"]["spike_time"] = _describe(
+            found, ["trial", "unit", "event"], {"units": "ms"}
+        )
     return content["rest"], arrays
+
+
+def _read_units(file: Any, first: float) -> Any:
+    """Trains (trial, unit, event) [ms] from a table of units on the session's clock."""
+    import numpy as np
+
+    starts = file["intervals/trials/start_time"][...]
+    ends = file["units/spike_times_index"][...]
+    trains = np.split(file["units/spike_times"][...], ends[:-1])
+    owners = [np.searchsorted(starts, train + 0.5) - 1 for train in trains]  # half of nwb.PAUSE
+    counts = np.array([np.bincount(owner, minlength=starts.size) for owner in owners])
+    found = np.full((starts.size, len(trains), max(1, int(counts.max()))), np.nan)
+    for unit, (train, owner, many) in enumerate(zip(trains, owners, counts, strict=True)):
+        place = np.arange(train.size) - np.repeat(np.cumsum(many) - many, many)
+        found[owner, unit, place] = (train - starts[owner]) * 1e3 + first
+    return found
 
 
 def read_zarr(path: str) -> Answer:

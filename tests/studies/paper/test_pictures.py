@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
 from PIL import Image
 
 KEPT = Path(__file__).with_name("pictures")
@@ -43,8 +42,8 @@ def test_every_figure_looks_as_it_did(whole):
     assert not changed
 
 
-@pytest.mark.parametrize("path", sorted(KEPT.glob("*.png")), ids=lambda path: path.stem)
-def test_what_a_person_would_see_is_noticed(path):
+def test_what_a_person_would_see_is_noticed():
+    path = min(KEPT.glob("*.png"))
     kept = shrink(path)
     half = kept.copy()
     half[:, : WIDTH // 2] = 1.0

@@ -201,7 +201,7 @@ def plot_comparison(
         )
     _name_best([str(name) for name in measured["policy"].values], at_work, at_mean, right)
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
-    left.legend(fontsize=6)
+    left.legend(fontsize=6.5)
     right.set(
         xlabel="work on the antenna [µJ]",
         ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]",
@@ -225,7 +225,7 @@ def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Ax
             ax.annotate(
                 names[k],
                 place,
-                fontsize=6,
+                fontsize=6.5,
                 xytext=at,
                 textcoords="axes fraction",
                 va="center",

@@ -117,14 +117,15 @@ def name_speeds(context: Context) -> dict[str, str]:
 
 
 def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]:
-    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 1 SD.
+    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 2 SD:
+    within ± 1 SD shuffled labels stood in an order.
 
     ``starts`` of the fit whose codes are read: with one, repeated noise tells nothing of the fit.
     """
     by_repeat = sweep.noisy[sweep.ratios > 0].mean(axis=0)
     n = min(len(by_repeat), starts or len(by_repeat))
-    sd = by_repeat.std(ddof=1) if n > 1 else np.nan
-    return make_interval(by_repeat.mean(), sd, n=n)
+    half = 2 * by_repeat.std(ddof=1) if n > 1 else np.nan
+    return make_interval(by_repeat.mean(), half, n=n)
 
 
 def list_verdicts(section: Section, verdicts: list[Verdict], caption: str) -> None:

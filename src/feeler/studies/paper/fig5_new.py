@@ -195,8 +195,8 @@ def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespa
     for window, profiles in data.items():
         for name, new in profiles.items():
             for split, repeats in new.repeats.items():
-                sd = repeats.std(ddof=1) if len(repeats) > 1 else np.nan
-                found = make_interval(repeats.mean(), sd, n=len(repeats))
+                half = 2 * repeats.std(ddof=1) if len(repeats) > 1 else np.nan
+                found = make_interval(repeats.mean(), half, n=len(repeats))
                 section.values[f"generalise.{split}.{window}.{name}"] = found
                 section.values[f"generalise.chance.{split}"] = new.chance[split]
             for attribute, change in new.change.items():

@@ -177,18 +177,24 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     if (figure := ax.get_figure(root=False)) is not None:
         figure.colorbar(image, ax=ax, label="contacts", pad=0.01)
     share, low, high = data.score.share()
+    interval = "one robot" if _is_one(data) else f"[{100 * low:.0f}, {100 * high:.0f}]"
     ax.set_title(
         f"E  surrogates read right (orange): {data.score.correct['all']} of {data.score.total} ="
-        f" {100 * share:.0f} % [{100 * low:.0f}, {100 * high:.0f}]; paper, real robot:"
-        f" {PAPER_RIGHT} of {PAPER_TOTAL}",
+        f" {100 * share:.0f} % ({interval}); paper, real robot: {PAPER_RIGHT} of {PAPER_TOTAL}",
         loc="left",
     )
 
 
+def _is_one(data: SimpleNamespace) -> bool:
+    """Whether one robot only was touched: its contacts are no sample of robots."""
+    return data.score.total <= PAPER_TOTAL
+
+
 def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
-    """Accuracy against the size of the reality gap, 95 % intervals."""
+    """Accuracy against the size of the reality gap; 95 % intervals, but of one robot none."""
     for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
-        _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
+        shares = [score.share(what) for score in data.by_size]
+        _errorbar(ax, data.sizes, shares, marker, what, alone=_is_one(data))
     ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
     ax.axhline(
         PAPER_RIGHT / PAPER_TOTAL, color=SIMULATED, lw=0.8, ls=":", label="paper, real robot"
@@ -235,19 +241,16 @@ def _label_share(ax: Axes, title: str, xlabel: str) -> None:
 
 
 def _errorbar(
-    ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str
+    ax: Axes,
+    x: Sequence[float],
+    shares: Sequence[tuple],
+    style: str,
+    label: str,
+    alone: bool = False,
 ) -> None:
     middle, low, high = np.array(shares).T
-    ax.errorbar(
-        x,
-        middle,
-        yerr=(middle - low, high - middle),
-        fmt=style,
-        ms=3,
-        lw=0.9,
-        capsize=2,
-        label=label,
-    )
+    bars = None if alone else (middle - low, high - middle)
+    ax.errorbar(x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, label=label)
 
 
 def _hinge_colour(k: int) -> tuple:

@@ -155,5 +155,5 @@ def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
         ax.set(yscale="log", xlabel="delay [ms]", title=f"{speed:g} m/s")
     axes[0].set_ylabel("gain: ω [rad/ms]")
     figure.legend(
-        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6.5
     )

@@ -191,7 +191,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             mark_places(
                 ax.yaxis, [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
             )
-    figure.axes[3].legend(fontsize=6)
+    figure.axes[3].legend(fontsize=6.5)
 
 
 def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def plot_tradeoff(
     )
     plot_windows(first, common, "distance", axes[0, 1])
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
-    axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6, title_fontsize=6)
+    axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6.5, title_fontsize=6.5)
     _plot_best(first, levels, axes[0, 2])
     for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
         for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
@@ -75,7 +75,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     )
     mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
-    ax.legend(title="noise", loc="upper right", fontsize=6, title_fontsize=6)
+    ax.legend(title="noise", loc="upper right", fontsize=6.5, title_fontsize=6.5)
 
 
 def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:

@@ -1,0 +1,182 @@
+"""What spikes tell: the study of studies/spiking/declared.toml, set by set, and recorded sensilla.
+
+    python benchmarks/spikes.py ideal --journal build/ideal.jsonl --until 60
+    python benchmarks/spikes.py learn --journal build/learn.jsonl --until 60
+    python benchmarks/spikes.py write build/ideal.jsonl build/learn.jsonl
+    python benchmarks/spikes.py recordings FOLDER
+
+**ideal** and **learn** go through the sets in their order until the minutes are over, and go on
+from their journals. **write** keeps the sets that are whole as studies/spiking/measured.json, which
+report and docs read. **recordings** holds the sensillum against recordings by Szczecinski et al.
+2021 (doi:10.1088/1748-3190/ac1ced), which are theirs and no part of feeler: in the folder,
+``sameAmplitudeDifferentRate.csv``, ``CTrTorqueWaveform.csv`` and, if there, ``rampAndHold.mat`` and
+``torqueWaveform.mat``; misfits are printed and drawn.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.io import loadmat
+
+from feeler.antenna.cockroach import cockroach
+from feeler.execute import ThreadExecutor, run_batch
+from feeler.execute.threads import hold_blas
+from feeler.journal import Journal
+from feeler.provenance import make_key
+from feeler.spikes import CAMPANIFORM, place_sensilla
+from feeler.spikes.kernel import step_units
+from feeler.studies import spiking
+from feeler.studies.spiking import SpikeStudy, load_spiking
+
+PROFILES = ("exponential", "constant", "linear")  # the last is read by two variants only
+RUNS: dict[str, dict[str, Any]] = {
+    "ideal": {"codes": ("ideal",), "each": 1},
+    "learn": {"codes": ("counts", "first", "onset")},
+}
+_LEAST = 8  # sets
+_STEP = 0.1  # ms
+
+
+def list_jobs(study: SpikeStudy) -> list[tuple[str, int, float]]:
+    """Profile, set and speed: eight sets of two profiles, eight of the third, then the rest."""
+    sets = [range(_LEAST), range(_LEAST, study.sets)]
+    return [
+        (name, number, speed)
+        for part in sets
+        for profiles in (PROFILES[:2], PROFILES[2:])
+        for number, name, speed in product(part, profiles, study.task.speeds)
+    ]
+
+
+def run_study(journal: Path, minutes: float, workers: int, **changes: Any) -> None:
+    """Sets in their order until the clock says stop."""
+    whole = load_spiking(**changes)
+    few = load_spiking(variants=("own", "shared"), **changes)
+    key = make_key({"study": whole}, "feeler.studies.spiking.study")
+    end = time.monotonic() + 60 * minutes
+
+    def measure(job: tuple[str, int, float]) -> Any:
+        name, number, speed = job
+        if time.monotonic() > end:
+            return None
+        study = few if name == PROFILES[2] else whole
+        return study.measure_set(cockroach(name), number, speed, {"workers": 1})
+
+    with hold_blas(), ThreadExecutor(workers) as own, Journal(journal, key, of="study") as kept:
+        todo = [(k, job) for k, job in enumerate(list_jobs(whole)) if kept.find(*job) is None]
+        jobs = dict(todo)
+        for outcome in run_batch(measure, todo, executor=own, window=own.workers):
+            if outcome.error is not None:
+                raise outcome.error
+            if outcome.value is not None:
+                kept.add(outcome.value, *jobs[outcome.index])
+                print(*jobs[outcome.index], flush=True)
+
+
+def write_found(journals: list[Path]) -> None:
+    """The sets that are whole, as numbers by run, profile, field, code, variant and window."""
+    found: dict[str, Any] = {}
+    for path in journals:
+        lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        found[path.stem] = [entry for entry in lines[1:] if _is_whole(entry, lines[1:])]
+    target = Path(spiking.__file__).with_name("measured.json")
+    target.write_text(json.dumps({"declared": load_spiking().to_plain()} | found), encoding="utf-8")
+
+
+def _is_whole(entry: dict[str, Any], entries: list[dict[str, Any]]) -> bool:
+    """Whether all speeds of its profile's set are there."""
+    profile, number, _ = entry["name"]
+    speeds = {e["name"][2] for e in entries if e["name"][:2] == [profile, number]}
+    return speeds == {*load_spiking().task.speeds}
+
+
+def hold_recordings(folder: Path, out: Path) -> None:
+    """Misfits of the sensillum to recorded discharges, printed and drawn."""
+    rows = [*_hold_ramps(folder), *_hold_others(folder)]
+    figure = Figure(figsize=(9, 4.5), layout="constrained")
+    axes = figure.subplots(2, 3).ravel()
+    for ax, (name, at, animal, model) in zip(axes, rows, strict=False):
+        off = np.abs(model - animal).mean()
+        fit = np.corrcoef(model, animal)[0, 1]
+        words = f"r {fit:.2f}, {off:.1f} Hz off, {100 * off / animal.mean():.0f} % of the mean"
+        print(f"{name}: {words}; peaks {model.max():.0f} and {animal.max():.0f} Hz")
+        ax.plot(at, animal, color="0.5", label="animal")
+        ax.plot(at, model, label="model")
+        ax.set_title(f"{name}\n{words}", fontsize=7)
+        ax.set(xlabel="time [ms]", ylabel="discharge [Hz]")
+    axes[0].legend()
+    figure.savefig(out / "recordings.png", dpi=160)
+
+
+def _drive(force: np.ndarray, excess: float = 0.0) -> np.ndarray:
+    """Discharge [Hz] with this force [mN] every 0.1 ms, from a threshold ``excess`` below it."""
+    unit = place_sensilla(np.array([0.5]), 1.0)
+    state, before, rate = np.full(2, excess), np.array([force[0], 0.0]), np.zeros(2)
+    taps, shares = unit.find_taps(np.array([0.4, 0.6]))
+    found, gains = np.empty(force.size), unit.side * unit.gain
+    for k, one in enumerate(force):
+        sample = np.array([one, one])
+        step_units(sample, taps, shares, gains, unit.table, _STEP, state, before, rate)
+        found[k] = rate[0]
+    return found
+
+
+def _hold_ramps(folder: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
+    """Four ramps to 1.66 mN, in twentieths; the two fast ones end early, as in the authors' use."""
+    table = np.genfromtxt(folder / "sameAmplitudeDifferentRate.csv", delimiter=",")
+    for number, span in enumerate(1e3 * table[0, 1:], start=1):
+        rise = {3: 225.0, 4: 125.0}.get(number, span)
+        time = np.arange(0, span, _STEP)
+        rates = _drive(np.minimum(1.66 * time / rise, 1.66))
+        mean = np.array([part.mean() for part in np.array_split(rates, 20)])
+        middle = (np.arange(20) + 0.5) / 20 * span
+        yield f"ramp of {span:.0f} ms", middle, table[1:, number], mean
+
+
+def _hold_others(folder: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
+    """Ramp and hold, and the torque of a walking leg; what is not there is left out."""
+    wave = np.genfromtxt(folder / "CTrTorqueWaveform.csv", delimiter=",", skip_header=1)
+    end = 1e3 * wave[-1, 0]
+    time = np.arange(0, end, _STEP)
+    slope = 1.2 / (0.17 * end)
+    hold = np.minimum(1.2, slope * time)
+    hold[time >= 620] = np.maximum(0, 1.2 - slope * (time[time >= 620] - 620))
+    torque = 0.6 * np.interp(time, 1e3 * wave[:, 0], wave[:, 1])
+    silent = -CAMPANIFORM.d / CAMPANIFORM.a  # the state in which the first value is 0
+    for name, force, excess in (("rampAndHold", hold, 0.0), ("torqueWaveform", torque, silent)):
+        if not (path := folder / f"{name}.mat").exists():
+            print(f"{path} is not there: left out")
+            continue
+        animal = loadmat(path)["heightsMapped"].ravel()
+        animal = np.append(0, animal[np.isfinite(animal)])
+        at = np.linspace(0, end, animal.size)
+        yield name, at, animal, np.interp(at, time, _drive(force, excess))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("part", choices=("ideal", "learn", "write", "recordings"))
+    parser.add_argument("paths", nargs="*", type=Path, help="journals, or the recordings' folder")
+    parser.add_argument("--journal", type=Path, default=Path("build/spikes.jsonl"))
+    parser.add_argument("--out", type=Path, default=Path("build"))
+    parser.add_argument("--until", type=float, default=60.0, help="minutes")
+    parser.add_argument("--workers", type=int, default=2, help="threads")
+    asked = parser.parse_args()
+    asked.out.mkdir(parents=True, exist_ok=True)
+    if asked.part == "write":
+        write_found(asked.paths)
+    elif asked.part == "recordings":
+        hold_recordings(asked.paths[0], asked.out)
+    else:
+        run_study(asked.journal, asked.until, asked.workers, **RUNS[asked.part])
+
+
+if __name__ == "__main__":
+    main()

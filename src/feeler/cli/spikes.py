@@ -1,0 +1,187 @@
+"""``feeler spikes``: what the nerve of an antenna says of a touch."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from feeler.cli.options import add_verb
+from feeler.cli.say import Json, say_json
+
+_EXAMPLES = """Examples:
+
+  feeler spikes --feature ball --location 0.7 --speed 0.06
+
+  feeler spikes --touches set.zarr --show 3 --order 4 --refractory 1
+
+  feeler spikes --touches set.zarr --session-start 2026-01-31T10:00:00+01:00 --identifier model-1
+
+The last one also writes spikes.nwb, whose table of units pynwb and pynapple read.
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpikeOptions:
+    """What ``feeler spikes`` is told."""
+
+    touches: Annotated[
+        Path | None, typer.Option(help="store or file of touches; default: one touch, made now")
+    ] = None
+    feature: Annotated[str, typer.Option(help="of the touch made now: ball, box, triangle …")] = (
+        "ball"
+    )
+    size: Annotated[float, typer.Option(help="its radius or half-width [mm]")] = 1.53
+    location: Annotated[float, typer.Option(help="its place, fraction of the length")] = 0.7
+    speed: Annotated[float, typer.Option(help="its speed [m/s]")] = 0.3
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
+    sensors: Annotated[
+        int | None,
+        typer.Option(min=1, help="places of sensilla, evenly; default: those of the sensors"),
+    ] = None
+    gain: Annotated[float | None, typer.Option(help="stimulus per radian; default: see --rate")] = (
+        None
+    )
+    rate: Annotated[
+        float, typer.Option(help="greatest rate of the median touch, which sets the gain [Hz]")
+    ] = 400.0
+    order: Annotated[
+        int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
+    ] = 1
+    refractory: Annotated[float, typer.Option(help="resting time after each spike [ms]")] = 0.0
+    spread: Annotated[
+        float, typer.Option(help="standard deviation of the delay of a spike [ms]")
+    ] = 0.0
+    seed: Annotated[int, typer.Option(min=0, help="of the spikes")] = 0
+    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0
+    session_start: Annotated[
+        str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")
+    ] = ""
+    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = ""
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes")
+    as_json: Json = False
+
+
+def spikes(said: SpikeOptions) -> None:
+    """Draw the spikes that sensilla along an antenna give (spikes.html, spikes.png, spikes.nc; and
+    spikes.nwb).
+    """
+    from feeler.cli.choose import parse_start
+    from feeler.errors import InvalidInput
+    from feeler.spikes import Firing, draw_spikes
+    from feeler.tensors.formats import save
+
+    if bool(said.session_start) != bool(said.identifier):
+        raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
+    start = parse_start(said.session_start) if said.session_start else None
+    said.out.mkdir(parents=True, exist_ok=True)
+    files = ["spikes.nc", *(["spikes.nwb"] if start else [])]
+    for name in files:
+        if (said.out / name).exists():
+            raise InvalidInput(f"{said.out / name} exists already. Choose another --out.")
+    touches = _make_touches(said)
+    if said.show >= touches.sizes["trial"]:
+        raise InvalidInput(f"--show is below {touches.sizes['trial']}, the number of touches.")
+    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
+    population = _place(said, touches)
+    drawn = draw_spikes(population.encode(touches), firing, seed=said.seed)
+    save(drawn, said.out / "spikes.nc")
+    if start:
+        save(drawn, said.out / "spikes.nwb", session_start=start, identifier=said.identifier)
+    _tell(said, drawn, float(population.gain[0]), files)
+
+
+def _make_touches(said: SpikeOptions) -> Any:
+    """The touches of a file, or one made now."""
+    from feeler.cli.choose import choose_antenna
+    from feeler.experiment.touch import touch
+    from feeler.stimulus.feature import parse_feature
+    from feeler.stimulus.trial import Trial
+    from feeler.tensors.contract import validate
+    from feeler.tensors.formats import load
+
+    if said.touches is not None:
+        return validate(load(said.touches)).load()
+    feature = parse_feature(said.feature, said.size)
+    trial = Trial(feature=feature, location=said.location, speed=said.speed)
+    antenna = choose_antenna(said.antenna)
+    duration = trial.lead + antenna.length / said.speed + 100.0
+    return touch(antenna, trial, duration=float(round(duration)))
+
+
+def _place(said: SpikeOptions, touches: Any) -> Any:
+    """Sensilla on both sides, with the gain that was given or found."""
+    import numpy as np
+
+    from feeler.spikes import find_gain, place_sensilla
+
+    places = touches["position"].values
+    if said.sensors is not None:
+        places = np.linspace(places[0], places[-1], said.sensors)
+    if said.gain is not None:
+        return place_sensilla(places, said.gain)
+    return find_gain(touches, place_sensilla(places, 30.0), said.rate)
+
+
+def _tell(said: SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None:
+    """The page, and what is said in the terminal."""
+    import numpy as np
+
+    from feeler.plotting.raster import plot_touch_spikes
+    from feeler.report import Section, write_page
+    from feeler.tensors.unit import in_unit
+
+    shown = drawn.isel(trial=said.show)
+    times = in_unit(drawn["spike_time"], "ms").values
+    counts = np.isfinite(times).sum(axis=(1, 2))
+    fired = float(np.isfinite(times).any(axis=2).mean(axis=1).mean())
+    best = float(in_unit(drawn["rate"], "Hz").max(("unit", "time")).median())
+    lead = float(shown["lead"]) if "lead" in shown.coords else 0.0
+    title = f"{shown['feature'].item()} at {shown['location'].item():.2g}"
+    section = Section(name="spikes", title=title, folder=said.out, vector=False)
+    section.figure(
+        "spikes",
+        "Angle of every sensor; spikes of every sensillum, on the two sides of the antenna in two"
+        " colours; and the mean rate of all. Grey: contact.",
+        lambda figure: plot_touch_spikes(
+            in_unit(shown["angle"], "deg").values,
+            times[said.show],
+            in_unit(shown["rate"], "Hz").values,
+            in_unit(shown["time"], "ms").values,
+            shown["unit_side"].values,
+            figure,
+            lead,
+        ),
+        height=5.0,
+        numbers={"spike_time": times[said.show], "rate": shown["rate"].values},
+    )
+    known = {
+        "touches": len(counts),
+        "units": drawn.sizes["unit"],
+        "spikes_per_touch": float(counts.mean()),
+        "units_that_fire": fired,
+        "greatest_rate": best,
+        "gain": gain,
+    }
+    section.table(["of these touches", ""], [[k.replace("_", " "), v] for k, v in known.items()])
+    section.text(
+        "Sensilla after Szczecinski et al. 2021 (doi:10.1088/1748-3190/ac1ced), with the parameters"
+        " of the cockroach's tibia; where they sit and how strongly the antenna drives them are"
+        " choices."
+    )
+    page = said.out / "spikes.html"
+    write_page(page, "Spikes", "What the nerve of this antenna says of a touch.", section)
+    if said.as_json:
+        units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
+        say_json({**known, "unit": units, "page": page, "files": files})
+        return
+    typer.echo(
+        f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
+        f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
+    )
+    typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``spikes`` to the command line."""
+    add_verb(app, "spikes", SpikeOptions, spikes, _EXAMPLES)
