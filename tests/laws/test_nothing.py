@@ -19,6 +19,7 @@ from feeler.robot import comparison
 from feeler.studies import study
 from feeler.studies.paper import (
     data,
+    fig1,
     fig2b_fit,
     fig3,
     fig3_family,
@@ -51,7 +52,7 @@ SCALE = replace(
     gradient={**QUICK.gradient, "sets": 3, "rates": (0.0827, 0.0, -0.04, -0.0827, -0.12)},
     regression={**QUICK.regression, "common": (0.003, 0.01, 0.03)},
 )
-READ_TENSORS = ("encoding", "reading", "cnn")
+READ_TENSORS = ("encoding", "reading", "cnn", "axes")
 TOUCH = ("tradeoff", "gradient", "bounds")
 SET_UP = ("wall", "robot", "calibration")
 SOMETHING = {
@@ -99,8 +100,12 @@ def read(request, scale, tmp_path_factory):
             kept[name] = make_dataset(touches, NOTHING[request.param](touches, rng), rng)
         return kept[name]
 
+    def touch(antenna, touches, **options):
+        return make_dataset(touches, NOTHING[request.param](touches, rng), rng)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(data, "_load", load)
+        patch.setattr(fig1, "touch", touch)
         patch.setattr(figS4, "import_torch", lambda: _Torch)
         patch.setattr(figS4, "TouchNetwork", lambda shape, **options: make_fitting_lda(18, 3))
         context = Context(scale=scale, out=out)
@@ -171,7 +176,8 @@ def _find_wall_values(rng):
         [fit_distance(distance, 42 * rng.random(distance.size), every, none, 0.3).r2 for _ in names]
         for _ in range(n_set_ups)
     ]
-    family = fig3_family.Family(names=names, choices=(), r2=np.array(r2), cases=())
+    offset = np.abs(rng.random((n_set_ups, 3)) - rng.random((n_set_ups, 3)))
+    family = fig3_family.Family(names=names, choices=(), r2=np.array(r2), offset=offset, cases=())
     claims = {claim.id: claim for claim in load_claims()}
     asked = {name: claims[f"wall-{name}"] for name in names}
     values = fig3_family._list_values(
@@ -184,11 +190,9 @@ def _find_wall_values(rng):
             contact=np.ones((9, 30), dtype=bool),
             make_dataset=lambda tensors=tensors: {"curvature": xr.DataArray(tensors)},
         )
-        values[f"wall.unique_share.{name}"] = fig3._compute_unique_share(wall)
-    values["wall.unique_share"] = max(
-        values["wall.unique_share.white"], values["wall.unique_share.one"]
-    )
-    return values
+        values[name] = fig3._compute_unique_share(wall)
+    most = max(values.pop("white"), values.pop("one"))
+    return values | {f"wall.{name}.unique_share": most for name in (fig3.LEAD, fig3.DEFAULT)}
 
 
 def _find_calibration_values():
