@@ -24,7 +24,14 @@ READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
 EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
 CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-PAGES = ("slow_and_graded.md", "searched.md", "presets.md", "whiskers.md")
+PAGES = (
+    "receptor_noise.md",
+    "unseen.md",
+    "slow_and_graded.md",
+    "searched.md",
+    "presets.md",
+    "whiskers.md",
+)
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (
     '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'

@@ -15,6 +15,7 @@ from feeler.design.search import find_start
 from feeler.design.space import make_basis, place_sensors
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.information import compute_information
+from feeler.task import Nuisances
 
 ANTENNA = feeler.Antenna(
     segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0
@@ -68,6 +69,35 @@ def test_purposes_meet_different_touches_and_antennas_the_same():
     softer = TASK.draw_classes(ANTENNA.replace(stiffness=0.1), "test", 0.3)
     assert not set(first) & set(second)
     assert [t.location for t in softer] == first
+
+
+def test_who_is_asked_about_new_touches_has_met_none_of_them():
+    places, new = (0.5, 0.7, 0.9), (0.55, 0.6, 0.8)
+    known = Nuisances(location=list(places), size=0.0)
+    task = TASK.replace(locations=(0.7,), nuisances=known, unseen=known.replace(location=list(new)))
+    touches = np.array([t.location for t in task.draw_classes(ANTENNA, "test", 0.6)])
+    lessons, asked = np.split(touches.reshape(task.n_classes, -1), [task.train], axis=1)
+    assert {*lessons.ravel()} <= {*places} and {*asked.ravel()} <= {*new}
+    before = task.replace(unseen=None).draw_classes(ANTENNA, "test", 0.6)
+    assert np.array_equal(
+        lessons, np.reshape([t.location for t in before], (task.n_classes, -1))[:, : task.train]
+    )
+
+
+@pytest.mark.parametrize(("held", "power"), [("total", 0), ("tip", 2)])
+def test_a_space_keeps_a_compliance(held, power):
+    space = SPACE.replace(stiffness=3, held=held)
+    made = space.build(np.array([0.5, -1.0, 0.2])).antenna
+    arm = (ANTENNA.length - ANTENNA.hinge_position) ** power
+    assert np.sum(arm / made.stiffness) == pytest.approx(np.sum(arm / ANTENNA.stiffness))
+    assert np.ptp(made.stiffness) > 0
+
+
+def test_a_search_for_accuracy_counts_errors():
+    found = optimise(TASK, SPACE, aim="accuracy", evaluations=3)[0]
+    assert found.best.cost == found.best.errors
+    with pytest.raises(InvalidInput, match="right"):
+        optimise(TASK.replace(noise="relative:1e-6"), SPACE, aim="accuracy", evaluations=1)
 
 
 @pytest.mark.parametrize("sd", [0.3, 1.0, 3.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.task import NOISES, Common, Noise, Relative, parse_noise
+from feeler.task import NOISES, Common, Mixed, Noise, Relative, parse_noise
 
 
 @pytest.fixture
@@ -38,6 +38,11 @@ class Dropout(Noise):
         (Common(0.2, reference=None), lambda c: np.full((1, 1, 1), c.max())),
         (Common(0.2), lambda c: np.ones((1, 1, 1))),
         (Proportional(0.2), np.abs),
+        (Mixed(0.2, share=0.6), lambda c: np.sqrt(1 + 9 * c**2)),
+        (
+            Mixed(0.2, share=0.2, each="tensor"),
+            lambda c: np.sqrt(1 + c.max(axis=(1, 2), keepdims=True) ** 2),
+        ),
     ],
 )
 def test_noise_is_the_ratio_of_the_maximum_named(codes, noise, peak):
@@ -92,6 +97,8 @@ def test_the_sd_of_a_model_that_only_draws_is_measured(codes):
         (Relative(), True),
         (Common(), True),
         (Relative(each="vector"), False),
+        (Mixed(), False),
+        (Mixed(each="tensor"), True),
         (Proportional(), False),
         (Dropout(), False),
     ],

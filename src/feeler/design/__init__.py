@@ -12,7 +12,7 @@ from feeler.design.problem import Candidate, DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import METHODS, Optimum, optimise
 from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
-from feeler.design.space import Design, Space
+from feeler.design.space import Design, Space, match_compliance
 from feeler.design.task import DesignTask
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "find_front",
     "load_plan",
     "make_strips",
+    "match_compliance",
     "measure_sensors",
     "measure_tolerance",
     "optimise",

@@ -20,7 +20,7 @@ from feeler.record import Record
 from feeler.toml import make_record, read_toml
 
 NO_CONSTRAINTS = Constraints()
-SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int}
+SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int, "aim": str}
 SCHEMA = "feeler.design/1"
 TEMPLATE = """\
 # Which antenna should I build? Try it: feeler design {file} --out out/design
@@ -75,7 +75,7 @@ class DesignPlan(Record):
     Attributes
     ----------
     search : dict[str, Any]
-        Method, evaluations, starts, far, seed: as for :func:`feeler.design.optimise`.
+        Method, evaluations, starts, far, seed, aim: as for :func:`feeler.design.optimise`.
     """
 
     task: DesignTask

@@ -5,7 +5,7 @@ broke down.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,7 +26,7 @@ CLEAR = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Candidate:
-    """A point that was looked at; ``cost``: its missing bits, or ≥ ``FAR`` if it must not win.
+    """A point that was looked at; ``cost``: missing bits or errors; ≥ ``FAR`` if it must not win.
 
     Attributes
     ----------
@@ -50,6 +50,8 @@ class DesignProblem:
 
     Attributes
     ----------
+    aim : Literal[bits, accuracy]
+        What costs: missing bits, or the share named wrong.
     options : dict[str, Any]
         Workers or executor, as for :func:`feeler.touch`.
     watch : Callable[[DesignProblem], None] | None
@@ -63,6 +65,7 @@ class DesignProblem:
     constraints: Constraints = field(default_factory=Constraints)
     options: dict[str, Any] = field(default_factory=dict)
     journal: Journal = field(default_factory=Journal)
+    aim: Literal["bits", "accuracy"] = "bits"
     watch: Callable[["DesignProblem"], None] | None = None
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(("simulated", "excluded", "diverged", "peak"), 0)
@@ -98,7 +101,9 @@ class DesignProblem:
         if np.isinf(peak):
             return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
         over = self.constraints.check_peak(peak)
-        cost, fate = (FAR * (1 + over), "peak") if over else (self.ceiling - bits, "simulated")
+        cost, fate = (errors if self.aim == "accuracy" else self.ceiling - bits), "simulated"
+        if over:
+            cost, fate = FAR * (1 + over), "peak"
         return Candidate(
             x=x, cost=cost, bits=bits, bits_error=bits_error, errors=errors, peak=peak, fate=fate
         )
@@ -135,7 +140,7 @@ class DesignProblem:
         return make_key(made_with, "feeler.design.problem")
 
 
-def check_task(found: Score, task: DesignTask) -> None:
+def check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
     """Refuse a task at which there is nothing to gain, before minutes are spent.
 
     Raises
@@ -143,10 +148,11 @@ def check_task(found: Score, task: DesignTask) -> None:
     InvalidInput
         ``found``, the score of the reference, is next to nothing, or next to everything.
     """
-    share, told = (
-        found.bits / np.log2(task.n_classes),
-        f"{found.bits:.4g} of {np.log2(task.n_classes):.4g} bits",
-    )
+    whole, chance = np.log2(task.n_classes), 1 / task.n_classes
+    share, told = found.bits / whole, f"{found.bits:.4g} of {whole:.4g} bits"
+    if aim == "accuracy":
+        right = 1 - found.errors
+        share, told = (right - chance) / (1 - chance), f"{right:.0%} right (chance {chance:.0%})"
     if share < CLEAR[0]:
         raise InvalidInput(
             f"the reference tells {told}: nothing can be told in this noise, so that a search would"

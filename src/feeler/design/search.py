@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -61,12 +61,12 @@ def optimise(
     starts: Annotated[int, "> 0"] = 1,
     far: bool = False,
     seed: int = 0,
+    aim: Literal["bits", "accuracy"] = "bits",
     journal: str | Path | None = None,
     watch: Callable[[DesignProblem], None] | None = None,
     **options: Any,
 ) -> list[Optimum]:
-    """Search a space for antennas with the fewest missing bits on the optimiser's draws; best
-    first.
+    """Search a space for antennas that tell most on the optimiser's draws; best first.
 
     Parameters
     ----------
@@ -77,6 +77,10 @@ def optimise(
     starts, far
         The first start is the reference, the others (with ``far`` all) are drawn evenly from the
         whole space.
+    aim
+        What is searched for: the fewest missing bits, or the fewest touches named wrong. Bits are
+        smoother; but a decoder that is sure and wrong, as of touches unlike all it learned from,
+        loses many.
     journal
         File that receives each simulated candidate at once; the same call goes on from there with
         the same numbers.
@@ -92,7 +96,7 @@ def optimise(
         another search.
     """
     search = METHODS[method]
-    check_task(score(space.reference, task, "optimiser", **options), task)
+    check_task(score(space.reference, task, "optimiser", **options), task, aim)
     made = DesignProblem(
         task=task, space=space, constraints=constraints or Constraints(), options=options
     )
@@ -106,6 +110,7 @@ def optimise(
                 constraints=made.constraints,
                 options=options,
                 journal=kept,
+                aim=aim,
                 watch=watch,
             )
             found.append(_run(problem, search, number == 0 and not far, evaluations, rng))

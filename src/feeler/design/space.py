@@ -1,7 +1,7 @@
 """Space: antennas near one that is given, described by a few numbers."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -46,6 +46,8 @@ class Space(Record):
         Sensors at shares (j / (m − 1))^w of the hinges, w from 1/warp to warp; 1: they stay.
     speed : Range | None
         Slowest and fastest touch [m/s]; None: the task's.
+    held : Literal[nothing, total, tip]
+        The reference's compliance that every antenna has, too; see :func:`match_compliance`.
 
     Raises
     ------
@@ -61,6 +63,7 @@ class Space(Record):
     radius: Range = (1.0, 1.0)
     warp: Annotated[float, Ge(1)] = 1.0
     speed: Range | None = None
+    held: Literal["nothing", "total", "tip"] = "nothing"
 
     def _check(self) -> None:
         n = self.reference.n_segments
@@ -102,6 +105,8 @@ class Space(Record):
         for name, at in zip(("stiffness", "damping"), logs, strict=True):
             factor = np.exp(np.log(self.span) * make_basis(n, len(at)) @ at)
             changes[name] = getattr(base, name) * factor
+        if self.held != "nothing":
+            changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
         grow = np.exp(_scale(part.get("length"), self.length))
         changes["segment_length"] = base.segment_length * grow
         changes["segment_mass"] = base.segment_mass * grow
@@ -114,6 +119,19 @@ class Space(Record):
         if self.speed is not None:
             speed = float(np.exp(np.interp(part["speed"], (-1, 1), np.log(self.speed))))
         return Design(antenna=base.replace(**changes, name="design"), speed=speed)
+
+
+def match_compliance(
+    shape: np.ndarray, reference: Antenna, held: Literal["total", "tip"] = "total"
+) -> np.ndarray:
+    """Stiffness of this shape, scaled so that one compliance is the reference's.
+
+    ``held`` is the ``total`` Σ 1/k_n, or that of the ``tip`` under a force, Σ (L − s_n)² / k_n with
+    s_n the place of hinge n.
+    """
+    arm = reference.length - reference.hinge_position
+    weight = arm**2 if held == "tip" else np.ones_like(arm)
+    return shape * np.sum(weight / shape) / np.sum(weight / reference.stiffness)
 
 
 def make_basis(n_segments: int, knots: int) -> np.ndarray:

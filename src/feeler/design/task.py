@@ -6,6 +6,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Unit
 from feeler.stimulus.trial import Trial
+from feeler.task.nuisances import Nuisances
 from feeler.task.task import Task
 
 
@@ -18,6 +19,9 @@ class DesignTask(Task):
         Touches of each class that the decoder learns from.
     test : int
         Other touches of each class that it is asked about.
+    unseen : Nuisances | None
+        How those differ, if not as the touches that are learned from do: for example of sizes and
+        at places that those never had.
     timestep : float
         Integration step [ms].
     seeds : Any
@@ -32,6 +36,7 @@ class DesignTask(Task):
 
     train: Annotated[int, Ge(2)] = 4
     test: Annotated[int, Ge(1)] = 4
+    unseen: Nuisances | None = None
     timestep: Annotated[float, Gt(0), Unit("ms")] = 0.05
     seeds: Any = (("optimiser", 1), ("test", 2), ("final", 3))
 
@@ -49,4 +54,11 @@ class DesignTask(Task):
 
     def draw_classes(self, antenna: Antenna, purpose: str, speed: float) -> list[Trial]:
         """The touches for one purpose, class by class, ``train`` before ``test`` ones."""
-        return self.draw(antenna, purpose, speed=speed, each=self.train + self.test)[0]
+        each = self.train + self.test
+        met, _ = self.draw(antenna, purpose, speed=speed, each=each)
+        if self.unseen is None:
+            return met
+        new, _ = self.replace(nuisances=self.unseen, unseen=None).draw(
+            antenna, purpose, speed=speed, each=each
+        )
+        return [met[k] if k % each < self.train else new[k] for k in range(len(met))]

@@ -14,6 +14,7 @@ from feeler.information.sensitivity import (
     differentiate_touches,
     scale_derivatives,
 )
+from feeler.information.uneven import compute_told, find_told
 
 __all__ = [
     "PARAMETERS",
@@ -24,8 +25,10 @@ __all__ = [
     "compute_energy",
     "compute_fisher",
     "compute_information",
+    "compute_told",
     "differentiate_touches",
     "find_noise",
+    "find_told",
     "measure_information",
     "scale_derivatives",
     "scale_peaks",

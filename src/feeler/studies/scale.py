@@ -74,6 +74,8 @@ class Scale:
         is no sample; empty leaves the network out.
     trade_profiles : tuple[str, ...]
         Profiles whose speeds are compared; empty: the same as in the other sections.
+    questions : tuple[str, ...]
+        Runs of open_receptor.toml that are computed; of the others kept results are shown.
     gaps : tuple[float, ...]
         Sizes of the reality gap.
     robots : int
@@ -90,8 +92,9 @@ class Scale:
     vector: bool = True
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
-        *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient"),
-        *("bounds", "robot", "wall", "axes", "antenna", "design", "tracking"),
+        *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "receptor"),
+        *("gradient", "bounds", "unseen", "robot", "wall", "axes", "antenna", "design"),
+        "tracking",
     )
 
     # what is touched
@@ -151,6 +154,7 @@ class Scale:
     trade: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     gradient: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     regression: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    questions: tuple[str, ...] = ("main",)
 
     # robot
     gaps: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
@@ -204,17 +208,21 @@ BEYOND: dict[str, Any] = {
         "relative": (0.1, 1.0),
         "common": (0.003, 0.03),
     },
+    "questions": (),
 }
 """The questions beyond the paper below paper scale, where the kept run does not answer them: for
 another antenna, engine or seed.
 """
 PAPER = Scale(name="paper")
-_REST = ("gradient", "axes", "bounds", "design", "antenna", "tracking", "cnn")
+_REST = (
+    *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
+    "cnn",
+)
 PUBLISHED = replace(
     PAPER,
     name="published",
     vector=False,
-    kept=("cnn", "tradeoff", "gradient", "bounds", "design"),
+    kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen"),
     queue=("tensors", "encoding", "reading", "calibration", "wall", "robot", "tradeoff", *_REST),
     controls=("linear", "constant"),
     movie_speeds=(),

@@ -170,6 +170,33 @@ class Common(Noise, kw_only=False):
         return np.full((1,) * np.ndim(tensors), self.size * unit)
 
 
+@NOISES.register("mixed")
+class Mixed(Noise, kw_only=False):
+    """sd² = size² + (share × signal)²: a fixed floor, and noise that grows with the signal (Weber).
+
+    The two are equal where the signal is ``size / share``: below it the floor rules.
+
+    Attributes
+    ----------
+    size : float
+        The floor, in the unit of the tensors [rad].
+    share : float
+        The Weber fraction: sd over signal where the signal is large.
+    each : Literal[sample, vector, tensor]
+        What the signal is: the magnitude of each ``sample`` itself, or the greatest magnitude of
+        its ``vector`` h_i(t) or ``tensor``.
+    """
+
+    size: Annotated[float, Ge(0)] = 0.03
+    share: Annotated[float, Ge(0)] = 0.1
+    each: Literal["sample", "vector", "tensor"] = "sample"
+
+    def sd(self, tensors: np.ndarray) -> np.ndarray:
+        """The root of both squares."""
+        signal = np.abs(tensors) if self.each == "sample" else Relative(1.0, self.each).sd(tensors)
+        return np.hypot(self.size, self.share * signal)
+
+
 def parse_noise(noise: str | Noise) -> Noise:
     """A noise from its text: the model's name, then its size, then other fields.
 

@@ -4,13 +4,14 @@ paper).
 
 from collections.abc import Mapping
 from itertools import product
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
+from feeler.design import match_compliance
 from feeler.information import compute_information, find_noise, scale_peaks
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
@@ -32,13 +33,14 @@ def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     return read_declared("open_questions.toml")[part] | dict(changes)
 
 
-def _make_graded(reference: Antenna, rate: float) -> Antenna:
-    """Stiffness ~ exp(rate · n) with the total compliance Σ 1/k_n and the damping per stiffness of
-    the reference.
+def make_graded(
+    reference: Antenna, rate: float, held: Literal["total", "tip"] = "total"
+) -> Antenna:
+    """Stiffness ~ exp(rate · n), with one compliance and the damping per stiffness of the
+    reference.
     """
     shape = np.exp(rate * np.arange(reference.n_segments))
-    scale = np.sum(1 / shape) / np.sum(1 / reference.stiffness)
-    return _give_stiffness(reference, scale * shape)
+    return _give_stiffness(reference, match_compliance(shape, reference, held))
 
 
 def _make_even(reference: Antenna, location: float) -> Antenna:
@@ -70,7 +72,7 @@ def compute(
 
     The sets are those numbered from ``first`` on.
     """
-    antennas = {f"{rate:g}": [_make_graded(reference, rate)] for rate in asked["rates"]}
+    antennas = {f"{rate:g}": [make_graded(reference, rate)] for rate in asked["rates"]}
     if asked["contact_control"]:
         antennas[CONTACT] = [_make_even(reference, location) for location in LOCATIONS]
     shape = (asked["sets"], len(asked["speeds"]), len(antennas))

@@ -75,6 +75,12 @@ STAGES = (
         reads=("scale", "engine", "timestep", "antenna"),
     ),
     Stage(
+        name="receptor",
+        title="Beyond the paper: which receptor noise makes the gradient best",
+        figures=("open_receptor",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
+    Stage(
         name="bounds",
         title="Beyond the paper: place, size and speed beside their bounds",
         figures=("open_bounds",),
@@ -84,6 +90,12 @@ STAGES = (
         name="design",
         title="Beyond the paper: which antenna tells most",
         figures=("open_design",),
+        reads=("antenna",),
+    ),
+    Stage(
+        name="unseen",
+        title="Beyond the paper: an antenna designed for sizes and places never met",
+        figures=("open_unseen",),
         reads=("antenna",),
     ),
     Stage(
@@ -100,7 +112,7 @@ STAGES = (
     ),
 )
 
-COCKROACH_ONLY = ("calibration", "design", "robot", "tracking")
+COCKROACH_ONLY = ("calibration", "receptor", "design", "unseen", "robot", "tracking")
 
 
 def reproduce(
