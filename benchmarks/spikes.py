@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import write_kept
 from matplotlib.figure import Figure
 from scipy.io import loadmat
 
@@ -87,7 +88,7 @@ def write_found(journals: list[Path]) -> None:
         lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
         found[path.stem] = [entry for entry in lines[1:] if _is_whole(entry, lines[1:])]
     target = Path(spiking.__file__).with_name("measured.json")
-    target.write_text(json.dumps({"declared": load_spiking().to_plain()} | found), encoding="utf-8")
+    write_kept(target, json.dumps({"declared": load_spiking().to_plain()} | found) + "\n")
 
 
 def _is_whole(entry: dict[str, Any], entries: list[dict[str, Any]]) -> bool:
