@@ -152,10 +152,9 @@ def _plot_rates(data: xr.Dataset, ax: Axes) -> None:
 
 def collect_values(found: Mapping[str, xr.Dataset], resamples: int) -> dict[str, Any]:
     """The numbers that claims are held against and pages print."""
-    rates = found["main"]["rate"].values
     values: dict[str, Any] = {
         "receptor.published": PUBLISHED_RATE,
-        "receptor.steepest": rates.min(),
+        "receptor.steepest": found["main"]["rate"].values.min(),
     }
     for run, signal in [(run, s) for run, data in found.items() for s in data["signal"].values]:
         data, sets = found[run].sel(signal=signal), found[run].sizes["set"]

@@ -205,7 +205,7 @@ def _plot_kinds(values: Mapping[str, Any], part: str, names: tuple[str, ...], ax
         x = [i + 0.14 * (k - (len(names) - 1) / 2) for i, _ in kinds]
         half = [one["high"] - one["value"] for _, one in kinds]
         fill = "none" if name.endswith("_tip") else colour
-        style = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
+        style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
         ax.errorbar(x, [one["value"] for _, one in kinds], half, label=label, **style)
     ax.set_xticks(range(len(asked)), [WORDS[kind] for kind in asked])
     ax.set_xlim(-0.5, len(asked) - 0.5)
