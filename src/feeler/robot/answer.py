@@ -82,7 +82,7 @@ class Answer:
 
     def to_plain(self) -> dict[str, Any]:
         """As JSON; None stands where there was no contact."""
-        plain = {
+        plain: dict[str, Any] = {
             "label": describe_touch(self.label),
             "probability": None if np.isnan(self.probability) else self.probability,
             "runner_up": None if self.runner_up is None else describe_touch(self.runner_up),
