@@ -94,7 +94,7 @@ def test_a_command(copy):
         '    """Add ``greet`` to the command line."""\n'
         '    app.command("greet")(lambda: typer.echo("hello"))\n',
     )
-    copy.replace("cli/app.py", '    "touch",\n', '    "touch",\n    "greet",\n')
+    copy.replace("cli/app.py", '("touch", ', '("touch", "greet", ')
     command = "import sys; sys.argv = ['feeler', 'greet']"
     assert copy.run(command, "from feeler.cli import main; main()") == "hello\n"
     copy.check("a command")

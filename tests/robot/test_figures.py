@@ -197,6 +197,8 @@ def test_a_stream_says_what_the_decoder_knows(run, monkeypatch):
         state = known[said["since_contact"]]
         assert (said["state"], said["probability"]) == (state.state, state.probability)
         assert tuple(said["label"].values()) == state.label
+    whole = end.pop("whole")
+    assert whole["label"]["location"] == 0.9 and not whole["unlike_all"]
     assert end == {
         "contact": True,
         "missing": 5,

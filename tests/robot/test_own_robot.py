@@ -11,24 +11,27 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.decoding.transfer import TransferClassifier
+from feeler.decoding.transfer import TransferClassifier, find_first_peak
 from feeler.errors import InvalidInput
 from feeler.robot import (
     PARTS,
     Gap,
     compute_tip,
+    draw_robots,
     fit_factors,
     keep_parts,
     load_robot,
+    make_classifier,
     make_robot,
     make_surrogate,
     make_touches,
     save_calibration,
     save_recording,
     simulate_release,
+    touch_robots,
     write_robot,
 )
-from feeler.robot.answer import judge_touch
+from feeler.robot.answer import judge_recording, judge_touch
 from feeler.robot.factors import make_posture
 from feeler.robot.recording import Recording
 from feeler.robot.samples import read_samples
@@ -190,16 +193,61 @@ def test_probabilities_are_tempered_and_truth_is_judged():
     np.testing.assert_allclose(sure.sum(axis=1), 1)
     right = classifier.score(noisy[60:], [labels[i] for i in index[60:]])
     assert sure.max(axis=1).mean() == pytest.approx(right, abs=0.15)  # as sure as it is right
-    answer = judge_touch(classifier, clean[0], {"feature": "box", "speed": 0.1, "size": 4.0})
-    assert (
-        answer.label == labels[0]
-        and answer.right == {"feature": False, "speed": True}
-        and answer.known
-    )
+
+
+@pytest.fixture(scope="module")
+def reader():
+    """The paper's robot and four touches, learned from six surrogates."""
+    trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
+    return make_classifier(trials=trials, robots=6), make_robot(), trials
+
+
+def test_an_answer_compares_itself_with_the_notes(reader):
+    classifier, _, trials = reader
+    touched = touch_robots(draw_robots(0.0, 1, 5), trials=trials)[0]
+    answer = judge_touch(classifier, touched.values[0], {"feature": "box", "speed": 0.27})
+    assert answer.label == ("ball", 0.6, 0.27)
+    assert answer.right == {"feature": False, "speed": True} and answer.known
     assert "WRONG: feature" in str(answer)
-    assert "no such class" in str(judge_touch(classifier, clean[0], {"feature": "cone"}))
-    still = judge_touch(classifier, np.full((2, 40), np.nan), {})
+    assert "no such class" in str(judge_touch(classifier, touched.values[0], {"feature": "cone"}))
+    still = judge_touch(classifier, np.full(touched.values[0].shape, np.nan), {})
     assert str(still) == "no contact" and still.to_plain()["probability"] is None
+
+
+@pytest.mark.parametrize("share", [1.0, 0.8, 0.6, 0.45])
+def test_a_recording_that_ends_early_is_judged_on_what_it_holds(reader, share):
+    classifier, robot, trials = reader
+    for one in touch_robots(draw_robots(0.3, 1, 6), trials=trials)[0].recordings:
+        count = int(share * one.time.size)
+        cut = one.replace(time=one.time[:count], values=one.values[:, :count])
+        answer, _ = judge_recording(classifier, cut, robot)
+        assert answer.label[0] in ("ball", "box") and 0 < answer.probability <= 1
+        peak = find_first_peak(compute_tip(robot, cut.values))
+        if peak < 0:
+            assert "no peak: the largest deflection stands for it" in str(answer)
+        else:
+            words = f"400 ms after the first peak are needed; here {count - 1 - peak}"
+            assert (words in str(answer)) == (count - 1 - peak < 400)
+
+
+def test_noise_drift_and_taps_beside_are_unlike_any_touch(reader):
+    classifier, robot, _ = reader
+    rng = np.random.default_rng(2)
+    strange = []
+    for _ in range(40):
+        noise = 0.02 * rng.standard_normal((8, 1500))
+        walk = rng.normal(0, 0.004, (8, 1500)).cumsum(axis=1)
+        for values in (noise, walk):
+            one = Recording(time=np.arange(1500.0), values=values)
+            answer = judge_recording(classifier, one, robot)[0]
+            strange.append(answer.strange or answer.label[0] == "no contact")
+    beside = make_touches(locations=(0.2, 0.3), speeds=(0.27,))
+    for touches in touch_robots(draw_robots(1.0, 4, 8), trials=beside):
+        for one in touches.recordings:
+            answer = judge_recording(classifier, one, robot)[0]
+            strange.append(answer.strange)
+            assert "unlike any touch I know" in str(answer)
+    assert np.mean(strange) >= 0.95
 
 
 def test_factors_of_any_antenna_come_back_from_its_release(tmp_path):

@@ -179,7 +179,11 @@ def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypat
         ("set.xyz", {}, r"unknown ending '\.xyz'.*valid: \.zarr, \.nc, \.nwb, \.mat, \.csv"),
         ("set.csv", {"variable": "tip"}, "no tensor 'tip'.*valid: angle, curvature"),
         ("set.csv", {"trial": 8}, r"trial must lie in 0 … 7, got 8"),
-        ("set.nwb", {**NWB, "session_start": datetime(2026, 1, 2)}, "needs a time zone"),
+        (
+            "set.nwb",
+            {**NWB, "session_start": datetime(2026, 1, 2)},
+            r"need session_start=, a time with its zone",
+        ),
     ],
 )
 def test_what_cannot_be_saved_is_refused(tmp_path, whole, name, options, words):
@@ -421,3 +425,18 @@ def test_what_is_read_must_keep_the_contract(tmp_path, whole):
     save(whole.assign(angle=whole.angle * np.nan), tmp_path / "set.nc")
     with pytest.raises(InvalidInput, match="'angle' has values that are not finite"):
         load(tmp_path / "set.nc")
+
+
+def test_simulated_touches_become_nwb_without_more_words(tmp_path):
+    """A recording must say when it was; a simulation has no such time."""
+    pytest.importorskip("pynwb")
+    made = make_set()
+    save(made, tmp_path / "a.nwb")
+    save(made, tmp_path / "b.nwb", session_start="2026-01-01T00:00:00+00:00", identifier="b")
+    for name in ("a.nwb", "b.nwb"):
+        np.testing.assert_allclose(load(tmp_path / name)["angle"], made["angle"], rtol=1e-6)
+    recorded = made.assign_coords(source=("trial", ["robot"] * made.sizes["trial"]))
+    with pytest.raises(InvalidInput, match="recordings need session_start="):
+        save(recorded, tmp_path / "c.nwb")
+    with pytest.raises(InvalidInput, match="must be a time such as"):
+        save(made, tmp_path / "d.nwb", session_start="yesterday")

@@ -79,7 +79,7 @@ def test_all_films_share_one_clock(tmp_path, trials):
     ("change", "match"),
     [
         ({"edges": [("head", "knee")]}, "an edge joins 'knee'; the tracks hold left_tip"),
-        ({"session_start": datetime(2026, 5, 1)}, "needs a time zone"),
+        ({"session_start": datetime(2026, 5, 1)}, "a time with its zone"),
         ({"trials": []}, "at least one film"),
     ],
 )

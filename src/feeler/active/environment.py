@@ -3,7 +3,8 @@ ap_gym's ActivePerceptionEnv.
 
 To import this module makes them known: ``gymnasium.make("feeler/Touch-v0")``,
 ``"feeler/Localise-v0"``, ``"feeler/FollowWall-v0"``, and ``gymnasium.make_vec`` for many in SIMD
-lanes.
+lanes. ``plain=True``, or the names ``"feeler/PlainTouch-v0"`` and so on, give the form that
+Stable-Baselines3 and CleanRL take: a Box in, a flat Box out (:mod:`feeler.active.plain`).
 """
 
 from collections.abc import Callable, Mapping
@@ -249,12 +250,16 @@ def _make_box(shape: tuple[int, ...]) -> Any:
     return spaces.Box(-np.inf, np.inf, shape, np.float64)
 
 
-def make_env(name: str, **fields: Any) -> TouchEnv:
+def make_env(name: str, plain: bool = False, **fields: Any) -> gymnasium.Env:
     """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or ``decide`` and
-    ``render_mode``.
+    ``render_mode``, and of the plain form ``repeat`` and ``span``.
     """
+    from feeler.active.plain import PlainTouch
+
     own = {key: fields.pop(key) for key in ("decide", "render_mode") if key in fields}
-    return TouchEnv(_make_task(name, fields), **own)
+    form = {key: fields.pop(key) for key in ("repeat", "span") if plain and key in fields}
+    env = TouchEnv(_make_task(name, fields), **own)
+    return PlainTouch(env, **form) if plain else env
 
 
 def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
@@ -281,4 +286,9 @@ for name in TASKS:
             entry_point="feeler.active.environment:make_env",
             vector_entry_point="feeler.active.environment:make_vector_env",
             kwargs={"name": name},
+        )
+        gymnasium.register(
+            name.replace("/", "/Plain"),
+            entry_point="feeler.active.environment:make_env",
+            kwargs={"name": name, "plain": True},
         )

@@ -12,25 +12,14 @@ from typer.core import TyperGroup
 from feeler.errors import FeelerError, say_warnings
 from feeler.files import FULL
 
-VERBS = (
-    "reproduce",
-    "touch",
-    "spikes",
-    "studio",
-    "export",
-    "compare",
-    "tradeoff",
-    "design",
-    "active",
-    "calibrate",
-    "wall",
-    "robot",
-    "tracks",
-    "antenna",
-    "convert",
-    "info",
-    "validate",
-)
+GROUPS = {
+    "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),
+    "Your own animal": ("tracks", "calibrate"),
+    "Your own robot": ("robot", "design"),
+    "The paper and its questions": ("reproduce", "tradeoff", "active", "wall"),
+    "Data": ("info", "validate", "convert"),
+}
+VERBS = tuple(verb for verbs in GROUPS.values() for verb in verbs)
 
 INTERRUPTED = 130  # the shells' exit code after Ctrl-C
 
@@ -45,6 +34,14 @@ class _Verbs(TyperGroup):
         if args and args[0] not in self.commands and _is_file(args[0]):
             args = ["info", *args]
         return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Verbs by what one wants to do, in place of one long list."""
+        for title, verbs in GROUPS.items():
+            with formatter.section(title):
+                short = 78 - max(map(len, VERBS))
+                rows = [(verb, self.commands[verb].get_short_help_str(short)) for verb in verbs]
+                formatter.write_dl(rows)
 
     def invoke(self, ctx: Any) -> Any:
         try:

@@ -74,7 +74,7 @@ def convert(
         "experimenter": experimenter,
         "institution": institution,
     }
-    if "session_start" in wanted:
+    if session_start:
         given["session_start"] = parse_start(session_start)
     options = {name: value for name, value in given.items() if name in wanted}
     try:

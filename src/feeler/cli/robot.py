@@ -5,6 +5,7 @@ antenna.
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from feeler.cli.robot_live import board, replay, stream
@@ -239,22 +240,22 @@ def classify(
     outside: Outside = "refuse",
     gaps: Gaps = "bridge",
     robots: Annotated[
-        int, typer.Option(min=0, help="surrogate robots, sensors and all, that join the training")
-    ] = 0,
+        int, typer.Option(min=2, help="surrogate robots whose touches are learned")
+    ] = 12,
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Train on simulated touches, then name feature, location and speed of each recording, and how
-    likely they are.
+    """Train on simulated touches of surrogate robots, then name feature, location and speed of
+    each recording, how likely they are, and whether it is like any touch that was learned.
 
-    Probabilities are tempered on surrogate robots; what the recording's notes know of the touch is
-    printed beside.
+    Probabilities are calibrated on robots held out; 5 % of known touches are called strange. What
+    the recording's notes know of the touch is printed beside.
     """
-    from feeler.robot import align_recordings, choose_before, make_classifier, subtract_rest
-    from feeler.robot.answer import judge_touch
+    from feeler.robot import choose_before, make_classifier, subtract_rest
+    from feeler.robot.answer import judge_recording
 
     robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
     read = [
@@ -263,11 +264,9 @@ def classify(
     how = tell(engine=engine, timestep=timestep, workers=workers)
     classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
     before = choose_before(robot.antenna, touches)
-    aligned = align_recordings(read, robot.antenna, before=before)
-    answers = [
-        judge_touch(classifier, values, one.labels)
-        for values, one in zip(aligned, read, strict=True)
-    ]
+    judged = [judge_recording(classifier, one, robot.antenna, before) for one in read]
+    answers = [answer for answer, _ in judged]
+    aligned = np.array([tensor for _, tensor in judged])
     found = [
         {"file": path.name, **answer.to_plain()}
         for path, answer in zip(recordings, answers, strict=True)

@@ -1,6 +1,7 @@
 """``feeler robot stream``, ``board`` and ``replay``: a robot while it touches."""
 
 import sys
+from collections import deque
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +23,8 @@ from feeler.cli.robot_options import (
     tell,
 )
 from feeler.cli.say import Json, say_json
+
+_KEPT = 60_000  # samples that are judged as a whole: a minute at 1 kHz
 
 
 def stream(
@@ -48,7 +51,7 @@ def stream(
     as_json: Json = False,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left
-    out.
+    out. At the end the touch is judged as a whole, as by classify.
     """
     from feeler.errors import InvalidInput
     from feeler.robot import load_calibration, load_recording, make_decoder
@@ -78,20 +81,45 @@ def stream(
         else:
             require(lines, source)
     running = decoder.start()
-    kept: list[tuple] = []
-    keep = kept.append if out is not None else lambda sample: None
-    state = _decode(running, samples, lines, every, say_json if as_json else _say_state, keep)
+    kept: list[tuple] | deque[tuple] = [] if out is not None else deque(maxlen=_KEPT)
+    say = say_json if as_json else _say_state
+    state = _decode(running, samples, lines, every, say, kept.append)
     contact = state is not None and state.since_contact >= 0
     labels = None if recording is None else recording.labels
+    answer = _judge(robot.antenna, touches, kept, labels or {}, how) if contact else None
     if as_json:
         sent = {"lost": link.lost, "late": link.late, "broken": link.broken, "truth": labels}
-        say_json({"contact": contact, "missing": running.missed, **sent})
+        whole = None if answer is None else answer.to_plain()
+        say_json({"contact": contact, "missing": running.missed, **sent, "whole": whole})
     else:
+        if answer is not None:
+            typer.echo(f"as a whole: {answer}")
+
         _say_end(contact, running.missed, link.describe(), name_notes(labels or {}))
     if out is not None and kept:
         from feeler.cli.robot_pages import write_stream
 
-        typer.echo(f"page: {write_stream(out, decoder.classes_, kept)}", err=True)
+        typer.echo(f"page: {write_stream(out, decoder.classes_, list(kept))}", err=True)
+
+
+def _judge(antenna, touches: list, kept, labels: dict, how: dict):
+    """The whole touch as ``classify`` judges it; None where it was too short to be one."""
+    import numpy as np
+
+    from feeler.errors import InvalidInput
+    from feeler.robot import Recording, choose_before, make_classifier, repair, subtract_rest
+    from feeler.robot.answer import judge_recording
+
+    times = [at for at, *_ in kept]
+    clock = np.arange(len(kept), dtype=float) if None in times else np.array(times, dtype=float)
+    values = np.array([angle for _, angle, _ in kept]).T
+    try:
+        felt = Recording(time=clock, values=values, labels=labels)
+        felt = subtract_rest(repair(felt, gaps="bridge", bad_channels="missing"))
+    except InvalidInput:  # a stream may hold what a recording must not
+        return None
+    classifier = make_classifier(antenna, touches, **how)
+    return judge_recording(classifier, felt, antenna, choose_before(antenna, touches))[0]
 
 
 def board(

@@ -24,15 +24,15 @@ from feeler.errors import InvalidInput
 BEFORE, AFTER = 1500, 400
 # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
 _PROMINENCE = 0.2
-_MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
+MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
 _N_COPIES = 10  # [P]
 _NOISE = 0.2  # [P] sd as a share of each tensor's maximum
 TEMPERATURES = np.geomspace(0.01, 10.0, 121)
 LABEL_PARTS = ("feature", "location", "speed")
 
 
-def _find_first_peak(
-    tip: np.ndarray, *, prominence: float = _PROMINENCE, min_deflection: float = _MIN_DEFLECTION
+def find_first_peak(
+    tip: np.ndarray, *, prominence: float = _PROMINENCE, min_deflection: float = MIN_DEFLECTION
 ) -> int:
     """Sample of the first positive peak of a tip trace (time,) [mm] from rest; −1 for none."""
     top = np.max(tip, initial=-np.inf, where=np.isfinite(tip))
@@ -49,7 +49,8 @@ def align(
     before: int = BEFORE,
     after: int = AFTER,
     prominence: float = _PROMINENCE,
-    min_deflection: float = _MIN_DEFLECTION,
+    min_deflection: float = MIN_DEFLECTION,
+    peaks: Sequence[int] | None = None,
 ) -> np.ndarray:
     """Cut touches of any durations to one window around their tips' first peaks.
 
@@ -65,6 +66,8 @@ def align(
     prominence, min_deflection
         A peak is at least ``min_deflection`` [mm] high, and its prominence is at least that share
         of the trace's maximum.
+    peaks
+        Sample of each touch to align on, −1 for no contact; default: the peaks that are found.
 
     Returns
     -------
@@ -87,7 +90,8 @@ def align(
                 f"touch {k} has shape {touch.shape} and its tip trace {trace.shape}; expected "
                 f"({values.shape[1]} sensors, time) and (time,)."
             )
-        peak = _find_first_peak(trace, prominence=prominence, min_deflection=min_deflection)
+        peak = find_first_peak(trace, prominence=prominence, min_deflection=min_deflection)
+        peak = peak if peaks is None else peaks[k]
         if peak >= 0:
             index = np.arange(peak - before, peak + after)
             values[k] = touch[:, np.clip(index, 0, touch.shape[1] - 1)]

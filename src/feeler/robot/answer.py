@@ -6,9 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from feeler.antenna import Antenna
+from feeler.decoding.clouds import CloudReader
 from feeler.decoding.reader import NO_CONTACT
-from feeler.decoding.transfer import LABEL_PARTS, TransferClassifier
-from feeler.robot.touches import Label
+from feeler.decoding.transfer import (
+    AFTER,
+    BEFORE,
+    LABEL_PARTS,
+    MIN_DEFLECTION,
+    align,
+    find_first_peak,
+)
+from feeler.robot.recording import Recording
+from feeler.robot.touches import Label, compute_tip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +33,11 @@ class Answer:
         Those parts of the label that the recording's notes hold.
     known : bool
         Whether the truth, as far as it is noted, is among the classes.
+    strangeness : float
+        Squared distance to the nearest class over the limit; > 1: unlike any touch that was
+        learned.
+    missing : str
+        What of the recording is not there, in words; empty where nothing is.
     """
 
     label: Label
@@ -31,6 +46,13 @@ class Answer:
     runner_up_probability: float
     truth: dict[str, str | float]
     known: bool
+    strangeness: float = 0.0
+    missing: str = ""
+
+    @property
+    def strange(self) -> bool:
+        """Whether the touch is unlike all that were learned."""
+        return self.strangeness > 1
 
     @property
     def right(self) -> dict[str, bool]:
@@ -42,11 +64,14 @@ class Answer:
 
     def __str__(self) -> str:
         words = name_touch(self.label)
-        if self.runner_up is not None:
+        if self.strange:
+            words = f"unlike any touch I know ({self.strangeness:.3g} × the limit); nearest {words}"
+        elif self.runner_up is not None:
             words += (
                 f" ({self.probability:.0%}); then {name_touch(self.runner_up)}"
                 f" ({self.runner_up_probability:.0%})"
             )
+        words += f"\n  {self.missing}" if self.missing else ""
         if not self.truth:
             return words
         wrong = [part for part, right in self.right.items() if not right]
@@ -57,38 +82,68 @@ class Answer:
 
     def to_plain(self) -> dict[str, Any]:
         """As JSON; None stands where there was no contact."""
-        plain = {
+        plain: dict[str, Any] = {
             "label": describe_touch(self.label),
             "probability": None if np.isnan(self.probability) else self.probability,
             "runner_up": None if self.runner_up is None else describe_touch(self.runner_up),
             "runner_up_probability": None if self.runner_up is None else self.runner_up_probability,
         }
+        plain |= {"unlike_all": self.strange, "strangeness": self.strangeness}
+        plain |= {"missing": self.missing}
         return {**plain, "truth": self.truth, "right": self.right, "known": self.known}
 
 
+def judge_recording(
+    reader: CloudReader, recording: Recording, antenna: Antenna, before: int = BEFORE
+) -> tuple[Answer, np.ndarray]:
+    """The answer to a repaired recording of angles from rest, and its aligned tensor.
+
+    A recording that ends early is judged on the samples that it holds; the answer says what is
+    missing. One that ends before the tip's first peak is aligned on its largest deflection.
+    """
+    tip = compute_tip(antenna, recording.values)
+    peak = find_first_peak(tip)
+    early = peak < 0 and np.nanmax(tip, initial=0.0) >= MIN_DEFLECTION
+    if early:
+        peak = int(np.nanargmax(tip))
+    held = tip.size - peak - 1 if peak >= 0 else AFTER
+    tensor = align([recording.values], [tip], before=before, peaks=[peak])[0]
+    until = None if held >= AFTER else float(before + max(held, 1))
+    missing = ""
+    if until is not None:
+        missing = f"{AFTER} ms after the first peak are needed; here {held}"
+        missing += ", and no peak: the largest deflection stands for it" if early else ""
+    return judge_touch(reader, tensor, recording.labels, until, missing), tensor
+
+
 def judge_touch(
-    classifier: TransferClassifier, tensor: np.ndarray, notes: Mapping[str, str | float]
+    reader: CloudReader,
+    tensor: np.ndarray,
+    notes: Mapping[str, str | float],
+    until: float | None = None,
+    missing: str = "",
 ) -> Answer:
-    """The answer to one aligned tensor (sensor, time); ``notes`` are ``Recording.labels``."""
-    probability = classifier.predict_proba(tensor[None])[0]
-    ranked = classifier.predict_top(tensor[None], 2)[0]
-    chance = [
-        float(probability[classifier.classes_.index(label)])
-        for label in ranked
-        if label != NO_CONTACT
-    ]
+    """The answer to one aligned tensor (sensor, time), of which the samples before ``until`` [ms]
+    count; ``notes`` are ``Recording.labels``.
+    """
+    probability = reader.predict_proba(tensor[None], until)[0]
+    felt = bool(np.isfinite(probability).all())
+    best = np.argsort(-probability, kind="stable")[:2]
+    ranked = [reader.classes_[k] for k in best] if felt else [NO_CONTACT]
     truth = {part: notes[part] for part in LABEL_PARTS if part in notes}
     known = any(
         all(_agree(label[LABEL_PARTS.index(p)], v) for p, v in truth.items())
-        for label in classifier.classes_
+        for label in reader.classes_
     )
     return Answer(
         label=ranked[0],
-        probability=chance[0] if chance else float("nan"),
-        runner_up=ranked[1] if chance else None,
-        runner_up_probability=chance[1] if chance else float("nan"),
+        probability=float(probability[best[0]]) if felt else float("nan"),
+        runner_up=ranked[1] if felt else None,
+        runner_up_probability=float(probability[best[1]]) if felt else float("nan"),
         truth=truth,
         known=known,
+        strangeness=float(reader.measure_strangeness(tensor[None], until)[0]) if felt else 0.0,
+        missing=missing if felt else "",
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
+from feeler.decoding.clouds import CloudReader
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.transfer import (
     AFTER,
@@ -35,7 +36,7 @@ from feeler.robot.touches import (
 )
 from feeler.stimulus import Trial
 
-_N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
+ROBOTS = 12  # [C] surrogate robots whose touches a reader learns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -216,29 +217,28 @@ def make_classifier(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    robots: Annotated[int, "≥ 0"] = 0,
+    robots: Annotated[int, "> 0"] = ROBOTS,
     seed: Annotated[int, "≥ 0"] = 0,
     **how: Any,
-) -> TransferClassifier:
-    """The paper's classifier, trained on simulated touches of any antenna and objects.
+) -> CloudReader:
+    """A reader of any antenna's touches, trained on the touches of surrogate robots around it.
 
-    Its probabilities are tempered on two surrogate robots drawn around the antenna at one
-    reality gap, so that they are as sure as they are right there; what your robot's own gap is,
-    they cannot know. ``robots`` more surrogates join the training. ``how`` goes to
-    :func:`make_training`.
+    Its probabilities are calibrated on robots that it did not learn, at one reality gap; what your
+    robot's own gap is, they cannot know. ``measure_strangeness`` says what is unlike any touch of
+    ``trials``. The paper's classifier is :class:`feeler.decoding.TransferClassifier`. ``how`` goes
+    to :func:`touch_robots`.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
-    training = make_training(antenna, trials, **how)
-    children = np.random.SeedSequence([seed, robots]).spawn(_N_TEMPER + robots)
+    children = np.random.SeedSequence([seed, robots]).spawn(robots)
     drawn = [make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children]
-    training = add_robots(training, drawn[_N_TEMPER:], trials)
-    held = [read_touches(robot, trials, antenna) for robot in drawn[:_N_TEMPER]]
-    classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
-    return classifier.temper(
-        np.concatenate([touches.values for touches in held]),
-        [label for touches in held for label in touches.labels],
-    )
+    read = touch_robots(drawn, trials=trials, antenna=antenna, **how)
+    touched = np.concatenate([touches.touched for touches in read])
+    values = np.concatenate([touches.values for touches in read])[touched]
+    labels = [label for touches in read for label in touches.labels]
+    groups = np.repeat(np.arange(robots), len(trials))[touched]
+    seen = [label for label, felt in zip(labels, touched, strict=True) if felt]
+    return CloudReader().fit(values, seen, groups)
 
 
 @checked
@@ -295,16 +295,16 @@ def touch_robots(
     *,
     trials: Sequence[Trial] | None = None,
     antenna: Antenna | None = None,
-    engine: str = DEFAULT_ENGINE,
+    **how: Any,
 ) -> list[Touches]:
     """The six tip contacts of each robot, or other ``trials``, ``repeats`` times.
 
-    All robots are simulated together.
+    All robots are simulated together; ``how`` may hold engine, timestep and workers.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
     pairs = [pair for robot in robots for pair in robot.carry_out(trials)]
-    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length, engine=engine))
+    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length, **how))
     read = []
     for robot in robots:
         raw = [robot.record(next(motions), trial) for trial in trials]

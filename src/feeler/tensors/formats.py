@@ -153,8 +153,9 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
     """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.nwb`` or a
     registered one.
 
-    CSV holds one tensor (``variable=``, ``trial=``), NWB asks for ``session_start=`` and
-    ``identifier=``. Every kind carries configuration, units, versions and licence.
+    CSV holds one tensor (``variable=``, ``trial=``), NWB of recordings asks for
+    ``session_start=`` and ``identifier=``. Every kind carries configuration, units, versions and
+    licence.
 
     Raises
     ------

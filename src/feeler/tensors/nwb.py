@@ -8,6 +8,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 import xarray as xr
@@ -26,8 +27,8 @@ def save_nwb(
     dataset: xr.Dataset,
     path: str | os.PathLike,
     *,
-    session_start: datetime,
-    identifier: str,
+    session_start: datetime | str | None = None,
+    identifier: str = "",
     subject: str = "",
     species: str = "",
     sex: str = "U",
@@ -45,9 +46,11 @@ def save_nwb(
     Parameters
     ----------
     session_start
-        When the recording began, with its time zone; NWB demands it and feeler will not make it up.
+        When the recording began, with its time zone, as a datetime or as text
+        (``2026-01-31T10:00:00+01:00``). A simulation has no such time: without one it gets the
+        moment of writing; for recordings feeler will not make it up.
     identifier
-        A name that no other NWB file of yours has.
+        A name that no other NWB file of yours has; default of a simulation: a random one.
     subject, species, sex, age
         Who was recorded: an id, a Latin name such as ``Periplaneta americana``, M, F, U or O, and
         an age such as ``P90D``. Without them the subject is the antenna's name, of unknown sex and
@@ -76,6 +79,9 @@ def save_nwb(
         if "antenna" in dataset.variables
         else []
     )
+    if np.all(dataset.get("source", xr.DataArray("unknown")) == "simulation"):
+        session_start = session_start or datetime.now(UTC)
+        identifier = identifier or str(uuid4())
     file = make_nwb(
         identifier,
         session_start,
@@ -113,7 +119,7 @@ def require_pynwb() -> None:
 
 def make_nwb(
     identifier: str,
-    session_start: datetime,
+    session_start: datetime | str | None,
     *,
     words: str,
     about: str,
@@ -123,9 +129,13 @@ def make_nwb(
     """An NWB file in memory, with what nwbinspector asks of every one."""
     from pynwb import NWBFile
 
-    if session_start.tzinfo is None or not identifier:
+    if isinstance(session_start, str):
+        session_start = parse_time(session_start)
+    if session_start is None or session_start.tzinfo is None or not identifier:
         raise InvalidInput(
-            "session_start needs a time zone (datetime(..., tzinfo=UTC)) and identifier a text."
+            "NWB files of recordings need session_start=, a time with its zone such as"
+            " '2026-01-31T10:00:00+01:00', and identifier=, a text that no other file has; got"
+            f" {session_start} and {identifier!r}."
         )
     return NWBFile(
         session_description=words,
@@ -136,6 +146,17 @@ def make_nwb(
         subject=subject,
         **more,
     )
+
+
+def parse_time(text: str) -> datetime:
+    """A moment from text by ISO 8601."""
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise InvalidInput(
+            "the start of a session must be a time such as 2026-01-31T10:00:00+01:00, got"
+            f" {text!r}."
+        ) from None
 
 
 def write_nwb(file: Any, path: str | os.PathLike) -> None:

@@ -21,7 +21,7 @@ def save_poses(
     trials: Sequence[Tracks],
     path: str | os.PathLike,
     *,
-    session_start: datetime,
+    session_start: datetime | str,
     identifier: str,
     edges: Sequence[tuple[str, str]] = (),
     subject: str = "",
