@@ -19,7 +19,7 @@ from feeler.encoding.convolution import (
     compute_spectra,
 )
 from feeler.encoding.data import Data
-from feeler.encoding.slide import slide
+from feeler.encoding.slide import slide_bases
 from feeler.encoding.sparseness import l1_of_unit_vector
 from feeler.execute.threads import ThreadExecutor, hold_blas
 
@@ -91,7 +91,7 @@ class Factors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class State:
+class _State:
     """Where a fit stands.
 
     Attributes
@@ -153,12 +153,12 @@ def factorise(
     )
 
 
-def _begin(data, components, activations, settings) -> State:
+def _begin(data, components, activations, settings) -> _State:
     activations = activations.copy()
     activations[data.silent] = 0  # a start from random numbers would leave traces there
     _constrain(activations, settings)
     groups = 1 if settings.joint else data.n_trials
-    return State(
+    return _State(
         components=components.copy(),
         activations=activations,
         steps=np.ones((groups, settings.n_components)),
@@ -166,7 +166,7 @@ def _begin(data, components, activations, settings) -> State:
     )
 
 
-def _walk(data: Data, state: State, settings: Settings, run: Callable) -> Iterator[State]:
+def _walk(data: Data, state: _State, settings: Settings, run: Callable) -> Iterator[_State]:
     """The state after each iteration, without end.
 
     Under a sparseness each iteration begins a little further along the last one's change, a little
@@ -191,7 +191,7 @@ def _walk(data: Data, state: State, settings: Settings, run: Callable) -> Iterat
         yield state
 
 
-def _extrapolate(before: State, state: State, weight: float, settings: Settings) -> State:
+def _extrapolate(before: _State, state: _State, weight: float, settings: Settings) -> _State:
     components = state.components + weight * (state.components - before.components)
     activations = state.activations + weight * (state.activations - before.activations)
     activations = np.maximum(activations, 0)
@@ -199,11 +199,11 @@ def _extrapolate(before: State, state: State, weight: float, settings: Settings)
     return replace(state, components=np.maximum(components, 0), activations=activations)
 
 
-def _try_slide(data, state, settings, run) -> list[State]:
+def _try_slide(data, state, settings, run) -> list[_State]:
     """A few iterations with the bases where they are and, if it ends lower, the end of as many with
-    the bases where ``slide`` puts them; none where there is nowhere to go.
+    the bases where ``slide_bases`` puts them; none where there is nowhere to go.
     """
-    moved = slide(data, state.components, state.activations, run)
+    moved = slide_bases(data, state.components, state.activations, run)
     if moved is None:
         return []
     components, activations = moved
@@ -218,7 +218,7 @@ def _try_slide(data, state, settings, run) -> list[State]:
     return [*stay[1:-1], min(stay[-1], there, key=lambda end: end.loss)]
 
 
-def _iterate(data: Data, state: State, settings: Settings, run: Callable) -> State:
+def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _State:
     """New activations, block by block, then new bases."""
     activations, steps = state.activations.copy(), state.steps.copy()
     spectra = compute_spectra(state.components, data.length)
@@ -239,7 +239,7 @@ def _iterate(data: Data, state: State, settings: Settings, run: Callable) -> Sta
     gram = compute_activation_gram(activations, data.n_lags)
     components, shared, square = improve_bases(state.components, seen, gram, settings)
     loss = max(0.5 * data.energy - shared + 0.5 * square, 0.0)
-    return State(components=components, activations=activations, steps=steps, loss=loss)
+    return _State(components=components, activations=activations, steps=steps, loss=loss)
 
 
 def improve_bases(components, seen, gram, settings: Settings) -> tuple[np.ndarray, float, float]:

@@ -15,7 +15,7 @@ from feeler.encoding.convolution import reconstruct
 from feeler.encoding.data import Data
 from feeler.encoding.factorise import Factors, Settings, factorise, open_pool
 from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_settings, check_size
-from feeler.encoding.starts import make_generators, make_starts, start_bases
+from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.tensors.labels import label_like
@@ -166,7 +166,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         tensors = as_tensors(X)
         check_size(tensors, self.n_components, self.n_lags)
         data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
-        starts = list(make_starts(self, tensors, data, components, activations))
+        starts = list(draw_starts(self, tensors, data, components, activations))
         with open_pool(threads) as run:
             # threads wait least where each has a start of its own
             outer, inner = (run, map) if len(starts) >= threads else (map, run)

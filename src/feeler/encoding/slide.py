@@ -19,7 +19,7 @@ _SWEEPS = 5  # over the wide bases [C]
 _EQUAL = 0.01
 
 
-def slide(
+def slide_bases(
     data: Data, components: np.ndarray, activations: np.ndarray, run: Callable = map
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Bases that begin where their patterns do, and activations moved the other way.

@@ -11,7 +11,7 @@ from feeler.encoding.data import Data
 from feeler.errors import InvalidInput
 
 
-def make_starts(
+def draw_starts(
     model: Any,
     tensors: np.ndarray,
     data: Data,

@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-PAGE = 180.0  # mm, the width of a journal's page
+PAGE_WIDTH = 180.0  # mm, the width of a journal's page
 LEAST = 6.0  # pt
 _TOUCH = 1.5  # pixels by which boxes may share an edge
 
@@ -39,7 +39,7 @@ def measure_words(figure: Figure) -> dict[str, Any]:
     ]
     wide = 25.4 * figure.get_figwidth()
     sizes = [float(one.get_fontsize()) for one in shown]
-    return {"least": round(min(sizes) * PAGE / wide, 2) if sizes else LEAST, "over": over}
+    return {"least": round(min(sizes) * PAGE_WIDTH / wide, 2) if sizes else LEAST, "over": over}
 
 
 def _list_unseen(figure: Figure) -> set[int]:

@@ -22,7 +22,7 @@ from feeler.studies.paper.fig5_data import spread_accuracy
 from feeler.studies.paper.fig5_nulls import disperse_null
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
-PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
+_PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
 
 
 def compute(
@@ -71,13 +71,13 @@ def show(context: Context, section: Section) -> None:
     for name, sweep in data.curves.find("joint").items():
         cells = []
         for index in INDICES:
-            for part, prefix in PARTS.items():
+            for part, prefix in _PARTS.items():
                 found = data.dispersion[part].average[index][name]
                 spread = make_spread(found.estimate, found.low, found.high, n=plan.n_restarts)
                 section.values[f"{prefix}.{index}.{WINDOWS[1]}.{name}"] = spread
                 kept = section.values.get(f"{prefix}.{index}.{name}")
                 section.values[f"{prefix}.{index}.{WINDOWS[0]}.{name}"] = kept
-            real, null = (data.dispersion[part].average[index][name].estimate for part in PARTS)
+            real, null = (data.dispersion[part].average[index][name].estimate for part in _PARTS)
             cells.append(f"{real:.3g} / {null:.3g}")
         alone = data.curves.find_null("joint", group=name)
         assert alone is not None  # compute_curves makes one for every group

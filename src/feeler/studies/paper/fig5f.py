@@ -40,7 +40,7 @@ def _measure_unscaled(basis: np.ndarray) -> float:
     return compute_histogram_entropy(basis, scale="none")
 
 
-DEFINITIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+_READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "histogram of [0, 1]": compute_entropies,
     "histogram of unit length": _each(_measure_unscaled),
     "histogram, together of unit length": lambda bases: _each(_measure_unscaled)(
@@ -108,7 +108,7 @@ def compute(
             name: np.array([measure(bases) for bases in encoder.restart_components_])
             for name, encoder in encoders.items()
         }
-        for definition, measure in DEFINITIONS.items()
+        for definition, measure in _READINGS.items()
     }
     sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
     return SimpleNamespace(encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling)

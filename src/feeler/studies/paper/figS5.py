@@ -26,10 +26,10 @@ def _sum_lags(bases: np.ndarray) -> np.ndarray:
     return profile - profile.mean(axis=1, keepdims=True)
 
 
-ALONG, WHOLE = "profile along the antenna", "whole basis"
-DEFINITIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+ALONG, _ALL = "profile along the antenna", "whole basis"
+_VIEWS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     ALONG: _sum_lags,
-    WHOLE: lambda bases: bases,
+    _ALL: lambda bases: bases,
 }
 """Readings of "the shape of a basis"."""
 
@@ -83,17 +83,17 @@ def compute(
                 for start in starts
             ]
         )
-        for name, view in DEFINITIONS.items()
+        for name, view in _VIEWS.items()
     }
     known = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].restart_components_
     return SimpleNamespace(
         encoders=encoders,
         profile_similarity=found[ALONG][0],
-        basis_similarity=found[WHOLE][0],
+        basis_similarity=found[_ALL][0],
         least={name: similarity.min(axis=(1, 2)) for name, similarity in found.items()},
         others={
             name: np.array([compare_others(view(known[start])) for start in starts])
-            for name, view in DEFINITIONS.items()
+            for name, view in _VIEWS.items()
         },
         residual=np.array([encoder.relative_residual_ for encoder in encoders.values()]),
         sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
@@ -128,11 +128,11 @@ def show(context: Context, section: Section) -> None:
             "residual": data.residual,
         },
     )
-    for definition in DEFINITIONS:
+    for definition in _VIEWS:
         section.values[f"encoding.duration.{definition}"] = span(data.least[definition])
         section.values[f"encoding.duration.others.{definition}"] = span(data.others[definition])
     (profile, alike), (basis, same) = (
-        (data.least[name][0], data.others[name][0]) for name in (ALONG, WHOLE)
+        (data.least[name][0], data.others[name][0]) for name in (ALONG, _ALL)
     )
     section.text(
         "Along the antenna the bases of all durations correlate with those of 40 ms to at least"
