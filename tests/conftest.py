@@ -1,7 +1,7 @@
 """What all tests share: one thread within BLAS where several workers share the machine (their
 threads would only be in each other's way), no deadline of Hypothesis (a busy machine breaks no
 law), no search for garbage among what stays to the end, which file of tests goes to which worker,
-and a browser."""
+a guard that starts no process, and a browser."""
 
 import gc
 import os
@@ -40,6 +40,11 @@ LONGEST = (
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
+def pytest_addoption(parser):
+    words = "damaged files for each reader in the long tests of tests/fuzz, calls of the wrong kind"
+    parser.addoption("--inputs", type=int, default=20_000, help=words)
+
+
 def pytest_collection_modifyitems(items):
     items.sort(
         key=lambda item: (
@@ -71,6 +76,22 @@ def pytest_xdist_make_scheduler(config, log):
 
     config.option.loadscopereorder = False  # they are in order already
     return Scheduling(config, log)
+
+
+@pytest.fixture
+def guard_in_process(monkeypatch):
+    """The guard works in the process of the test, without its limits: where thousands of files are
+    read, or only what is read from them matters.
+    """
+    from feeler import guard
+
+    monkeypatch.setattr(
+        guard,
+        "_ask",
+        lambda function, path, limits, name, words: guard.answer(
+            function, path, limits.max_bytes, *words
+        ),
+    )
 
 
 @pytest.fixture(scope="module")

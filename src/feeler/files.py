@@ -3,6 +3,7 @@ JSON), and to be the only one who writes.
 """
 
 import contextlib
+import errno
 import json
 import os
 import re
@@ -16,6 +17,8 @@ from filelock import FileLock, Timeout
 from feeler.errors import InvalidInput, StoreError
 from feeler.foreign import name_start
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors of the system that say that there is no room left."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
 
@@ -42,6 +45,23 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
     with os.fdopen(descriptor, "rb") as file:
         # not max_bytes: Python takes the memory for all that it is asked for
         return file.read(info.st_size)
+
+
+def read_start(path: str | os.PathLike, n_bytes: int) -> bytes:
+    """The first bytes of a regular file, by which it is recognised."""
+    try:
+        if not os.path.isfile(
+            path
+        ):  # also false for pipes and devices, which could keep us waiting
+            reason = "not a regular file" if os.path.exists(path) else "no such file"
+            raise InvalidInput(f"cannot read {path!s}: {reason}. Check the path.")
+        with open(path, "rb") as file:
+            return file.read(n_bytes)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        words = getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot read {path!s}: {words}.") from error
 
 
 def read_text(path: str | os.PathLike, max_bytes: int) -> str:
@@ -91,7 +111,7 @@ class Lock:
 
     def __init__(self, path: Path, what: str) -> None:
         self._lock = FileLock(path, thread_local=False)
-        holder = path.with_name(f"{path.name}.holder")
+        self._holder = holder = path.with_name(f"{path.name}.holder")
         try:
             self._lock.acquire(blocking=False)
         except Timeout:
@@ -118,4 +138,7 @@ class Lock:
 
     def release(self) -> None:
         """Let go; a second call does nothing."""
+        if self._lock.is_locked:
+            with contextlib.suppress(OSError):
+                self._holder.unlink()
         self._lock.release()

@@ -2,7 +2,9 @@
 on from there.
 """
 
+import errno
 import json
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +15,7 @@ from feeler.files import Lock, parse_json, read_bytes
 from feeler.provenance import make_plain, write_plain
 
 _MAX_BYTES = 256 * 2**20  # [C] a million antennas
+REMEDY = "Free some space and run the same command again; it goes on from what is kept."
 FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
 
 
@@ -27,6 +30,7 @@ class Journal:
     A name is any numbers, texts, lists and arrays, and so is a result; it comes back in JSON's
     types, floats to the last bit, arrays as lists, NaN and inf as words (``np.array(found, float)``
     reads them). A last line that was cut while it was written is dropped.
+    A file that holds anything else, were it one letter, is left as it is.
 
     Parameters
     ----------
@@ -59,18 +63,17 @@ class Journal:
             raise
 
     def _open(self, of: str) -> None:
-        known = self._path.exists()
+        known, self._size = self._path.exists(), 0
         if known:
             self._entries, self._size = read_journal(self._path, self._key, of)
         try:
-            self._file = self._path.open("ab", buffering=0)
+            # one that came into being meanwhile is somebody else's
+            self._file = self._path.open("ab" if known else "xb", buffering=0)
         except OSError as error:
             raise StoreError(f"cannot write {self._path}: {error.strerror}.") from error
-        if known and self._size:
+        if self._size:
             self._file.truncate(self._size)
             return
-        self._size = 0
-        self._file.truncate(0)
         try:
             self._write(self._first)
         except StoreError:
@@ -102,10 +105,14 @@ class Journal:
     def _write(self, line: bytes) -> None:
         try:
             if self._file.write(line) != len(line):
-                raise OSError(28, "no space left on the device")
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
             self._file.truncate(self._size)  # the next line must not be glued to a part of this one
-            raise StoreError(f"cannot write {self._path}: {error.strerror}.") from error
+            self._file.seek(self._size)
+            raise StoreError(
+                f"cannot write {len(line):,} bytes to {self._path}, which holds {self._size:,}:"
+                f" {error.strerror}. {REMEDY}"
+            ) from error
         self._size += len(line)
 
     def close(self) -> None:
@@ -132,8 +139,8 @@ def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any],
     """
     raw = read_bytes(path, _MAX_BYTES)
     whole = raw.rfind(b"\n") + 1
-    if not whole and _make_first_line(key).startswith(raw):
-        return {}, 0  # empty, or its first line was cut
+    if not raw:
+        return {}, 0
     first, *lines = raw[:whole].splitlines() or [b""]
     found = FIRST_LINE.fullmatch(first)
     if found is None:

@@ -237,7 +237,7 @@ def _open_notes(source: Path) -> dict[str, Any]:
     reader = compute_hash(Path(__file__).read_bytes())[:8]  # another reader, other notes
     file = source / "__pycache__" / f"sources-{sys.implementation.cache_tag}-{reader}.json"
     notes: dict[str, Any] = {}
-    with suppress(OSError, ValueError, TypeError, KeyError):
+    with suppress(Exception):  # whatever is wrong with notes, they are made anew
         for name, (path, stamp, said) in json.loads(file.read_text()).items():
             pairs = tuple((module, wanted) for module, wanted in said.pop("imports"))
             names = {key: (module, wanted) for key, (module, wanted) in said.pop("names").items()}

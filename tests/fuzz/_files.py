@@ -11,6 +11,7 @@ import feeler
 from feeler.antenna.file import save_antenna
 from feeler.decoding.decoder import StreamDecoder
 from feeler.encoding import ConvolutiveNMF, save_encoder
+from feeler.robot.description import write_robot
 from feeler.robot.sensor import load_calibration_table
 from feeler.robot.sensor_file import save_calibration
 from feeler.tensors import make_tensors
@@ -62,6 +63,29 @@ LINES = (
 )
 JOURNAL = b'{"key": "0a"}\n{"name": [[1.0]], "result": [[0.5, 2], 0.1]}\n'
 JOURNAL += b'{"name": [[2], "even"], "result": {"bits": 1.5}}\n'
+DRAWING = b"""<svg xmlns="http://www.w3.org/2000/svg" width="50mm" viewBox="0 0 100 40">
+<defs><path id="unused" d="M 0 0 H 1 V 1 Z"/></defs>
+<g transform="translate(10, 3) rotate(20) scale(2 1.5)">
+<path id="leaf" d="M 0 0 C 2 3 5 4 8 0 S 9 -4 6 -5 q -2 1 -3 3 t -1 1 A 3 2 10 0 1 0 0 z"/></g>
+</svg>
+"""
+SHAPES = b"""<svg xmlns="http://www.w3.org/2000/svg" width="2in" height="20mm"><rect width="8"
+ height="4" rx="1"/></svg>"""
+LINE, ARC = "LINE 100:AcDbEntity 8:0 100:AcDbLine", "ARC 100:AcDbEntity 8:0 100:AcDbCircle"
+LOOP = f"{LINE} 10:0 20:0 11:4 21:0|{ARC} 10:4 20:1 40:1 100:AcDbArc 50:270 51:90"
+LOOP += f"|{LINE} 10:4 20:2 11:0 21:2|{LINE} 10:0 20:2 11:0 21:0"
+EDGE = "LWPOLYLINE 100:AcDbEntity 8:edge 100:AcDbPolyline 90:3 70:1 10:0 20:2 10:-1 20:1 42:0.5"
+EDGE += " 10:0 20:0"
+DISC = "CIRCLE 100:AcDbEntity 8:0 100:AcDbCircle 10:5 20:5 40:3"
+OBJECTS = b"""[[object]]
+shape = "ball"
+radius = 3.0
+[[object]]
+name = "lid"
+shape = "outline"
+vertices = [[0, 0], [2.0, 0], [1, 1.5]]
+rounding = 0.1
+"""
 SMALL = {
     **{"segment_length": [1.0, 2.0, 3.0], "segment_mass": 1e-3, "radius": 0.2},
     **{"stiffness": [3.0, 2.0, 1.0], "damping": 1.0, "name": 'a "name"'},
@@ -99,8 +123,39 @@ def make_file(name: str) -> bytes:
         return path.read_bytes()
 
 
+def make_dxf(entities: str) -> bytes:
+    """A drawing in millimetres of entities such as "LINE 8:0 10:0 …", with bars between them."""
+    head = "0 SECTION 2 HEADER 9 $ACADVER 1 AC1015 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES"
+    lines = head.split(" ")
+    for entity in entities.split("|"):
+        kind, *values = entity.split()
+        lines += ["0", kind, *(part for value in values for part in value.split(":"))]
+    return "\n".join([*lines, "0", "ENDSEC", "0", "EOF", ""]).encode()
+
+
+def _write_poses(path: Path) -> None:
+    """Three landmarks of two animals over six frames, as each tracker keeps them."""
+    import h5py
+
+    from tests.tracking import test_trackers as trackers
+
+    if path.name == "deeplabcut.h5":
+        path.write_bytes((Path(trackers.__file__).parent / "data" / "DLC_one.h5").read_bytes())
+        return
+    names, rng = ("base", "middle", "tip"), np.random.default_rng(0)
+    position, likelihood = 100 * rng.random((6, 3, 2)), rng.random((6, 3))
+    write = trackers.write_sleap if path.name == "sleap.h5" else trackers.write_movement
+    write(path, names, position, likelihood)
+    with h5py.File(path, "r") as file:
+        assert len(file) > 1
+
+
 def _write(path: Path) -> None:
-    if path.suffix == ".toml":
+    if path.name == "robot.toml":
+        write_robot(path, 3)
+    elif path.stem in ("sleap", "deeplabcut", "movement"):
+        _write_poses(path)
+    elif path.suffix == ".toml":
         more = {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]} if "sensors" in path.name else {}
         save_antenna(feeler.Antenna(**SMALL, **more), path)
     elif path.suffix == ".safetensors":

@@ -4,6 +4,8 @@ file.
 
 import io
 import json
+import re
+import tomllib
 
 import numpy as np
 
@@ -256,6 +258,123 @@ def write_json(value: object) -> bytes:
 def shape_json(rng: np.random.Generator, seed: bytes) -> bytes:
     """A JSON file whose parts have changed."""
     return write_json(mutate_json(rng, json.loads(seed)))
+
+
+def shape_toml(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A TOML file whose keys and values have changed, written in one line each."""
+    changed = mutate_json(rng, tomllib.loads(seed.decode()))
+    if not isinstance(changed, dict):
+        return write_json(changed)
+    lines = [f"{json.dumps(key)} = {_write_inline(value)}" for key, value in changed.items()]
+    return "\n".join(lines).encode("utf-8", "replace")
+
+
+def _write_inline(value: object) -> str:
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{json.dumps(k)} = {_write_inline(v)}' for k, v in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_write_inline, value))}]"
+    return json.dumps(value, ensure_ascii=False).replace("Infinity", "inf").replace("NaN", "nan")
+
+
+NUMBERS = [
+    b"0",
+    b"-1",
+    b"1e300",
+    b"-1e300",
+    b"1e-300",
+    b"1e309",
+    b"nan",
+    b"65536",
+    b"0.5",
+    b"9" * 400,
+]
+SVG_WORDS = [
+    *(
+        b" M 0 0 ",
+        b" Z",
+        b" A 1e9 1 0 0 1 5 5",
+        b" C 900000 100000 2 -1000000 3 0" * 200,
+        b" h 1" * 900,
+    ),
+    *(
+        b"<g>" * 500,
+        b"</g>",
+        b"<path d='M0 0H9V9Z'/>",
+        b'<circle r="1e12"/>',
+        b"<use href='#leaf'/>",
+    ),
+    *(
+        b"matrix(1 0 0 0 0 0)",
+        b"scale(1e300)",
+        b"rotate(1e9)",
+        b"&a;",
+        b"url(http://localhost)",
+        b"%",
+    ),
+]
+
+
+def shape_svg(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A drawing with other numbers, commands, elements and attributes."""
+    data = seed
+    for _ in range(int(rng.geometric(0.5))):
+        kind, words = int(rng.integers(5)), SVG_WORDS[rng.integers(len(SVG_WORDS))]
+        found = list(
+            re.finditer(rb"-?[\d.]+", data) if kind < 3 else re.finditer(rb"[A-Za-z ]", data)
+        )
+        at = found[rng.integers(len(found))]
+        if kind < 2:
+            words = NUMBERS[rng.integers(len(NUMBERS))]
+        data = data[: at.start()] + words + data[at.end() if kind < 4 else at.start() :]
+    return data
+
+
+def shape_dxf(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A drawing with other group codes, values and entities, and groups gone, doubled or moved."""
+    lines = seed.split(b"\n")
+    pairs = [list(pair) for pair in zip(lines[::2], lines[1::2], strict=False)]
+    for _ in range(int(rng.geometric(0.5))):
+        place, kind = int(rng.integers(len(pairs))), int(rng.integers(6))
+        if kind < 2:
+            pairs[place][1] = NUMBERS[rng.integers(len(NUMBERS))]
+        elif kind == 2:
+            pairs[place][rng.integers(2)] = TOKENS[rng.integers(len(TOKENS))]
+        elif kind == 3:
+            pairs[place] = [
+                b"0",
+                [b"CIRCLE", b"ELLIPSE", b"SPLINE", b"INSERT", b"HATCH"][rng.integers(5)],
+            ]
+        elif kind == 4:
+            pairs[place:place] = pairs[place : place + 8] * int(rng.integers(1, 200))
+        elif len(pairs) > 1:
+            del pairs[place]
+    return b"\n".join(line for pair in pairs for line in pair)
+
+
+def shape_mcap(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A recording whose records hold other things: lengths, times, texts and numbers of messages,
+    each record as long as it says.
+    """
+    parts, place = [], 8
+    while place + 9 <= len(seed) - 8:
+        size = int.from_bytes(seed[place + 1 : place + 9], "little")
+        parts.append([seed[place : place + 1], bytearray(seed[place + 9 : place + 9 + size])])
+        place += 9 + size
+    for _ in range(int(rng.geometric(0.4))):
+        n, kind = int(rng.integers(len(parts))), int(rng.integers(4))
+        if kind == 0:
+            parts.insert(int(rng.integers(len(parts))), parts[n])
+        elif kind == 1 and len(parts) > 1:
+            del parts[n]
+        else:
+            body = parts[n][1]
+            at = int(rng.integers(len(body) + 1))
+            body[at : at + 4] = (
+                rng.bytes(4) if kind == 2 else bytes(TOKENS[rng.integers(len(TOKENS))])
+            )
+    told = [kind + len(body).to_bytes(8, "little") + bytes(body) for kind, body in parts]
+    return seed[:8] + b"".join(told) + seed[-8:]
 
 
 def shape_safetensors(rng: np.random.Generator, seed: bytes) -> bytes:

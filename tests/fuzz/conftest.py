@@ -4,15 +4,7 @@ take hours.
 
 import pytest
 
-from feeler import guard
-
 
 @pytest.fixture(autouse=True)
-def in_process(monkeypatch):
-    monkeypatch.setattr(
-        guard,
-        "_ask",
-        lambda function, path, limits, name, words: guard.answer(
-            function, path, limits.max_bytes, *words
-        ),
-    )
+def in_process(guard_in_process):
+    """For every test of this folder that does not say otherwise."""

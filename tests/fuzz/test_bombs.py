@@ -13,6 +13,7 @@ import pytest
 import scipy.io
 import zarr
 
+from feeler import Outline
 from feeler.antenna.file import load_antenna
 from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import InvalidInput
@@ -172,3 +173,28 @@ def test_a_sound_file_of_three_gibibytes_is_read(tmp_path):
             values[start : start + 2**24] = np.arange(start, start + 2**24, dtype=float)
     got = load(tmp_path / "large.nc").a
     assert got.size == n and got.values[2**28 + 7] == 2**28 + 7 and got.values[-1] == n - 1
+
+
+CIRCLE = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n{}\n0\nENDSEC\n0\nEOF\n"
+CURVE = " C 900000 100000 2 -1000000 3 0"
+DRAWN = '<svg xmlns="http://www.w3.org/2000/svg" width="10mm"><path d="M0 0{}Z"/></svg>'
+
+
+@pytest.mark.parametrize("radius", ["1e300", "1e12", "1e308"])
+@pytest.mark.parametrize("size", [{"width": 3.0}, {"scale": 1.0}])
+def test_a_circle_of_any_size_is_drawn_or_refused(tmp_path, radius, size, monkeypatch):
+    monkeypatch.setenv("FEELER_MAX_GIB", "0.1")
+    (tmp_path / "a.dxf").write_text(CIRCLE.format(radius))
+    if radius == "1e12" and "width" in size:
+        assert Outline.from_file(tmp_path / "a.dxf", **size).size == pytest.approx(1.5, rel=1e-2)
+        return
+    with pytest.raises(InvalidInput, match=r"more than 1,000 corners|not finite|no shape|extent"):
+        Outline.from_file(tmp_path / "a.dxf", **size)
+
+
+@pytest.mark.parametrize("inside", [CURVE * 500, " L1 1 2 2" * 800_000, CURVE * 250_000])
+def test_a_drawing_that_asks_for_much_is_refused(tmp_path, inside, monkeypatch):
+    monkeypatch.setenv("FEELER_MAX_SECONDS", "3")
+    (tmp_path / "a.svg").write_text(DRAWN.format(inside))
+    with pytest.raises(InvalidInput, match=r"more than 1,000 corners|took longer than 3"):
+        Outline.from_file(tmp_path / "a.svg")

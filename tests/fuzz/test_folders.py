@@ -22,7 +22,7 @@ from ._files import make_set
 from ._mutate import mutate, shape_json
 from ._survive import Log, survives, watched
 
-N_QUICK, N_LONG = 100, 20_000
+N_QUICK = 100
 LIMITS = Limits(max_bytes=2**22)
 FOLDERS = {
     "store": lambda path: read_store(path).load(),
@@ -107,10 +107,11 @@ def test_folders_survive(kind, folder):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", FOLDERS)
-def test_folders_survive_a_thousands_of_inputs(kind, folder):
-    log = attack(kind, range(N_QUICK, N_LONG + N_QUICK), folder)
+def test_folders_survive_a_thousands_of_inputs(kind, folder, request):
+    n = request.config.getoption("--inputs")
+    log = attack(kind, range(N_QUICK, n + N_QUICK), folder)
     print(f"\n{kind}: {log}")
-    assert sum(log.ends.values()) == N_LONG
+    assert sum(log.ends.values()) == n
 
 
 def open_damaged(number: int, folder: Path) -> str:

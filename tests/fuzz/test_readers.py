@@ -17,19 +17,23 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from feeler import Outline
 from feeler.antenna.file import load_antenna
 from feeler.calibration.recording import load_traces
 from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
+from feeler.design.plan import TEMPLATE, load_plan
 from feeler.encoding import load_encoder
 from feeler.guard import Limits
 from feeler.journal import read_journal
+from feeler.robot.description import load_robot
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
 from feeler.robot.samples import parse_sample, read_samples
 from feeler.robot.sensor import load_calibration_table
 from feeler.robot.sensor_file import load_calibration
+from feeler.stimulus import load_objects
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.csvfile import load_csv
 from feeler.tensors.inspect import describe_file, find_problems
@@ -37,10 +41,19 @@ from feeler.tensors.models import read_model
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files
-from ._mutate import mutate, shape_json, shape_safetensors, shape_table
+from ._mutate import (
+    mutate,
+    shape_dxf,
+    shape_json,
+    shape_mcap,
+    shape_safetensors,
+    shape_svg,
+    shape_table,
+    shape_toml,
+)
 from ._survive import Log, survives, watched
 
-N_QUICK, N_LONG = 200, 20_000
+N_QUICK = 200
 LIMITS = Limits(max_bytes=2**22)
 Shape = Callable[[np.random.Generator, bytes], bytes]
 
@@ -52,6 +65,7 @@ class Reader:
     read: Callable[[Path], object]
     seeds: tuple[bytes | str, ...]
     shape: Shape | None = None
+    name: str = "input"
 
     def make_seeds(self) -> list[bytes]:
         return [files.make_file(seed) if isinstance(seed, str) else seed for seed in self.seeds]
@@ -75,12 +89,40 @@ def load_landmarks(path: Path) -> None:
 
 
 READERS = {
-    "antenna": Reader(read=load_antenna, seeds=("small.toml", "sensors.toml")),
+    "antenna": Reader(read=load_antenna, seeds=("small.toml", "sensors.toml"), shape=shape_toml),
+    "robot": Reader(read=load_robot, seeds=("robot.toml",), shape=shape_toml),
+    "plan": Reader(read=load_plan, seeds=(TEMPLATE.encode(),), shape=shape_toml),
+    "objects": Reader(read=load_objects, seeds=(files.OBJECTS,), shape=shape_toml),
+    "svg": Reader(
+        read=lambda path: Outline.from_file(path, width=3.0),
+        seeds=(files.DRAWING, files.SHAPES),
+        shape=shape_svg,
+        name="input.svg",
+    ),
+    "svg scaled": Reader(
+        read=lambda path: Outline.from_file(path, tolerance=1e-3),
+        seeds=(files.DRAWING, files.SHAPES),
+        shape=shape_svg,
+        name="input.svg",
+    ),
+    "dxf": Reader(
+        read=Outline.from_file,
+        seeds=tuple(map(files.make_dxf, (files.LOOP, files.DISC, files.EDGE))),
+        shape=shape_dxf,
+        name="input.dxf",
+    ),
+    "corners": Reader(
+        read=Outline.from_file, seeds=(b"x,y\n0,-1\n4,-1\n4,1\n0,1\n",), name="input.csv"
+    ),
     "recording": Reader(
         read=lambda path: repair(load_recording(path, n_channels=None), gaps="bridge"),
         seeds=(files.RECORDING, files.CAPACITANCE),
     ),
-    "bag": Reader(read=lambda path: load_recording(path, n_channels=None), seeds=("run.mcap",)),
+    "bag": Reader(
+        read=lambda path: load_recording(path, n_channels=None),
+        seeds=("run.mcap",),
+        shape=shape_mcap,
+    ),
     "tracks": Reader(
         read=lambda path: load_tracks(path, frame_rate=30.0), seeds=(files.DLTDV, files.FOUR)
     ),
@@ -88,7 +130,7 @@ READERS = {
     "traces": Reader(read=load_traces, seeds=(files.TRACES,)),
     "sensor table": Reader(read=load_calibration_table, seeds=(files.TABLE, files.COUNTS)),
     "sensor calibration": Reader(read=load_calibration, seeds=("c.json",), shape=shape_json),
-    "targets": Reader(read=load_targets, seeds=(files.TARGETS,)),
+    "targets": Reader(read=load_targets, seeds=(files.TARGETS,), shape=shape_toml),
     "journal": Reader(read=lambda path: read_journal(path, "0a"), seeds=(files.JOURNAL,)),
     "sample": Reader(
         read=lambda path: parse_sample(path.read_bytes(), 3), seeds=tuple(files.SAMPLES)
@@ -141,7 +183,7 @@ def make_input(reader: Reader, seeds: list[bytes], number: int) -> bytes:
 
 def attack(reader: Reader, numbers: range, folder: Path) -> Log:
     """Read the inputs of these numbers."""
-    log, seeds, path = Log(), reader.make_seeds(), folder / "input"
+    log, seeds, path = Log(), reader.make_seeds(), folder / reader.name
     with watched():
         for number in numbers:
             data = make_input(reader, seeds, number)
@@ -157,8 +199,8 @@ def test_good_files_are_read(reader, folder):
     ]  # NAMED has no abdomen: a start for damage
     assert good
     for seed in good:
-        (folder / "input").write_bytes(seed)
-        reader.read(folder / "input")
+        (folder / reader.name).write_bytes(seed)
+        reader.read(folder / reader.name)
 
 
 def test_readers_survive(reader, folder):
@@ -173,13 +215,14 @@ def test_readers_survive(reader, folder):
     | st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))
 )
 def test_readers_survive_anything(reader, folder, data):
-    (folder / "input").write_bytes(data)
+    (folder / reader.name).write_bytes(data)
     with watched(), survives(data, Log()):
-        reader.read(folder / "input")
+        reader.read(folder / reader.name)
 
 
 @pytest.mark.slow
 def test_readers_survive_a_thousands_of_inputs(reader, folder, request):
-    log = attack(reader, range(N_QUICK, N_LONG + N_QUICK), folder)
+    n = request.config.getoption("--inputs")
+    log = attack(reader, range(N_QUICK, n + N_QUICK), folder)
     print(f"\n{request.node.callspec.id}: {log}")
-    assert sum(log.ends.values()) == N_LONG
+    assert sum(log.ends.values()) == n

@@ -49,14 +49,23 @@ def test_a_line_that_was_cut_is_dropped(tmp_path, cut):
     assert file.read_bytes() == whole
 
 
-@pytest.mark.parametrize("n", [0, 1, 9, 20, 27])
-def test_a_first_line_that_was_cut_is_begun_anew(tmp_path, n):
+def test_an_empty_file_becomes_a_journal(tmp_path):
+    Journal(tmp_path / "new", KEY).close()
+    (tmp_path / "journal").touch()
+    Journal(tmp_path / "journal", KEY).close()
+    assert (tmp_path / "journal").read_bytes() == (tmp_path / "new").read_bytes() != b""
+
+
+@pytest.mark.parametrize("n", [1, 9, 20, 27])
+def test_a_file_that_begins_as_a_journal_does_may_be_anybodys(tmp_path, n):
+    """The first line is written at once: what holds a part of it was not made by a journal."""
     file = tmp_path / "journal"
     Journal(file, KEY).close()
-    whole = file.read_bytes()
-    file.write_bytes(whole[:n])
-    Journal(file, KEY).close()
-    assert file.read_bytes() == whole
+    text = file.read_bytes()[:n]
+    file.write_bytes(text)
+    with pytest.raises(InvalidInput, match="is no journal of a search"):
+        Journal(file, KEY, "search")
+    assert file.read_bytes() == text
 
 
 @pytest.mark.parametrize(
@@ -126,7 +135,11 @@ def test_a_full_disk_leaves_whole_lines_only(tmp_path):
         journal.add(1, "a")
         before, plain = file.read_bytes(), journal._file
         journal._file = Full(plain, room=10)
-        with pytest.raises(StoreError, match="no space left"):
+        words = (
+            rf"cannot write 29 bytes to \S*journal, which holds {len(before)}: No space left on"
+            r" device\. Free some space and run the same command again"
+        )
+        with pytest.raises(StoreError, match=words):
             journal.add(2, "b")
         assert file.read_bytes() == before
         journal._file = plain
@@ -143,9 +156,9 @@ def test_on_a_full_disk_no_empty_file_is_left(tmp_path, monkeypatch):
 
     def open_on_a_full_disk(self, mode="r", *others, **options):
         plain = opened(self, mode, *others, **options)
-        return Full(plain, room=0) if mode == "ab" else plain
+        return Full(plain, room=0) if mode == "xb" else plain
 
     monkeypatch.setattr(type(file), "open", open_on_a_full_disk)
-    with pytest.raises(StoreError, match="no space left"):
+    with pytest.raises(StoreError, match="which holds 0: No space left"):
         Journal(file, KEY)
     assert not file.exists()

@@ -271,9 +271,10 @@ def test_notes_of_what_was_read_are_only_a_memory(copied):
     (copied / "notes.json").replace(notes)
     sources._open_notes.cache_clear()
     assert describe_code(TRACKING) == fresh
-    notes.write_text("{broken")
-    sources._open_notes.cache_clear()
-    assert describe_code(TRACKING) == fresh
+    for damaged in ("{broken", "[]", "null", '"text"', "[" * 100_000, '{"feeler": [1, 2, 3]}'):
+        notes.write_text(damaged)
+        sources._open_notes.cache_clear()
+        assert describe_code(TRACKING) == fresh
 
 
 def test_data_with_a_name_filled_in_counts():

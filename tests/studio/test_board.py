@@ -164,6 +164,8 @@ def test_no_line_brings_a_listener_down(studied, lines):
     ("lines", "words"),
     [
         ([], "is silent"),
+        ([b"\n"] * 40, "11 lines without a number"),
+        ([b" ,;\n"] * 40, "11 lines without a number"),
         (write_lines(np.zeros((20, 5))), "sends 5 numbers a line; .* has 56 sensors .*robot 8"),
         (
             write_lines(np.zeros((20, 7)), LEAST_STEP * 2 * np.arange(20)),

@@ -2,19 +2,20 @@
 else.
 """
 
+import contextlib
 import http.client
 import socket
 import time
 
 import pytest
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from feeler.errors import InvalidInput
 from feeler.studio import Studio
 from feeler.studio.exporting import PAGE, bundle
 from feeler.studio.messages import unpack
-from feeler.studio.server import FILES
+from feeler.studio.server import FILES, MAX_PAGES
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +75,27 @@ def open_live(studio, origin=None):
 def test_a_foreign_page_gets_no_connection(studio, origin):
     with pytest.raises(InvalidStatus, match="403"):
         open_live(studio, origin)
+
+
+@pytest.mark.parametrize("twice", ["Host: 127.0.0.1:{port}", "Origin: http://127.0.0.1:{port}"])
+def test_a_header_that_is_given_twice_is_refused(studio, twice):
+    lines = ["GET /{token}/ HTTP/1.1", "Host: 127.0.0.1:{port}", *[twice] * 2, "", ""]
+    text = "\r\n".join(lines).format(token=studio.token, port=studio.port)
+    with socket.create_connection(("127.0.0.1", studio.port), timeout=10) as connection:
+        connection.sendall(text.encode())
+        assert connection.recv(100).startswith(b"HTTP/1.1 403 ")
+
+
+def test_a_page_too_many_is_told_why_and_may_come_when_another_has_gone(studio):
+    with contextlib.ExitStack() as pages:
+        first, *_ = [pages.enter_context(open_live(studio)) for _ in range(MAX_PAGES)]
+        with open_live(studio) as late, pytest.raises(ConnectionClosed) as end:
+            late.recv(timeout=10)
+        assert (end.value.rcvd.code, end.value.rcvd.reason) == (1013, "8 pages are open already")
+        first.close()
+        with open_live(studio) as late:
+            late.send('{"type": "hello"}')
+            assert unpack(late.recv(timeout=60))[0]["type"] == "catalogue"
 
 
 def test_noise_on_the_port_is_survived(studio):

@@ -1,5 +1,7 @@
 """Wishes are validated data; what is made of them is what the same calls make by hand."""
 
+import ast
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 import feeler
 from feeler.errors import InvalidInput
 from feeler.studio.messages import pack, read_message, unpack
+from feeler.studio.script import _write_antenna
 from feeler.studio.wish import AntennaWish, TouchWish, compute_compliance, sample_handles
 
 
@@ -18,6 +21,14 @@ def test_an_unchanged_wish_is_the_preset_itself():
 def test_handles_of_an_exponential_are_an_exponential():
     values = sample_handles([(0.0, 10.0), (1.0, 0.1)], 11)
     assert values == pytest.approx(10.0 ** np.linspace(1, -1, 11))
+
+
+@pytest.mark.parametrize("end", ['"', '""', '"""', '""""', "\\", '\\"', 'a"""b\n', "'", ""])
+def test_a_script_holds_the_antennas_text_whatever_it_ends_in(end):
+    text = f'name = "a"\n# remark {end}'
+    tree = ast.parse("\n".join(_write_antenna(AntennaWish(toml=text))))
+    (call,) = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    assert ast.literal_eval(call.args[0]) == text
 
 
 def test_matched_keeps_the_total_compliance():

@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from feeler.errors import FeelerError, say_warnings
+from feeler.files import FULL
 
 VERBS = (
     "reproduce",
@@ -106,11 +107,19 @@ def _run() -> None:
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
     except OSError as error:
-        _fail(
-            f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions"
-            " and free space)",
-            2,
+        _fail(_explain(error), 2)
+
+
+def _explain(error: OSError) -> str:
+    if error.errno in FULL and not error.filename:  # the system does not say of which file
+        return (
+            f"a file could not be written to its end: {error.strerror}. Free some space, or name a"
+            " folder on another disk (--out); what was finished before is on disk."
         )
+    return (
+        f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions and"
+        " free space)"
+    )
 
 
 def _fail(message: str, code: int) -> None:

@@ -21,9 +21,11 @@ from feeler.design.scoring import Score, score
 from feeler.design.search import Optimum, optimise
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
+from feeler.files import parse_json, read_bytes
 from feeler.provenance import compute_digest
 
 JOURNAL, FINALS = "journal.jsonl", "finals.json"
+_MAX_BYTES = 2**20  # [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -147,13 +149,16 @@ def carry_out(
 
 def _count_looks(path: Path, task: DesignTask, antenna: Antenna) -> int:
     """Note that this antenna was judged on the final draws of this seed; how many have been."""
+    damaged = InvalidInput(
+        f"{path} is damaged; remove it, and take another final seed in the task."
+    )
     try:
-        known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-        seen = known.setdefault(str(dict(task.seeds)["final"]), [])
-    except (ValueError, AttributeError) as error:
-        raise InvalidInput(
-            f"{path} is damaged; remove it, and take another final seed in the task."
-        ) from error
+        known = parse_json(read_bytes(path, _MAX_BYTES), str(path)) if path.exists() else {}
+    except InvalidInput as error:
+        raise damaged from error
+    if not all(isinstance(names, list) for names in known.values()):
+        raise damaged  # somebody else's file, perhaps
+    seen = known.setdefault(str(dict(task.seeds)["final"]), [])
     name = compute_digest(antenna)[:16]
     if name not in seen:
         seen.append(name)

@@ -17,6 +17,7 @@ from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
 from feeler.record import Record
+from feeler.rules import show
 from feeler.toml import make_record, read_toml
 
 NO_CONSTRAINTS = Constraints()
@@ -109,6 +110,8 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     path = Path(path)
     content = read_toml(path, schema=SCHEMA)
     name, space = str(content.pop("antenna", "exponential")), content.pop("space", {})
+    if not isinstance(space, dict):
+        raise InvalidInput(f"{path.name}: [space] must be a table, got {show(space)}.")
     antenna = make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
     content = {"task": {}, **content, "space": {**space, "reference": antenna}}
     return make_record(DesignPlan, content, path.name)

@@ -9,10 +9,12 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.files import parse_json, read_bytes
 from feeler.provenance import LICENCE, find_version
 from feeler.tensors.disk import write_atomic
 from feeler.tensors.formats import load
 
+_MAX_BYTES = 16 * 2**20  # [C]
 PAPER = "https://doi.org/10.1101/2025.10.20.683587"
 LICENCES = {
     "CC0-1.0": "https://creativecommons.org/publicdomain/zero/1.0/",
@@ -50,7 +52,7 @@ def write_crate(
 
 def _is_ours(place: Path, store: str) -> bool:
     try:
-        graph = json.loads(place.read_text())["@graph"]
+        graph = parse_json(read_bytes(place, _MAX_BYTES), str(place))["@graph"]
         return any(item.get("@id") == f"{store}/" for item in graph)
     except (ValueError, KeyError, TypeError, AttributeError):
         return False

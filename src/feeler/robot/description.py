@@ -10,6 +10,7 @@ import numpy as np
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.files import read_start
 from feeler.record import Gt, Of, Record, Unit
 from feeler.robot.hinge import FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
@@ -166,12 +167,9 @@ def write_robot(path: str | os.PathLike, n_hinges: Annotated[int, "> 0"]) -> Non
 
 def is_robot_file(path: str | os.PathLike) -> bool:
     """Whether a file says of itself that it is a robot file."""
-    if not Path(path).is_file():
-        return False
     try:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            return f'"{_SCHEMA.split("/")[0]}/' in file.read(4096)
-    except OSError:
+        return f'"{_SCHEMA.split("/")[0]}/'.encode() in read_start(path, 4096)
+    except InvalidInput:
         return False
 
 

@@ -1,21 +1,27 @@
-"""Drawings: the closed paths of an SVG, DXF or CSV file as corners."""
+"""Drawings: the closed paths of an SVG, DXF or CSV file as corners, read in the guard's process."""
 
+import json
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
+from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import read_text
+from feeler.guard import Limits, find_limits, open_guarded
+from feeler.stimulus.outline import MAX_CORNERS
 
 MAX_BYTES = 8 * 2**20  # [C]
+MAX_MEMORY = 2**30  # [C] bytes that reading a drawing may take
 MAX_HALVINGS = 16
+SIZING = 64  # times more corners than an outline has may be looked at for its width
 UNITS = {
     "mm": 1.0,
     "cm": 10.0,
@@ -28,11 +34,11 @@ UNITS = {
 PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewBox
 
 DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
+LIBRARIES = {".svg": "svgpathtools", ".dxf": "ezdxf", ".csv": ""}
 
-
-Flatten = Callable[[float], np.ndarray]
-"""Gives the corners (corner, 2) of a closed path for a tolerance, both in the drawing's unit."""
-Paths = list[tuple[str, Flatten]]
+Curve = Callable[[float], complex]
+"""A point of a piece of a path, from 0 where it starts to 1 where it ends; y points up."""
+Paths = list[tuple[str, list[Curve]]]
 """The closed paths of a drawing by their names, x to the right and y up."""
 
 
@@ -52,21 +58,10 @@ def read_outline(
     if width is not None and scale is not None:
         raise InvalidInput("give width or scale, not both.")
     path = _check_file(path)
-    try:
-        paths, given = _READERS[path.suffix.lower()](path)
-        flatten = _choose(path.name, paths, which)
-        unit = _find_unit(path.name, flatten, given, width, scale)
-        corners = unit * _tidy(flatten(tolerance / unit))
-    except (InvalidInput, MissingExtra):
-        raise
-    except Exception as error:  # whatever a parser of foreign text may raise
-        raise InvalidInput(
-            f"{path.name} cannot be read as a {path.suffix[1:].upper()} drawing:"
-            f" {str(error)[:200]}."
-        ) from error
-    if path.suffix.lower() != ".csv":  # elsewhere places on the page mean nothing
-        corners = corners - [0.0, (corners[:, 1].min() + corners[:, 1].max()) / 2]
-    return corners
+    wanted = json.dumps([width, scale, which, tolerance], default=str)
+    limits = find_limits()
+    limits = Limits(max_bytes=min(limits.max_bytes, MAX_MEMORY), max_seconds=limits.max_seconds)
+    return open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))[1]["corners"]
 
 
 def _check_file(path: str | os.PathLike) -> Path:
@@ -75,118 +70,114 @@ def _check_file(path: str | os.PathLike) -> Path:
         usable = path.is_file() and path.stat().st_size <= MAX_BYTES
     except (TypeError, ValueError, OSError) as error:
         raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
-    if path.suffix.lower() not in _READERS:
+    library = LIBRARIES.get(path.suffix.lower())
+    if library is None:
         raise InvalidInput(
-            f"{path.name!r} is none of {', '.join(_READERS)}; save the drawing as one of these."
+            f"{path.name!r} is none of {', '.join(LIBRARIES)}; save the drawing as one of these."
         )
     if not usable:
         raise InvalidInput(f"{path} must be a file of at most {MAX_BYTES:,} bytes. Check the path.")
+    if library and find_spec(library) is None:
+        raise MissingExtra("outlines from SVG and DXF files need: pip install 'feeler[outlines]'")
     return path
 
 
-def _choose(file: str, paths: Paths, which: int | str | None) -> Flatten:
+def read_corners(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
+    """What the guard's process does for :func:`read_outline`."""
+    width, scale, which, tolerance = json.loads(wanted)
+    kind = Path(path).suffix.lower()
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            paths, given = _READERS[kind](path)
+            chosen = _choose(paths, which)
+            unit = _find_unit(chosen, given, width, scale)
+            corners = unit * _flatten(chosen, tolerance / unit)
+    except InvalidInput:
+        raise
+    except Exception as error:  # whatever a parser of foreign text may raise
+        words = f"{type(error).__name__}: {error}"[:200]
+        raise InvalidInput(
+            f"it cannot be read as a {kind[1:].upper()} drawing ({words})."
+        ) from error
+    corners = _tidy(corners)
+    if kind != ".csv":  # elsewhere places on the page mean nothing
+        corners = corners - [0.0, (corners[:, 1].min() + corners[:, 1].max()) / 2]
+    return {}, {"corners": corners}
+
+
+def _choose(paths: Paths, which: int | str | None) -> list[Curve]:
     listing = ", ".join(
         f"{number}: {name or 'no id'}" for number, (name, _) in enumerate(paths[:20])
     )
     if not paths:
         raise InvalidInput(
-            f"{file} has no closed path; close the outline in your drawing program (SVG: end it"
-            " with Z)."
+            "it has no closed path; close the outline in your drawing program (SVG: end it with Z)."
         )
     if which is None and len(paths) > 1:
         raise InvalidInput(
-            f"{file} has {len(paths)} closed paths; choose one by which=number or id: {listing}."
+            f"it has {len(paths)} closed paths; choose one by which=number or id: {listing}."
         )
     named = [
-        flatten
-        for number, (name, flatten) in enumerate(paths)
+        curves
+        for number, (name, curves) in enumerate(paths)
         if which is None or (which in (number, name) and not isinstance(which, bool))
     ]
     if len(named) != 1:
-        raise InvalidInput(f"{file} has no one closed path {str(which)[:40]!r}; it has {listing}.")
+        raise InvalidInput(f"it has no one closed path {str(which)[:40]!r}; it has {listing}.")
     return named[0]
 
 
 def _find_unit(
-    file: str, flatten: Flatten, unit: float | None, width: float | None, scale: float | None
+    curves: list[Curve], unit: float | None, width: float | None, scale: float | None
 ) -> float:
     """Length of one unit of the drawing [mm]."""
     if width is not None:
-        rough = flatten(np.inf)
-        extent = float(np.ptp(flatten(1e-3 * np.ptp(rough, axis=0).max())[:, 1]))
+        most = SIZING * MAX_CORNERS
+        rough = np.ptp(_flatten(curves, np.inf, most), axis=0).max()
+        extent = float(np.ptp(_flatten(curves, 1e-3 * rough, most)[:, 1]))
         if extent == 0:
             raise InvalidInput(
-                f"{file} has an outline without extent across the motion, which no width can scale."
+                "it has an outline without extent across the motion, which no width can scale."
             )
         return width / extent
     unit = unit if scale is None else scale
     if unit is None:
         raise InvalidInput(
-            f"{file} does not say how long its unit is; give width= [mm] across the motion, or"
+            "it does not say how long its unit is; give width= [mm] across the motion, or"
             " scale= [mm]."
         )
     return unit
 
 
-def _tidy(corners: np.ndarray) -> np.ndarray:
-    """Without corners that repeat the one before, as paths end where they begin."""
-    gap = np.abs(corners - np.roll(corners, 1, axis=0)).max(axis=1)
-    return corners[gap > 1e-9 * np.ptp(corners, axis=0).max()]
-
-
-def _need(module: str) -> ModuleType:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise MissingExtra(
-            "outlines from SVG and DXF files need: pip install 'feeler[outlines]'"
-        ) from error
-
-
-def _read_csv(path: Path) -> tuple[Paths, float | None]:
-    lines = path.read_text(encoding="utf-8-sig").splitlines()
-    start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
-    rows = [
-        re.split(r"[,;\t]\s*|\s+", line.strip())
-        for line in lines[start:]
-        if line.strip() and line.lstrip()[0] != "#"
-    ]
-    if not rows or {len(row) for row in rows} != {2}:
-        raise InvalidInput(f"{path.name} must have two columns, x and y [mm], and nothing else.")
-    corners = np.array(rows, dtype=float)
-    if not np.isfinite(corners).all():
-        lost = int(np.flatnonzero(~np.isfinite(corners).all(axis=1))[0])
+def _flatten(curves: Iterable[Curve], tolerance: float, most: int = MAX_CORNERS) -> np.ndarray:
+    """Corners (corner, 2) of a polygon within ``tolerance`` of a path, at most so many."""
+    points = (point for curve in curves for point in _bisect(curve, 0.0, 1.0, tolerance))
+    found = np.array(list(islice(_leave_out_repeated(points), most + 1)))
+    corners = np.column_stack([found.real, found.imag])
+    if len(corners) > most:
         raise InvalidInput(
-            f"{path.name} has a corner that is not finite, number {lost + 1}:"
-            f" {' '.join(rows[lost])}."
+            f"it has a path of more than {most:,} corners. Raise tolerance=, or simplify the path."
         )
-    return [(path.stem, lambda _: corners)], 1.0
+    if not np.isfinite(corners).all():
+        lost = int(np.argmin(np.isfinite(corners).all(axis=1)))
+        raise InvalidInput(
+            f"it has a corner that is not finite, number {lost + 1}:"
+            f" {corners[lost, 0]:g} {corners[lost, 1]:g}."
+        )
+    return corners
 
 
-def _read_svg(path: Path) -> tuple[Paths, float | None]:
-    svg = _need("svgpathtools")
-    document = svg.Document(str(path))
-    if not document.root.tag.endswith("svg"):
-        raise InvalidInput(f"{path.name} is XML but no SVG drawing.")
-    paths: Paths = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        for whole in document.paths():
-            name = whole.element.get("id") or ""
-            closed = [
-                piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()
-            ]
-            paths += [(name, partial(_flatten_svg, piece)) for piece in closed]
-    return paths, _find_svg_unit(document.root)
-
-
-def _flatten_svg(piece: list, tolerance: float) -> np.ndarray:
-    points = [point for segment in piece for point in _bisect(segment.point, 0.0, 1.0, tolerance)]
-    return np.array([[point.real, -point.imag] for point in points])  # SVG's y axis points down
+def _leave_out_repeated(points: Iterable[complex]) -> Iterator[complex]:
+    before = None
+    for point in points:
+        if point != before:
+            yield point
+        before = point
 
 
 def _bisect(
-    curve: Callable[[float], complex], start: float, stop: float, tolerance: float, depth=0
+    curve: Curve, start: float, stop: float, tolerance: float, depth: int = 0
 ) -> Iterator[complex]:
     """Points of a curve from ``start`` to before ``stop`` whose polygon stays within ``tolerance``
     of it.
@@ -194,14 +185,66 @@ def _bisect(
     first, last = curve(start), curve(stop)
     share = np.array([0.25, 0.5, 0.75])
     gap = [abs(curve(start + t * (stop - start)) - (first + t * (last - first))) for t in share]
-    if depth >= MAX_HALVINGS or (
-        max(gap) <= tolerance and (depth > 0 or max(gap) <= 1e-12 * abs(last - first))
-    ):
+    far = max(gap) > tolerance or (depth == 0 and max(gap) > 1e-12 * abs(last - first))
+    if depth >= MAX_HALVINGS or not far:  # not far is also what is no number
         yield first
     else:
         middle = (start + stop) / 2
         yield from _bisect(curve, start, middle, tolerance, depth + 1)
         yield from _bisect(curve, middle, stop, tolerance, depth + 1)
+
+
+def _tidy(corners: np.ndarray) -> np.ndarray:
+    """Without corners that repeat the one before, as paths end where they begin."""
+    gap = np.abs(corners - np.roll(corners, 1, axis=0)).max(axis=1)
+    extent = np.ptp(corners, axis=0).max()
+    if not 0 < extent < np.inf:
+        raise InvalidInput(f"it has an outline whose extent is {extent:g} mm, which is no shape.")
+    return corners[gap > 1e-9 * extent]
+
+
+def _trace(points: Iterable[complex]) -> Curve:
+    """A Bézier curve: a point by itself, a straight line by two points, a cubic curve by four."""
+
+    def curve(t: float) -> complex:
+        left = np.array([*points])
+        while len(left) > 1:
+            left = left[:-1] + t * (left[1:] - left[:-1])
+        return complex(left[0])
+
+    return curve
+
+
+def _read_csv(path: str) -> tuple[Paths, float | None]:
+    lines = read_text(path, MAX_BYTES).splitlines()
+    start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
+    rows = [
+        re.split(r"[,;\t]\s*|\s+", line.strip())
+        for line in lines[start:]
+        if line.strip() and line.lstrip()[0] != "#"
+    ]
+    if not rows or {len(row) for row in rows} != {2}:
+        raise InvalidInput("it must have two columns, x and y [mm], and nothing else.")
+    return [(Path(path).stem, [_trace([complex(float(x), float(y))]) for x, y in rows])], 1.0
+
+
+def _read_svg(path: str) -> tuple[Paths, float | None]:
+    import svgpathtools
+
+    document = svgpathtools.Document(path)
+    if not document.root.tag.endswith("svg"):
+        raise InvalidInput("it is XML but no SVG drawing.")
+    paths: Paths = []
+    for whole in document.paths():
+        name = whole.element.get("id") or ""
+        closed = [piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()]
+        paths += [(name, [_turn_up(segment.point) for segment in piece]) for piece in closed]
+    return paths, _find_svg_unit(document.root)
+
+
+def _turn_up(curve: Curve) -> Curve:
+    """The curve of a page whose y axis points down, as SVG's does."""
+    return lambda t: complex(curve(t)).conjugate()
 
 
 def _find_svg_unit(root: Any) -> float | None:
@@ -212,35 +255,46 @@ def _find_svg_unit(root: Any) -> float | None:
     if not found or found[2].lower() not in UNITS:
         return None
     box = re.split(r"[\s,]+", (root.get("viewBox") or "").strip())
-    return float(found[1]) * UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else PIXEL
+    unit = float(found[1]) * UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else PIXEL
+    if not 0 < unit < np.inf:
+        raise InvalidInput(f"it says that its unit is {unit:g} mm. Mend its width and viewBox.")
+    return unit
 
 
-def _read_dxf(path: Path) -> tuple[Paths, float | None]:
-    ezdxf = _need("ezdxf")
-    smith, miner, paths = _need("ezdxf.edgesmith"), _need("ezdxf.edgeminer"), _need("ezdxf.path")
+def _read_dxf(path: str) -> tuple[Paths, float | None]:
+    ezdxf: Any = import_module("ezdxf")
+    from ezdxf import edgeminer, edgesmith
+    from ezdxf.path import make_path
+
     document = ezdxf.readfile(path)
     drawn = document.modelspace().query(" ".join(DXF_CURVES))
-    entities = [entity for entity in drawn if smith.is_pure_2d_entity(entity)]
-    whole = [entity for entity in entities if smith.is_closed_entity(entity)]
-    named = [
-        (f"{entity.dxftype()} on {entity.dxf.layer}", paths.make_path(entity)) for entity in whole
-    ]
-    edges = list(smith.edges_from_entities_2d(entity for entity in entities if entity not in whole))
+    entities = [entity for entity in drawn if edgesmith.is_pure_2d_entity(entity)]
+    whole = [entity for entity in entities if edgesmith.is_closed_entity(entity)]
+    named = [(f"{entity.dxftype()} on {entity.dxf.layer}", make_path(entity)) for entity in whole]
+    edges = list(
+        edgesmith.edges_from_entities_2d(entity for entity in entities if entity not in whole)
+    )
     if edges:
-        chains = miner.find_all_simple_chains(miner.Deposit(edges, gap_tol=1e-6))
-        loops = [chain for chain in chains if len(chain) > 1 and miner.is_loop(chain, gap_tol=1e-6)]
-        named += [("chain of lines", smith.path2d_from_chain(chain)) for chain in loops]
+        chains = edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=1e-6))
+        loops = [c for c in chains if len(c) > 1 and edgeminer.is_loop(c, gap_tol=1e-6)]
+        named += [("chain of lines", edgesmith.path2d_from_chain(chain)) for chain in loops]
     factor = (
         ezdxf.units.conversion_factor(document.units, ezdxf.units.MM) if document.units else None
     )
-    return [(name, partial(_flatten_dxf, outline)) for name, outline in named], factor
+    return [(name, _split_dxf(outline)) for name, outline in named], factor
 
 
-def _flatten_dxf(outline: Any, tolerance: float) -> np.ndarray:
-    return np.array([(point.x, point.y) for point in outline.flattening(min(tolerance, 1e9))])
+def _split_dxf(outline: Any) -> list[Curve]:
+    """The lines and curves of a path; each says its end and then its control points."""
+    start, curves = outline.start, []
+    for piece in outline.commands():
+        end, *controls = piece
+        curves.append(_trace([complex(p.x, p.y) for p in (start, *controls, end)]))
+        start = end
+    return curves
 
 
-_READERS: dict[str, Callable[[Path], tuple[Paths, float | None]]] = {
+_READERS: dict[str, Callable[[str], tuple[Paths, float | None]]] = {
     ".svg": _read_svg,
     ".dxf": _read_dxf,
     ".csv": _read_csv,

@@ -161,7 +161,13 @@ def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
     """The antenna, or the robot, that has a sensor for each number of a line, or for each but the
     first, a time that rises.
     """
-    rows = [split_sample(_strip_frame(line)) for line in known if not line.startswith(b"#")]
+    cells = (split_sample(_strip_frame(line)) for line in known if not line.startswith(b"#"))
+    rows = [row for row in cells if row]
+    if known and not rows:
+        raise InvalidInput(
+            f"the board sends {len(known)} lines without a number. Is its sketch running, and is"
+            " this its baud rate?"
+        )
     if not rows:
         raise InvalidInput(
             "the board is silent: nothing came for 2 s. Is it sending, and at this baud rate?"

@@ -7,30 +7,49 @@ Work = Callable[[Event], None]
 
 
 class Desk:
-    """One thread per kind of work; new work of a kind stops the older, and begins when it has
-    ended.
+    """One thread per kind of work at most; new work of a kind stops the older, begins when it has
+    ended, and takes the place of what has not begun.
     """
 
     def __init__(self) -> None:
         self._lock = Lock()
         self._now: dict[str, tuple[Event, Thread]] = {}
+        self._next: dict[str, Work] = {}
 
     def give(self, kind: str, work: Work) -> None:
         """Run ``work(stop)`` in its thread; it should end within milliseconds of ``stop``."""
-        stop = Event()
         with self._lock:
-            before = self._now.get(kind)
-            if before is not None:
-                before[0].set()
+            if kind in self._now:
+                self._next[kind] = work
+                self._now[kind][0].set()
+                return
             thread = Thread(
-                target=_run, args=(work, stop, before), daemon=True, name=f"feeler studio {kind}"
+                target=self._run, args=(kind, work), daemon=True, name=f"feeler studio {kind}"
             )
-            self._now[kind] = (stop, thread)
+            self._now[kind] = (Event(), thread)
             thread.start()
+
+    def _run(self, kind: str, work: Work | None) -> None:
+        try:
+            while work is not None:
+                stop = self._now[kind][0]
+                if not stop.is_set():
+                    work(stop)
+                with self._lock:
+                    work = self._next.pop(kind, None)
+                    if work is not None:
+                        self._now[kind] = (Event(), current_thread())
+                    else:
+                        del self._now[kind]
+        except BaseException:
+            with self._lock:
+                self._now.pop(kind, None)
+            raise
 
     def stop(self, kind: str) -> None:
         """End the work of one kind."""
         with self._lock:
+            self._next.pop(kind, None)
             if kind in self._now:
                 self._now[kind][0].set()
 
@@ -38,6 +57,7 @@ class Desk:
         """End all work, and wait for it up to so many seconds."""
         with self._lock:
             running = list(self._now.values())
+            self._next.clear()
             for stop, _ in running:
                 stop.set()
         for _, thread in running:
@@ -50,11 +70,4 @@ class Desk:
     def busy(self) -> bool:
         """Whether anything still runs."""
         with self._lock:
-            return any(thread.is_alive() for _, thread in self._now.values())
-
-
-def _run(work: Work, stop: Event, before: tuple[Event, Thread] | None) -> None:
-    if before is not None:
-        before[1].join()
-    if not stop.is_set():
-        work(stop)
+            return bool(self._now)

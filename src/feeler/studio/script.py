@@ -1,5 +1,7 @@
 """A wish as a Python script: running it gives the same tensor, to the last bit of its float32."""
 
+import re
+
 from feeler.studio.hand import Command
 from feeler.studio.touching import INTERVAL
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
@@ -55,7 +57,8 @@ def _step(wish: TouchWish) -> str:
 
 def _write_antenna(wish: AntennaWish) -> list[str]:
     if wish.toml:
-        text = wish.toml.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+        text = wish.toml.replace("\\", "\\\\")
+        text = re.sub(r'"""|"\Z', lambda found: found[0].replace('"', '\\"'), text)
         lines = [
             "from feeler.antenna.parse import parse_antenna",
             "",

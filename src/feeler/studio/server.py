@@ -46,6 +46,7 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
 }
 MAX_PAGES = 8  # [C] open at once
+TRY_LATER = 1013  # RFC 6455's register: the server is asked too much
 
 
 class Studio:
@@ -151,9 +152,12 @@ class Studio:
         else.
         """
         own = {f"{name}:{self.port}" for name in (HOST, "localhost")}
-        origin = request.headers.get("Origin")
-        if request.headers.get("Host") not in own or (
-            origin is not None and origin not in {f"http://{o}" for o in own}
+        hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
+        if not (
+            len(hosts) == 1
+            and hosts[0] in own
+            and len(origins) <= 1
+            and {*origins} <= {f"http://{host}" for host in own}
         ):
             return _respond(connection, HTTPStatus.FORBIDDEN, b"not from here\n")
         path = request.path.partition("?")[0]
@@ -165,14 +169,7 @@ class Studio:
             )
         name = path[len(self.token) + 2 :]
         if name == "live":
-            full = len(self._sessions) >= MAX_PAGES
-            if origin is None or full:
-                return _respond(
-                    connection,
-                    HTTPStatus.FORBIDDEN,
-                    b"too many pages are open\n" if full else b"no origin\n",
-                )
-            return None
+            return None if origins else _respond(connection, HTTPStatus.FORBIDDEN, b"no origin\n")
         if name not in FILES:
             return _respond(connection, HTTPStatus.NOT_FOUND, b"no such file\n")
         file, kind = FILES[name]
@@ -181,6 +178,9 @@ class Studio:
     async def _talk(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed
 
+        if len(self._sessions) >= MAX_PAGES:  # a page is told no reason before it is connected
+            await connection.close(TRY_LATER, f"{MAX_PAGES} pages are open already")
+            return
         session = Session(_make_put(connection, self._loop), self._antenna, self._boards)
         self._sessions.add(session)
         try:

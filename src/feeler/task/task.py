@@ -1,7 +1,8 @@
 """Task: what is to be told apart, in which noise and by when; touches are drawn from it."""
 
+import operator
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from typing import Annotated, Any
 
@@ -11,6 +12,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.draw import Spread, describe_spread
 from feeler.errors import InvalidInput
 from feeler.record import Gt, Le, Len, Record, Unit
+from feeler.rules import show
 from feeler.stimulus.feature import Feature, make_feature, parse_feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.sample import SampledTrials, sample_trials
@@ -61,11 +63,10 @@ class Task(Record):
     seeds: Any = (("train", 1), ("test", 2), ("final", 3))
 
     def _check(self) -> None:
-        objects = (self.objects,) if isinstance(self.objects, str | Feature) else self.objects
         vars(self).update(
-            objects=tuple(_read_object(item) for item in objects),
+            objects=_read_objects(self.objects),
             lead=read_spread(self.lead, "lead"),
-            seeds=tuple((str(name), int(seed)) for name, seed in dict(self.seeds).items()),
+            seeds=_read_seeds(self.seeds),
         )
         self._check_classes()
         self._check_nuisances()
@@ -233,6 +234,22 @@ class Task(Record):
             antenna=antenna,
             seed=seed,
         )
+
+
+def _read_objects(value: Any) -> tuple[Feature, ...]:
+    items = (value,) if isinstance(value, str | Feature | Mapping) else value
+    return tuple(map(_read_object, items if isinstance(items, Iterable) else (items,)))
+
+
+def _read_seeds(value: Any) -> tuple[tuple[str, int], ...]:
+    """Purposes and their seeds, from a table or from pairs."""
+    try:
+        pairs = tuple((str(name), seed) for name, seed in dict(value).items())
+        if all(operator.index(seed) >= 0 and not isinstance(seed, bool) for _, seed in pairs):
+            return tuple((name, int(seed)) for name, seed in pairs)
+    except (TypeError, ValueError):
+        pass
+    raise InvalidInput(f"seeds must be whole numbers ≥ 0 by purpose, got {show(value)}.")
 
 
 def _read_object(item: Any) -> Feature:

@@ -33,7 +33,7 @@ class Views:
         """
         try:
             return Antenna(**json.loads(self._tensors.attrs["configuration"])["antenna"])
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InvalidInput(
                 "this Dataset does not say what one antenna it was made with; hand it in:"
                 " ds.feeler.posture(antenna)."

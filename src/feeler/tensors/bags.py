@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import read_start
 from feeler.guard import open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
 
@@ -68,9 +69,8 @@ def find_bag(path: str | os.PathLike) -> tuple[str, str, str] | None:
 def _find_ending(file: str | os.PathLike) -> str:
     """The ending of bags that begin as this file does; empty for other files."""
     try:
-        with open(file, "rb") as stream:
-            start = stream.read(16)
-    except (OSError, ValueError):
+        start = read_start(file, 16)
+    except InvalidInput:
         return ""
     return next((ending for magic, ending in _STARTS.items() if start.startswith(magic)), "")
 

@@ -3,7 +3,6 @@ survives a power cut.
 """
 
 import contextlib
-import errno
 import os
 import secrets
 import shutil
@@ -11,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from feeler.errors import FeelerError, StoreError
+from feeler.files import FULL
 
 TEMPORARY = ".tmp"
 LEAST_SHARE = 0.7  # [C] of their size in memory that tensors take at least when they are compressed
@@ -97,7 +97,7 @@ def explain(path: Path, state: str = "nothing is lost") -> Iterator[None]:
     except FeelerError:
         raise
     except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        if error.errno in FULL:
             room = shutil.disk_usage(path if path.exists() else path.absolute().parent).free
             raise StoreError(
                 f"no room left for the store {path} ({room / 2**20:.1f} MiB free): {state}. "

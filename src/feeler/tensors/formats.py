@@ -16,6 +16,7 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.files import read_start
 from feeler.foreign import name_start
 from feeler.guard import Limits, find_limits
 from feeler.registry import Registry
@@ -98,7 +99,7 @@ def find_formats(
         There is none; the message says what the file is.
     """
     path = Path(path)
-    start = b"" if path.is_dir() else _read_start(path)
+    start = b"" if path.is_dir() else read_start(path, START)
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found
@@ -113,21 +114,6 @@ def find_formats(
         if hint
         else f"{path.name} is no file of feeler ({listed}). {others}."
     )
-
-
-def _read_start(path: Path) -> bytes:
-    try:
-        if not path.is_file():  # also false for pipes and devices, which could keep us waiting
-            reason = "not a regular file" if path.exists() else "no such file"
-            raise InvalidInput(f"cannot read {path}: {reason}. Check the path.")
-        with open(path, "rb") as file:
-            return file.read(START)
-    except (OSError, ValueError) as error:
-        if isinstance(error, InvalidInput):
-            raise
-        raise InvalidInput(
-            f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}."
-        ) from error
 
 
 @checked

@@ -3,7 +3,6 @@ costs.
 """
 
 import json
-import tomllib
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.resources import files
@@ -23,6 +22,7 @@ from feeler.errors import InvalidInput
 from feeler.journal import Journal
 from feeler.provenance import compute_digest, describe_code, make_key
 from feeler.record import Ge, Gt, Len, Record, Unit
+from feeler.toml import parse_toml
 
 _FOLDER = files("feeler.studies.contests")
 _FIELDS = ("accuracy", "hits", "work")
@@ -202,7 +202,7 @@ def _describe_own(policy: str) -> str:
 
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
-    found = tomllib.loads(_FOLDER.joinpath("declared.toml").read_text(encoding="utf-8"))
+    found = parse_toml(_FOLDER.joinpath("declared.toml").read_text(encoding="utf-8"))
     return Contest(**found | changes)
 
 

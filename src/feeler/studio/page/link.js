@@ -7,8 +7,9 @@ import { inflate, unpack } from "./record.js";
  */
 
 const AGAIN = 600; // ms
+const TRY_LATER = 1013; // the server has too many pages open
 
-/** The local server; after it was away, `tell("on")` is called anew. @param {Hear} hear @param {(s: "on"|"off") => void} tell @returns {Link} */
+/** The local server; after it was away, `tell("on")` is called anew. @param {Hear} hear @param {(s: "on"|"off"|"full") => void} tell @returns {Link} */
 export function linkServer(hear, tell) {
   /** @type {WebSocket|null} */
   let socket = null;
@@ -27,9 +28,9 @@ export function linkServer(hear, tell) {
       for (const message of waiting.splice(0)) mine.send(JSON.stringify(message));
     };
     mine.onmessage = (event) => hear(...unpack(event.data));
-    mine.onclose = () => {
+    mine.onclose = (event) => {
       if (closed) return;
-      tell("off");
+      tell(event.code === TRY_LATER ? "full" : "off");
       waiting = [];
       setTimeout(connect, AGAIN);
     };

@@ -70,7 +70,7 @@ export function makeShare(app) {
     const message = { type: "save", what, quantity: app.quantity, unsure: state.unsure, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
     if (record.hand) Object.assign(message, { commands: record.commands, samples: record.filled });
     if (app.away) {
-      app.say("The server is away: nothing can be saved until it is back.", true);
+      app.say(app.away === "full" ? "Too many pages are open: close one, then save." : "The server is away: nothing can be saved until it is back.", true);
       return;
     }
     app.say(what === "mp4" ? "Drawing the movie …" : "Writing …");

@@ -65,7 +65,7 @@ export class App {
     this.asked = 0;
     this.inPage = false;
     this.restored = false;
-    this.away = false;
+    this.away = ""; // or why nothing comes: the server is "away", or "full"
     this.status = "busy";
     this.frames = 0;
     /** @type {any} */
@@ -495,7 +495,8 @@ function findCurvature(record) {
 const STATUS_WORDS = { busy: ["computing", "pieces are shown as they come"], exact: ["exact", "equals feeler.touch bit for bit, as float32"],
   preview: ["preview", "timestep 0.1 ms while you drag; the exact one follows"], recorded: ["recorded", "nothing is computed here"],
   live: ["live", "what the board sends now"], hand: ["in your hand", "the simulation follows the mouse"], error: ["stopped", "see the message; the next change goes on"],
-  away: ["server away", "trying again; a server started anew prints a new address"] };
+  away: ["server away", "trying again; a server started anew prints a new address"],
+  full: ["too many pages", "the server shows eight pages at once: close one, and this page goes on by itself"] };
 
 /** Header, columns of panels, and how they are brought up to date. @param {App} app */
 function build(app) {
@@ -563,7 +564,7 @@ function makeHeader(app) {
     for (const one of [undo, redo, open, tourButton, share.element, modes.element]) show(one, app.link.live);
     undo.disabled = !app.store.past.length;
     redo.disabled = !app.store.future.length;
-    const now = app.away ? "away" : app.status || "busy";
+    const now = app.away || app.status || "busy";
     const [word, title] = STATUS_WORDS[/** @type {"busy"} */ (now)];
     status.textContent = word;
     status.title = title;
@@ -604,8 +605,8 @@ export function startServed(root) {
   app.inPage = true;
   /** @type {any} */ (root).studio = app;
   app.link = linkServer((header, arrays) => app.hear(header, arrays), (now) => {
-    app.away = now === "off";
-    if (now === "off") { app.handOn = false; app.listening = ""; app.studying = { A: null, B: null }; }
+    app.away = now === "on" ? "" : now === "full" ? "full" : "away";
+    if (app.away) { app.handOn = false; app.listening = ""; app.studying = { A: null, B: null }; }
     else app.send({ type: "hello" });
     app.refresh();
   });

@@ -1,0 +1,226 @@
+"""No open door: whatever opens a file from outside does so behind the guard or within limits, and
+SECURITY.md says how, kind by kind.
+"""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import feeler
+from feeler.design.files import DESIGN_FILES
+from feeler.robot.files import ROBOT_FILES
+from feeler.stimulus.drawing import LIBRARIES
+from feeler.tensors.formats import FORMATS
+from feeler.tracking.files import TRACK_FILES
+from feeler.tracking.trackers import HDF5_ENDINGS
+
+SOURCE = Path(feeler.__file__).parent
+SECURITY = SOURCE.parents[1] / "SECURITY.md"
+DOORS = {"files.py", "guard.py", "toml.py"}
+"""Where files may be opened: within a limit of bytes, or in a process of its own."""
+OPENERS = {
+    "open",
+    "read_text",
+    "read_bytes",
+    "loads",
+    "fromfile",
+    "memmap",
+    "genfromtxt",
+    "loadtxt",
+}
+LIBRARIES_THAT_OPEN = {
+    *("h5py", "h5netcdf", "zarr", "safetensors", "svgpathtools", "ezdxf", "mcap", "mcap_ros2"),
+    *("pyarrow", "tomllib", "pickle", "pandas", "xml", "pynwb", "ndx_pose", "netCDF4", "PIL"),
+    *("scipy.io", "imageio", "yaml", "torch", "neo", "sqlite3", "zipfile", "tarfile", "shelve"),
+    *("marshal", "configparser", "lxml", "datasets", "cv2", "sleap_io", "nbformat", "rosbags"),
+}
+OWN = {
+    "__init__.py:_read_homes": "this package's own text",
+    "antenna/catalogue.py:read_species": "ships with feeler",
+    "calibration/recording.py:load_traces": "ships with feeler; the user's go through read_table",
+    "cli/robot.py:example": "ships with feeler",
+    "cli/robot_live.py:board": "ships with feeler",
+    "studies/contests/contest.py:load_contest": "ships with feeler",
+    "studies/contests/contest.py:load_stored": "ships with feeler",
+    "studies/paper/calibration_report.py:_load_searches": "ships with feeler",
+    "studies/paper/claims.py:read_declared": "ships with feeler",
+    "studies/paper/open_design.py:_load_stored": "ships with feeler",
+    "studies/tradeoff/declared.py:load_declared": "ships with feeler",
+    "report/page.py:render_page": "ships with feeler",
+    "studio/exporting.py:_add": "ships with feeler",
+    "studio/exporting.py:read_style": "ships with feeler",
+    "studio/server.py:Studio._answer": "ships with feeler",
+    "provenance.py:describe_code": "this package's own files",
+    "sources.py:parse_module": "this package's own code, parsed and not run",
+    "sources.py:_open_notes": "kept beside Python's own compiled files, which Python runs",
+    "studies/contests/contest.py:_describe_own": "a program of the user's, who has it run",
+    "execute/processes.py:": "pickles over private pipes to our own workers; the system's words",
+    "tensors/poses.py:": "pickle is held back by a class of our own, in the guard's process",
+    "plotting/movie.py:": "writes",
+    "report/pictures.py:": "writes",
+    "report/section.py:Section.load": "what an earlier run of the same folder wrote",
+    "report/page.py:embed": "a figure that this run has drawn",
+    "studies/paper/report.py:_copy_figures": "a figure that this run has drawn",
+    "studio/leaving.py:_film": "a movie that this call has made",
+    "studio/messages.py:unpack": "what our own server says, to a test or a notebook",
+    "studio/messages.py:read_message": "a message of at most 8 MiB, cut by the server",
+    "studio/session.py:Session._listen": "a serial port that the system lists",
+    "tensors/plain.py:describe_whole": "text that was written a line before",
+    "tensors/accessor.py:Views.antenna": "an attribute that has passed the validator",
+    "tensors/records.py:Layout.make_shared": "a record that has passed the validator",
+    "tensors/records.py:check_shards": "compared with its digest before anything is made of it",
+    "tensors/disk.py:sync_folder": "no file: the folder's list of names",
+    "tensors/shards.py:": "a store is read chunk by chunk, each against its checksum",
+    "tensors/stored.py:_open_copies": "a store is read chunk by chunk, each against its checksum",
+    "tensors/mat.py:": "writes",
+    "tensors/nwb.py:": "writes",
+    "tensors/models.py:save_model": "writes",
+    "tracking/nwb.py:": "writes",
+    "learn/parquet.py:export_parquet": "writes",
+    "decoding/cnn.py:": "trains networks; its files are read as safetensors",
+}
+"""What opens files and is no door, and why that is safe."""
+
+
+def list_files():
+    return sorted(SOURCE.rglob("*.py"))
+
+
+def find_calls(tree):
+    """Every function's name with the calls and imports that stand in it."""
+
+    def visit(node, name):
+        for child in ast.iter_child_nodes(node):
+            inner = name
+            if isinstance(child, ast.FunctionDef | ast.ClassDef):
+                inner = f"{name}.{child.name}".lstrip(".")
+            if isinstance(child, ast.Call | ast.Import | ast.ImportFrom):
+                yield name, child
+            yield from visit(child, inner)
+
+    return list(visit(tree, ""))
+
+
+def name_call(node):
+    function = node.func
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
+def is_writing(node):
+    modes = [m for m in re.findall(r"'([rwaxb+]{1,3})'", ast.unparse(node)) if set(m) & set("wax")]
+    return bool(modes)
+
+
+def opens(node):
+    """What a call or an import opens files with; "" where it does not."""
+    if isinstance(node, ast.Call):
+        name, whose = name_call(node), ast.unparse(node.func)
+        away = whose in ("read_text", "read_bytes", "webbrowser.open") or is_writing(node)
+        return name if name in OPENERS and not away else ""
+    named = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+    parts = {name.split(".")[0] for name in named} | {*named}
+    return next(iter(parts & LIBRARIES_THAT_OPEN), "")
+
+
+def find_guarded():
+    """Every function that is handed to the guard, as module and name."""
+    found = set()
+    for path in list_files():
+        module = ".".join(("feeler", *path.relative_to(SOURCE).with_suffix("").parts))
+        for _, node in find_calls(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and name_call(node) in ("open_guarded", "guarded"):
+                text = ast.unparse(node.args[0]).replace("{__name__}", module)
+                if match := re.search(r"(feeler[\w.]*):(\w+)", text):
+                    found.add(match.groups())
+    return found
+
+
+GUARDED = find_guarded()
+
+
+def list_behind(module, tree):
+    """The functions of a module that run in the guard's process: those handed to it, and what they
+    call there.
+    """
+    calls, behind = find_calls(tree), {name for home, name in GUARDED if home == module}
+    known = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    while True:
+        more = {
+            used.id
+            for node in tree.body
+            if isinstance(node, ast.FunctionDef) and node.name in behind
+            for used in ast.walk(node)
+            if isinstance(used, ast.Name) and used.id in known
+        }
+        tables = {
+            used.id
+            for node in tree.body
+            if isinstance(node, ast.Assign | ast.AnnAssign) and behind
+            for used in ast.walk(node)
+            if isinstance(used, ast.Name) and used.id in known
+        }
+        if more | tables <= behind:
+            return behind, calls
+        behind |= more | tables
+
+
+def find_open():
+    """Every place outside the doors that opens files: ``file:function`` and with what."""
+    for path in list_files():
+        file = path.relative_to(SOURCE).as_posix()
+        if file in DOORS:
+            continue
+        module = ".".join(("feeler", *path.relative_to(SOURCE).with_suffix("").parts))
+        behind, calls = list_behind(module, ast.parse(path.read_text()))
+        for name, node in calls:
+            if (what := opens(node)) and name.split(".")[0] not in behind:
+                yield f"{file}:{name}", what
+
+
+def test_nothing_opens_a_file_from_outside_but_through_a_door():
+    found = {place: what for place, what in find_open()}
+    assert {place: what for place, what in found.items() if not excuses(place) & {*OWN}} == {}
+    assert {*OWN} - {one for place in found for one in excuses(place)} == set()
+
+
+def excuses(place):
+    """What in ``OWN`` would excuse a place: itself, or its file."""
+    return {place, f"{place.partition(':')[0]}:"}
+
+
+def test_the_guard_is_handed_functions_that_are_there():
+    assert len(GUARDED) >= 8
+    for module, name in GUARDED:
+        assert callable(getattr(__import__(module, fromlist=[name]), name))
+
+
+@pytest.mark.parametrize(
+    "planted",
+    [
+        "def f(path):\n    return open(path).read()",
+        "def f(path):\n    return path.read_text()",
+        "def f(path):\n    import h5py\n    return h5py.File(path)",
+        "import pickle",
+        "def f(path):\n    return np.loadtxt(path)",
+        "def f(path):\n    return json.loads(path)",
+    ],
+)
+def test_a_new_opener_would_be_noticed(planted):
+    assert any(opens(node) for _, node in find_calls(ast.parse(planted)))
+
+
+def list_kinds():
+    """What ``feeler info`` calls each kind of file, and the endings of others."""
+    formats = {**FORMATS, **ROBOT_FILES, **TRACK_FILES, **DESIGN_FILES}
+    return {form.words for form in formats.values()} | {*LIBRARIES, *HDF5_ENDINGS, ".mcap"}
+
+
+def test_security_lists_every_kind_of_file_beside_its_guard():
+    text = SECURITY.read_text()
+    rows = [line for line in text.splitlines() if line.startswith("| ")]
+    missing = {kind for kind in list_kinds() if not any(kind in row for row in rows)}
+    assert missing == set()
+    told = {name for row in rows for name in re.findall(r"`(feeler[\w.]*:\w+)`", row)}
+    assert told == {f"{module}:{name}" for module, name in GUARDED}
