@@ -15,7 +15,7 @@ from feeler.files import Lock, parse_json, read_bytes
 from feeler.provenance import make_plain, write_plain
 
 _MAX_BYTES = 256 * 2**20  # [C] a million antennas
-REMEDY = "Free some space and run the same command again; it goes on from what is kept."
+_REMEDY = "Free some space and run the same command again; it goes on from what is kept."
 FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
 
 
@@ -111,7 +111,7 @@ class Journal:
             self._file.seek(self._size)
             raise StoreError(
                 f"cannot write {len(line):,} bytes to {self._path}, which holds {self._size:,}:"
-                f" {error.strerror}. {REMEDY}"
+                f" {error.strerror}. {_REMEDY}"
             ) from error
         self._size += len(line)
 

@@ -19,9 +19,9 @@ from feeler.guard import Limits, find_limits, open_guarded
 from feeler.stimulus.outline import MAX_CORNERS
 
 MAX_BYTES = 8 * 2**20  # [C]
-MAX_MEMORY = 2**30  # [C] bytes that reading a drawing may take
+_MAX_MEMORY = 2**30  # [C] bytes that reading a drawing may take
 MAX_HALVINGS = 16
-SIZING = 64  # times more corners than an outline has may be looked at for its width
+_SIZING = 64  # times more corners than an outline has may be looked at for its width
 UNITS = {
     "mm": 1.0,
     "cm": 10.0,
@@ -60,7 +60,7 @@ def read_outline(
     path = _check_file(path)
     wanted = json.dumps([width, scale, which, tolerance], default=str)
     limits = find_limits()
-    limits = Limits(max_bytes=min(limits.max_bytes, MAX_MEMORY), max_seconds=limits.max_seconds)
+    limits = Limits(max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds)
     return open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))[1]["corners"]
 
 
@@ -133,7 +133,7 @@ def _find_unit(
 ) -> float:
     """Length of one unit of the drawing [mm]."""
     if width is not None:
-        most = SIZING * MAX_CORNERS
+        most = _SIZING * MAX_CORNERS
         rough = np.ptp(_flatten(curves, np.inf, most), axis=0).max()
         extent = float(np.ptp(_flatten(curves, 1e-3 * rough, most)[:, 1]))
         if extent == 0:
