@@ -14,7 +14,6 @@ from feeler.robot.files import ROBOT_FILES
 from feeler.stimulus.drawing import LIBRARIES
 from feeler.tensors.formats import FORMATS
 from feeler.tracking.files import TRACK_FILES
-from feeler.tracking.trackers import HDF5_ENDINGS
 
 SOURCE = Path(feeler.__file__).parent
 SECURITY = SOURCE.parents[1] / "SECURITY.md"
@@ -36,6 +35,8 @@ LIBRARIES_THAT_OPEN = {
     *("scipy.io", "imageio", "yaml", "torch", "neo", "sqlite3", "zipfile", "tarfile", "shelve"),
     *("marshal", "configparser", "lxml", "datasets", "cv2", "sleap_io", "nbformat", "rosbags"),
 }
+ENDINGS = (".h5", ".nc", ".nwb", ".mcap", ".db3", ".bag")
+"""Of files that feeler reads and info names by what they hold."""
 OWN = {
     "__init__.py:_read_homes": "this package's own text",
     "antenna/catalogue.py:read_species": "ships with feeler",
@@ -47,6 +48,8 @@ OWN = {
     "studies/paper/calibration_report.py:_load_searches": "ships with feeler",
     "studies/paper/claims.py:read_declared": "ships with feeler",
     "studies/paper/open_design.py:_load_stored": "ships with feeler",
+    "studies/paper/kept.py:": "what an earlier run has drawn, and what ships with feeler",
+    "studies/spiking/study.py:load_spiking": "ships with feeler",
     "studies/tradeoff/declared.py:load_declared": "ships with feeler",
     "report/page.py:render_page": "ships with feeler",
     "studio/exporting.py:_add": "ships with feeler",
@@ -214,7 +217,7 @@ def test_a_new_opener_would_be_noticed(planted):
 def list_kinds():
     """What ``feeler info`` calls each kind of file, and the endings of others."""
     formats = {**FORMATS, **ROBOT_FILES, **TRACK_FILES, **DESIGN_FILES}
-    return {form.words for form in formats.values()} | {*LIBRARIES, *HDF5_ENDINGS, ".mcap"}
+    return {form.words for form in formats.values()} | {*LIBRARIES, *ENDINGS}
 
 
 def test_security_lists_every_kind_of_file_beside_its_guard():

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.files import read_text
+from feeler.files import read_start, read_text
 from feeler.guard import open_guarded
 from feeler.tensors.kinds import HDF5
 from feeler.tensors.poses import TRAINING_LABELS
@@ -78,9 +78,8 @@ def read_tracker(
 def has_hdf5(path: str | os.PathLike) -> bool:
     """Whether a file is HDF5, by how it begins."""
     try:
-        with open(path, "rb") as file:
-            return file.read(len(HDF5)) == HDF5
-    except (OSError, ValueError):
+        return read_start(path, len(HDF5)) == HDF5
+    except InvalidInput:
         return False
 
 
