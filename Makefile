@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check size golden kept numba-oldest mutants bench peers docs clean
+.PHONY: help reproduce test test-slow check audit size golden kept numba-oldest mutants bench peers docs clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -56,6 +56,13 @@ $(BIN)/.check: $(BIN)/.core
 
 check: $(BIN)/.check  ## style and types
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
+
+$(BIN)/.audit: $(BIN)/.core
+	@$(PIP) -e '.[audit]'
+	@touch $@
+
+audit: $(BIN)/.audit  ## known weaknesses of the versions in constraints.txt (asks an advisory service)
+	@$(BIN)/python -m pip_audit --no-deps --disable-pip -r constraints.txt
 
 size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
 	@$(BIN)/python benchmarks/size.py

@@ -41,6 +41,7 @@ ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
 def pytest_addoption(parser):
+    parser.addoption("--kills", type=int, default=60, help="kills of a worker for each executor")
     words = "damaged files for each reader in the long tests of tests/fuzz, calls of the wrong kind"
     parser.addoption("--inputs", type=int, default=20_000, help=words)
 

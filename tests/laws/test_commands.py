@@ -58,6 +58,8 @@ def find_fault(line):
         return str(error)
     command, name = typer.main.get_command(app), "feeler"
     while hasattr(command, "commands") and words and not words[0].startswith("-"):
+        if words[0] == "FILE" or "." in words[0]:
+            words.insert(0, "info")  # a file alone is asked what it is
         if words[0] not in command.commands:
             return f"{name} has no {words[0]!r}"
         name, command = f"{name} {words[0]}", command.commands[words.pop(0)]

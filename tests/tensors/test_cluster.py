@@ -95,5 +95,6 @@ def test_the_verb_takes_a_cluster(client, tmp_path, address, size):
 @pytest.mark.parametrize("address", ["local:0", "local:many", "nowhere"])
 def test_no_cluster_there(address, monkeypatch):
     monkeypatch.setattr("feeler.execute.cluster.PATIENCE", 0.2)
-    with pytest.raises(InvalidInput, match=r"local:N starts N processes|no scheduler answers"):
-        open_cluster(address)
+    words = r"local:N starts N processes|no scheduler answers"
+    with pytest.raises(InvalidInput, match=words), open_cluster(address):
+        pass

@@ -67,6 +67,7 @@ def choose_executor(
 ) -> Iterator[Any]:
     """Threads, processes, or a cluster's workers, for as long as they are needed."""
     from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
+    from feeler.execute.cluster import hush
 
     if cluster is not None and (processes or workers is not None):
         raise InvalidInput("give either --cluster, or --workers and --processes.")
@@ -74,6 +75,7 @@ def choose_executor(
         with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
             yield executor
         return
+    hush()
     with open_cluster(cluster) as client:
         yield ClusterExecutor(client)
 

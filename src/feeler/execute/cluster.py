@@ -1,13 +1,20 @@
 """Clusters: a Dask client in the place of workers, on this machine or on many."""
 
-from collections.abc import Callable
+import logging
+import multiprocessing
+import threading
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 from feeler.errors import InvalidInput, MissingExtra, StoreError
-from feeler.execute.processes import WorkerCrashed
+from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
 
-PATIENCE = 60.0  # [C] s to find a scheduler
+PATIENCE = 10.0  # [C] s to find a scheduler
+_GRACE = 2.0  # [C] s that a cluster's end may take; what then still runs is killed
 
 
 class ClusterExecutor:
@@ -82,9 +89,10 @@ def _explain(error: Exception) -> Exception:
     return error
 
 
-def open_cluster(address: str) -> Any:
+@contextmanager
+def open_cluster(address: str) -> Iterator[Any]:
     """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4``
-    for four processes here.
+    for four processes here; closed at the end, and the processes with it.
 
     Raises
     ------
@@ -92,30 +100,73 @@ def open_cluster(address: str) -> Any:
         Dask is not installed.
     InvalidInput
         No scheduler answers, or no such address.
+    StoreError
+        Processes here end as they begin.
     """
-    try:
-        from distributed import Client
-    except ImportError:
-        raise MissingExtra(
-            "a cluster needs Dask. Install it with: pip install 'feeler[cluster]'"
-        ) from None
+    if find_spec("distributed") is None:
+        raise MissingExtra("a cluster needs Dask. Install it with: pip install 'feeler[cluster]'")
+    from distributed import Client
+
     kind, _, number = address.partition(":")
     if kind == "local":
         if not number.isdecimal() or not 1 <= int(number) <= 1024:
             raise InvalidInput(f"--cluster local:N starts N processes, 1 to 1024, got {address!r}.")
-        return Client(
-            n_workers=int(number),
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            set_as_default=False,
-        )
+        cluster = _start_here(int(number))
+        try:
+            client = Client(cluster, set_as_default=False)
+            with _closing_soon(client, cluster):
+                yield client
+        finally:
+            for process in multiprocessing.active_children():
+                if process.name.startswith("Dask"):
+                    process.kill()
+        return
+    where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
-        if address.endswith(".json"):
-            return Client(scheduler_file=address, timeout=PATIENCE, set_as_default=False)
-        return Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(**where, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InvalidInput(
             f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask"
             " scheduler`, or use local:4."
         ) from error
+    with _closing_soon(client):
+        yield client
+
+
+def _start_here(n: int) -> Any:
+    """A cluster of processes here; where one of them ends as it begins, all are begun anew."""
+    from distributed import LocalCluster
+
+    for left in reversed(range(OPENINGS)):
+        try:
+            with uninterrupted():  # Ctrl-C is this process's business
+                return LocalCluster(
+                    n_workers=n, threads_per_worker=1, processes=True, dashboard_address=None
+                )
+        except (RuntimeError, OSError) as error:
+            if left == 0:
+                raise StoreError(
+                    f"{OPENINGS} times a process of local:{n} ended as it began. The system may"
+                    " have run out of memory: use fewer. What is finished is in the store."
+                ) from error
+    raise AssertionError("unreachable")
+
+
+@contextmanager
+def _closing_soon(*closed: Any) -> Iterator[None]:
+    """Close these at the end, in a thread that nobody waits for longer than ``_GRACE``."""
+    try:
+        yield
+    finally:
+        thread = threading.Thread(target=lambda: [one.close() for one in closed], daemon=True)
+        thread.start()
+        thread.join(_GRACE)
+
+
+def hush() -> None:
+    """From now on Dask's log is silent: what matters of it is said in a sentence."""
+    if find_spec("distributed") is not None:
+        import_module("distributed")  # which sets its log up
+    for name in [*logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)

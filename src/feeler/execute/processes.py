@@ -1,5 +1,6 @@
 """Processes: workers that may crash or run out of memory without taking the batch with them."""
 
+import contextlib
 import errno
 import gc
 import multiprocessing
@@ -11,12 +12,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any
 
-from pebble import ProcessExpired, ProcessPool
+from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import check_workers
@@ -43,6 +45,10 @@ class OutOfMemory(FeelerError, MemoryError):
     """A task needed more memory than its worker may have."""
 
 
+CONSTS.channel_lock_timeout = 5.0  # s; a worker may have been killed while it held the lock
+OPENINGS = 3  # [C] pools in a row that may break as they begin
+_BROKEN = (BrokenProcessPool, RuntimeError, OSError, EOFError)
+"""What a pool raises whose processes end as they begin."""
 CRASHES = (WorkerCrashed, MemoryError)
 """Errors that tell of the machine rather than of the task, so that a second try makes sense."""
 
@@ -54,7 +60,7 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
     Returns at once: the imports run beside the caller's own.
     """
     _CONTEXT.set_forkserver_preload([*modules])  # in place of the script, which is not to run there
-    with _uninterrupted():
+    with uninterrupted():
         forkserver.ensure_running()
 
 
@@ -75,33 +81,76 @@ class ProcessExecutor:
             )
         self.memory_limit = memory_limit or int(MEMORY_SHARE * _find_free_memory() / self.workers)
         self._pool: ProcessPool | None = None
+        self._opening, self._kills, self._breaks = threading.RLock(), 0, 0
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
         """Queue ``function(*args)``; both must be picklable. Processes start with the first
         task.
         """
+        if self._breaks >= OPENINGS:
+            raise _explain_start()
         message = pickle.dumps((function, args))
-        if self._pool is None or not self._pool.active:
-            self.kill()
-            prepare_workers()
-            limit = (self.memory_limit,)
-            self._pool = ProcessPool(
-                self.workers, initializer=_begin, initargs=limit, context=_CONTEXT
-            )
         answer: Future = Future()
-        task = self._pool.schedule(_answer, (message,))
         answer.set_running_or_notify_cancel()
-        task.add_done_callback(lambda done: _pass_on(done, answer))
+        self._send(message, answer, self._kills)
         return answer
+
+    def _send(self, message: bytes, answer: Future, kills: int) -> None:
+        """Queue a task in a pool that works; too many in a row that break as they begin end it."""
+        while kills == self._kills:
+            try:
+                task = self._open().schedule(_answer, (message,))
+            except _BROKEN:
+                self._drop(broken=True)
+            else:
+                task.add_done_callback(partial(self._take, message, answer, kills))
+                return
+            if self._breaks >= OPENINGS:
+                answer.set_exception(_explain_start())
+                return
+
+    def _take(self, message: bytes, answer: Future, kills: int, done: Future) -> None:
+        """Pass a worker's answer on. A pool that breaks has not begun this task, whose worker would
+        be known: it is sent again, by a thread that the broken pool does not wait for.
+        """
+        if done.cancelled() or not isinstance(done.exception(), BrokenProcessPool):
+            self._breaks = 0
+            _pass_on(done, answer)
+        elif self._breaks >= OPENINGS:
+            answer.set_exception(_explain_start())
+        else:
+            again = (message, answer, kills)
+            threading.Thread(target=self._send, args=again, daemon=True).start()
+
+    def _open(self) -> ProcessPool:
+        with self._opening:
+            if self._pool is not None and not self._pool.active:
+                self._drop(broken=True)
+            if self._pool is None:
+                prepare_workers()
+                limit = (self.memory_limit,)
+                self._pool = ProcessPool(
+                    self.workers, initializer=_begin, initargs=limit, context=_CONTEXT
+                )
+            return self._pool
+
+    def _drop(self, broken: bool = False) -> None:
+        with self._opening:
+            pool, self._pool = self._pool, None
+            if pool is None:
+                return
+            self._breaks += broken
+            pool.stop()
+            with contextlib.suppress(*_BROKEN):
+                pool.join()
 
     def kill(self) -> None:
         """End every process at once; unanswered tasks are dropped. The executor can be used
         again.
         """
-        if self._pool is not None:
-            self._pool.stop()
-            self._pool.join()
-        self._pool = None
+        self._kills += 1
+        self._drop()
+        self._breaks = 0
 
     def __enter__(self) -> "ProcessExecutor":
         return self
@@ -121,11 +170,19 @@ def _pass_on(done: Future, answer: Future) -> None:
         good, value = pickle.loads(done.result())
     except CancelledError as error:
         good, value = False, error
-    except (ProcessExpired, BrokenProcessPool) as error:
-        good, value = False, WorkerCrashed(_explain_end(getattr(error, "exitcode", 1)))
+    except ProcessExpired as error:
+        good, value = False, WorkerCrashed(_explain_end(error.exitcode))
     except BaseException as error:
         good, value = False, error
     answer.set_result(value) if good else answer.set_exception(value)
+
+
+def _explain_start() -> WorkerCrashed:
+    return WorkerCrashed(
+        f"{OPENINGS} times in a row worker processes ended as they began. The system may have run"
+        " out of memory: use fewer workers. In a script, start batches under"
+        ' `if __name__ == "__main__":`.'
+    )
 
 
 def _explain_end(code: int | None) -> str:
@@ -133,13 +190,11 @@ def _explain_end(code: int | None) -> str:
         f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
     )
     hint = " The system may have run out of memory: use fewer workers." if code == -9 else ""
-    if code == 1:
-        hint = ' In a script, start batches under `if __name__ == "__main__":`.'
     return f"a worker process ended {how} before it had answered.{hint}"
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """What starts here never sees Ctrl-C, which a terminal sends to it too: the parent decides what
     is to end.
     """

@@ -225,12 +225,17 @@ def follow(
     Raises
     ------
     InvalidInput
-        The map is undefined (the antenna's peak does not move with distance), so there is nothing
-        to steer by.
+        The target or the start lies beyond the antenna's length, or the map is undefined (the
+        antenna's peak does not move with distance), so that there is nothing to steer by.
     """
     posture = (posture or FOLLOWING).replace(side="right")
     controller, course = controller or Controller(), course or Course()
     start = controller.target if start is None else start
+    if not 0 < max(controller.target, start) <= antenna.length:
+        raise InvalidInput(
+            f"the wall must be within the antenna's reach of {antenna.length:g} mm: the target is"
+            f" {controller.target:g} mm, the start {start:g} mm."
+        )
     if not oracle:
         distance_map = distance_map or calibrate(
             antenna, posture, speed=speed, engine=engine, timestep=timestep

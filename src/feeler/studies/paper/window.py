@@ -114,8 +114,8 @@ def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
     }
 
 
-_NAMES = ("exponential", "linear", "constant", "matched", "rival")
-_UNCUT = (
+_COMPARED = ("exponential", "linear", "constant", "matched", "rival")
+_WINDOWLESS = (
     *("wall", "robot", "window", "tradeoff", "gradient", "choices", "design", "active", "bounds"),
     *("axes", "antenna", "calibration", "tensors", "tracking"),
 )
@@ -134,8 +134,8 @@ def find_one_sided(keys: Iterable[str]) -> set[str]:
     found: dict[str, dict[bool, set[str]]] = {}
     for key in keys:
         parts = re.split(r"[.,]\s*", key)
-        profile = next((part for part in parts if part in _NAMES), "")
-        if profile and parts[0] not in _UNCUT:
+        profile = next((part for part in parts if part in _COMPARED), "")
+        if profile and parts[0] not in _WINDOWLESS:
             uncut = any(part in _UNCUT for part in parts)
             rest = [part for part in parts if part not in (*_UNCUT, *_CUT, profile)]
             sides = found.setdefault(".".join(rest), {True: set(), False: set()})
