@@ -18,6 +18,11 @@ HEADLINES = {
         "{calibration.frequency:.1f} Hz damped tip frequency, published constants",
     ),
     "Tactile tensors": ("Fig. 2D–E, S3, Movie S2", "{tensors.count:.0f} tensors of one antenna"),
+    "Design axes: spacing, sampling, compliance": (
+        "Fig. 1",
+        "{axes.place.every 14:.0%} of places named right with every 14th sensor,"
+        " {axes.place.every 1:.0%} with all",
+    ),
     "Wall distance": (
         "Fig. 3, Movie S3",
         "curvature follows wall distance in the paper's order of antennas in"

@@ -15,7 +15,7 @@ from ._command import run
         (("touch", "--feature", "cube"), "valid: ball, box, triangle"),
         (("touch", "--antenna", "spider"), "unknown antenna 'spider'"),
         (("touch", "--engine", "ode"), "valid: chain-consistent, chain, mujoco"),
-        (("reproduce", "--scale", "huge"), "smoke, quick, paper"),
+        (("reproduce", "--scale", "huge"), "smoke, quick, published, paper"),
         (("reproduce", "--set", "colour=2"), "stiffness, damping"),
         (("reproduce", "--timestep", "5"), "timestep=1"),
         (("reproduce", "--timestep", "0.5"), "use at most 0.1 ms"),
@@ -26,7 +26,7 @@ from ._command import run
         (("touch", "--timestep", "0"), "timestep must be finite and > 0"),
         (
             ("compare", "linear", "constant", "--scale", "foo"),
-            "unknown scale 'foo'; valid: smoke, quick, paper",
+            "unknown scale 'foo'; valid: smoke, quick, published, paper",
         ),
         (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),

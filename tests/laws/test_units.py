@@ -13,6 +13,10 @@ UNIT = (
 )
 LABEL = re.compile(rf"(?:^|[,;(] ?)([^\[\],;]*?) [\[(]{UNIT}[\])]")
 OWN = {
+    r"spacing of sensors": {"mm"},
+    r"sampling rate": {"Hz"},
+    r"noise borne|equal noise at|both noises are equal": {"rad"},
+    r"best rate": {"1/joint"},
     r"angular speed|mean of peak speeds|\|speed\||^left$|^right$": {"°/s", "%"},
     r"distance since": {"mm"},
     r"processor time|^time$": {"s", "ms"},

@@ -35,7 +35,7 @@ class _Verbs(TyperGroup):
             args = ["info", *args]
         return super().parse_args(ctx, args)
 
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
+    def format_commands(self, _ctx: Any, formatter: Any) -> None:
         """Verbs by what one wants to do, in place of one long list."""
         for title, verbs in GROUPS.items():
             with formatter.section(title):

@@ -157,7 +157,7 @@ class _Again(CloudReader):
 
     def fit(self, X: Any, y: Labels, groups: Any = None) -> "CloudReader":
         """As the reader that it stems from."""
-        return super().fit(X, y, self.groups)
+        return super().fit(X, y, self.groups if groups is None else groups)
 
 
 def _temper(scores: np.ndarray, true: np.ndarray) -> float:
