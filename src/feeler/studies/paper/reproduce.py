@@ -150,9 +150,9 @@ def reproduce(
 
 
 def _write_meanwhile(context: Context, found: dict[str, Section]) -> None:
-    """The page as far as it is known, where every section has something to show."""
-    if len(found) == len(STAGES):
-        ordered = [found[stage.name] for stage in STAGES]
+    """The page as far as it is known, where kept sections have something to show."""
+    ordered = [found[stage.name] for stage in STAGES if stage.name in found]
+    if any(section.kept for section in ordered):
         write_page(context, ordered, judge_claims(ordered, context))
 
 
