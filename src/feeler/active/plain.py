@@ -60,13 +60,13 @@ class PlainTouch(gymnasium.Wrapper):
         }
         if self._decides:
             told["decide"] = int(given[-1] > 0)
-        total, ends = 0.0, (False, False)
+        total = 0.0
         for _ in range(self._repeat):
-            observation, reward, *ends, info = self.env.step(told)  # type: ignore[assignment]
+            observation, reward, terminated, truncated, info = self.env.step(told)
             total += float(reward)
-            if any(ends):
+            if terminated or truncated:
                 break
-        return self._flatten(observation), total, ends[0], ends[1], info
+        return self._flatten(observation), total, terminated, truncated, info
 
     def _flatten(self, observation: Any) -> np.ndarray:
         flat = spaces.flatten(self.env.observation_space, observation)
