@@ -115,8 +115,8 @@ class _Array(_Rule):
     def _fits(shape: tuple[int, ...], dims: list[str]) -> bool:
         if "..." in dims:
             return len(shape) >= len(dims) - 1
-        if not shape and dims[-1].endswith("?"):
-            return True
+        if all(dim.endswith("?") for dim in dims[: len(dims) - len(shape)]):
+            dims = dims[max(len(dims) - len(shape), 0) :]
         return len(shape) == len(dims) and all(
             not dim.isdigit() or int(dim) == size for dim, size in zip(dims, shape, strict=True)
         )
@@ -128,7 +128,7 @@ class _Array(_Rule):
         if not allowed.all():
             first = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
             words = _say_range(self.bounds, ["finite"] if self.finite else [])
-            dims = [dim.rstrip("?") for dim in self.dims or ()]
+            dims = [dim.rstrip("?") for dim in self.dims or ()][-array.ndim :]
             named = zip(dims, first, strict=False)
             place = "".join(f", {dim} {k + 1}" for dim, k in named if dim.isalpha())
             raise Wrong(f"must be {words}, got {array[first]}{place.replace(',', ' in', 1)}")

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,8 @@ def compute_beam(
     modulus: Along,
     density: Along,
     damping_time: Along,
+    planes: int = 1,
+    shear_modulus: Along | None = None,
 ) -> dict[str, np.ndarray]:
     """Fields of an antenna for a beam; see :meth:`feeler.Antenna.from_beam`."""
     if (radius is None) == (width is None or thickness is None) or (width is None) != (
@@ -54,12 +56,72 @@ def compute_beam(
     stiffness[0] *= (
         2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves
     )
-    return {
+    found = {
         "segment_length": np.full(n_segments, size),
         "segment_mass": heavy * area * size,
         "radius": half,
         "stiffness": stiffness,
         "damping": _at("damping_time", damping_time, hinge, least=0.0) * stiffness,
+    }
+    if planes == 1:
+        return found
+    section = _Section(radius, width, thickness)
+    return found | _bend_in_space(found, section, modulus, density, planes, shear_modulus)
+
+
+class _Section(NamedTuple):
+    """A full circle, or a strip."""
+
+    radius: Along | None
+    width: Along | None
+    thickness: Along | None
+
+    def measure(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """At places x: area [mm²], its moments across the second plane and of torsion [mm⁴], and
+        half the thickness [mm].
+        """
+        if self.radius is not None:
+            r = _at("radius", self.radius, x, least=0.0)
+            return np.pi * r**2, np.pi / 4 * r**4, np.pi / 2 * r**4, r
+        w, t = (_at(name, getattr(self, name), x, least=0.0) for name in ("width", "thickness"))
+        long, short = np.maximum(w, t), np.minimum(w, t)
+        flat = short / long
+        twist = long * short**3 * (1 / 3 - 0.21 * flat * (1 - flat**4 / 12))  # Young & Budynas
+        return w * t, t * w**3 / 12, twist, t / 2
+
+
+def _bend_in_space(
+    plane: dict[str, np.ndarray],
+    section: _Section,
+    modulus: Along,
+    density: Along,
+    planes: int,
+    shear_modulus: Along | None,
+) -> dict[str, np.ndarray]:
+    """What is different in space: hinges of each plane, and segments that are frusta."""
+    if planes not in (2, 3):
+        raise InvalidInput(f"planes must be 1, 2, or 3 with torsion, got {planes!r}.")
+    if (planes == 3) != (shear_modulus is not None):
+        raise InvalidInput(
+            "torsion needs its stiffness: give shear_modulus [MPa] with planes=3, and only then."
+        )
+    n, size = len(plane["segment_length"]), plane["segment_length"][0]
+    hinge, middle = np.arange(n) / n, (np.arange(n) + 0.5) / n
+    ends = np.arange(n + 1) / n
+    area, _, _, thick = section.measure(ends)
+    _, moment, twist, _ = section.measure(hinge)
+    whole = (area[:-1] + 4 * section.measure(middle)[0] + area[1:]) / 6
+    moduli = [_at("modulus", modulus, hinge) * moment]
+    if shear_modulus is not None:
+        moduli.append(_at("shear_modulus", shear_modulus, hinge) * twist)
+    others = np.array(moduli) / size
+    others[:, 0] *= 2  # as in the plane
+    stiffness = np.concatenate([plane["stiffness"][None], others])
+    return {
+        "segment_mass": _at("density", density, middle) * whole * size,
+        "stiffness": stiffness,
+        "damping": plane["damping"] / plane["stiffness"] * stiffness,
+        "taper": thick[1:] / thick[:-1],
     }
 
 

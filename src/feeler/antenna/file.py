@@ -14,9 +14,12 @@
 and likewise [segment_length], [segment_mass], [radius], [damping] and, if need be, [rest_angle];
 [sensors] has ``hinges = [1, 4, …]``. In the place of a profile, ``formula = "37.78 * exp(-0.0827 *
 (n - 1))"`` may use the segment's number n of N, x = (n − ½) / N, its length l and the place s of
-its middle (0 base, 1 tip). An antenna by its making has, in the place of these, [beam.length],
-[beam.radius] (or width and thickness), [beam.modulus], [beam.density] and [beam.damping_time], each
-with ``unit`` and ``value`` or a ``formula`` of the place x; see :meth:`feeler.Antenna.from_beam`.
+its middle (0 base, 1 tip). An antenna in space says ``planes = 2``, or 3 with torsion, before its
+first table; values or formulas of its hinges may then be lists of one for each plane, and [taper]
+may stand beside them. An antenna by its making has, in the place of these, [beam.length],
+[beam.radius] (or width and thickness), [beam.modulus], [beam.density], [beam.damping_time] and, for
+torsion, [beam.shear_modulus], each with ``unit`` and ``value`` or a ``formula`` of the place x; see
+:meth:`feeler.Antenna.from_beam`.
 """
 
 import os
@@ -96,6 +99,7 @@ def _describe(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Any]:
         "schema": ANTENNA_SCHEMA,
         "name": antenna.name,
         "n_segments": antenna.n_segments,
+        **({"planes": len(antenna.planes)} if antenna.spatial else {}),
     }
     if beam:
         content["beam"] = {
@@ -107,7 +111,7 @@ def _describe(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Any]:
             for name, source in beam.items()
         }
     for name, units in FILE_UNITS.items():
-        if beam and name in OF_BEAM:
+        if (beam and name in OF_BEAM) or (name == "taper" and not antenna.spatial):
             continue
         formula = _find_formula(antenna, name, sources.get(name))
         values = {"formula": formula} if formula else _describe_values(getattr(antenna, name))
@@ -122,15 +126,13 @@ def _find_beam(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Source
     beam = {name: source for name, source in sources.items() if name.startswith("beam.")}
     if not beam:
         return {}
-    made = make_beam(beam, antenna.n_segments)
-    return (
-        beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in OF_BEAM) else {}
-    )
+    made = make_beam(beam, antenna.n_segments, len(antenna.planes))
+    return beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in made) else {}
 
 
 def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:
     """The source's formula if it gives the antenna's numbers to the last bit."""
-    if source is None or not source.formula:
+    if source is None or not source.formula or getattr(antenna, name).ndim == 2:
         return ""
     lengths = None if name == "segment_length" else antenna.segment_length
     found = sample_quantity(source.formula, antenna.n_segments, lengths)
@@ -143,6 +145,8 @@ def _describe_source(source: Source | None) -> dict[str, str]:
 
 
 def _describe_values(values: np.ndarray) -> dict[str, Any]:
+    if values.ndim == 2:
+        return {"values": values.tolist()}
     numbers = [float(value) for value in values]
     if len(set(map(repr, numbers))) == 1:
         return {"value": numbers[0]}

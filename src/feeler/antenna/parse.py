@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from feeler.antenna.antenna import MAX_SEGMENTS, Antenna
+from feeler.antenna.antenna import HINGE, MAX_SEGMENTS, Antenna
 from feeler.antenna.beam import compute_beam
 from feeler.antenna.fact import SourceTag
 from feeler.antenna.formula import evaluate
@@ -27,6 +27,7 @@ FILE_UNITS: dict[str, dict[str, float]] = {
     "stiffness": {"N·mm/rad": 1.0, "mN·m/rad": 1.0, "N·m/rad": 1e3, "µN·m/rad": 1e-3},
     "damping": {"N·mm·ms/rad": 1.0, "µN·m·s/rad": 1.0, "mN·m·s/rad": 1e3, "N·m·s/rad": 1e6},
     "rest_angle": {"rad": 1.0, "deg": math.pi / 180},
+    "taper": {"1": 1.0},
 }
 """Units that a file may use, with the factor to feeler's own, which comes first."""
 BEAM_UNITS: dict[str, dict[str, float]] = {
@@ -37,10 +38,11 @@ BEAM_UNITS: dict[str, dict[str, float]] = {
     "modulus": {"MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6},
     "density": {"g/mm³": 1.0, "mg/mm³": 1e-3, "kg/m³": 1e-6, "g/cm³": 1e-3},
     "damping_time": {"ms": 1.0, "s": 1e3, "µs": 1e-3},
+    "shear_modulus": {"MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6},
 }
 """The same for the tables of a beam, [beam.radius] and so on."""
-OF_BEAM = ("segment_length", "segment_mass", "radius", "stiffness", "damping")
-_OPTIONAL = ("rest_angle",)
+OF_BEAM = ("segment_length", "segment_mass", "radius", "stiffness", "damping", "taper")
+_OPTIONAL = ("rest_angle", "taper")
 SOURCE_KEYS = ("tag", "reference", "note")
 
 
@@ -68,7 +70,9 @@ class AntennaFile(Record):
     sources: dict[str, Source] = field(default_factory=dict)
 
 
-def make_beam(sources: dict[str, Source], n_segments: int) -> dict[str, np.ndarray]:
+def make_beam(
+    sources: dict[str, Source], n_segments: int, planes: int = 1
+) -> dict[str, np.ndarray]:
     """The quantities that the formulas of a beam's tables give.
 
     Raises
@@ -91,6 +95,7 @@ def make_beam(sources: dict[str, Source], n_segments: int) -> dict[str, np.ndarr
         "width": None,
         "thickness": None,
         "damping_time": 0.0,
+        "shear_modulus": None,
     }
     return compute_beam(
         **{
@@ -98,6 +103,7 @@ def make_beam(sources: dict[str, Source], n_segments: int) -> dict[str, np.ndarr
             **given,
             "length": float(evaluate(given["length"], {})),
             "n_segments": n_segments,
+            "planes": planes,
         }
     )
 
@@ -126,8 +132,9 @@ class _Reader:
                 "", "schema", f"must be {ANTENNA_SCHEMA!r}, got {str(content.get('schema'))[:60]!r}"
             )
         self.check_keys(
-            "", content, ("schema", "name", "n_segments", "beam", *FILE_UNITS, "sensors")
+            "", content, ("schema", "name", "n_segments", "planes", "beam", *FILE_UNITS, "sensors")
         )
+        self._planes = self.whole("", "planes", content.get("planes", 1), 1, 3)
         n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
         name = self.text("", "name", content.get("name", "custom"))
         values: dict[str, Any] = {}
@@ -258,7 +265,7 @@ class _Reader:
             else:
                 formula = self.scale(self.text(name, form, table.get(form)), factor)
             sources[name] = self.source(name, table, formula)
-        return self.attempt("beam", "", lambda: make_beam(sources, n)), sources
+        return self.attempt("beam", "", lambda: make_beam(sources, n, self._planes)), sources
 
     @staticmethod
     def scale(formula: str, factor: float) -> str:
@@ -267,7 +274,17 @@ class _Reader:
     def quantity(
         self, name: str, table: dict[str, Any], n: int, lengths: np.ndarray | None
     ) -> tuple[np.ndarray, str]:
-        """The values, and the formula that gave them."""
+        """The values, in space of each plane, and the formula that gave them."""
+        key = next((key for key in ("formula", "values") if key in table), "")
+        if self._planes == 1 or name not in HINGE or not key:
+            return self.row(name, table, n, lengths)
+        rows = [{**table, key: row} for row in self.list_rows(name, key, table[key])]
+        return np.array([self.row(name, row, n, lengths)[0] for row in rows]), ""
+
+    def row(
+        self, name: str, table: dict[str, Any], n: int, lengths: np.ndarray | None
+    ) -> tuple[np.ndarray, str]:
+        """The values of one plane, and the formula that gave them."""
         factor = self.unit(name, table, FILE_UNITS[name])
         forms = [key for key in ("value", "values", "profile", "formula") if key in table]
         if len(forms) != 1:
@@ -301,6 +318,15 @@ class _Reader:
             )
         with np.errstate(over="ignore"):
             return (values if factor == 1.0 else values * factor), ""
+
+    def list_rows(self, name: str, key: str, value: Any) -> list[Any]:
+        """What stands for each plane; where it is one and the same, once."""
+        per_plane = isinstance(value, list) and all(isinstance(row, list | str) for row in value)
+        if not per_plane:
+            return [value] * self._planes
+        if len(value) != self._planes:
+            self.fail(name, key, f"must be {self._planes} rows, one per plane, got {len(value)}")
+        return value
 
     def unit(self, name: str, table: dict[str, Any], valid: dict[str, float]) -> float:
         unit = (

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.stimulus.base import BaseMotion
@@ -55,6 +56,9 @@ class Scene:
     angle: np.ndarray | None = None
     velocity: np.ndarray | None = None
     label: str = ""
+
+    def __post_init__(self) -> None:
+        require_plane(self.antenna, "the physics")
 
     @property
     def initial_angle(self) -> np.ndarray:
