@@ -26,10 +26,12 @@ def files(tmp_path, monkeypatch):
     Path("table.csv").write_text("head_x,head_y\n1,2\n2,3\n")
     newer = Path("mine.toml").read_text().replace("feeler.robot/1", "feeler.robot/9")
     Path("newer.toml").write_text(newer)
-    Path("other.csv").write_text("a,b\n1,2\n")
+    Path("other.csv").write_text("time_ms,b,who\n1,2,me\n2,3,\n")
+    Path("other.bin").write_text("no file of ours")
+    Path("objects.toml").write_text('[[object]]\nname = "nut"\nshape = "ball"\nradius = 3\n')
     for name in ("DLC_one.csv", "DLC_one.h5", "DLC_two.h5"):
         (tmp_path / name).write_bytes((TRACKS / name).read_bytes())
-    for name in ("surrogate_ball_tip_fast.csv",):
+    for name in ("surrogate_ball_tip_fast.csv", "surrogate_calibration_table.csv"):
         (tmp_path / name).write_bytes((ROBOT / name).read_bytes())
     return tmp_path
 
@@ -42,6 +44,17 @@ def files(tmp_path, monkeypatch):
         ("rec.csv", ("recording of a robot", "channels    2, angle", "samples     3 over 2 ms")),
         ("surrogate_ball_tip_fast.csv", ("channels    8, capacitance", "feature ball")),
         ("table.csv", ("tracks of landmarks", "landmarks   head", "frame rate not in the file")),
+        ("objects.toml", ("objects to touch", "nut: ball, size 3 mm")),
+        ("surrogate_calibration_table.csv", ("known angles", "hinges      8, readings in pF")),
+        (
+            "other.csv",
+            (
+                "a table that no verb of feeler reads as it is",
+                "column      b: 2 … 3",
+                "column      who: text ('me' …)",
+                "because     other.csv: 0 channels",
+            ),
+        ),
         ("DLC_one.csv", ("left_tip, right_tip, head, abdomen", "frames      50", "DeepLabCut")),
         ("DLC_one.h5", ("left_tip, right_tip, head, abdomen", "frames      50", "DeepLabCut")),
         ("DLC_two.h5", ("animals     one, two", "--individual one", "doubted     2.0%")),
@@ -57,7 +70,8 @@ def test_every_input_says_what_it_holds(files, name, words):
     ("name", "words"),
     [
         ("newer.toml", "schema must be 'feeler.robot/1', got 'feeler.robot/9'"),
-        ("other.csv", "is no file of feeler"),
+        ("other.bin", "is no file of feeler"),
+        (".", "is a folder, no store of touches: name a file (DLC_one.csv"),
     ],
 )
 def test_what_cannot_be_read_is_refused_by_its_own_reader(files, name, words):
@@ -74,7 +88,7 @@ def test_a_file_alone_asks_what_it_is_and_a_verb_stays_a_verb(files):
 
 
 def test_one_file_that_is_unknown_does_not_hide_the_others(files):
-    code, said = say("info", files / "other.csv", files / "rec.csv")
+    code, said = say("info", files / "other.bin", files / "rec.csv")
     assert code == 2 and "is no file of feeler" in said and "channels    2, angle" in said
 
 
@@ -111,3 +125,23 @@ def test_foreign_files_are_called_by_their_names(tmp_path, start, words):
     for verb in (("tracks",), ("robot", "check"), ("validate",)):
         code, said = say(*verb, tmp_path / "thing.dat")
         assert code != 0 and "Error" not in said.replace("UnicodeDecodeError", ""), said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ("robot", "check", "DLC_one.h5"),
+            "no recording of a robot. It is of another kind",
+        ),
+        (("robot", "check", "surrogate_calibration_table.csv"), "feeler robot calibrate surrogate"),
+        (("tracks", "mine.toml"), "no tracks. It is of another kind: robot (TOML). feeler robot"),
+        (("tracks", "rec.csv"), "feeler robot convert rec.csv --out touch.nc makes tensors of it"),
+        (("convert", "objects.toml", "x.nc"), "--objects objects.toml tells them apart"),
+        (("convert", "other.csv", "x.nc"), "other.csv is no file of feeler"),
+    ],
+)
+def test_a_verb_names_what_it_was_given_and_the_verb_that_takes_it(files, words, said):
+    code, found = say(*words)
+    assert code != 0 and said in found
+    assert "Traceback" not in found and "damaged" not in found

@@ -162,6 +162,30 @@ def ask_environment(lanes):
     yield make(), read
 
 
+def ask_plain(_):
+    pytest.importorskip("gymnasium")
+    from feeler.active import TouchTask
+    from feeler.active.environment import TouchEnv
+    from feeler.active.plain import PlainTouch
+
+    def make():
+        balls = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=2.0)]
+        return PlainTouch(TouchEnv(TouchTask(features=balls, pool=5, duration=80.0)))
+
+    def read(environment, seed=11):
+        rows = {"0": environment.reset(seed=seed)[0]}
+        middle = np.full(environment.action_space.shape, 0.3, dtype=np.float32)
+        for k in range(1, 6):
+            seen, reward, *_ = environment.step(middle)
+            rows |= {str(k): seen, f"reward {k}": np.array(reward)}
+        return rows
+
+    used = make()
+    read(used, seed=3)
+    yield used, read
+    yield make(), read
+
+
 CASES = {
     "Stepper": (ask_stepper, [*ENGINES]),
     "ChainStepper": (ask_stepper, ["chain-consistent"]),
@@ -174,6 +198,7 @@ CASES = {
     "SensillaStream": (ask_sensilla, [""]),
     "TouchVectorEnv": (ask_environment, ["lanes"]),
     "TouchEnv": (ask_environment, ["one"]),
+    "PlainTouch": (ask_plain, [""]),
 }
 ASKED = sorted({(ask, option) for ask, options in CASES.values() for option in options}, key=str)
 

@@ -223,11 +223,12 @@ def test_a_recording_that_ends_early_is_judged_on_what_it_holds(reader, share):
         answer, _ = judge_recording(classifier, cut, robot)
         assert answer.label[0] in ("ball", "box") and 0 < answer.probability <= 1
         peak = find_first_peak(compute_tip(robot, cut.values))
-        if peak < 0:
-            assert "no peak: the largest deflection stands for it" in str(answer)
-        else:
-            words = f"400 ms after the first peak are needed; here {count - 1 - peak}"
-            assert (words in str(answer)) == (count - 1 - peak < 400)
+        left = count - 1 - peak
+        said = {
+            "no peak: the largest deflection stands for it": peak < 0,
+            f"400 ms after the first peak are needed; here {left}": peak >= 0 and left < 400,
+        }
+        assert {words: words in str(answer) for words in said} == said
 
 
 def test_noise_drift_and_taps_beside_are_unlike_any_touch(reader):
@@ -318,3 +319,30 @@ def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):
     text = (tmp_path / "b.ino").read_text()
     assert "CHANNELS = 12;" in text and "RATE = 100;" in text
     assert "exists already" in str(run("robot", "board", tmp_path / "b.ino").exception)
+
+
+def test_a_moulded_robot_is_the_beam_of_its_material(tmp_path):
+    path = tmp_path / "soft.toml"
+    write_robot(path, 5, moulded=True)
+    antenna = load_robot(path).antenna
+    text = path.read_text()
+    x = np.arange(5) / 5
+    moment = np.pi / 64 * (4 - 2 * x) ** 4
+    expected = 0.8 * moment / 8 * np.array([2, 1, 1, 1, 1])  # the first hinge stands for half
+    np.testing.assert_allclose(antenna.stiffness, expected)
+    np.testing.assert_allclose(antenna.damping, 2.0 * expected)
+    np.testing.assert_allclose(antenna.radius, (4 - 2 * (x + 0.1)) / 2)
+    strip = text.replace('diameter = "4 - 2 * x"', "#").replace("# width", "width")
+    path.write_text(strip.replace("# thickness", "thickness"))
+    np.testing.assert_allclose(
+        load_robot(path).antenna.stiffness, 0.8 * 6 * 2**3 / 12 / 8 * np.array([2, 1, 1, 1, 1])
+    )
+    for wrong, message in [
+        (strip, "needs diameter .mm., or width and thickness"),
+        (text.replace("[beam]", "[links]"), "soft.toml: .*links"),
+        (text.replace('"4 - 2 * x"', '"4 - 5 * x"'), "radius must be finite and > 0 all along"),
+        (text + "[links]\nlength = 8\nmass = 1\nradius = 1\n", "one or the other"),
+    ]:
+        path.write_text(wrong)
+        with pytest.raises(InvalidInput, match=message):
+            load_robot(path)

@@ -34,6 +34,10 @@ ROWS = [[t, *range(8)] for t in range(3)]
         ("t_us", "mrad", 1e-3, 1e-3, "angle"),
         ("time [ms]", "fF", 1.0, 1e-3, "capacitance"),
         ("time_ms", "pF", 1.0, 1.0, "capacitance"),
+        ("__time", "mV", 1000.0, 1.0, "voltage"),
+        ("%time", "V", 1e-6, 1e3, "voltage"),
+        ("Timestamp (us)", "kohm", 1e-3, 1e3, "resistance"),
+        ("millis", "counts", 1.0, 1.0, "capacitance"),
     ],
 )
 def test_units_are_converted_at_the_door(tmp_path, time, unit, interval, scale, quantity):
@@ -93,6 +97,9 @@ def test_notes_become_labels(tmp_path):
             "unknown source 'cockroach'; valid: robot, surrogate",
         ),
         (_header(), ROWS, "# speed: fast\n", "note 'speed' must be a number, got 'fast'"),
+        (_header(), [[0, *"abcdefgh"], [1, *"abcdefgh"]], "", "'hinge1_deg' holds text .'a'."),
+        (_header(), [["12:30:01", *range(8)]] * 2, "", "'time_ms' holds text .'12:30:01'."),
+        (_header("furlong"), ROWS, "", "0 channels .* columns are time_ms, hinge1_furlong"),
     ],
 )
 def test_faults_are_named(tmp_path, header, rows, notes, message):
@@ -336,3 +343,36 @@ def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body,
     assert fixed.values.shape == (fixed.values.shape[0], fixed.time.size) and np.all(
         np.diff(fixed.time) > 0
     )
+
+
+def test_a_european_table_with_remarks_and_temperature_is_read_and_says_what_it_left_out(tmp_path):
+    path = tmp_path / "bench.csv"
+    path.write_text(
+        "Messung 12;Labor B\nZeit war kurz\n\n"
+        "Time;ADC0;ADC1;Temperature;remark\n(s);(mV);(mV);(°C);\n"
+        "0,000;12,5;-3;21,5;begin\n0,001;12,75;-3,5;21,5;\n0,002;13;-4;21,6;touched, hard\n"
+    )
+    recording = load_recording(path, n_channels=2)
+    np.testing.assert_allclose(recording.time, [0, 1, 2], atol=1e-12)
+    np.testing.assert_array_equal(recording.values, [[12.5, 12.75, 13], [-3, -3.5, -4]])
+    assert (recording.quantity, recording.unit) == ("voltage", "mV")
+    said = " ".join(recording.history)
+    assert "decimal commas" in said and "hinge 1 is number 0" in said
+    assert "left out, being no channels: Temperature (°C), remark (text)" in said
+    save_recording(recording, tmp_path / "again.csv")
+    again = load_recording(tmp_path / "again.csv", n_channels=2)
+    assert (again.unit, again.values.tolist()) == ("mV", recording.values.tolist())
+
+
+def test_a_calibration_of_other_units_is_refused():
+    levels = np.linspace(-1, 1, 5)
+    lines = fit_sensors(np.ones(5), levels, 100 + levels, unit="mV")
+    counts = Recording(
+        time=np.arange(3.0), values=np.full((1, 3), 100.5), quantity="capacitance", unit="counts"
+    )
+    with pytest.raises(InvalidInput, match="readings in mV, the recording is in counts"):
+        counts.to_angles(lines)
+    with pytest.raises(InvalidInput, match="unit of capacitance is pF, counts, got 'mV'"):
+        counts.replace(unit="mV")
+    millivolts = counts.replace(quantity="voltage", unit="")
+    np.testing.assert_allclose(millivolts.to_angles(lines).values, 0.5)

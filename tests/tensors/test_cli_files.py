@@ -110,7 +110,7 @@ def test_convert_keeps_everything(tmp_path, tensors):
         call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exception, InvalidInput
     )
     assert isinstance(
-        call("convert", tmp_path / "set.zarr", tmp_path / "b.nwb").exception, InvalidInput
+        call("convert", tmp_path / "set.zarr", tmp_path / "b.odt").exception, InvalidInput
     )
 
 

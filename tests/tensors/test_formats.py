@@ -215,7 +215,7 @@ def test_absent_files_pipes_and_folders_are_refused(tmp_path):
     for name, words in {
         "absent": "no such file",
         "pipe": "not a regular file",
-        "folder": "damaged or of another kind",
+        "folder": "is a folder, no store of touches: name a file .nothing",
         "a\0": "no such file",
     }.items():
         with pytest.raises(InvalidInput, match=words):
@@ -409,7 +409,7 @@ def test_options_that_a_format_needs_are_named(tmp_path, whole):
     with pytest.raises(
         InvalidInput, match=r"cannot write \.nwb.*it takes session_start=, identifier="
     ):
-        save(whole, tmp_path / "set.nwb")
+        save(whole, tmp_path / "set.nwb", began="today")
     with pytest.raises(InvalidInput, match=r"cannot write \.nc.*it takes no options"):
         save(whole, tmp_path / "set.nc", trial=3)
 

@@ -47,7 +47,9 @@ def test_delimiters_notes_and_missing_cells(tmp_path, delimiter):
         ("a,b\n1,inf\n", "'inf' is no finite number"),
         ("a,b\n1,1e999\n", "'1e999' is no finite number"),
         ("a,b\n1,1_0\n", "'1_0' is no finite number"),
-        ("a;b\n1;2,5\n", "Use a decimal point"),
+        ("a;b\n1;2,5\n3.5;1\n", "line 2: '2,5' has a decimal comma, '3.5' a decimal point"),
+        ("a;b\n1;2,500\n1;-12,125\n", "is '2,500' a decimal, or are these thousands"),
+        ('a,b\n1,2\n1,"2,5"\n', "Use a decimal point"),
         ("a,b\n1,__import__('os')\n", "is no finite number"),
     ],
 )
@@ -109,3 +111,52 @@ def test_any_text_gives_a_table_or_our_error(text):
     except InvalidInput:
         return
     assert table.values.shape == (table.line.size, len(table.columns))
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "values"),
+    [
+        ("a;b\n0,5;1,25e2\n;-,5\n", ("a", "b"), [[0.5, 125], [np.nan, -0.5]]),
+        ("a\tb\n1\t0,125\n2\t1,125\n", ("a", "b"), [[1, 0.125], [2, 1.125]]),
+        ("a b\n0,5   7\n1,5 8\n", ("a", "b"), [[0.5, 7], [1.5, 8]]),
+        ("t;h (mV)\n(ms);\n1;2\n", ("t (ms)", "h (mV)"), [[1, 2]]),
+        ("a,b\nms,deg\n1,2\n", ("a (ms)", "b (deg)"), [[1, 2]]),
+        ("Logger 3000\nDate: 3 May\n\na,b\n1,2\n", ("a", "b"), [[1, 2]]),
+        ("# source: robot\n# a b\n1 2\n3 4\n", ("a", "b"), [[1, 2], [3, 4]]),
+        ('"a, of two",b\n1,2\n', ("a, of two", "b"), [[1, 2]]),
+        ("%time,b\n1,2\n", ("%time", "b"), [[1, 2]]),
+    ],
+    ids=[
+        "commas",
+        "tabs",
+        "blanks",
+        "units",
+        "bare units",
+        "logger",
+        "savetxt",
+        "quotes",
+        "ros",
+    ],
+)
+def test_tables_as_laboratories_write_them(text, columns, values):
+    table = parse_table(text)
+    assert table.columns == columns
+    np.testing.assert_array_equal(table.values, values)
+
+
+def test_lines_above_the_header_are_notes():
+    table = parse_table("Logger;3000\nrobot: A\nt;b\n1;0,5\n")
+    assert table.notes == {"logger": "3000", "robot": "A", "decimals": "commas"}
+
+
+def test_columns_of_words_are_left_out_where_that_is_asked_for():
+    text = "a,who,b\n1,,2\n3,ok,4\n5,7,6\n"
+    with pytest.raises(InvalidInput, match="line 3, column 'who': 'ok' is no finite number"):
+        parse_table(text)
+    table = parse_table(text, words=True)
+    assert table.words == {"who": "ok"}
+    np.testing.assert_array_equal(table.values, [[1, np.nan, 2], [3, np.nan, 4], [5, np.nan, 6]])
+    with pytest.raises(InvalidInput, match=r"column 'who' holds text .'ok'., numbers are needed"):
+        table.column("who")
+    with pytest.raises(InvalidInput, match="line 4, column 'b': 'bad' is no finite number"):
+        parse_table("a,who,b\n1,,2\n3,ok,4\n5,7,bad\n", words=True)

@@ -48,6 +48,7 @@ def convert(
     along.
     """
     from feeler.cli.choose import parse_start
+    from feeler.cli.info import name_instead
     from feeler.errors import InvalidInput
     from feeler.guard import Limits
     from feeler.tensors.bags import find_bag
@@ -80,30 +81,9 @@ def convert(
     try:
         tensors = load(source, Limits(max_bytes=int(max_gib * 2**30)))
     except InvalidInput as error:
-        raise _name_instead(source) or error from None
+        raise name_instead(source, "tensors") or error from None
     save(tensors, target, **options)
     typer.echo(f"wrote {target}")
-
-
-def _name_instead(source: Path) -> Exception | None:
-    """What a file without tensors is, where another verb reads it."""
-    from feeler.cli.info import list_rooms
-    from feeler.errors import InvalidInput
-    from feeler.tensors.inspect import open_file
-
-    verbs = {
-        "tracks": f"feeler tracks {source.name} --out FOLDER writes angles, speeds and NWB",
-        "recording": f"feeler robot convert {source.name} --out touch.nc makes tensors of it",
-        "robot": "feeler robot classify --antenna takes it",
-        "design": f"feeler design {source.name} takes it",
-    }
-    try:
-        form, _ = open_file(source, None, list_rooms())
-    except InvalidInput:
-        return None
-    if form.kind not in verbs:
-        return None
-    return InvalidInput(f"{source.name} holds no tensors: {form.words}. {verbs[form.kind]}.")
 
 
 def _convert_bag(source: Path, target: Path) -> None:

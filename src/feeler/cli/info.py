@@ -6,6 +6,21 @@ from typing import Annotated, Any
 import typer
 
 from feeler.cli.say import Json, say_json
+from feeler.errors import FeelerError, InvalidInput
+
+_NEXT = {
+    "tensors": "feeler info {0} says what is in it; feeler convert and feeler compare take it",
+    "model": "feeler info {0} says of what",
+    "antenna": "feeler touch --antenna {0} touches with it",
+    "tracks": "feeler tracks {0} --out FOLDER writes angles, speeds and NWB",
+    "recording": "feeler robot convert {0} --out touch.nc makes tensors of it",
+    "robot": "feeler robot classify RECORDING --antenna {0} takes it",
+    "bench": "feeler robot calibrate {0} fits lines to it",
+    "calibration": "feeler robot check RECORDING --calibration {0} takes it",
+    "objects": "feeler robot classify RECORDING --objects {0} tells them apart",
+    "design": "feeler design {0} takes it",
+}
+"""What to do with a file, by the kind of what is in it."""
 
 _EXAMPLES = """Examples:
 
@@ -28,7 +43,6 @@ def info(
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
     them is executed.
     """
-    from feeler.errors import FeelerError
     from feeler.guard import Limits
     from feeler.tensors.inspect import describe_file
 
@@ -49,13 +63,40 @@ def info(
         raise typer.Exit(2)
 
 
+def name_instead(path: str | Path, kind: str) -> FeelerError | None:
+    """What a file is that holds nothing of this kind, and the command that takes it; None where it
+    may be of the kind, but is at fault, or is unknown.
+    """
+    from feeler.tensors.formats import find_formats
+    from feeler.tensors.inspect import open_file
+
+    if not Path(path).exists():
+        return None
+    name = Path(path).name
+    try:
+        likely = {form.kind for form in find_formats(path, list_rooms()).values()}
+        form, _ = open_file(path, None, list_rooms())
+    except FeelerError as error:
+        return error if "cannot" not in str(error) and kind not in likely else None
+    if form.kind in (kind, "table"):
+        return None
+    wanted = {"tracks": "tracks", "recording": "recording of a robot"}.get(kind, kind)
+    return InvalidInput(
+        f"{name} holds no {wanted}. It is of another kind: {form.words}."
+        f" {_NEXT[form.kind].format(name)}."
+    )
+
+
 def list_rooms() -> dict[str, Any]:
-    """The formats that stand beside tensors' own: what designs, robots and trackers write."""
+    """The formats that stand beside tensors' own: what designs, robots and trackers write, and
+    tables that no verb reads as they are.
+    """
     from feeler.design.files import DESIGN_FILES
     from feeler.robot.files import ROBOT_FILES
+    from feeler.tensors.plain_table import PLAIN_TABLES
     from feeler.tracking.files import TRACK_FILES
 
-    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES}
+    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **PLAIN_TABLES}
 
 
 def register(app: typer.Typer) -> None:

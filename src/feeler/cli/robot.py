@@ -12,6 +12,7 @@ from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
+    ChannelUnit,
     Engine,
     Files,
     Gaps,
@@ -22,6 +23,7 @@ from feeler.cli.robot_options import (
     Robot,
     Speeds,
     Timestep,
+    TimeUnit,
     Workers,
     make_touches,
     tell,
@@ -94,11 +96,14 @@ def example(folder: Annotated[Path, typer.Argument(help="where to put them")] = 
 def new(
     file: Annotated[Path, typer.Argument(help="TOML file to write")] = Path("robot.toml"),
     hinges: Annotated[int, typer.Option(min=1, help="how many hinges it has")] = 8,
+    moulded: Annotated[
+        bool, typer.Option("--moulded", help="one soft piece, such as silicone, in place of hinges")
+    ] = False,
 ) -> None:
     """Write a commented robot file to be edited and given to --antenna."""
     from feeler.robot import write_robot
 
-    write_robot(file, hinges)
+    write_robot(file, hinges, moulded=moulded)
     typer.echo(f"wrote {file}; edit its numbers, then give it to --antenna")
 
 
@@ -129,6 +134,8 @@ def check(
     recordings: Files,
     antenna: AntennaName = "robot",
     calibration: Calibration = None,
+    unit: ChannelUnit = None,
+    time_unit: TimeUnit = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
     out: Out = None,
@@ -138,7 +145,7 @@ def check(
     from feeler.cli.robot_pages import describe_recording, write_recordings
 
     read, names = (
-        Robot(antenna).read(recordings, calibration, outside, gaps),
+        Robot(antenna).read(recordings, calibration, outside, gaps, unit=unit, time_unit=time_unit),
         [path.name for path in recordings],
     )
     if as_json:
@@ -162,6 +169,8 @@ def convert(
     ],
     antenna: AntennaName = "robot",
     calibration: Calibration = None,
+    unit: ChannelUnit = None,
+    time_unit: TimeUnit = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
     lengths: Annotated[
@@ -172,10 +181,9 @@ def convert(
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
-    robot = Robot(antenna)
-    dataset = make_dataset(
-        robot.read(recordings, calibration, outside, gaps), robot.antenna, lengths=lengths
-    )
+    robot, units = Robot(antenna), {"unit": unit, "time_unit": time_unit}
+    read = robot.read(recordings, calibration, outside, gaps, **units)
+    dataset = make_dataset(read, robot.antenna, lengths=lengths)
     save(dataset, out)
     typer.echo(f"{dict(dataset.sizes)} saved to {out}")
 
@@ -185,6 +193,8 @@ def fit(
     recording: Annotated[Path, typer.Argument(help="CSV recording that starts at the release")],
     antenna: AntennaName = "robot",
     calibration: Calibration = None,
+    unit: ChannelUnit = None,
+    time_unit: TimeUnit = None,
     thickness: Annotated[float | None, typer.Option(help="flexure thickness [mm]")] = None,
     length: Annotated[float | None, typer.Option(help="flexure length [mm]")] = None,
     method: Annotated[str, typer.Option(help="update (fast) or powell (the paper's)")] = "update",
@@ -204,7 +214,7 @@ def fit(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
     read, how = (
-        robot.read([recording], calibration, "refuse", "refuse")[0],
+        robot.read([recording], calibration, "refuse", "refuse", unit=unit, time_unit=time_unit)[0],
         tell(engine=engine, timestep=timestep),
     )
     theory = {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
@@ -237,6 +247,8 @@ def classify(
     locations: Numbers = None,
     speeds: Speeds = None,
     calibration: Calibration = None,
+    unit: ChannelUnit = None,
+    time_unit: TimeUnit = None,
     outside: Outside = "refuse",
     gaps: Gaps = "bridge",
     robots: Annotated[
@@ -258,8 +270,10 @@ def classify(
     from feeler.robot.answer import judge_recording
 
     robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
+    units = {"unit": unit, "time_unit": time_unit}
     read = [
-        subtract_rest(recording) for recording in robot.read(recordings, calibration, outside, gaps)
+        subtract_rest(recording)
+        for recording in robot.read(recordings, calibration, outside, gaps, **units)
     ]
     how = tell(engine=engine, timestep=timestep, workers=workers)
     classifier = make_classifier(robot.antenna, touches, robots=robots, **how)

@@ -79,7 +79,8 @@ def stream(
         if recording.quantity == "angle":
             lines = None
         else:
-            require(lines, source)
+            lines = require(lines, source, recording.quantity)
+            recording.to_angles(lines, outside="extend")  # refused now where it does not fit
     running = decoder.start()
     kept: list[tuple] | deque[tuple] = [] if out is not None else deque(maxlen=_KEPT)
     say = say_json if as_json else _say_state

@@ -30,6 +30,12 @@ Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [
 Out = Annotated[
     Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")
 ]
+ChannelUnit = Annotated[
+    str | None, typer.Option("--unit", help="of the channels, where the file names none: deg, mV …")
+]
+TimeUnit = Annotated[
+    str | None, typer.Option(help="of the times, where the file names none: ms, s, us, ns")
+]
 Outside = Annotated[
     str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")
 ]
@@ -60,17 +66,23 @@ class Robot:
         self.theory = file.theory if file else self.antenna
         self.calibration = file.calibration if file else None
 
-    def read(self, paths, calibration, outside, gaps) -> list:
+    def read(self, paths, calibration, outside, gaps, **units: str | None) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
+        from feeler.cli.info import name_instead
+        from feeler.errors import InvalidInput
         from feeler.robot import load_calibration, load_recording, repair
 
         calibration = calibration or self.calibration
         lines = None if calibration is None else load_calibration(calibration)
         read = []
         for path in paths:
-            recording = load_recording(path, n_channels=self.antenna.sensors.size)
-            if recording.quantity == "capacitance":
-                recording = recording.to_angles(require(lines, path), outside=outside)
+            try:
+                recording = load_recording(path, n_channels=self.antenna.sensors.size, **units)
+            except InvalidInput as error:
+                raise name_instead(path, "recording") or error from None
+            if recording.quantity != "angle":
+                lines = require(lines, path, recording.quantity)
+                recording = recording.to_angles(lines, outside=outside)
             read.append(repair(recording, gaps=gaps))
         return read
 
@@ -103,12 +115,12 @@ def _split(option: str, text: str | None) -> tuple[float, ...] | None:
         ) from None
 
 
-def require(lines, path):
+def require(lines, path, quantity: str):
     """A calibration, where one is needed."""
     from feeler.errors import InvalidInput
 
     if lines is None:
         raise InvalidInput(
-            f"{path} holds capacitance: give --calibration, made by `feeler robot calibrate`."
+            f"{path} holds {quantity}: give --calibration, made by `feeler robot calibrate`."
         )
     return lines

@@ -106,7 +106,7 @@ def tracks(said: TrackOptions) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
-    from feeler.tracking import load_tracks, measure_exploration
+    from feeler.tracking import measure_exploration
 
     how: dict[str, Any] = {
         "frame_rate": said.frame_rate,
@@ -116,7 +116,7 @@ def tracks(said: TrackOptions) -> None:
         "individual": said.individual,
         "plane": said.plane,
     }
-    trials = [load_tracks(file, **how) for file in said.files]
+    trials = [_load(file, how) for file in said.files]
     if said.scale is not None:
         trials = [trial.scaled(said.scale) for trial in trials]
     head, abdomen = _pair("--body", said.body)
@@ -144,6 +144,17 @@ def tracks(said: TrackOptions) -> None:
         typer.echo(_write_words(found))
     if said.out is not None:
         _save(said.out, said.files, trials, result, found)
+
+
+def _load(file: Path, how: dict[str, Any]) -> Any:
+    from feeler.cli.info import name_instead
+    from feeler.errors import InvalidInput
+    from feeler.tracking import load_tracks
+
+    try:
+        return load_tracks(file, **how)
+    except InvalidInput as error:
+        raise name_instead(file, "tracks") or error from None
 
 
 def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:

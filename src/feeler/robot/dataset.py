@@ -95,8 +95,8 @@ def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
         step = np.diff(recording.time)
         if recording.quantity != "angle":
             raise InvalidInput(
-                f"recording {k} holds capacitance; turn it into angles with a sensor calibration"
-                " first."
+                f"recording {k} holds {recording.quantity}; turn it into angles with a sensor"
+                " calibration first."
             )
         if recording.n_sensors != antenna.sensors.size:
             raise InvalidInput(

@@ -3,7 +3,7 @@
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -11,19 +11,21 @@ from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.files import read_start
-from feeler.record import Gt, Of, Record, Unit
+from feeler.record import Ge, Gt, Le, Of, Record, Unit
 from feeler.robot.hinge import FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
 from feeler.toml import make_record, read_toml
 
 _SCHEMA = "feeler.robot/1"
-_TEMPLATE = """\
+_HEAD = """\
 # A robotic antenna, base to tip. Each list holds one number per hinge; one number alone stands \
 for all hinges.
 # Try it: feeler robot classify my_recording.csv --antenna {file}
 schema = "feeler.robot/1"
 name = "my robot"
 
+"""
+_HINGED = """\
 [hinges]                # flexures: stiffness k = E·w·t³/(12·ℓ) each
 width = {width}  # w [mm], across the antenna
 thickness = 0.05        # t [mm], of the sheet that bends; it enters as its cube, so measure it
@@ -35,6 +37,19 @@ length = {length}  # [mm]
 mass = {mass}  # [g]
 radius = 1.0            # [mm], half the thickness that touches things
 
+"""
+_MOULDED = """\
+[beam]                  # one soft piece, such as cast silicone
+length = {length}           # [mm], from the clamp to the tip
+segments = {hinges}           # stiff pieces that stand for it in the model; sensors count them
+diameter = "4 - 2 * x"  # [mm] at x, 0 at the base, 1 at the tip: a cone; of a rod one number
+# width = 6.0           # or, of a strip: [mm] across,
+# thickness = 2.0       # and [mm] in the direction that bends
+modulus = 0.8           # E [MPa] of small strains; silicones 0.1 to 3: measure it, or fit it
+density = 1.1e-3        # [g/mm3]
+
+"""
+_TAIL = """\
 [factors]               # make the model ring as your robot does: feeler robot fit release.csv \
 --antenna {file}
 stiffness = 1.0         # p1 [1]
@@ -53,6 +68,36 @@ class _Links(Record):
     length: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
     mass: Annotated[np.ndarray, "hinge?", Gt(0), Unit("g")]
     radius: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
+
+
+class _Beam(Record):
+    """Table ``[beam]``: one soft piece, as :meth:`feeler.Antenna.from_beam` takes it; each of
+    diameter, width, thickness, modulus and density is a number or a formula of the place x.
+    """
+
+    length: Annotated[float, Gt(0), Unit("mm")]
+    segments: Annotated[int, Ge(1), Le(MAX_HINGES)]
+    modulus: Any
+    density: Any
+    diameter: Any = None
+    width: Any = None
+    thickness: Any = None
+
+    def make(self, **fields: Any) -> Antenna:
+        """The antenna of this beam, without damping.
+
+        Raises
+        ------
+        InvalidInput
+            Neither a diameter nor width and thickness, or one that is not > 0 all along.
+        """
+        section = {"width": self.width, "thickness": self.thickness}
+        if self.diameter is not None:
+            section["radius"] = f"({self.diameter}) / 2"
+        elif None in section.values():
+            raise InvalidInput("[beam] needs diameter [mm], or width and thickness [mm].")
+        how = {"modulus": self.modulus, "density": self.density, "n_segments": self.segments}
+        return Antenna.from_beam(length=self.length, **how, **section, **fields)
 
 
 class _Factors(Record):
@@ -88,12 +133,20 @@ class RobotFile(Record):
 
     name: str
     folder: Path
-    hinges: Flexures
-    links: _Links
+    hinges: Flexures | None = None
+    links: _Links | None = None
+    beam: _Beam | None = None
     factors: _Factors = _Factors()
     sensors: _Sensors = _Sensors()
 
     def _check(self) -> None:
+        if (self.beam is None) == (self.hinges is None or self.links is None) or (
+            self.beam and (self.hinges or self.links)
+        ):
+            raise InvalidInput(
+                "a robot is hinged, with the tables [hinges] and [links], or moulded in one piece,"
+                " with [beam]; give one or the other."
+            )
         sizes = self._list_sizes()
         if len(sizes - {1}) > 1:
             raise InvalidInput(
@@ -106,6 +159,8 @@ class RobotFile(Record):
 
     def _list_sizes(self) -> set[int]:
         links = self.links
+        if self.hinges is None or links is None:
+            return {self.beam.segments if self.beam else 0}
         values = (self.hinges.stiffness, links.length, links.mass, links.radius)
         return {array.size for array in values}
 
@@ -113,15 +168,20 @@ class RobotFile(Record):
     def theory(self) -> Antenna:
         """p1 = 1 and p2 = 1 ms: what :func:`feeler.robot.fit_factors` starts from."""
         n = max(self._list_sizes())
-        stiffness = np.broadcast_to(self.hinges.stiffness, n)
         every_hinge = np.arange(1, n + 1)
+        sensors = every_hinge if self.sensors.hinges is None else self.sensors.hinges
+        if self.beam:
+            made = self.beam.make(sensors=sensors, name=self.name)
+            return made.replace(damping=made.stiffness)
+        assert self.hinges is not None and self.links is not None
+        stiffness = np.broadcast_to(self.hinges.stiffness, n)
         return Antenna(
             segment_length=np.broadcast_to(self.links.length, n),
             segment_mass=np.broadcast_to(self.links.mass, n),
             radius=self.links.radius,
             stiffness=stiffness,
             damping=stiffness,
-            sensors=every_hinge if self.sensors.hinges is None else self.sensors.hinges,
+            sensors=sensors,
             name=self.name,
         )
 
@@ -140,10 +200,13 @@ class RobotFile(Record):
 
 
 @checked
-def write_robot(path: str | os.PathLike, n_hinges: Annotated[int, "> 0"]) -> None:
+def write_robot(
+    path: str | os.PathLike, n_hinges: Annotated[int, "> 0"], *, moulded: bool = False
+) -> None:
     """Write a commented robot file to be edited.
 
-    Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C].
+    Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C]. ``moulded``: one
+    soft piece in place of hinges and links, a cone of silicone [C].
 
     Raises
     ------
@@ -155,10 +218,11 @@ def write_robot(path: str | os.PathLike, n_hinges: Annotated[int, "> 0"]) -> Non
         raise InvalidInput(f"{path} exists already. Choose another name.")
     if n_hinges > MAX_HINGES:
         raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got {n_hinges}.")
-    text = _TEMPLATE.format(
+    text = (_HEAD + (_MOULDED if moulded else _HINGED) + _TAIL).format(
         file=path.name,
         width=[round(width, 2) for width in np.linspace(12.0, 4.0, n_hinges).tolist()],
-        length=[8.0] * n_hinges,
+        length=8.0 * n_hinges if moulded else [8.0] * n_hinges,
+        hinges=n_hinges,
         mass=[0.03] * n_hinges,
         sensors=list(range(1, n_hinges + 1)),
     )

@@ -2,14 +2,21 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 from feeler.guard import Limits
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.recording import Recording, load_recording
+from feeler.robot.sensor import SensorCalibration, load_calibration_table
+from feeler.robot.sensor_file import load_calibration
+from feeler.stimulus import load_objects
 from feeler.tensors.bags import describe_bag, find_bag
 from feeler.tensors.formats import Format
 
-_TIME = re.compile(rb"(?im)^[\"\s]*(time|t)\b[^\n]*[,;\t]|^[\"\s]*time_?(ms|s|us)\b")
+_TIME = re.compile(
+    rb"(?im)(?:^|[,;\t])[\"\s#]*(?:__|%)?(?:time|t|time[ _-]?stamp|elapsed|millis|micros|seconds)"
+    rb"(?:[\s_(\[]*[nmu\xb5\xc2]*s[)\]]?)?[\"\s]*(?:[,;\t ]|$)"
+)
 
 
 def _read(path: Path, limits: Limits, trusted: bool) -> Recording | list[str]:
@@ -25,13 +32,25 @@ def _describe_recording(recording: Recording | list[str]) -> list[str]:
         return recording
     labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
     return [
-        f"channels    {recording.n_sensors}, {recording.quantity}",
+        f"channels    {recording.n_sensors}, {recording.quantity} [{recording.unit}]",
         f"samples     {recording.time.size} over {recording.time[-1] - recording.time[0]:g} ms",
         f"source      {recording.source}",
         f"robot       {recording.robot or 'not said'}",
         f"labels      {labels or 'none'}",
         *(f"history     {words}" for words in recording.history),
     ]
+
+
+def _describe_calibration(lines: SensorCalibration) -> list[str]:
+    return [
+        f"robot       {lines.robot or 'not said'}",
+        f"hinges      {lines.n_hinges}, readings in {lines.unit}",
+        *(f"            {row}" for row in lines.report().splitlines()),
+    ]
+
+
+def _describe_objects(objects: list[Any]) -> list[str]:
+    return [f"object      {item.name}: {item.kind}, size {item.size:g} mm" for item in objects]
 
 
 def _describe_robot(robot: RobotFile) -> list[str]:
@@ -52,6 +71,27 @@ ROBOT_FILES = {
         detect=lambda path, start: is_robot_file(path),
         load=lambda path, limits, trusted: load_robot(path),
         tell=_describe_robot,
+    ),
+    "bench": Format(
+        words="readings of a robot's sensors at known angles",
+        kind="bench",
+        detect=lambda path, start: b"hinge," in start and b"angle_" in start,
+        load=lambda path, limits, trusted: load_calibration_table(path),
+        tell=_describe_calibration,
+    ),
+    "calibration": Format(
+        words="calibration of a robot's sensors (JSON)",
+        kind="calibration",
+        detect=lambda path, start: b'"feeler sensor calibration"' in start,
+        load=lambda path, limits, trusted: load_calibration(path),
+        tell=_describe_calibration,
+    ),
+    "objects": Format(
+        words="objects to touch (TOML)",
+        kind="objects",
+        detect=lambda path, start: b"[[object]]" in start,
+        load=lambda path, limits, trusted: load_objects(path),
+        tell=_describe_objects,
     ),
     "recording": Format(
         words="recording of a robot",

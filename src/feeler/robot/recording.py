@@ -11,14 +11,34 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import ALLOW_NAN, OneOf, Record
 from feeler.robot.link import unwrap_clock
-from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
+from feeler.robot.sensor import ANGLE_UNITS, MAX_HINGES, READING_UNITS, SensorCalibration
 from feeler.tensors.bags import find_bag, read_bag
 from feeler.tensors.table import Table, read_table
 
 _N_CHANNELS = 8  # [P]
-_TIME_UNITS = {"ms": 1.0, "s": 1e3, "us": 1e-3, "µs": 1e-3}
+_TIME_UNITS = {
+    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1.0),
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), 1e3),
+    **dict.fromkeys(("us", "µs", "micros", "microseconds"), 1e-3),
+    "ns": 1e-6,
+}
+_TIME_VALID = "ms, s, us, ns"
+# how PlotJuggler (CSV export) and ROS 1 (rostopic echo -p) call their clocks, which say no unit
+_CLOCKS = {"__time": "s", "%time": "ns"}
+_TIME = re.compile(
+    r"(?:time|t|time[ _-]?stamp|elapsed(?:[ _-]?time)?)[\s_(\[,]*"
+    rf"({'|'.join(_TIME_UNITS)})?[)\]]?|(millis|micros|seconds|milliseconds)",
+    re.IGNORECASE,
+)
 _SOURCES = ("robot", "surrogate", "simulation")
-_UNITS = {**dict.fromkeys(ANGLE_UNITS, "angle"), **dict.fromkeys(CAPACITANCE_UNITS, "capacitance")}
+_QUANTITIES = {"pF": "capacitance", "counts": "capacitance", "mV": "voltage", "ohm": "resistance"}
+_UNITS = {**{name: ("rad", factor) for name, factor in ANGLE_UNITS.items()}, **READING_UNITS}
+_CHANNEL = re.compile(
+    r"(?:.*/)?(?:hinge|sensor|channel|segment|joint|angle|capacitance|cap|voltage|signal|analog"
+    r"|adc|ch|c|a|s|v)[\s_.-]*(\d{1,3})(?:/position)?"
+    rf"[\s_(\[]*({'|'.join(map(re.escape, _UNITS))})?[)\]]?",
+    re.IGNORECASE,
+)
 _LABELS = ("feature", "size", "location", "speed")
 
 
@@ -30,7 +50,11 @@ class Recording(Record):
     time : np.ndarray
         (sample,) [ms].
     values : np.ndarray
-        (sensor, sample) [rad, pF or counts], base to tip; NaN where a value is missing.
+        (sensor, sample) [``unit``], base to tip; NaN where a value is missing.
+    quantity : str
+        ``angle``, or what the sensors read instead of it.
+    unit : str
+        ``rad``, ``pF``, ``counts``, ``mV`` or ``ohm``; empty for that of the quantity.
     robot : str
         Name of the robot; empty where it is not known.
     labels : dict[str, str | float]
@@ -41,13 +65,20 @@ class Recording(Record):
 
     time: Annotated[np.ndarray, "sample", ALLOW_NAN]
     values: Annotated[np.ndarray, "sensor sample", ALLOW_NAN]
-    quantity: Annotated[str, OneOf(("angle", "capacitance"))] = "angle"
+    quantity: Annotated[str, OneOf(("angle", *dict.fromkeys(_QUANTITIES.values())))] = "angle"
+    unit: str = ""
     robot: str = ""
     source: Annotated[str, OneOf(_SOURCES)] = "robot"
     labels: dict[str, str | float] = field(default_factory=dict)
     history: tuple[str, ...] = ()
 
     def _check(self) -> None:
+        of = {"rad": "angle", **_QUANTITIES}
+        unit = self.unit or next(unit for unit, name in of.items() if name == self.quantity)
+        if of.get(unit) != self.quantity:
+            valid = ", ".join(name for name, what in of.items() if what == self.quantity)
+            raise InvalidInput(f"unit of {self.quantity} is {valid}, got {unit!r}.")
+        vars(self)["unit"] = unit
         if self.values.shape[1] != self.time.size or self.time.size < 2:
             raise InvalidInput(
                 "a recording is time (sample,) and values (sensor, sample) of at least 2 samples;"
@@ -66,11 +97,16 @@ class Recording(Record):
         """
         if self.quantity == "angle":
             raise InvalidInput(
-                "the recording already holds angles; a calibration applies to capacitance only."
+                "the recording already holds angles; a calibration applies to readings only."
+            )
+        if calibration.unit != self.unit:
+            raise InvalidInput(
+                f"the calibration is of readings in {calibration.unit}, the recording is in"
+                f" {self.unit}. Calibrate these channels, or state the unit that they have."
             )
         angle = calibration.apply(self.values, robot=self.robot, outside=outside)
-        result = self.replace(values=angle, quantity="angle")
-        return result.noted(f"capacitance to angle by calibration, outside={outside}")
+        result = self.replace(values=angle, quantity="angle", unit="rad")
+        return result.noted(f"{self.quantity} to angle by calibration, outside={outside}")
 
     def noted(self, words: str) -> "Recording":
         """The same recording with one more line of history."""
@@ -87,8 +123,10 @@ def load_recording(
 ) -> Recording:
     """Read a recording: a CSV with a time column and numbered hinges, or ROS 2's MCAP.
 
-    The header names units: ``time_ms`` or ``time (s)``; ``hinge1_pF``, ``hinge 1 (deg)``, ``c1``
-    with ``unit=``. Notes above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``#
+    The header names units: ``time_ms``, ``Time [s]`` or a logger's clock (``__time`` of
+    PlotJuggler, ``%time`` of ROS 1); ``hinge1_pF``, ``hinge 1 (deg)``, ``ch0_mV``, ``c1`` with
+    ``unit=``. Other columns (temperature, remarks) are left out and named in the history. Notes
+    above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``#
     time unit:``, ``# feature:``, ``# size:`` [mm], ``# location:``, ``# speed:`` [m/s]. Columns are
     put in the order of their numbers and the history says so.
 
@@ -111,26 +149,32 @@ def load_recording(
         file.
     """
     bag = find_bag(path)
-    table = read_table(path) if bag is None else _number_joints(read_bag(*bag))
+    table = read_table(path, words=True) if bag is None else _number_joints(read_bag(*bag))
     written = _read_time(table, time_unit)
     time = _check_time(table, unwrap_clock(written))
     numbers, columns, found = _find_channels(table)
-    _check_numbers(table.source, numbers, n_channels)
+    table.refuse_words(*(table.columns[k] for k in columns))
+    counted_from_0 = sorted(numbers) == list(range(len(numbers)))
+    numbers = [number + counted_from_0 for number in numbers]
+    _check_numbers(table, numbers, n_channels)
     chosen = _choose_unit(table, found, unit)
     order = np.argsort(numbers)
-    values = (
-        table.values[:, np.array(columns)[order]].T * {**ANGLE_UNITS, **CAPACITANCE_UNITS}[chosen]
-    )
+    kept, factor = _UNITS[chosen]
+    values = table.values[:, np.array(columns)[order]].T * factor
     recording = Recording(
         time=time,
         values=values,
-        quantity=_UNITS[chosen],
+        quantity=_QUANTITIES.get(kept, "angle"),
+        unit=kept,
         robot=table.notes.get("robot", ""),
         source=_read_source(table),
         labels=_read_labels(table),
         history=(
             f"read from {table.source}",
             *([f"channels are {table.notes['channels']}"] if "channels" in table.notes else []),
+            *(["decimal commas are read as points"] if "decimals" in table.notes else []),
+            *(["channels are numbered from 0: hinge 1 is number 0"] if counted_from_0 else []),
+            *_list_left(table, columns),
             *(
                 ["the board's clock of 32 bits began anew; time goes on"]
                 if not np.array_equal(written, time)
@@ -141,6 +185,17 @@ def load_recording(
     if not np.array_equal(order, np.arange(order.size)):
         return recording.noted("columns put in the order of their hinge numbers")
     return recording
+
+
+def _list_left(table: Table, columns: list[int]) -> list[str]:
+    """A line of history on the columns that are neither time nor channels, if there are any."""
+    left = [
+        f"{name} (text)" if name in table.words else name
+        for k, name in enumerate(table.columns)
+        if k not in columns and name != _find_time(table)
+    ]
+    more = f", … ({len(left)} in all)" if len(left) > 12 else ""
+    return [f"left out, being no channels: {', '.join(left[:12])}{more}"] if left else []
 
 
 def _number_joints(table: Table) -> Table:
@@ -159,20 +214,27 @@ def _number_joints(table: Table) -> Table:
     )
 
 
+def _find_time(table: Table) -> str:
+    found = [name for name in table.columns if name in _CLOCKS or _TIME.fullmatch(name)]
+    if not found:
+        raise InvalidInput(
+            f"{table.source}: no time column (time_ms, time_s) among"
+            f" {', '.join(table.columns[:12])}."
+        )
+    return found[0]
+
+
 def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
-    for column in table.columns:
-        match = re.fullmatch(r"(?:time|t)[\s_(\[]*(ms|s|us|µs)?[)\]]?", column, re.IGNORECASE)
-        if match:
-            unit = match[1] or time_unit or table.notes.get("time unit")
-            if unit not in _TIME_UNITS:
-                raise InvalidInput(
-                    f"{table.source}: column {column!r} has no time unit; valid:"
-                    f" {', '.join(_TIME_UNITS)}. Name the column time_ms, or give time_unit=."
-                )
-            return table.column(column) * _TIME_UNITS[unit]
-    raise InvalidInput(
-        f"{table.source}: no time column (time_ms, time_s) among {', '.join(table.columns[:12])}."
-    )
+    column = _find_time(table)
+    match = _TIME.fullmatch(column)
+    written = (match[1] or match[2]) if match else _CLOCKS[column]
+    unit = (written or time_unit or table.notes.get("time unit") or "").lower()
+    if unit not in _TIME_UNITS:
+        raise InvalidInput(
+            f"{table.source}: column {column!r} has no time unit; valid: {_TIME_VALID}. Name the"
+            " column time_ms, or give time_unit=."
+        )
+    return table.column(column) * _TIME_UNITS[unit]
 
 
 def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
@@ -192,13 +254,8 @@ def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
 
 def _find_channels(table: Table) -> tuple[list[int], list[int], list[str | None]]:
     numbers, columns, units = [], [], []
-    names = "|".join(re.escape(unit) for unit in _UNITS)
-    pattern = re.compile(
-        rf"(?:hinge|sensor|channel|ch|c|cap|capacitance|angle|joint)[\s_]*(\d{{1,3}})[\s_(\[]*({names})?[)\]]?",
-        re.IGNORECASE,
-    )
     for index, column in enumerate(table.columns):
-        match = pattern.fullmatch(column)
+        match = _CHANNEL.fullmatch(column)
         if match:
             numbers.append(int(match[1]))
             columns.append(index)
@@ -210,7 +267,7 @@ def _canonical(unit: str) -> str:
     return next(name for name in _UNITS if name.lower() == unit.lower())
 
 
-def _check_numbers(source: str, numbers: list[int], n_channels: int | None) -> None:
+def _check_numbers(table: Table, numbers: list[int], n_channels: int | None) -> None:
     expected = len(numbers) if n_channels is None else n_channels
     missing = [n for n in range(1, expected + 1) if n not in numbers]
     extra = sorted(n for n in set(numbers) if not 1 <= n <= expected)
@@ -218,9 +275,12 @@ def _check_numbers(source: str, numbers: list[int], n_channels: int | None) -> N
     if not numbers or len(numbers) > MAX_HINGES or missing or extra or double:
         faults = (("missing", missing), ("not expected", extra), ("twice", double))
         words = [f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found]
+        there = "" if numbers else f" Its columns are {', '.join(table.columns[:12])}."
+        wanted = f" where {expected} were expected" if expected else ""
         raise InvalidInput(
-            f"{source}: {len(numbers)} channels where {expected} were expected"
-            f" ({'; '.join(words) or 'none found'}). Name them hinge1 … from the base. For another"
+            f"{table.source}: {len(numbers)} channels{wanted}"
+            f" ({'; '.join(words) or 'none found'}).{there} Name them hinge1_deg, hinge2_deg … from"
+            f" the base; units are {', '.join(u for u in _UNITS if u.isascii())}. For another"
             " antenna give n_channels=; on the command line describe it by `feeler robot new"
             " --hinges N` and --antenna robot.toml. No channel is left out for you."
         )
@@ -273,7 +333,7 @@ def _read_labels(table: Table) -> dict[str, str | float]:
 @checked
 def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
     """Write a recording as CSV that :func:`load_recording` reads with the same data and labels."""
-    unit = "rad" if recording.quantity == "angle" else "pF"
+    unit = recording.unit
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])
     with open(path, "w", encoding="utf-8", newline="\n") as file:

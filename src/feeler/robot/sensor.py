@@ -1,4 +1,6 @@
-"""Sensor calibration: from capacitance to hinge angle, by linear regression per hinge."""
+"""Sensor calibration: from what a sensor reads (capacitance, voltage, counts) to its hinge's angle,
+by linear regression per hinge.
+"""
 
 import os
 from typing import Annotated
@@ -16,7 +18,18 @@ _MIN_READINGS = 3
 MAX_HINGES = 256
 _OUTSIDE = ("refuse", "clip", "missing", "extend")
 ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "°": np.pi / 180}
-CAPACITANCE_UNITS = {"pF": 1.0, "fF": 1e-3, "nF": 1e3, "counts": 1.0}
+READING_UNITS = {
+    "pF": ("pF", 1.0),
+    "fF": ("pF", 1e-3),
+    "nF": ("pF", 1e3),
+    "counts": ("counts", 1.0),
+    "mV": ("mV", 1.0),
+    "V": ("mV", 1e3),
+    "ohm": ("ohm", 1.0),
+    "kohm": ("ohm", 1e3),
+}
+"""Units of what sensors read: the unit in which it is kept, and the factor to it."""
+_READINGS = ("capacitance", "voltage", "resistance", "reading")
 
 
 _PerHinge = Annotated[np.ndarray, "hinge"]
@@ -33,9 +46,9 @@ class SensorCalibration(Record):
     offset : _PerHinge
         (hinge,) [rad].
     low : _PerHinge
-        (hinge,) smallest calibrated capacitance [unit].
+        (hinge,) smallest calibrated reading [unit].
     high : _PerHinge
-        (hinge,) largest calibrated capacitance [unit].
+        (hinge,) largest calibrated reading [unit].
     residual : _MaybePerHinge
         (hinge,) root mean square residual [rad].
     cross_validated : _MaybePerHinge
@@ -50,7 +63,7 @@ class SensorCalibration(Record):
     robot : str
         Name of the robot the lines belong to; empty where unknown.
     unit : str
-        Unit of capacitance: pF, or counts for uncalibrated electronics.
+        Unit of the readings: pF, mV, ohm, or counts for uncalibrated electronics.
     """
 
     slope: _PerHinge
@@ -277,12 +290,15 @@ def _trend(time: np.ndarray, residual: np.ndarray) -> float:
 def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
     """Fit the lines to a CSV table of a calibration bench.
 
-    Columns are ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``, ``_counts``)
-    and optionally ``time_ms``; a note ``# robot: NAME`` names the robot.
+    Columns are ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``, ``_counts``,
+    ``voltage_mV``, ``resistance_ohm``) and optionally ``time_ms``; a note ``# robot: NAME`` names
+    the robot.
     """
-    table = read_table(path, max_bytes=MAX_BYTES)
-    angle, _ = _take(table, "angle", ANGLE_UNITS)
-    capacitance, unit = _take(table, "capacitance", CAPACITANCE_UNITS)
+    table = read_table(path, max_bytes=MAX_BYTES, words=True)
+    angle = _take(table, {f"angle_{unit}": factor for unit, factor in ANGLE_UNITS.items()})
+    named = {f"{what}_{unit}": unit for what in _READINGS for unit in READING_UNITS}
+    capacitance = _take(table, {name: READING_UNITS[unit][1] for name, unit in named.items()})
+    unit = next(READING_UNITS[unit][0] for name, unit in named.items() if name in table.columns)
     time = table.column("time_ms") if "time_ms" in table.columns else None
     return fit_sensors(
         table.column("hinge"),
@@ -290,16 +306,16 @@ def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
         capacitance,
         time=time,
         robot=table.notes.get("robot", ""),
-        unit="counts" if unit == "counts" else "pF",
+        unit=unit,
     )
 
 
-def _take(table: Table, quantity: str, units: dict[str, float]) -> tuple[np.ndarray, str]:
-    for unit, factor in units.items():
-        if f"{quantity}_{unit}" in table.columns:
-            return factor * table.column(f"{quantity}_{unit}"), unit
-    valid = ", ".join(f"{quantity}_{unit}" for unit in units if unit.isascii())
+def _take(table: Table, factors: dict[str, float]) -> np.ndarray:
+    for name, factor in factors.items():
+        if name in table.columns:
+            return factor * table.column(name)
+    what = next(iter(factors)).partition("_")[0]
+    valid = ", ".join(name for name in factors if name.isascii() and name.startswith(what))
     raise InvalidInput(
-        f"{table.source}: no {quantity} column; valid: {valid}. It has"
-        f" {', '.join(table.columns[:12])}."
+        f"{table.source}: no {what} column; valid: {valid}. It has {', '.join(table.columns[:12])}."
     )

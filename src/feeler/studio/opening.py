@@ -88,8 +88,8 @@ def _open_recording(
     if recording.quantity != "angle":
         if calibration is None:
             raise InvalidInput(
-                f"{name} holds capacitance. Open the sensors' calibration first (.json, made by"
-                " feeler robot calibrate)."
+                f"{name} holds {recording.quantity}. Open the sensors' calibration first (.json,"
+                " made by feeler robot calibrate)."
             )
         recording = recording.to_angles(calibration, outside="extend")
     robot = make_preset("robot")

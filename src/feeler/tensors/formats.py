@@ -103,6 +103,9 @@ def find_formats(
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found
+    if path.is_dir():
+        inside = ", ".join(sorted(entry.name for entry in path.iterdir())[:6]) or "nothing"
+        raise InvalidInput(f"{path} is a folder, no store of touches: name a file ({inside}, …).")
     hint = name_start(start)
     listed = ", ".join(form.words for form in known.values())
     others = (

@@ -27,9 +27,11 @@ def describe_file(
     versions, licence; ``also`` are formats of other rooms, beside ``FORMATS``.
     """
     path = Path(path)
-    form, content = open_file(path, limits, also)
+    refused: list[str] = []
+    form, content = open_file(path, limits, also, refused=refused)
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
-    return lines + (form.tell or _describe_dataset)(content)
+    lines += (form.tell or _describe_dataset)(content)
+    return lines + ([f"because     {words}" for words in refused] if form.kind == "table" else [])
 
 
 def open_file(
@@ -37,11 +39,12 @@ def open_file(
     limits: Limits | None,
     also: Mapping[str, Format] | None,
     whole: bool = False,
+    refused: list[str] | None = None,
 ) -> tuple[Format, Any]:
     """The first of the file's likely formats that can read it, and the content; ``whole``: all of
-    a large file.
+    a large file. What the others say is put into ``refused``.
     """
-    refused: list[InvalidInput] = []
+    refused = [] if refused is None else refused
     empty = None
     path = Path(path)
     for form in find_formats(path, also).values():
@@ -49,13 +52,13 @@ def open_file(
             glance = None if whole else form.glance
             content = glance(path) if glance else form.load(path, find_limits(limits), False)
         except InvalidInput as error:
-            refused.append(error)
+            refused.append(str(error))
             continue
         if not isinstance(content, xr.Dataset) or content.variables:
             return form, content
         empty = form, content
     if empty is None:
-        raise refused[0]
+        raise InvalidInput(refused[0])
     return empty
 
 
@@ -108,7 +111,10 @@ def find_problems(
         for form in find_formats(path, also).values():
             if form.find_damage and (damage := form.find_damage(Path(path))):
                 return damage
-        form, content = open_file(path, limits, also, whole=True)
+        refused: list[str] = []
+        form, content = open_file(path, limits, also, whole=True, refused=refused)
+        if form.kind == "table":
+            return [f"{Path(path).name} is {form.words}", *refused]
         return find_breaches(content) if form.kind == "tensors" else []
     except FeelerError as error:
         return [str(error)]

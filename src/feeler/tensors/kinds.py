@@ -19,6 +19,7 @@ from feeler.tensors.netcdf import save_netcdf
 from feeler.tensors.nwb import save_nwb
 from feeler.tensors.plain import restore
 
+_ZARR = ("zarr.json", ".zgroup", ".zarray")  # of Zarr 3, and of Zarr 2, which is refused by name
 HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -86,7 +87,7 @@ STORE = Format(
 )
 ZARR = Format(
     words="Zarr v3 group",
-    detect=lambda path, start: path.is_dir(),
+    detect=lambda path, start: any((path / name).exists() for name in _ZARR),
     load=guarded("feeler.tensors.readers:read_zarr"),
 )
 NWB = Format(

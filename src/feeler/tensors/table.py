@@ -3,9 +3,11 @@ tables.
 """
 
 import io
+import itertools
 import os
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +16,18 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.files import read_text
 from feeler.foreign import name_start
+from feeler.tensors.heading import Heading, find_heading, is_numeral, split_line
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
 MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 MAX_COLUMNS = 1024  # [C]
-MAX_COMMENTS = 200  # [C]
 MAX_LINE = 65_536  # [C] characters
 MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
 MISSING = ("", "nan", "na", "null", "none", "-")
+_LOOKED_AT = 1000  # rows in which a column's first word or number is looked for
+_CELL = r"(?:^|(?<=[;\t\n \"]))[+-]?\d*{}\d+(?:[eE][+-]?\d+)?(?=[;\t\n \"]|$)"
+_COMMA, _POINT = re.compile(_CELL.format(",")), re.compile(_CELL.format(r"\."))
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +36,7 @@ class Table:
 
     ``columns`` names, ``values`` (row, column) with NaN for an empty cell, ``notes`` from lines ``#
     key: value``, ``line`` (row,) the line number of each row in the file, ``source`` the file's
-    name.
+    name, ``words`` the columns that hold text, each with the first of it; their values are NaN.
     """
 
     columns: tuple[str, ...]
@@ -38,6 +44,7 @@ class Table:
     notes: dict[str, str]
     line: np.ndarray
     source: str
+    words: dict[str, str] = field(default_factory=dict)
 
     def column(self, name: str) -> np.ndarray:
         """Values (row,) of the column called ``name``; the error lists the columns there are."""
@@ -45,19 +52,41 @@ class Table:
             raise InvalidInput(
                 f"{self.source}: no column {name!r}; its columns are {_list(self.columns)}."
             )
+        self.refuse_words(name)
         return self.values[:, self.columns.index(name)]
+
+    def refuse_words(self, *names: str) -> None:
+        """Raise InvalidInput if one of these columns holds text where numbers are needed."""
+        for name in names:
+            if name in self.words:
+                raise InvalidInput(
+                    f"{self.source}: column {name!r} holds text ({self.words[name][:40]!r}),"
+                    " numbers are needed. Write numbers; times as ms or s since the start."
+                )
 
 
 @checked
 def read_table(
-    path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells: int = MAX_CELLS
+    path: str | os.PathLike,
+    *,
+    max_bytes: int = MAX_BYTES,
+    max_cells: int = MAX_CELLS,
+    words: bool = False,
 ) -> Table:
-    """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is
-    ever executed.
+    """Read a delimited text file (comma, semicolon, tab or blanks) with one header row; nothing in
+    it is ever executed.
 
-    Lines that start with ``#`` before the header are notes, ``# key: value``. Empty cells, ``NaN``,
-    ``NA``, ``null``, ``none`` and ``-`` are missing values. Everything else must be a number of at
-    most 1e30 with a decimal point.
+    Lines that start with ``#`` before the header are notes, ``# key: value``, and so is what a
+    logger writes above the header without a sign. Units may stand in a row of their own below the
+    names. Empty cells, ``NaN``, ``NA``, ``null``, ``none`` and ``-`` are missing values.
+    Everything else must be a number of at most 1e30. Decimal commas are read where semicolons,
+    tabs or blanks stand between the cells, and all decimals of the file are commas.
+
+    Parameters
+    ----------
+    words
+        Take columns that begin with text, too: their values are NaN, and ``Table.words`` names
+        them.
 
     Raises
     ------
@@ -66,23 +95,34 @@ def read_table(
         width, or a cell that is no number (named by line and column).
     """
     text = read_text(path, max_bytes)
-    if words := name_start(text[:512].encode()):  # a table of its own kind, which is no plain one
-        raise InvalidInput(f"{Path(path).name} is {words}.")
-    return parse_table(text, source=Path(path).name, max_cells=max_cells)
+    if name := name_start(text[:512].encode()):  # a table of its own kind, which is no plain one
+        raise InvalidInput(f"{Path(path).name} is {name}.")
+    return parse_table(text, source=Path(path).name, max_cells=max_cells, words=words)
 
 
 @checked
-def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) -> Table:
+def parse_table(
+    text: str, *, source: str = "text", max_cells: int = MAX_CELLS, words: bool = False
+) -> Table:
     """As :func:`read_table`, from text that has already been read."""
-    notes, start, header = _read_notes(text)
-    if not header:
+    heading = find_heading(_list_lines(text))
+    if heading is None:
         raise InvalidInput(
             f"{source}: no header row. The first line names the columns, separated by commas."
         )
-    delimiter = _find_delimiter(header)
-    columns = _read_header(header, delimiter, source)
-    values, numbers = _read_rows(text, start, delimiter, columns, source, max_cells)
-    return Table(columns=columns, values=values, notes=notes, line=numbers, source=source)
+    columns = _check_names(heading.names, source)
+    if heading.delimiter != ",":
+        text = _set_points(text, heading, source)
+    found = _find_words(text, heading, columns) if words else {}
+    values, numbers = _read_rows(text, heading, columns, source, max_cells, found)
+    return Table(
+        columns=columns,
+        values=values,
+        notes=heading.notes,
+        line=numbers,
+        source=source,
+        words=found,
+    )
 
 
 def _list_lines(text: str) -> Iterator[tuple[int, str]]:
@@ -92,42 +132,17 @@ def _list_lines(text: str) -> Iterator[tuple[int, str]]:
     return enumerate(io.StringIO(text), 1)
 
 
-def _read_notes(text: str) -> tuple[dict[str, str], int, str]:
-    """Notes, and number and text of the header line."""
-    notes: dict[str, str] = {}
-    for number, line in _list_lines(text):
-        stripped = line.strip()
-        if stripped.startswith("#"):
-            key, colon, value = stripped.lstrip("# ").partition(":")
-            if colon and len(notes) < MAX_COMMENTS:
-                notes[key.strip().lower()[:200]] = value.strip()[:1000]
-        elif stripped:
-            return notes, number, line.rstrip("\n")
-    return notes, 0, ""
-
-
-def _find_delimiter(header: str) -> str:
-    return max(",;\t", key=header.count)
-
-
-def _split(line: str, delimiter: str) -> list[str]:
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
-
-
-def _read_header(line: str, delimiter: str, source: str) -> tuple[str, ...]:
-    if len(line) > MAX_LINE:
+def _check_names(names: list[str], source: str) -> tuple[str, ...]:
+    columns = tuple(names)
+    if sum(map(len, columns)) > MAX_LINE:
         raise InvalidInput(
-            f"{source}: the header has {len(line):,} characters, more than {MAX_LINE:,}. Is it a"
-            " table?"
+            f"{source}: the header has more than {MAX_LINE:,} characters. Is it a table?"
         )
-    columns = tuple(_split(line, delimiter))
-    if len(columns) > 1 and columns[-1] == "":  # a trailing delimiter
-        columns = columns[:-1]
     if len(columns) > MAX_COLUMNS:
         raise InvalidInput(
             f"{source}: {len(columns)} columns, more than the limit of {MAX_COLUMNS}."
         )
-    if any(not name for name in columns) or all(_is_number(name) for name in columns):
+    if any(not name for name in columns) or all(is_numeral(name) for name in columns):
         raise InvalidInput(
             f"{source}: the first row must name every column, got {_list(columns)}. Add a header"
             " row."
@@ -138,6 +153,36 @@ def _read_header(line: str, delimiter: str, source: str) -> tuple[str, ...]:
     return columns
 
 
+def _set_points(text: str, heading: Heading, source: str) -> str:
+    """The same lines, with points below the heading where decimals have commas, as in much of
+    Europe.
+
+    Raises
+    ------
+    InvalidInput
+        Some have commas and others points, or each comma might part thousands.
+    """
+    lines = text.split("\n")
+    below = "\n".join(lines[heading.start :])
+    found = _COMMA.search(below)
+    if found is None:
+        return text
+    line = heading.start + below.count("\n", 0, found.start()) + 1
+    if point := _POINT.search(below):
+        raise InvalidInput(
+            f"{source} line {line}: {found[0]!r} has a decimal comma, {point[0]!r} a decimal point."
+            " Use a decimal point everywhere."
+        )
+    if all(_THOUSANDS.fullmatch(one[0]) for one in _COMMA.finditer(below)):
+        raise InvalidInput(
+            f"{source} line {line}: is {found[0]!r} a decimal, or are these thousands? Use a"
+            " decimal point, and nothing between thousands."
+        )
+    heading.notes["decimals"] = "commas"
+    changed = _COMMA.sub(lambda cell: cell[0].replace(",", "."), below)
+    return "\n".join([*lines[: heading.start], changed])
+
+
 def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
     """Numbered lines after line ``start`` that are neither empty nor notes."""
     for number, line in _list_lines(text):
@@ -145,42 +190,68 @@ def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
             yield number, line.rstrip("\n")
 
 
-def _read_rows(text, start, delimiter, columns, source, max_cells) -> tuple[np.ndarray, np.ndarray]:
-    width, count = len(columns), sum(1 for _ in _list_rows(text, start))
+def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[str, str]:
+    """Columns whose first cell that is not empty is no number, each with that cell."""
+    first: dict[str, str] = {}
+    for _, line in itertools.islice(_list_rows(text, heading.start), _LOOKED_AT):
+        for name, cell in zip(columns, split_line(line, heading.delimiter), strict=False):
+            if name not in first and cell.lower() not in MISSING:
+                first[name] = cell
+        if len(first) == len(columns):
+            break
+    return {name: cell for name, cell in first.items() if not _is_float(cell)}
+
+
+def _is_float(cell: str) -> bool:
+    return is_numeral(cell.replace("_", "")) or "," in cell  # wrong numbers are no text
+
+
+def _read_rows(
+    text: str,
+    heading: Heading,
+    columns: tuple[str, ...],
+    source: str,
+    max_cells: int,
+    words: dict[str, str],
+) -> tuple[np.ndarray, np.ndarray]:
+    width, count = len(columns), sum(1 for _ in _list_rows(text, heading.start))
     if count * width > max_cells:
         raise InvalidInput(
             f"{source}: {count:,} rows × {width} columns exceed {max_cells:,} cells. Split it."
         )
-    values, numbers = np.empty((count, width)), np.empty(count, dtype=int)
-    for row, (number, line) in enumerate(_list_rows(text, start)):
+    values, numbers = np.full((count, width), np.nan), np.empty(count, dtype=int)
+    taken = [k for k, name in enumerate(columns) if name not in words]
+    for row, (number, line) in enumerate(_list_rows(text, heading.start)):
         numbers[row] = number
-        cells = _split(line, delimiter) if len(line) <= MAX_LINE else []
+        cells = split_line(line, heading.delimiter) if len(line) <= MAX_LINE else []
         if len(cells) == width + 1 and cells[-1] == "":
             cells = cells[:-1]
         if len(cells) != width:
             raise InvalidInput(
                 f"{source} line {number}: {len(cells)} cells where the header has {width} columns."
             )
-        try:
-            values[row] = [float(cell) for cell in cells]
-        except ValueError:
-            values[row] = [
-                _read_cell(cell, source, number, name)
-                for cell, name in zip(cells, columns, strict=True)
-            ]
-        if not np.all(np.abs(values[row]) <= MAX_NUMBER) or "_" in line:  # also where NaN stands
-            values[row] = [
-                _read_cell(cell, source, number, name)
-                for cell, name in zip(cells, columns, strict=True)
-            ]
+        values[row, taken] = _read_cells(cells, taken, columns, source, number)
     return values, numbers
+
+
+def _read_cells(
+    cells: list[str], taken: list[int], columns: tuple[str, ...], source: str, number: int
+) -> list[float]:
+    try:
+        values = [float(cells[k]) for k in taken]
+    except ValueError:
+        values = []
+    plain = not any("_" in cells[k] for k in taken)
+    if values and plain and all(-MAX_NUMBER <= value <= MAX_NUMBER for value in values):
+        return values
+    return [_read_cell(cells[k], source, number, columns[k]) for k in taken]
 
 
 def _read_cell(cell: str, source: str, number: int, column: str) -> float:
     if cell.lower() in MISSING:
         return np.nan
     value = np.inf
-    if _is_number(cell):
+    if is_numeral(cell):
         value = float(cell)
     if not np.isfinite(value):
         hint = " Use a decimal point." if "," in cell else ""
@@ -193,14 +264,6 @@ def _read_cell(cell: str, source: str, number: int, column: str) -> float:
             f" measured ({MAX_NUMBER:g}). Mark a missing value by an empty cell."
         )
     return value
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell
 
 
 def _list(names: tuple[str, ...]) -> str:
