@@ -1,26 +1,37 @@
 """The rotated form of noise has the same statistics as copies drawn whole."""
 
 import numpy as np
+import pytest
 
 from feeler.decoding import Relative, compute_sweep
-from feeler.decoding.noise import draw_rotated
+from feeler.decoding.noise import draw_rotated, span
 
 
-def test_rotated_copies_have_the_clean_inner_products_and_the_moments_of_noise():
+@pytest.mark.parametrize("n_learned", [None, 2])
+@pytest.mark.parametrize("n_entries", [400, 5])
+def test_rotated_copies_have_the_clean_inner_products_and_the_moments_of_noise(
+    n_entries, n_learned
+):
     rng = np.random.default_rng(3)
-    clean = rng.normal(size=(3, 400))
+    clean = rng.normal(size=(3, n_entries))
     owner = np.array([0, 0, 1, 2])
     sd = np.array([0.5, 0.5, 1.0, 2.0])
+    turned = span(clean)
+    np.testing.assert_allclose(turned @ turned.T, clean @ clean.T, rtol=1e-10)
     grams = []
     for _ in range(400):
-        noisy, turned = draw_rotated(clean, owner, sd, rng)
-        np.testing.assert_allclose(turned @ turned.T, clean @ clean.T, rtol=1e-10)
+        noisy = draw_rotated(turned, n_entries, owner, sd, rng, n_learned)
         grams.append(noisy @ noisy.T)
-    expected = (clean @ clean.T)[np.ix_(owner, owner)] + np.diag(400 * sd**2)
+    learned = len(owner) if n_learned is None else n_learned
+    counts = np.zeros((4, 4), dtype=bool)
+    counts[:learned] = counts[:, :learned] = True
+    expected = (clean @ clean.T)[np.ix_(owner, owner)] + np.diag(n_entries * sd**2)
     spread = np.std(grams, axis=0)
-    np.testing.assert_array_less(np.abs(np.mean(grams, axis=0) - expected), 5 * spread / 20)
-    direct = [clean[owner] + sd[:, None] * rng.normal(size=(4, 400)) for _ in range(400)]
-    np.testing.assert_allclose(spread, np.std([x @ x.T for x in direct], axis=0), rtol=0.25)
+    off = np.abs(np.mean(grams, axis=0) - expected)
+    np.testing.assert_array_less(off[counts], 5 * spread[counts] / 20)
+    direct = [clean[owner] + sd[:, None] * rng.normal(size=(4, n_entries)) for _ in range(400)]
+    plain = np.std([x @ x.T for x in direct], axis=0)
+    np.testing.assert_allclose(spread[counts], plain[counts], rtol=0.25)
 
 
 def test_rotated_sweep_agrees_with_the_plain_one():

@@ -2,11 +2,14 @@
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.sparse.linalg import ArpackError, eigsh
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_like
+
+_PRECISION = 1e-12
 
 
 class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
@@ -48,12 +51,10 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         self.mean_ = X.mean(axis=0)
         centred = X - self.mean_
         if n <= n_entries:
-            energy, left = eigh(centred @ centred.T, subset_by_index=(n - k, n - 1))
+            energy, left = _find_longest(centred @ centred.T, k)
             axes = left.T @ centred
         else:
-            energy, right = eigh(
-                centred.T @ centred, subset_by_index=(n_entries - k, n_entries - 1)
-            )
+            energy, right = _find_longest(centred.T @ centred, k)
             axes = right.T
         order = np.argsort(energy)[::-1]
         norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
@@ -77,6 +78,20 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         return label_like(
             (values - self.mean_) @ self.components_.T, X, ("trial", "component"), "coordinate"
         )
+
+
+def _find_longest(square: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """The k greatest eigenvalues of a symmetric matrix and their vectors, by Lanczos' method where
+    it is three times as fast; it stops at 1e-12 of them.
+    """
+    n = len(square)
+    if n < 10 * k:
+        return eigh(square, subset_by_index=(n - k, n - 1))
+    start = np.random.default_rng(0).standard_normal(n)  # ones would lie in the null space
+    try:
+        return eigsh(square, k, which="LA", ncv=min(3 * k, n), tol=_PRECISION, v0=start)
+    except ArpackError:  # such as for trials that are all the same
+        return eigh(square, subset_by_index=(n - k, n - 1))
 
 
 def compute_kept_variance(components: PrincipalComponents, X: np.ndarray) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from sklearn.base import clone
 from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.labels import Labels
-from feeler.decoding.noise import draw_rotated
+from feeler.decoding.noise import draw_rotated, span
 from feeler.decoding.reader import READERS, Reader
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
@@ -173,7 +174,7 @@ def compute_sweep(
     shape = (len(ratios), n_repeats)
     noisy, clean, kept_noisy, kept_clean = (np.full(shape, np.nan) for _ in range(4))
     confusion = np.zeros((n_repeats, len(ratios), classes.size, classes.size), dtype=int)
-    draw = _draw_rotated if rotate else _draw_encoded
+    draw = partial(_draw_rotated, _span_all(sets)) if rotate else _draw_encoded
     noises = [
         noise.replace(size=max(ratio, LEAST_RATIO) if ratio >= 0 else ratio) for ratio in ratios
     ]
@@ -250,20 +251,29 @@ def _draw_encoded(sets, noise, n_copies, encode, rng):
     return *drawn, (_encode(test, encode), test_labels)
 
 
-def _draw_rotated(sets, noise, n_copies, encode, rng):
+def _span_all(sets) -> np.ndarray:
+    """Coordinates of all clean trials, those to learn first."""
+    train, _, test, _ = sets
+    everything = train if test is train else np.concatenate([train, test])
+    return span(everything.reshape(len(everything), -1))
+
+
+def _draw_rotated(coordinates, sets, noise, n_copies, encode, rng):
     """The same through ``draw_rotated``."""
     train, labels, test, test_labels = sets
-    same = test is train
-    everything = train if same else np.concatenate([train, test])
+    offset = 0 if test is train else len(train)
     first = np.tile(np.arange(len(train)), n_copies)
-    second = first if same else len(train) + np.tile(np.arange(len(test)), n_copies)
-    owner = np.concatenate([first, second])
+    second = offset + np.tile(np.arange(len(test)), n_copies)
+    everything = train if test is train else np.concatenate([train, test])
     sd = np.broadcast_to(noise.sd(everything), (len(everything), 1, 1))[:, 0, 0]
-    noisy, clean = draw_rotated(everything.reshape(len(everything), -1), owner, sd[owner], rng)
+    owner = np.concatenate([first, second])
+    noisy = draw_rotated(coordinates, train[0].size, owner, sd[owner], rng, first.size)
+    clean = np.zeros((len(test), noisy.shape[1]))
+    clean[:, : coordinates.shape[1]] = coordinates[offset:]
     return (
         (noisy[: first.size], np.tile(labels, n_copies)),
         (noisy[first.size :], np.tile(test_labels, n_copies)),
-        (clean if same else clean[len(train) :], test_labels),
+        (clean, test_labels),
     )
 
 

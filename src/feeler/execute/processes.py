@@ -8,6 +8,7 @@ import os
 import pickle
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
@@ -46,6 +47,7 @@ class OutOfMemory(FeelerError, MemoryError):
 
 
 CONSTS.channel_lock_timeout = 5.0  # s; a worker may have been killed while it held the lock
+_GLANCE = 0.2  # s between two looks at whether the pool still works
 OPENINGS = 3  # [C] pools in a row that may break as they begin
 _BROKEN = (BrokenProcessPool, RuntimeError, OSError, EOFError)
 """What a pool raises whose processes end as they begin."""
@@ -81,6 +83,7 @@ class ProcessExecutor:
             )
         self.memory_limit = memory_limit or int(MEMORY_SHARE * _find_free_memory() / self.workers)
         self._pool: ProcessPool | None = None
+        self._tasks: set[Future] = set()
         self._opening, self._kills, self._breaks = threading.RLock(), 0, 0
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
@@ -99,7 +102,9 @@ class ProcessExecutor:
         """Queue a task in a pool that works; too many in a row that break as they begin end it."""
         while kills == self._kills:
             try:
-                task = self._open().schedule(_answer, (message,))
+                with self._opening:
+                    task = self._open().schedule(_answer, (message,))
+                    self._tasks.add(task)
             except _BROKEN:
                 self._drop(broken=True)
             else:
@@ -113,6 +118,7 @@ class ProcessExecutor:
         """Pass a worker's answer on. A pool that breaks has not begun this task, whose worker would
         be known: it is sent again, by a thread that the broken pool does not wait for.
         """
+        self._tasks.discard(done)
         if done.cancelled() or not isinstance(done.exception(), BrokenProcessPool):
             self._breaks = 0
             _pass_on(done, answer)
@@ -132,7 +138,16 @@ class ProcessExecutor:
                 self._pool = ProcessPool(
                     self.workers, initializer=_begin, initargs=limit, context=_CONTEXT
                 )
+                threading.Thread(target=self._watch, args=(self._pool,), daemon=True).start()
             return self._pool
+
+    def _watch(self, pool: ProcessPool) -> None:
+        """Drop a pool that breaks while nothing is sent; it tells nobody by itself."""
+        while pool is self._pool:
+            time.sleep(_GLANCE)
+            with self._opening:
+                if pool is self._pool and not pool.active:
+                    self._drop(broken=True)
 
     def _drop(self, broken: bool = False) -> None:
         with self._opening:
@@ -143,6 +158,10 @@ class ProcessExecutor:
             pool.stop()
             with contextlib.suppress(*_BROKEN):
                 pool.join()
+            left, self._tasks = self._tasks, set()
+            for task in left if broken else ():  # a pool that breaks forgets tasks still in line
+                if not task.done():
+                    task.set_exception(BrokenProcessPool("never begun"))
 
     def kill(self) -> None:
         """End every process at once; unanswered tasks are dropped. The executor can be used
