@@ -65,21 +65,26 @@ class MissingExtra(FeelerError, ImportError):
     """An optional dependency is not installed; the message holds the install command."""
 
 
-def say_warnings() -> None:
-    """From now on print each kind of warning of feeler once, as one sentence without file and line.
+_PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's
 
-    Two warnings are of one kind if they differ in their numbers alone. Those of other packages
-    stay as they are.
+
+def say_warnings(said: set[str] | None = None) -> None:
+    """From now on print each kind of warning that a result calls for once, as one sentence without
+    file and line: those above, and fits that ended early.
+
+    Two warnings are of one kind if they differ in their numbers alone. Those in ``said`` count as
+    printed; what is printed is added to it. All other warnings stay as they are.
     """
-    show, said = warnings.showwarning, set()
+    show = warnings.showwarning
+    known = set() if said is None else said
 
     def say(message, category, filename, lineno, file=None, line=None) -> None:
-        if not issubclass(category, Inaccurate | Doubtful):
+        if not {base.__name__ for base in category.__mro__} & {*_PLAIN}:
             show(message, category, filename, lineno, file, line)
             return
         kind = re.sub(r"[\d.]+", "", str(message))
-        if kind not in said:
+        if kind not in known:
             print(f"feeler: warning: {message}", file=file or sys.stderr)
-        said.add(kind)
+        known.add(kind)
 
     warnings.showwarning = say

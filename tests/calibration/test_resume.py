@@ -97,12 +97,23 @@ def test_a_torn_line_is_dropped(tmp_path):
     json.loads(file.read_bytes().splitlines()[-1])
 
 
-@pytest.mark.parametrize("n", [0, 1, 5])
-def test_a_checkpoint_of_which_only_the_first_bytes_came_is_begun_anew(tmp_path, n):
+@pytest.mark.parametrize("n", [1, 5])
+def test_a_checkpoint_of_which_only_the_first_bytes_came_is_left(tmp_path, n):
+    """They might be the beginning of somebody else's file."""
+    file = tmp_path / "fit.jsonl"
+    fit(make_problem(), checkpoint=file, max_evaluations=5)
+    first_bytes = file.read_bytes()[:n]
+    file.write_bytes(first_bytes)
+    with pytest.raises(InvalidInput, match="is no journal of a fit"):
+        fit(make_problem(), checkpoint=file, max_evaluations=5)
+    assert file.read_bytes() == first_bytes
+
+
+def test_an_empty_checkpoint_is_begun_anew(tmp_path):
     file = tmp_path / "fit.jsonl"
     first = fit(make_problem(), checkpoint=file, max_evaluations=5)
     whole = file.read_bytes()
-    file.write_bytes(whole[:n])
+    file.write_bytes(b"")
     assert fit(make_problem(), checkpoint=file, max_evaluations=5).p.tolist() == first.p.tolist()
     assert file.read_bytes().splitlines()[0] == whole.splitlines()[0]
 

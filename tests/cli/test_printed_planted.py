@@ -331,7 +331,9 @@ def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
     posture["position"] = xr.DataArray(np.zeros(2), dims="time", attrs={"units": "mm"})
     monkeypatch.setattr(feeler.tracking, "measure_posture", lambda *_: posture)
     monkeypatch.setattr(
-        feeler.tracking, "load_tracks", lambda *_, **__: SimpleNamespace(n_frames=2)
+        feeler.tracking,
+        "load_tracks",
+        lambda *_, **__: SimpleNamespace(n_frames=2, landmarks=["base"]),
     )
     said = run("tracks", tmp_path / "x.csv", "--points", "base,p1,p2,tip")
     assert "x.csv: 7.5 mm long, 2 of 2 frames whole; largest bend p1 20.0°, p2 30.0°" in said
@@ -437,11 +439,13 @@ def test_stages_are_timed_in_seconds(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("time.perf_counter", lambda: 112.5)
     report = _make_reporter(False, 7, 100.0)
     report("Fig. 2", None)
-    report("Fig. 2", SimpleNamespace(seconds=3.21, cached=False))
-    report("Fig. 3", SimpleNamespace(seconds=0.0, cached=True))
+    report("Fig. 2", SimpleNamespace(seconds=3.21, cached=False, kept=None))
+    report("Fig. 3", SimpleNamespace(seconds=0.0, cached=True, kept=None))
+    report("Fig. S4", SimpleNamespace(seconds=0.0, cached=False, kept={"seed": 0}))
     lines = capsys.readouterr().out.splitlines()
     assert lines[:2] == ["[0/7]   12.5 s  Fig. 2  ...", "[1/7]   12.5 s  Fig. 2  3.2 s"]
     assert lines[2] == "[2/7]   12.5 s  Fig. 3  from the cache"
+    assert lines[3] == "[3/7]   12.5 s  Fig. S4  kept, see the report"
     _summarise(SimpleNamespace(is_cockroach=False, out=tmp_path, vector=True), [], 61.26, False)
     assert capsys.readouterr().out.endswith(
         f"figures: {tmp_path / 'figures'}, {tmp_path / 'figures.pdf'}   (61.3 s)\n"

@@ -9,7 +9,7 @@ from feeler.decoding.transfer import (
     TransferClassifier,
     TransferScore,
     _add_noisy_copies,
-    _find_first_peak,
+    find_first_peak,
     align,
     score_transfer,
 )
@@ -30,19 +30,19 @@ def _set(n_classes=4, noise=0.0, seed=0, n=60):
 
 def test_first_positive_peak_skips_ripples_and_negative_peaks():
     trace = -_bump(60) + _bump(200) + _bump(300, height=20.0) + _bump(120, width=3.0, height=0.5)
-    assert _find_first_peak(trace) == 200
-    assert _find_first_peak(-trace) == 60  # upside down, the first dip is a peak
-    assert _find_first_peak(np.zeros(100)) == -1
-    assert _find_first_peak(np.full(100, np.nan)) == -1
-    assert _find_first_peak(_bump(200, height=0.5)) == -1
+    assert find_first_peak(trace) == 200
+    assert find_first_peak(-trace) == 60  # upside down, the first dip is a peak
+    assert find_first_peak(np.zeros(100)) == -1
+    assert find_first_peak(np.full(100, np.nan)) == -1
+    assert find_first_peak(_bump(200, height=0.5)) == -1
 
 
 def test_a_peak_that_is_too_low_is_none_however_clear_it_is():
     tip = np.zeros(50)
     tip[[10, 30]] = 0.9, 1.2
-    assert _find_first_peak(tip, min_deflection=1.0, prominence=0.1) == 30
-    assert _find_first_peak(tip, min_deflection=0.8, prominence=0.1) == 10
-    assert _find_first_peak(tip, min_deflection=1.2, prominence=0.1) == 30  # at least so high
+    assert find_first_peak(tip, min_deflection=1.0, prominence=0.1) == 30
+    assert find_first_peak(tip, min_deflection=0.8, prominence=0.1) == 10
+    assert find_first_peak(tip, min_deflection=1.2, prominence=0.1) == 30  # at least so high
 
 
 def test_alignment_undoes_shifts_and_goes_on_at_rest():

@@ -5,7 +5,11 @@ Nothing is: white tensors; one tensor, whatever touches; tensors whose labels ar
 anywhere. Bases of noise are those that white tensors have.
 """
 
+import zlib
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,6 +27,7 @@ from feeler.studies.paper import (
     fig2b_fit,
     fig3,
     fig3_family,
+    fig5_bending,
     fig6,
     figS4,
     open_bounds,
@@ -89,34 +94,39 @@ def scale():
         yield "nothing"
 
 
-@pytest.fixture(scope="module", params=list(NOTHING))
-def read(request, scale, tmp_path_factory):
-    """What the claims of the sections that read tensors say of nothing."""
-    out = tmp_path_factory.mktemp(request.param)
-    rng = np.random.default_rng(20261123)
+@cache
+def show_nothing(kind, seed, name):
+    """The values of one section that reads tensors, of one draw of nothing."""
+    stage = next(stage for stage in STAGES if stage.name == name)
     kept = {}
 
-    def load(context, profile, touches, duration, name):
+    def make(touches, name):
         if name not in kept:
-            kept[name] = make_dataset(touches, NOTHING[request.param](touches, rng), rng)
+            rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+            kept[name] = make_dataset(touches, NOTHING[kind](touches, rng), rng)
         return kept[name]
 
     def touch(antenna, touches, **options):
-        return make_dataset(touches, NOTHING[request.param](touches, rng), rng)
+        return make(touches, f"{antenna.name} {antenna.stiffness.sum()}")
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(data, "_load", load)
+    with pytest.MonkeyPatch.context() as patch, TemporaryDirectory() as folder:
+        patch.setattr(
+            data, "_load", lambda c, profile, touches, duration, name: make(touches, name)
+        )
         patch.setattr(fig1, "touch", touch)
         patch.setattr(figS4, "import_torch", lambda: _Torch)
         patch.setattr(figS4, "TouchNetwork", lambda shape, **options: make_fitting_lda(18, 3))
-        context = Context(scale=scale, out=out)
-        values = {}
-        for stage in STAGES:
-            if stage.name in READ_TENSORS:
-                section = Section(name=stage.name, title="", folder=out, vector=False)
-                stage.show(context, section)
-                values |= section.values
-        yield request.param, judge_all(values)
+        places = (np.arange(N_SENSORS) + 0.5) / N_SENSORS
+        patch.setattr(fig5_bending, "place_sensors", lambda antenna: places)
+        section = Section(name=name, title="", folder=Path(folder), vector=False)
+        stage.show(Context(scale="nothing", out=Path(folder)), section)
+    return section.values
+
+
+def is_borne_out(claim, kind, seed):
+    found = judge(claim, show_nothing(kind, seed, claim.section), Context(scale="nothing"))
+    assert found.verdict != "not judged", found.why
+    return found.verdict in ("reproduced", "partly")
 
 
 class _Torch:
@@ -126,19 +136,24 @@ class _Torch:
     set_num_threads = staticmethod(lambda n: None)
 
 
+@pytest.mark.parametrize("kind", NOTHING)
 @pytest.mark.parametrize("claim", list_due(*READ_TENSORS), ids=lambda claim: claim.id)
-def test_nothing_bears_out_no_claim_that_reads_tensors(read, claim):
-    nothing, found = read
-    if (nothing, claim.id) not in SOMETHING:
-        check(found, claim)
+def test_nothing_bears_out_no_claim_that_reads_tensors(scale, kind, claim):
+    """At a level of 95 % some of so many are borne out by chance, but not by a second draw too."""
+    if (kind, claim.id) in SOMETHING:
+        pytest.skip(SOMETHING[kind, claim.id])
+    draws = (20261123, 20261124)
+    assert not all(is_borne_out(claim, kind, seed) for seed in draws)
 
 
+@pytest.mark.parametrize("kind", NOTHING)
 @pytest.mark.parametrize("id", ["residual-falls", "bases-ordered"])
-def test_what_is_by_construction_comes_out_of_nothing_too(read, id):
+def test_what_is_by_construction_comes_out_of_nothing_too(scale, kind, id):
     """So that the law above is known to notice such a rule."""
-    _, found = read
-    assert found[id].verdict == "by construction"
-    assert found[id].why.endswith("(in the claimed order)")
+    claim = next(claim for claim in load_claims() if claim.id == id)
+    found = judge(claim, show_nothing(kind, 20261123, claim.section), Context(scale="nothing"))
+    assert found.verdict == "by construction"
+    assert "in the claimed order" in found.why
 
 
 @pytest.fixture(scope="module", params=["white", "one"])

@@ -43,7 +43,13 @@ def make_case(antenna, r2, friction=0.3, **measure):
     measure = {"quantity": "bend", "method": "smooth"} | measure
     posture = Posture(friction=friction)
     return Case(
-        antenna=antenna, posture=posture, measure=measure, n_contact=3, n_inverted=3, map=known
+        antenna=antenna,
+        posture=posture,
+        measure=measure,
+        n_contact=3,
+        n_inverted=3,
+        map=known,
+        offset=0.0,
     )
 
 

@@ -132,13 +132,14 @@ def compute_curves(
     kinds
         Codes to compare; each group must hold them.
     noises
-        Names of noise models; all registered ones by default.
+        Names of noise models; by default all registered ones whose size is a share.
     reader
         Who reads the codes, or its name (:data:`READERS`). ``lda``, the paper's, has as many
         components as the copies can give. The ideal observer and the templates are told the noise,
         and so are not asked about noise that is added before encoding.
     """
-    noises = tuple(NOISES) if noises is None else tuple(noises)
+    shares = (name for name, model in NOISES.items() if model.is_share)
+    noises = tuple(shares if noises is None else noises)
     # None: each sweep makes an LDA with as many components as its copies can give
     fixed: Any = None if reader == "lda" else reader
     fixed = READERS[fixed]() if isinstance(fixed, str) else fixed

@@ -9,7 +9,7 @@ A new model is one class with either ``sd`` or ``add``, registered under a name:
 """
 
 from dataclasses import fields
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -37,6 +37,9 @@ class Noise(Record, kw_only=False):
     """
 
     size: Annotated[float, Ge(0)] = 0.1
+
+    is_share: ClassVar[bool] = True
+    """Whether a size of 0.1 is 10 % of something, as curves over noise ratios need it."""
 
     @classmethod
     def from_plain(cls, value: Any) -> "Noise":
@@ -187,6 +190,7 @@ class Mixed(Noise, kw_only=False):
         its ``vector`` h_i(t) or ``tensor``.
     """
 
+    is_share: ClassVar[bool] = False
     size: Annotated[float, Ge(0)] = 0.03
     share: Annotated[float, Ge(0)] = 0.1
     each: Literal["sample", "vector", "tensor"] = "sample"

@@ -59,7 +59,7 @@ def name_hdf5(file: Any) -> str:
             " tracks. For tracks write it with to_hdf(…, format='table') or to_csv."
         )
     held = [
-        f"{name} {'group' if hasattr(item, 'keys') else item.shape}"
+        f"the group {name}" if hasattr(item, "keys") else f"{name} of shape {item.shape}"
         for name, item in list(file.items())[:8]
     ]
     return (

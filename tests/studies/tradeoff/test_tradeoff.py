@@ -171,7 +171,10 @@ def test_a_reader_that_learns_tells_less_than_one_that_knows():
     [
         ({"sets": 0}, "Study.sets must be ≥ 1, got 0"),
         ({"readers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
-        ({"levels": {"pink": (1.0,)}}, "Study.levels must be one of relative, common, got 'pink'"),
+        (
+            {"levels": {"pink": (1.0,)}},
+            "Study.levels must be one of relative, common, mixed, got 'pink'",
+        ),
         ({"objects": ()}, "a task needs an object"),
         ({"objects": [BALLS[0]] * 2}, "two objects are called"),
         ({"speeds": ()}, "Task.speeds must be 1 or more numbers > 0"),

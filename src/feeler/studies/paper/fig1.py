@@ -15,11 +15,11 @@ from feeler.antenna.antenna import Antenna
 from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
-from feeler.dispersion.interval import bootstrap_mean
+from feeler.dispersion.interval import bootstrap_mean, compute_within_intervals
 from feeler.experiment.touch import touch
 from feeler.information import find_noise
 from feeler.plotting.look import PALETTE, mark_places
-from feeler.report import Section, make_interval, make_spread
+from feeler.report import Section, make_spread
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
@@ -40,8 +40,8 @@ def compute_reading(
     -------
     SimpleNamespace
         ``place`` by which sensors are kept (every k-th), on objects never trained; ``thing``,
-        shape and size, by sampling rate [Hz], at places never trained: accuracies with the spread
-        of the repeats. ``chance`` of both.
+        shape and size, by sampling rate [Hz], at places never trained: accuracies with the interval
+        over the touches that are read. ``chance`` of both.
     """
     array = keep_whole(tensors)
     array = array / array.max()
@@ -55,17 +55,30 @@ def compute_reading(
     options: dict[str, Any] = {"plan": plan, "random_state": random_state}
     time = in_unit(tensors["time"], "ms").values
     steps = {rate: max(1, round(1000.0 / rate / (time[1] - time[0]))) for rate in asked["rate"]}
+    sensors = {
+        k: _read(array[:, _choose(array.shape[1], k)], place, thing, **options)
+        for k in asked["every_sensor"]
+    }
+    samples = {
+        rate: _read(array[:, :, _choose(array.shape[2], step)], thing, place, **options)
+        for rate, step in steps.items()
+    }
     return SimpleNamespace(
-        place={
-            k: _read(array[:, _choose(array.shape[1], k)], place, thing, **options)
-            for k in asked["every_sensor"]
-        },
-        thing={
-            rate: _read(array[:, :, _choose(array.shape[2], step)], thing, place, **options)
-            for rate, step in steps.items()
-        },
+        place=_spread(sensors),
+        thing=_spread(samples),
         chance={"place": 1 / len({*place}), "thing": 1 / len({*thing})},
     )
+
+
+def _spread(right: Mapping[float, np.ndarray]) -> dict[float, Spread]:
+    """Of what each condition reads right of every touch: the mean, with the interval over touches,
+    which are the same in all.
+    """
+    found = compute_within_intervals(np.array(list(right.values())))
+    return {
+        key: make_spread(one.estimate, one.low, one.high, n=touches.size)
+        for (key, touches), one in zip(right.items(), found, strict=True)
+    }
 
 
 def _choose(n: int, step: int) -> slice:
@@ -80,9 +93,9 @@ def _read(
     *,
     plan: Plan,
     random_state: int,
-) -> Spread:
-    """Accuracy on noisy touches of the group that is left out, each in turn; mean ± 1 SD of the
-    repeats.
+) -> np.ndarray:
+    """How often each touch is read right (touch,) from noisy copies, when its group was left out of
+    the training; in a group every label stands once.
     """
     least = min(np.sum(groups != group) for group in np.unique(groups))
     folds = compute_left_out(
@@ -97,9 +110,7 @@ def _read(
         estimator=make_fitting_lda(int(least), plan.n_copies),
         random_state=random_state,
     )
-    by_repeat = np.mean([fold.noisy[0] for fold in folds.values()], axis=0)
-    half = by_repeat.std(ddof=1) if len(by_repeat) > 1 else np.nan
-    return make_interval(by_repeat.mean(), half, n=len(by_repeat))
+    return np.concatenate([fold.recall[0][~np.isnan(fold.recall[0])] for fold in folds.values()])
 
 
 def scale_stiffness(antenna: Antenna, factor: float) -> Antenna:
@@ -132,7 +143,7 @@ def compute_activity(
         active={
             name: _average((peak > threshold).sum(axis=1)) for name, threshold in thresholds.items()
         },
-        noise=_average(np.array(noise)),
+        noise=_average(np.nan_to_num(noise)),  # no noise is borne where all touches are one
     )
 
 
@@ -215,10 +226,10 @@ def show(context: Context, section: Section) -> None:
     section.figure(
         "fig1_axes",
         f"A: place of touch, on objects never trained; B: shape and size, at places never trained"
-        f" (LDA on noisy tensors, sd {context.effort.plan.probe:g} of the greatest angle; mean ± 1"
-        " SD over repeats). C: sensors whose angle passes a threshold in a touch. D: noise floor"
-        " at which an ideal observer still names three of four objects at a place. C, D: mean over"
-        " touches and over places, 95 % intervals. (Fig. 1A–B)",
+        f" (LDA on noisy tensors, sd {context.effort.plan.probe:g} of the greatest angle). C:"
+        " sensors whose angle passes a threshold in a touch. D: noise floor at which an ideal"
+        " observer still names three of four objects at a place. A to C: mean over touches, D: over"
+        " places, with 95 % intervals. (Fig. 1A–B)",
         lambda figure: plot(data, antenna.length / antenna.sensors.size, figure),
         height=2.6,
         numbers={

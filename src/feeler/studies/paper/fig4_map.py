@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from feeler.dispersion.interval import compute_within_intervals
 from feeler.encoding import (
     ConvolutiveNMF,
     LocationMapping,
@@ -102,8 +103,8 @@ def keep_values(section: Section, found: SimpleNamespace) -> None:
     """The values of all starts that claims are held against, and a table of the best."""
     best: LocationMapping = found.mappings[0]
     rows = []
-    for k in range(found.lag.shape[1]):
-        section.values[f"encoding.lag.{k + 1}"] = span(found.lag[:, k])
+    for k, lag in enumerate(_spread_within(found.lag)):
+        section.values[f"encoding.lag.{k + 1}"] = lag
         section.values[f"encoding.place.{k + 1}"] = span(found.place[:, k])
         rows.append([k + 1, found.lag[0, k], found.place[0, k], *best.share[:, k]])
     section.values["encoding.contact_margin"] = span(found.margin)
@@ -116,6 +117,16 @@ def keep_values(section: Section, found: SimpleNamespace) -> None:
         " last), and its share of the energy of the ridge codes of contacts at each place; best"
         " start.",
     )
+
+
+def _spread_within(starts: np.ndarray) -> list[dict[str, Any]]:
+    """Of each basis the mean over the starts (start, component), with its interval in which what
+    all bases of a start share is left out.
+    """
+    if not np.isfinite(starts).all():
+        return [{"undefined": "a basis of some start is empty"}] * starts.shape[1]
+    found = compute_within_intervals(starts.T)
+    return [make_spread(one.estimate, one.low, one.high, n=len(starts)) for one in found]
 
 
 def span(starts: np.ndarray) -> dict[str, Any]:

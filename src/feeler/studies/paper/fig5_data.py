@@ -25,8 +25,9 @@ from feeler.decoding.curves import Curves, compute_curves
 from feeler.decoding.plan import Plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
+from feeler.dispersion.interval import compute_within_intervals
 from feeler.encoding import LABELS
-from feeler.report import Section, make_interval
+from feeler.report import Section, make_spread
 from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors
@@ -116,16 +117,25 @@ def name_speeds(context: Context) -> dict[str, str]:
     return {f"{speed:g} m/s": name for name, speed in speeds.items()}
 
 
-def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]:
-    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 2 SD:
-    within ± 1 SD shuffled labels stood in an order.
+def spread_accuracies(
+    sweeps: Mapping[str, Sweep], starts: int | None = None
+) -> dict[str, dict[str, float]]:
+    """Accuracy of every group over the noise ratios above 0, averaged, with its interval.
 
-    ``starts`` of the fit whose codes are read: with one, repeated noise tells nothing of the fit.
+    What is drawn are the touches, the same for all groups: repeated noise says nothing of other
+    touches, and so shuffled labels stood in an order. ``starts`` of the fit whose codes are read:
+    with one, neither touches nor repeats tell anything of the fit.
     """
-    by_repeat = sweep.noisy[sweep.ratios > 0].mean(axis=0)
-    n = min(len(by_repeat), starts or len(by_repeat))
-    half = 2 * by_repeat.std(ddof=1) if n > 1 else np.nan
-    return make_interval(by_repeat.mean(), half, n=n)
+    areas = np.array([sweep.area for sweep in sweeps.values()])
+    repeats = min(sweep.noisy.shape[1] for sweep in sweeps.values())
+    n = min(repeats, starts or repeats)
+    intervals = zip(sweeps, compute_within_intervals(areas), strict=True)
+    return {name: make_spread(one.estimate, one.low, one.high, n=n) for name, one in intervals}
+
+
+def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]:
+    """The same of a group that stands alone."""
+    return spread_accuracies({"": sweep}, starts)[""]
 
 
 def list_verdicts(section: Section, verdicts: list[Verdict], caption: str) -> None:

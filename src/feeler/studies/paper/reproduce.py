@@ -112,6 +112,7 @@ STAGES = (
     ),
 )
 
+_SAID: set[str] = set()  # kinds of warning that this process has printed
 COCKROACH_ONLY = ("calibration", "receptor", "design", "unseen", "robot", "tracking")
 
 
@@ -187,7 +188,7 @@ def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iter
 
 def _run_task(task: tuple[Stage, Context]) -> Section:
     with warnings.catch_warnings():
-        say_warnings()
+        say_warnings(_SAID)
         return run_stage(*task)
 
 

@@ -67,8 +67,8 @@ def tell_story(
         if one.claim.whose == "paper" and one.is_evidence and one.verdict != "reproduced"
     ]
     told = {screen["figure"] for screen in screens}
-    *before, last = (templates.screen(screen) for screen in screens)
-    story = Markup("").join([*before, templates.failures(unmet), last])
+    told_so_far = [templates.screen(screen) for screen in screens]
+    story = Markup("").join([*told_so_far[:-1], templates.failures(unmet), *told_so_far[-1:]])
     return story, [_leave(section, told) for section in sections]
 
 
