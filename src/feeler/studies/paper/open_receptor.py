@@ -111,7 +111,7 @@ def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> Non
     for ax, signal in zip((left, right), _SIGNALS, strict=True):
         _plot_rates(found["main"].sel(signal=signal), ax)
         ax.set_title(f"noise grows with {_SIGNALS[signal]}")
-    left.legend(title="equal noise at [rad]", fontsize=6, title_fontsize=6, loc="lower left")
+    left.legend(title="equal noise at [rad]", fontsize=6.5, title_fontsize=6.5, loc="lower left")
     for k, ((run, signal), label) in enumerate(_LINES.items()):
         data = found[run].sel(signal=signal)
         x = data["bend"].values * 1.05 ** (k - 2)  # beside each other, not over
