@@ -9,8 +9,8 @@ from feeler.decoding.transfer import (
     TransferClassifier,
     TransferScore,
     _add_noisy_copies,
-    find_first_peak,
     align,
+    find_first_peak,
     score_transfer,
 )
 from feeler.errors import InvalidInput

@@ -59,7 +59,7 @@ def test_a_run_without_vector_figures_leaves_none_of_an_earlier_one(tmp_path):
     )
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {"narrow.png", "wide.png"}
     assert not (tmp_path / "figures.pdf").exists()
-    assert "data:image/png" in (tmp_path / "report.html").read_text()
+    assert "data:image/" in (tmp_path / "report.html").read_text()
 
 
 @pytest.mark.parametrize("vector", [True, False])

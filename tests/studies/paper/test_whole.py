@@ -70,7 +70,7 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
     assert "could not be made" not in page
     for section in sections.values():
         assert f'<section id="section-{section.name}">' in page
-    assert len(re.findall(r'<img [^>]*src="data:image/png;base64,', page)) == sum(
+    assert len(re.findall(r'<img [^>]*src="data:image/(?:png|webp);base64,', page)) == sum(
         len(section.list_figures()) for section in sections.values()
     )
     assert (
