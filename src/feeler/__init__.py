@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from feeler.stimulus.sample import sample_trials as sample_trials
     from feeler.stimulus.shapes import Ball as Ball
     from feeler.stimulus.shapes import Box as Box
+    from feeler.stimulus.shapes import Peg as Peg
     from feeler.stimulus.shapes import Triangle as Triangle
     from feeler.stimulus.trial import Trial as Trial
     from feeler.stimulus.wall import Wall as Wall

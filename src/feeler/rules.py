@@ -200,7 +200,8 @@ class Rules:
             return f"{subject} {said}." if isinstance(said, Wrong) else f"{subject}: {said}."
         hint, value = _drop_none(self.hints[field]), given[field]
         base, bounds = _split(hint)
-        if base in (int, float) and errors[0]["type"].startswith(_OUTSIDE):
+        lone = base in (int, float) or isinstance(value, float)
+        if lone and errors[0]["type"].startswith(_OUTSIDE):
             finite = ["finite"] if errors[0]["type"] == "finite_number" else []
             return f"{subject} must be {_say_range(bounds, finite)}, got {show(value)}."
         shown = show(value)

@@ -56,7 +56,7 @@ def test_no_motion_is_none():
     [
         ({"velocity": (np.nan, 0)}, "velocity must be 2 numbers"),
         ({"velocity": 3}, "velocity must be 2 numbers"),
-        ({"turn": "x"}, "turn must be a number, got 'x'"),
+        ({"turn": "x"}, "turn must be a number or 3 numbers, got 'x'"),
         ({"time": [0, 1, 1, 2], "pose": np.zeros((4, 3))}, "must rise from 0 ms"),
         ({"time": [0], "pose": [[0, 0, 0]]}, "at least four samples"),
         ({"time": FOUR, "pose": [[0, 0, 0]]}, "at least four samples"),

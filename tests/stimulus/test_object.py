@@ -94,7 +94,7 @@ def test_objects_that_cannot_be_are_refused(objects, match):
         ({"place": (np.nan, 0)}, r"place must be 2 numbers"),
         ({"place": 3}, "place must be 2 numbers"),
         ({"forward": (1, 1)}, "forward must be a unit vector"),
-        ({"velocity": (1, 2, 3)}, "velocity must be 2 numbers"),
+        ({"velocity": (1, 2, 3, 4)}, "velocity must be 2 numbers or 3 numbers"),
         ({"turn": np.inf}, "turn must be finite"),
         ({"friction": -1}, "friction must be ≥ 0"),
         ({"name": 3}, "name must be text"),

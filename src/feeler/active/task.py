@@ -212,7 +212,7 @@ class TouchTask(ActiveTask):
         if isinstance(antenna, SampledAntennas):
             antenna = antenna[index % len(antenna)]
         scene = make_scene(antenna, self.trials[index])
-        x, y = scene.objects[0].velocity
+        x, y = scene.objects[0].velocity[:2]
         still = replace(scene, objects=(scene.objects[0].replace(velocity=(0.0, 0.0)),))
         return Start(scene=still, direction=(-x, -y), target=self.get_target(index))
 

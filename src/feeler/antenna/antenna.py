@@ -229,6 +229,14 @@ class Antenna(Record):
             return self.segment_mass * self.segment_length**2 / 12
         return self.segment_mass * self.segment_length**2 * list_frustum(self.taper)[1]
 
+    @property
+    def axial(self) -> np.ndarray:
+        """Inertia of each segment about its own axis, as a full cylinder of its radius (segment,)
+        [g·mm²]; never below what MuJoCo takes.
+        """
+        own = np.minimum(self.segment_mass * self.radius**2 / 2, self.inertia)
+        return np.maximum(own, 2e-15)
+
     def flatten(self) -> "Antenna":
         """The planar antenna of its first plane, its segments cylinders; itself, if it lies in
         one.

@@ -25,29 +25,50 @@ def to_matrix(rotation: Any) -> np.ndarray:
 
 
 def to_vector(matrix: np.ndarray) -> np.ndarray:
-    """Rotation vectors (…, 3) [rad] of rotation matrices (…, 3, 3)."""
+    """Rotation vectors (…, 3) [rad] of rotation matrices (…, 3, 3); NaN of what is none."""
     from scipy.spatial.transform import Rotation
 
+    if not np.isfinite(matrix).all():
+        return np.full(matrix.shape[:-1], np.nan)
     return Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_rotvec().reshape(matrix.shape[:-1])
 
 
-def find_points(length: np.ndarray, angle: np.ndarray, base: Any = 0.0) -> np.ndarray:
-    """Base, hinges and tip (…, segment + 1, 3) [mm] for hinge angles (…, plane, segment) [rad].
+def find_rate(vector: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Angular velocity (3,) [rad/ms] of a rotation vector that changes at a rate: J(φ) φ̇."""
+    size = float(np.linalg.norm(vector))
+    if size < 1e-6:
+        return change + 0.5 * np.cross(vector, change)
+    once = np.cross(vector, change)
+    a, b = (1 - np.cos(size)) / size**2, (size - np.sin(size)) / size**3
+    return change + a * once + b * np.cross(vector, once)
+
+
+def find_frames(angle: np.ndarray, base: Any = 0.0) -> np.ndarray:
+    """Frames (…, segment, axis of the frame, 3) of the segments for hinge angles (…, plane,
+    segment) [rad].
 
     ``base`` is the rotation vector (…, 3) of the base [rad], or 0.
     """
-    shape, n = angle.shape[:-2], length.size
-    turned = np.broadcast_to(np.eye(3) if np.ndim(base) == 0 else to_matrix(base), (*shape, 3, 3))
-    x, y, z = (turned[..., k] for k in range(3))
-    c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    points = np.zeros((*shape, n + 1, 3))
+    shape, n = angle.shape[:-2], angle.shape[-1]
+    turned = np.eye(3) if np.ndim(base) == 0 else np.swapaxes(to_matrix(base), -1, -2)
+    x, y, z = (np.broadcast_to(turned, (*shape, 3, 3))[..., k, :] for k in range(3))
+    cosines, sines = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    frames = np.empty((*shape, n, 3, 3))
     for i in range(n):
-        x, y = c[..., 0, i, :] * x - s[..., 0, i, :] * y, c[..., 0, i, :] * y + s[..., 0, i, :] * x
-        y, z = c[..., 1, i, :] * y + s[..., 1, i, :] * z, c[..., 1, i, :] * z - s[..., 1, i, :] * y
+        c, s = cosines[..., i, :], sines[..., i, :]
+        x, y = c[..., 0, :] * x - s[..., 0, :] * y, c[..., 0, :] * y + s[..., 0, :] * x
+        y, z = c[..., 1, :] * y + s[..., 1, :] * z, c[..., 1, :] * z - s[..., 1, :] * y
         if angle.shape[-2] == len(SPACE_PLANES):
-            cos, sin = c[..., 2, i, :], s[..., 2, i, :]
-            x, z = cos * x - sin * z, cos * z + sin * x
-        points[..., i + 1, :] = points[..., i, :] + length[i] * y
+            x, z = c[..., 2, :] * x - s[..., 2, :] * z, c[..., 2, :] * z + s[..., 2, :] * x
+        frames[..., i, 0, :], frames[..., i, 1, :], frames[..., i, 2, :] = x, y, z
+    return frames
+
+
+def find_points(length: np.ndarray, angle: np.ndarray, base: Any = 0.0) -> np.ndarray:
+    """Base, hinges and tip (…, segment + 1, 3) [mm], as :func:`find_frames`."""
+    steps = length[:, None] * find_frames(angle, base)[..., 1, :]
+    points = np.zeros((*steps.shape[:-2], length.size + 1, 3))
+    np.cumsum(steps, axis=-2, out=points[..., 1:, :])
     return points
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
@@ -100,6 +101,7 @@ def hit(
     InvalidInput
         Points outside (0, 1], or a lever, speed or location that make no hit.
     """
+    require_plane(antenna, "hit")
     _check(points)
     scene = make_impulse_scene(
         antenna,

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.clock import Clock
@@ -48,6 +49,7 @@ def release(
         One trial with ``angle``, ``curvature`` (trial, sensor, time) of every hinge and ``tip``
         (trial, time, axis) [mm].
     """
+    require_plane(antenna, "release")
     start = hold(antenna, at, deflection) if angle is None else _check_start(antenna, angle)
     clock = Clock(
         duration=duration,

@@ -163,9 +163,7 @@ class Contact:
         place = antenna.hinge_position + antenna.segment_length / 2
         most, least = np.full(place.shape, high), np.full(place.shape, width)
         if self.share:
-            stretch = np.prod(self.solref) ** 2 * compute_invweight(
-                antenna.segment_length, antenna.segment_mass
-            )
+            stretch = np.prod(self.solref) ** 2 * find_invweight(antenna)
             asked = 1 - self.share * _compute_compliance(antenna) / stretch
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
@@ -182,36 +180,56 @@ class Contact:
 
 def _compute_compliance(antenna: Antenna) -> np.ndarray:
     """How far a force across the straight antenna pushes each segment's centre aside (segment,)
-    [mm/N].
+    [mm/N]; in space where it gives way least.
     """
     hinge = antenna.hinge_position
     lever = hinge + antenna.segment_length / 2 - hinge[:, None]
-    return np.sum(np.where(lever > 0, lever, 0.0) ** 2 / antenna.stiffness[:, None], axis=0)
+    squared = np.where(lever > 0, lever, 0.0) ** 2
+    if not antenna.spatial:
+        return np.sum(squared / antenna.stiffness[:, None], axis=0)
+    return np.min([(squared / row[:, None]).sum(axis=0) for row in antenna.stiffness[:2]], axis=0)
 
 
-def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
+def find_invweight(antenna: Antenna) -> np.ndarray:
+    """MuJoCo's ``body_invweight0`` of an antenna (segment,) [1/g]; in space it moves across in two
+    directions.
+    """
+    if not antenna.spatial:
+        return compute_invweight(antenna.segment_length, antenna.segment_mass)
+    frustum = antenna.mass_centre / antenna.segment_length, antenna.inertia
+    return 2 * compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum)
+
+
+def compute_invweight(
+    length: np.ndarray,
+    mass: np.ndarray,
+    centre: np.ndarray | None = None,
+    inertia: np.ndarray | None = None,
+) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹
     Jᵀ at each segment's centre, straight chain, where only motion across the chain is possible.
+    ``centre`` is that of mass, over the length, and ``inertia`` that about it; default: rods.
 
     One articulated sweep towards the base and one outwards, O(n): Ω_i = X Ω_(i−1) Xᵀ + S D⁻¹ Sᵀ.
     """
-    n, length, mass = (
-        len(length),
-        length.tolist(),
-        mass.tolist(),
-    )  # Python's own floats: faster one by one
+    n, share = len(length), ([0.5] * len(length) if centre is None else centre.tolist())
+    turning = None if inertia is None else inertia + mass * (np.array(share) * length) ** 2
+    length, mass = length.tolist(), mass.tolist()  # Python's own floats: faster one by one
+    own = [m * a**2 / 3 for m, a in zip(mass, length, strict=True)]  # about the hinge
+    own = own if turning is None else turning.tolist()
     lever, across, inverse = [0.0] * n, [0.0] * n, [0.0] * n
     carried = 0.0  # articulated mass across the chain that the distal part shows at its hinge
     for i in range(n - 1, -1, -1):
-        inertia = mass[i] * length[i] ** 2 / 3 + carried * length[i] ** 2
-        coupling = mass[i] * length[i] / 2 + carried * length[i]
-        carried = mass[i] + carried - coupling**2 / inertia
-        lever[i], inverse[i] = coupling / inertia, 1 / inertia
+        whole = own[i] + carried * length[i] ** 2
+        coupling = mass[i] * length[i] * share[i] + carried * length[i]
+        carried = mass[i] + carried - coupling**2 / whole
+        lever[i], inverse[i] = coupling / whole, 1 / whole
     # inverse inertia across the chain at this hinge, and its couplings with the turn of the segment
     hinge = 0.0
     for i in range(n):
         turn, mixed = inverse[i] + lever[i] ** 2 * hinge, -lever[i] * hinge
-        across[i] = hinge + length[i] * mixed + length[i] ** 2 / 4 * turn
+        across[i] = hinge + 2 * share[i] * length[i] * mixed
+        across[i] += length[i] ** 2 * share[i] ** 2 * turn
         hinge = hinge + 2 * length[i] * mixed + length[i] ** 2 * turn
     return np.array(across) / 3
 

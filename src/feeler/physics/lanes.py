@@ -19,8 +19,9 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
-from feeler.stimulus.base import check_number, check_vector
+from feeler.stimulus.base import Vector, check_number, check_vector, lift, lift_turn
 
+Turn = float | tuple[float, float, float]
 MAX_TURN = 0.1  # rad; [C] the most that a base or an object may turn in one timestep
 
 
@@ -82,10 +83,10 @@ class Simulations:
             list(scenes),
             check_number(choose_timestep(timestep, engine), "timestep"),
         )
-        if not scenes or len({scene.antenna.n_segments for scene in scenes}) != 1:
+        if not scenes or len({scene.antenna.rest_angle.shape for scene in scenes}) != 1:
             raise InvalidInput(
-                "simulations side by side need at least one scene, and one number of segments for"
-                " all."
+                "simulations side by side need at least one scene, and one number of segments and"
+                " of planes for all."
             )
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
@@ -236,17 +237,12 @@ class Simulations:
 
     @property
     def shape(self) -> np.ndarray:
-        """Base, hinges and tip (lane, segment + 1, 2) [mm] in the world."""
-        state = self.state
-        return np.stack(
-            [
-                self.get_scene(lane).antenna.shape(
-                    state.angle[lane], base_angle=state.base[lane, 2]
-                )
-                + state.base[lane, :2]
-                for lane in range(self._n)
-            ]
-        )
+        """Base, hinges and tip (lane, segment + 1, 2) [mm] in the world; in space (…, 3)."""
+        state, antennas = self.state, [self.get_scene(lane).antenna for lane in range(self._n)]
+        dims = 3 if antennas[0].spatial else 2
+        turned = state.base[:, dims:] if dims == 3 else state.base[:, 2]
+        rows = zip(antennas, state.angle, turned, state.base, strict=True)
+        return np.stack([a.shape(angle, turn) + base[:dims] for a, angle, turn, base in rows])
 
     @_alone
     def read_contacts(self, lane: int) -> Contacts:
@@ -255,11 +251,9 @@ class Simulations:
         return stepper.read_contacts(k)
 
     @_alone
-    def move_base(
-        self, lane: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
-    ) -> None:
+    def move_base(self, lane: int, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0) -> None:
         """From the next step on a lane's base moves with ``velocity`` [mm/ms] and turns with
-        ``turn`` [rad/ms].
+        ``turn`` [rad/ms], in space both vectors.
 
         The change takes one timestep, in which the antenna feels the acceleration. A recorded path
         is left for good.
@@ -270,15 +264,15 @@ class Simulations:
             Not finite, or faster than the timestep can follow.
         """
         stepper, k = self._find(lane)
-        rate = (*check_vector(velocity, "velocity"), check_number(turn, "turn"))
-        self._check_rate(stepper.scenes[k], rate, "the base")
+        velocity, turn = read_rate(stepper.scenes[k], velocity, turn)
+        self._check_rate(stepper.scenes[k], np.hstack([velocity, turn]), "the base")
         if stepper.scenes[k].follows:
             stepper.scenes[k] = replace(stepper.scenes[k], base_motion=None)
-        stepper.move_base(k, rate[:2], rate[2])
+        stepper.move_base(k, velocity, turn)
 
     @_alone
     def move_object(
-        self, lane: int, o: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
+        self, lane: int, o: int, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0
     ) -> None:
         """From the next step on object number ``o`` of a lane moves and turns like this [mm/ms,
         rad/ms].
@@ -292,26 +286,26 @@ class Simulations:
         scene = stepper.scenes[k]
         if not 0 <= o < len(scene.objects):
             raise InvalidInput(f"there is no object {o}; the scene has {len(scene.objects)}.")
-        rate = (*check_vector(velocity, "velocity"), check_number(turn, "turn"))
-        self._check_rate(scene, rate, f"object {o} ({scene.objects[o].name})")
+        velocity, turn = read_rate(scene, velocity, turn)
+        self._check_rate(
+            scene, np.hstack([velocity, turn]), f"object {o} ({scene.objects[o].name})"
+        )
         paths = [*scene.paths, *[None] * (len(scene.objects) - len(scene.paths))]
         if paths[o] is not None:
             paths[o] = None
             stepper.scenes[k] = replace(scene, paths=tuple(paths))
-        stepper.move_object(k, o, rate[:2], rate[2])
+        stepper.move_object(k, o, velocity, turn)
 
-    def _check_rate(self, scene: Scene, rate: tuple[float, ...], what: str) -> None:
+    def _check_rate(self, scene: Scene, rate: Sequence[float] | np.ndarray, what: str) -> None:
         far = self._stride * float(scene.antenna.radius.min())
-        if (
-            self.timestep * np.hypot(rate[0], rate[1]) > far
-            or self.timestep * abs(rate[2]) > MAX_TURN
-        ):
+        dims = 3 if scene.antenna.spatial else 2
+        speed, turn = np.hypot.reduce(rate[:dims]), np.hypot.reduce(rate[dims:])
+        if self.timestep * speed > far or self.timestep * turn > MAX_TURN:
             raise InvalidInput(
                 f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most"
                 f" {far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a"
                 f" step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
-                f" {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. Use a smaller timestep"
-                " or move slower."
+                f" {speed:.3g} and {turn:.3g}. Use a smaller timestep or move slower."
             )
 
     @_alone
@@ -360,17 +354,34 @@ class Simulations:
         """
         stepper, k = self._find(lane)
         scene = scene or stepper.scenes[k]
-        if scene.antenna.n_segments != stepper.scenes[k].antenna.n_segments:
+        own, other = stepper.scenes[k].antenna, scene.antenna
+        if own.rest_angle.shape != other.rest_angle.shape:
+            what = "planes" if own.n_segments == other.n_segments else "segments"
+            counts = [len(a.planes) if what == "planes" else a.n_segments for a in (own, other)]
             raise InvalidInput(
-                "a lane keeps its number of segments: it has"
-                f" {stepper.scenes[k].antenna.n_segments}, the new antenna"
-                f" {scene.antenna.n_segments}. Begin new simulations for it."
+                f"a lane keeps its number of {what}: it has {counts[0]}, the new antenna"
+                f" {counts[1]}. Begin new simulations for it."
             )
         self._check(scene.contact, self.timestep)
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
         self._steps[lane // self._lanes][k], self.failed[lane], self._state = 0, None, None
         self._look_for_guides()
+
+
+def read_rate(scene: Scene, velocity: Vector, turn: Turn) -> tuple[Vector, Turn]:
+    """What a base or an object is told to do: velocity (2,) and turn rate; in space both (3,).
+
+    Raises
+    ------
+    InvalidInput
+        Not finite, or of three numbers where the antenna lies in the plane.
+    """
+    if not scene.antenna.spatial:
+        return check_vector(velocity, "velocity"), check_number(turn, "turn")
+    flat = np.ndim(turn) == 0
+    spin = check_number(turn, "turn") if flat else check_vector(turn, "turn", (3,))
+    return lift(check_vector(velocity, "velocity", (2, 3))), lift_turn(spin)
 
 
 def _join(parts: Sequence[State], n: int) -> State:

@@ -293,4 +293,12 @@ class MujocoStepper(Stepper):
         )
 
 
-MUJOCO = Engine(make=MujocoStepper, timestep=0.02)
+def _make(scenes: Sequence[Scene], timestep: float) -> Stepper:
+    if scenes[0].antenna.spatial:
+        from feeler.physics.mujoco_space import SpaceMujocoStepper
+
+        return SpaceMujocoStepper(scenes, timestep)
+    return MujocoStepper(scenes, timestep)
+
+
+MUJOCO = Engine(make=_make, timestep=0.02)

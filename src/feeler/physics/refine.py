@@ -106,10 +106,13 @@ class _Pair:
             sample_interval=self.clock.sample_interval,
             timestep=self._halve(finest + 1),
         )
-        own = compute_peaks(
-            track(self.scene.antenna, tapes[1][0, :, : self.scene.antenna.n_segments])
-        )
-        return make_motion(clock, tapes[1][0], self._measure(tapes, 0, self.clock.n_samples, own))
+        own = compute_peaks(self._track(tapes[1][0]))
+        error = self._measure(tapes, 0, self.clock.n_samples, own)
+        return make_motion(clock, tapes[1][0], self.scene.antenna.rest_angle.shape, error)
+
+    def _track(self, rows: np.ndarray) -> Track:
+        rest = self.scene.antenna.rest_angle
+        return track(self.scene.antenna, rows[:, : rest.size].reshape(-1, *rest.shape))
 
     def _pass(
         self,
@@ -143,8 +146,7 @@ class _Pair:
         return None if ended else stepper.save(0)
 
     def _measure(self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray) -> float:
-        n = self.scene.antenna.n_segments
-        coarse, fine = (track(self.scene.antenna, tape[0, start:stop, :n]) for tape in tapes)
+        coarse, fine = (self._track(tape[0, start:stop]) for tape in tapes)
         return compute_gap(coarse, fine, peaks)
 
     def _get(self, level: int) -> Stepper:

@@ -15,6 +15,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, Engine, get_engine
 from feeler.physics.scene import Motion, Scene
 from feeler.physics.stepper import Stepper, make_row, split_rows
+from feeler.stimulus.base import Vector
 
 Result = Motion | Exception
 CHUNK = 400_000  # segment·lane steps between looks for Ctrl-C: some 5 ms, or 50 in deep contact
@@ -52,17 +53,16 @@ def run_group(
 
 def make_groups(scenes: Sequence[Scene], engine: Engine, times: int = 1) -> list[list[int]]:
     """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast
-    they touch.
+    they touch; antennae in the plane and in space do not mix.
 
     A group holds at most ``times`` as many as there are lanes.
     """
-    order = sorted(
-        range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i)
-    )
+    shapes = [scene.antenna.rest_angle.shape[::-1] for scene in scenes]
+    order = sorted(range(len(scenes)), key=lambda i: (shapes[i], *_phase(scenes[i]), i))
     groups: list[list[int]] = []
     for i in order:
         group = groups[-1] if groups else []
-        same = group and scenes[group[0]].antenna.n_segments == scenes[i].antenna.n_segments
+        same = group and shapes[group[0]] == shapes[i]
         if same and len(group) < times * engine.lanes:
             group.append(i)
         else:
@@ -76,7 +76,8 @@ def _phase(scene: Scene) -> tuple[float, float]:
     """
     if not scene.objects:
         return 0.0, 0.0
-    return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
+    item = scene.objects[0]
+    return float(np.hypot.reduce(item.velocity)), float(np.hypot.reduce(item.place))
 
 
 def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool:
@@ -132,7 +133,7 @@ def advance_freely(
     return ended
 
 
-def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, tuple[float, float]]]:
+def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, Vector]]:
     """(step, object, velocity) at which each object's velocity changes."""
     for o, path in enumerate(scene.paths):
         if path is not None:
@@ -145,20 +146,28 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     tape = np.empty((len(first), clock.n_samples, first.shape[1]))
     tape[:, 0] = first
     failed: list[Exception | None] = [None] * len(first)
-    n, k, turns = stepper.scenes[0].antenna.n_segments, 1, list_turns(stepper)
+    antenna, k, turns = stepper.scenes[0].antenna, 1, list_turns(stepper)
+    shape, n = antenna.rest_angle.shape, antenna.rest_angle.size
     while k < clock.n_samples and not all(failed):
         k, ended = record_some(stepper, tape, k, clock.steps_per_sample, turns, stop)
         for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
             before = tape[lane, max(k - 2, 0)].copy()
             failed[lane] = failed[lane] or explain_end(
-                stepper, int(lane), clock.time[k - 1], before[:n], before[n : 2 * n]
+                stepper,
+                int(lane),
+                clock.time[k - 1],
+                before[:n].reshape(shape),
+                before[n : 2 * n].reshape(shape),
             )
-    return [error or make_motion(clock, rows) for error, rows in zip(failed, tape, strict=True)]
+    pairs = zip(failed, tape, strict=True)
+    return [error or make_motion(clock, rows, shape) for error, rows in pairs]
 
 
-def make_motion(clock: Clock, rows: np.ndarray, error: float = float("nan")) -> Motion:
-    """The motion that rows (sample, column) of a tape hold."""
-    kept: dict[str, Any] = split_rows(rows)
+def make_motion(
+    clock: Clock, rows: np.ndarray, hinges: tuple[int, ...], error: float = float("nan")
+) -> Motion:
+    """The motion that rows (sample, column) of a tape hold; ``hinges`` is the shape of angles."""
+    kept: dict[str, Any] = split_rows(rows, hinges)
     return Motion(time=clock.time, timestep=clock.timestep, error=error, **kept)
 
 

@@ -1,15 +1,17 @@
 """A scene: what an engine simulates, in no engine's words."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import require_plane
+from feeler.antenna.space import to_matrix, to_vector
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
-from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.base import BaseMotion, Vector, lift
 from feeler.stimulus.object import Object, make_object
+from feeler.stimulus.solid import list_solids
 from feeler.stimulus.trial import Trial
 
 
@@ -19,7 +21,7 @@ class Path:
     the last for ever.
     """
 
-    velocity: tuple[tuple[float, float], ...]
+    velocity: tuple[Vector, ...]
     end: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -38,10 +40,11 @@ class Scene:
     ----------
     paths : tuple[Path | None, ...]
         For each object that has one, what it does instead of going on with its velocity.
-    gravity : tuple[float, float]
+    gravity : tuple[float, float] | tuple[float, float, float]
         [mm/ms²]; 9.81e-3 on the ground. [D] Tests of this scale run without.
-    base : tuple[float, float, float]
-        Place [mm] and heading [rad] of the base, on top of which its motion comes.
+    base : tuple[float, ...]
+        Place [mm] and heading [rad] of the base, on top of which its motion comes; in space place
+        and rotation vector. An antenna in space lifts all that is given in the plane.
     base_motion : BaseMotion | None
         How the base moves; default: not at all.
     """
@@ -50,15 +53,41 @@ class Scene:
     objects: tuple[Object, ...] = ()
     paths: tuple[Path | None, ...] = ()
     contact: Contact = field(default_factory=get_contact)
-    gravity: tuple[float, float] = (0.0, 0.0)
-    base: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gravity: Vector = (0.0, 0.0)
+    base: tuple[float, ...] = (0.0, 0.0, 0.0)
     base_motion: BaseMotion | None = None
     angle: np.ndarray | None = None
     velocity: np.ndarray | None = None
     label: str = ""
 
     def __post_init__(self) -> None:
-        require_plane(self.antenna, "the physics")
+        if self.antenna.spatial:
+            vars(self).update(self._lift())
+            return
+        moved = self.base_motion is not None and self.base_motion.spatial
+        wide = [o.name for o in self.objects if o.spatial]
+        if wide or moved or len(self.gravity) == 3:
+            what = wide[0] if wide else "base" if moved else "gravity"
+            raise InvalidInput(
+                f"{what!r} has three numbers for a place or a rotation, but {self.antenna.name!r}"
+                " lies in the plane: give two, or an antenna in space (a row of stiffness for each"
+                " plane)."
+            )
+
+    def _lift(self) -> dict[str, Any]:
+        """What is given in the plane, in space."""
+        if any(self.paths):
+            raise InvalidInput("paths of objects lie in the plane; in space use velocity=.")
+        for item in self.objects:
+            list_solids(item.feature)
+        x, y, *rest = self.base
+        base = self.base if len(rest) == 4 else (x, y, 0.0, 0.0, 0.0, -rest[0])
+        return {
+            "objects": tuple(item.lift() for item in self.objects),
+            "gravity": lift(self.gravity),
+            "base": base,
+            "base_motion": self.base_motion and self.base_motion.lift(),
+        }
 
     @property
     def initial_angle(self) -> np.ndarray:
@@ -70,21 +99,31 @@ class Scene:
     @property
     def initial_velocity(self) -> np.ndarray:
         """Angular velocities (segment,) at time 0 [rad/ms]."""
-        n = self.antenna.n_segments
-        return np.zeros(n) if self.velocity is None else np.asarray(self.velocity, dtype=float)
+        if self.velocity is None:
+            return np.zeros(self.antenna.rest_angle.shape)
+        return np.asarray(self.velocity, dtype=float)
 
     @property
     def base_pose(self) -> np.ndarray:
-        """Place [mm] and heading [rad] (3,) of the base at time 0."""
+        """Place [mm] and heading [rad] (3,) of the base at time 0; in space place and rotation
+        vector (6,).
+        """
+        if self.antenna.spatial and self.base_motion is not None:
+            moved, own = self.base_motion.compute_pose(np.zeros(1))[0], np.asarray(self.base)
+            turned = to_vector(to_matrix(moved[3:]) @ to_matrix(own[3:]))
+            return np.concatenate([own[:3] + moved[:3], turned])
         moved = (
             self.base_motion.compute_pose(np.zeros(1))[0] if self.base_motion is not None else 0.0
         )
         return np.asarray(self.base) + moved
 
     @property
-    def base_velocity(self) -> tuple[float, float, float]:
-        """Rates x, y [mm/ms] and turn [rad/ms] of the base at time 0; the antenna moves along."""
-        return (0.0, 0.0, 0.0) if self.base_motion is None else self.base_motion.compute_rate()
+    def base_velocity(self) -> tuple[float, ...]:
+        """Rates x, y [mm/ms] and turn [rad/ms] of the base at time 0; the antenna moves along. In
+        space velocity and angular velocity (6,).
+        """
+        still = (0.0,) * len(self.base)
+        return still if self.base_motion is None else self.base_motion.compute_rate()
 
     @property
     def speed(self) -> float:
@@ -99,13 +138,15 @@ class Scene:
             legs = [item.velocity] if path is None else path.velocity
             corners = np.concatenate(item.feature.parts)
             extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
-            own = abs(item.turn) * min(extent, self.antenna.length)
-            far = min(
-                float(np.hypot(*(np.asarray(item.place) - self.base_pose[:2]))), self.antenna.length
-            )
+            extent = float(np.hypot(extent, item.feature.half_depth))
+            own = float(np.linalg.norm(item.turn)) * min(extent, self.antenna.length)
+            dims = len(item.place)
+            gap = np.asarray(item.place) - self.base_pose[:dims]
+            far = min(float(np.hypot.reduce(gap)), self.antenna.length)
             for rate in self._list_base_rates():
-                apart = np.hypot(*(np.asarray(legs) - rate[:2]).T).max()
-                fastest = max(fastest, float(apart) + own + abs(float(rate[2])) * far)
+                apart = np.hypot.reduce((np.asarray(legs) - rate[:dims]).T).max()
+                turning = float(np.hypot.reduce(rate[dims:]))
+                fastest = max(fastest, float(apart) + own + turning * far)
         return fastest
 
     def _list_base_rates(self) -> np.ndarray:
@@ -126,12 +167,17 @@ class Scene:
         return bool(self.paths) or self.follows
 
     def compute_drive(self, first: int, n_steps: int, timestep: float) -> np.ndarray:
-        """Velocity (step, 3) of a base on a recorded path at the end of each step, so that it is in
-        place after each.
+        """Velocity (step, 3; in space 6) of a base on a recorded path at the end of each step, so
+        that it is in place after each.
         """
         assert self.base_motion is not None
         pose = self.base_motion.compute_pose(timestep * np.arange(first, first + n_steps + 1))
-        return np.diff(pose, axis=0) / timestep
+        rate = np.diff(pose, axis=0) / timestep
+        if self.antenna.spatial:
+            turned = to_matrix(pose[:, 3:])
+            change = turned[1:] @ np.swapaxes(turned[:-1], 1, 2)
+            rate[:, 3:] = to_vector(change) / timestep
+        return rate
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,9 +189,9 @@ class Motion:
     time : np.ndarray
         (sample,) [ms].
     angle : np.ndarray
-        (sample, segment) [rad].
+        (sample, segment) [rad]; in space (sample, plane, segment).
     velocity : np.ndarray
-        (sample, segment) [rad/ms].
+        Likewise [rad/ms].
     force : np.ndarray
         Total contact force on the antenna (sample, 2) [N].
     base : np.ndarray

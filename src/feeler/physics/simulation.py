@@ -10,10 +10,10 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.physics.lanes import Simulations, Snapshot
+from feeler.physics.lanes import Simulations, Snapshot, Turn
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import MICRO, Contacts
-from feeler.stimulus.base import BaseMotion, check_vector, read_base
+from feeler.stimulus.base import BaseMotion, Vector, check_vector, read_base
 from feeler.stimulus.object import Object, check_clear, make_objects
 from feeler.stimulus.trial import Trial
 
@@ -42,7 +42,7 @@ def build_scene(
     objects: Object | Trial | Sequence[Object | Trial] = (),
     *,
     contact: Contact | str | None = None,
-    gravity: tuple[float, float] = (0.0, 0.0),
+    gravity: Vector = (0.0, 0.0),
     base: BaseMotion | None = None,
     angle: np.ndarray | None = None,
     velocity: np.ndarray | None = None,
@@ -73,7 +73,7 @@ def build_scene(
         antenna=antenna,
         objects=found,
         contact=get_contact(contact),
-        gravity=check_vector(gravity, "gravity"),
+        gravity=check_vector(gravity, "gravity", (2, 3)),
         base_motion=moved[0] if moved else read_base(base),
         angle=start,
         velocity=_check_hinges(antenna, velocity, "velocity"),
@@ -87,9 +87,10 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
     if values is None:
         return None
     array = np.array(values, dtype=float)
-    if array.shape != (antenna.n_segments,) or not np.isfinite(array).all():
+    if array.shape != antenna.rest_angle.shape or not np.isfinite(array).all():
+        rows = f" in each of {len(antenna.planes)} rows, one per plane" if antenna.spatial else ""
         raise InvalidInput(
-            f"{name} must be {antenna.n_segments} finite numbers, one per segment, got"
+            f"{name} must be {antenna.n_segments} finite numbers, one per segment{rows}, got"
             f" {array.shape}."
         )
     return array
@@ -98,6 +99,9 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
 @checked
 class Simulation:
     """One antenna and its objects, stepped by hand.
+
+    Of an antenna in space angles and rates are (plane, segment), places, forces and moments have
+    three numbers, ``base`` is its place and rotation vector (6,), and turns are angular velocities.
 
     Threads may share it: while one steps, steers or reads, the others wait.
 
@@ -146,7 +150,7 @@ class Simulation:
         engine: str = DEFAULT_ENGINE,
         timestep: float | None = None,
         contact: Contact | str | None = None,
-        gravity: tuple[float, float] = (0.0, 0.0),
+        gravity: Vector = (0.0, 0.0),
         base: BaseMotion | None = None,
         angle: np.ndarray | None = None,
         velocity: np.ndarray | None = None,
@@ -247,9 +251,12 @@ class Simulation:
         return self._lanes.state.base_force[0]
 
     @property
-    def base_moment(self) -> float:
-        """Moment of the base on the antenna [N·mm] in the last step, positive as angles are."""
-        return float(self._lanes.state.base_moment[0])
+    def base_moment(self) -> float | np.ndarray:
+        """Moment of the base on the antenna [N·mm] in the last step, positive as angles are; in
+        space a vector (3,), positive about the axes of the world.
+        """
+        found = self._lanes.state.base_moment[0]
+        return found if self.antenna.spatial else float(found)
 
     @property
     def work(self) -> Work:
@@ -257,7 +264,7 @@ class Simulation:
         state = self._lanes.state
         return Work(base=MICRO * float(state.base_work[0]), objects=MICRO * state.object_work[0])
 
-    def move_base(self, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
+    def move_base(self, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0) -> None:
         """From the next step on the base moves with ``velocity`` (x, y) [mm/ms] and turns with
         ``turn`` [rad/ms].
 
@@ -267,7 +274,7 @@ class Simulation:
         self._lanes.move_base(0, velocity, turn)
 
     def move_object(
-        self, which: int | str, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
+        self, which: int | str, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0
     ) -> None:
         """From the next step on an object, by number or name, moves and turns like this [mm/ms,
         rad/ms].

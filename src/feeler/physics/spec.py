@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from feeler.physics.scene import Scene
+from feeler.stimulus.base import lift
 from feeler.stimulus.object import Object
 
 # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
@@ -44,6 +45,11 @@ def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.
     spec.modelname = f"feeler {scene.antenna.name} (units: g, mm, ms)"
     spec.compiler.degree = False
     _set_options(spec.option, scene, timestep)
+    if scene.antenna.spatial:
+        from feeler.physics.spec_space import add_in_space
+
+        add_in_space(spec, scene)
+        return spec
     _add_antenna(spec, scene, moving)
     for o, item in enumerate(scene.objects):
         _add_object(spec, scene, o, item)
@@ -52,7 +58,7 @@ def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.
 
 def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None:
     option.timestep = timestep
-    option.gravity = [*scene.gravity, 0.0]
+    option.gravity = lift(scene.gravity)
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicit in joint damping
     option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL  # [P]
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # a serial chain has no sparsity to use
@@ -108,7 +114,7 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
             conaffinity=0,
             rgba=[0.45, 0.25, 0.1, 1],
             solmix=1.0,
-            **_softness(scene, 0.0, soft.d_max[n], width[n]),
+            **soften(scene, 0.0, soft.d_max[n], width[n]),
         )
         parent = body
 
@@ -123,7 +129,7 @@ def _add_planar_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
     body.gravcomp = 1.0
 
 
-def _softness(
+def soften(
     scene: Scene, friction: float, d_max: float = 0.95, width: float = 0.05
 ) -> dict[str, object]:
     """A pair of geoms takes the larger friction and dimension of its two, the object's, and of
@@ -147,7 +153,7 @@ def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None
             conaffinity=1,
             rgba=[0.2, 0.5, 0.3, 1],
             solmix=0.0,
-            **_softness(scene, item.friction),
+            **soften(scene, item.friction),
             **shape,
         )
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import hold_blas
 
@@ -53,6 +54,7 @@ def solve_static(
     FeelerError
         No equilibrium was found (for example past the collapse of a pushed antenna).
     """
+    require_plane(antenna, "solve_static")
     load = np.asarray(force, dtype=float)
     if load.shape != (2,) or not np.all(np.isfinite(load)):
         raise InvalidInput(f"force must be two finite numbers (x, y) in N, got {load}.")

@@ -15,6 +15,9 @@ from feeler.physics.scene import Scene
 class State:
     """Where every lane is now; forces are those of the step that led there.
 
+    In space angles are (lane, plane, segment), vectors have three numbers, the base has its place
+    and its rotation vector, and its moment is a vector.
+
     Attributes
     ----------
     angle : np.ndarray
@@ -94,15 +97,16 @@ class Contacts:
 
 MICRO = 1e3  # µJ in a mJ: work leaves the engines in µJ
 COLUMNS = {
-    "force": 2,
-    "work": 2,
-    "base": 3,
-    "base_force": 2,
-    "base_moment": 1,
-    "contact_place": 1,
-    "sink": 1,
+    "force": (2, 3),
+    "work": (2, 2),
+    "base": (3, 6),
+    "base_force": (2, 3),
+    "base_moment": (1, 3),
+    "contact_place": (1, 1),
+    "sink": (1, 1),
 }
-"""What a sample holds behind the angles and velocities of all hinges, and how many numbers each is.
+"""What a sample holds behind the angles and velocities of all hinges, and how many numbers each is,
+in the plane and in space.
 """
 
 
@@ -111,26 +115,26 @@ def make_row(state: State) -> np.ndarray:
     objects.
     """
     work = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
-    numbers = (state.base_moment, state.contact_place, state.sink)
-    rest = (state.base, state.base_force, *(number[:, None] for number in numbers))
-    return np.concatenate(
-        [state.angle, state.velocity, state.force.sum(axis=1), work, *rest], axis=1
-    )
+    lanes, force = len(state.angle), state.force.sum(axis=1)
+    base = (state.base, state.base_force, state.base_moment)
+    parts = (state.angle, state.velocity, force, work, *base, state.contact_place, state.sink)
+    return np.concatenate([part.reshape(lanes, -1) for part in parts], axis=1)
 
 
-def split_rows(tape: np.ndarray) -> dict[str, np.ndarray]:
-    """The samples (…, column) by name, as copies (…, number); what COLUMNS counts as one number is
-    (…). Work comes in µJ.
+def split_rows(tape: np.ndarray, hinges: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """The samples (…, column) by name, as copies (…, number), angles in the shape ``hinges``; what
+    COLUMNS counts as one number is (…). Work comes in µJ.
     """
-    n = (tape.shape[-1] - sum(COLUMNS.values())) // 2
-    sizes = {"angle": n, "velocity": n, **COLUMNS}
-    parts = dict(
-        zip(sizes, np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1), strict=True)
-    )
+    sizes = {name: size[len(hinges) - 1] for name, size in COLUMNS.items()}
+    n = int(np.prod(hinges))
+    ends = np.cumsum([n, n, *sizes.values()])[:-1]
+    parts = dict(zip(("angle", "velocity", *sizes), np.split(tape, ends, axis=-1), strict=True))
     found = {
-        name: (part[..., 0] if COLUMNS.get(name) == 1 else part).copy()
+        name: (part[..., 0] if sizes.get(name) == 1 else part).copy()
         for name, part in parts.items()
     }
+    for name in ("angle", "velocity"):
+        found[name] = found[name].reshape(*tape.shape[:-1], *hinges)
     found["work"] *= MICRO
     return found
 
@@ -195,11 +199,11 @@ class Stepper(Protocol):
     def explain(self, lane: int) -> Exception | None:
         """What ended a lane, if the engine knows better than that its numbers are not finite."""
 
-    def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
-        """Command the base."""
+    def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
+        """Command the base: velocity (2,) and turn rate; in space both (3,)."""
 
-    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
-        """Command an object."""
+    def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
+        """Command an object, likewise."""
 
     def save(self, lane: int) -> Any:
         """All that a lane's future depends on, but for its scene."""

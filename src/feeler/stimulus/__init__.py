@@ -8,7 +8,7 @@ from feeler.stimulus.object import Object, check_clear, make_object, make_object
 from feeler.stimulus.outline import Outline
 from feeler.stimulus.placement import Placement, place
 from feeler.stimulus.sample import SampledTrials, sample_trials
-from feeler.stimulus.shapes import Ball, Box, Triangle
+from feeler.stimulus.shapes import Ball, Box, Peg, Triangle
 from feeler.stimulus.trial import Trial, make_grid
 from feeler.stimulus.wall import Wall
 
@@ -20,6 +20,7 @@ __all__ = [
     "Feature",
     "Object",
     "Outline",
+    "Peg",
     "Placement",
     "SampledTrials",
     "Trial",

@@ -1,15 +1,18 @@
 """How an antenna's base moves: at constant velocity, or along a recorded path."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
 
+from feeler.antenna.space import find_rate
 from feeler.errors import InvalidInput
 from feeler.record import Record
 
+Vector = tuple[float, float] | tuple[float, float, float]
+"""In the plane or in space."""
 LATE = 1e-9  # ms; how far beyond its end a path may be asked for
 
 
@@ -21,16 +24,20 @@ class BaseMotion(Record):
     spline through the samples (twice continuously differentiable, not-a-knot ends), so that forces
     have no jumps.
 
+    An antenna in space takes either kind: of three numbers for a place and for a rotation, or of
+    those in the plane.
+
     Attributes
     ----------
-    velocity : tuple[float, float]
+    velocity : tuple[float, float] | tuple[float, float, float]
         [mm/ms]
-    turn : float
-        [rad/ms], positive from +y towards +x, as angles are.
+    turn : float | tuple[float, float, float]
+        [rad/ms], positive from +y towards +x, as angles are; in space the angular velocity.
     time : Annotated[np.ndarray, sample] | None
         (sample,) [ms], from 0.
-    pose : Annotated[np.ndarray, sample 3] | None
-        x, y [mm] and heading [rad] of the base (sample, 3).
+    pose : Annotated[np.ndarray, sample pose] | None
+        x, y [mm] and heading [rad] of the base (sample, 3); in space x, y, z and its rotation
+        vector [rad] (sample, 6).
 
     Raises
     ------
@@ -39,15 +46,15 @@ class BaseMotion(Record):
         ways at once.
     """
 
-    velocity: tuple[float, float] = (0.0, 0.0)
-    turn: float = 0.0
+    velocity: Vector = (0.0, 0.0)
+    turn: float | tuple[float, float, float] = 0.0
     time: Annotated[np.ndarray, "sample"] | None = None
-    pose: Annotated[np.ndarray, "sample 3"] | None = None
+    pose: Annotated[np.ndarray, "sample pose"] | None = None
 
     def _check(self) -> None:
         if self.time is None and self.pose is None:
             return
-        if any(self.velocity) or self.turn:
+        if any(self.velocity) or np.any(self.turn):
             raise InvalidInput(
                 "a BaseMotion has either a velocity and a turn or a path (time and pose), not both."
             )
@@ -57,11 +64,33 @@ class BaseMotion(Record):
                 "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at"
                 f" least four samples, got {count[0]} and {count[1]}."
             )
+        if self.pose is not None and self.pose.shape[1] not in (3, 6):
+            raise InvalidInput(
+                "BaseMotion.pose must be (sample, 3: x, y, heading), or in space (sample, 6: x, y,"
+                f" z and a rotation vector), got shape {self.pose.shape}."
+            )
         if self.time[0] != 0 or not np.all(np.diff(self.time) > 0):
             raise InvalidInput("BaseMotion.time must rise from 0 ms.")
 
+    @property
+    def spatial(self) -> bool:
+        """Whether it moves in space, or is written as if it did."""
+        wide = self.pose is not None and self.pose.shape[1] == 6
+        return wide or len(self.velocity) == 3 or np.ndim(self.turn) == 1
+
+    def lift(self) -> "BaseMotion":
+        """The same motion in space."""
+        if self.pose is None:
+            return BaseMotion(velocity=lift(self.velocity), turn=lift_turn(self.turn))
+        if self.spatial:
+            return self
+        x, y, heading = self.pose.T
+        flat = np.zeros_like(x)
+        pose = np.stack([x, y, flat, flat, flat, -heading], axis=1)
+        return BaseMotion(time=self.time, pose=pose)
+
     def compute_pose(self, time: np.ndarray) -> np.ndarray:
-        """x, y [mm] and heading [rad] (time, 3) at times [ms].
+        """x, y [mm] and heading [rad] (time, 3) at times [ms]; in space (time, 6).
 
         Raises
         ------
@@ -70,7 +99,7 @@ class BaseMotion(Record):
         """
         time = np.asarray(time, dtype=float)
         if self.time is None:
-            return time[:, None] * [*self.velocity, self.turn]
+            return time[:, None] * np.hstack([self.velocity, self.turn])
         if time.max(initial=0.0) > self.time[-1] + LATE:
             raise InvalidInput(
                 f"the base's recorded path ends at {self.time[-1]:g} ms, but {time.max():g} ms are"
@@ -78,17 +107,28 @@ class BaseMotion(Record):
             )
         return self._spline(time)
 
-    def compute_rate(self) -> tuple[float, float, float]:
-        """Velocity x, y [mm/ms] and turn rate [rad/ms] at time 0."""
+    def compute_rate(self) -> tuple[float, ...]:
+        """Velocity x, y [mm/ms] and turn rate [rad/ms] at time 0; in space velocity and angular
+        velocity (6,).
+        """
         if self.time is None:
-            return *self.velocity, self.turn
-        vx, vy, turn = self._spline(0.0, 1)
-        return float(vx), float(vy), float(turn)
+            return tuple(np.hstack([self.velocity, self.turn]).tolist())
+        rate = self._spline(0.0, 1)
+        if self.spatial:
+            rate = np.concatenate([rate[:3], find_rate(self._spline(0.0)[3:], rate[3:])])
+        return tuple(rate.tolist())
 
     def mirror(self) -> "BaseMotion":
-        """The mirror image about the y axis."""
+        """The mirror image about the y axis; in space about its plane with z."""
+        if self.spatial:
+            image, own = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0]), self.lift()
+            if own.pose is not None:
+                return own.replace(pose=own.pose * image)
+            rate = image * np.hstack([own.velocity, own.turn])
+            return BaseMotion(velocity=tuple(rate[:3]), turn=tuple(rate[3:]))
         if self.time is None or self.pose is None:
-            return BaseMotion(velocity=(-self.velocity[0], self.velocity[1]), turn=-self.turn)
+            turn = -float(self.turn)  # type: ignore[arg-type]  # a number in the plane
+            return BaseMotion(velocity=(-self.velocity[0], self.velocity[1]), turn=turn)
         return BaseMotion(time=self.time, pose=self.pose * np.array([-1.0, 1.0, -1.0]))
 
     @cached_property
@@ -96,6 +136,17 @@ class BaseMotion(Record):
         from scipy.interpolate import CubicSpline
 
         return CubicSpline(self.time, self.pose)
+
+
+def lift(vector: Sequence[float]) -> tuple[float, float, float]:
+    """A vector in space, of two numbers or three."""
+    x, y, *z = vector
+    return float(x), float(y), float(z[0]) if z else 0.0
+
+
+def lift_turn(turn: float | Sequence[float]) -> tuple[float, float, float]:
+    """An angular velocity in space, also of a turn rate in the plane."""
+    return lift(turn) if isinstance(turn, Sequence) else (0.0, 0.0, 0.0 - turn)
 
 
 def read_base(value: object) -> BaseMotion | None:
@@ -117,12 +168,16 @@ def check_number(value: Any, name: str) -> float:
     return number
 
 
-def check_vector(value: Any, name: str) -> tuple[float, float]:
-    """The value as two finite floats."""
+def check_vector(value: Any, name: str, sizes: tuple[int, ...] = (2,)) -> Any:
+    """The value as two finite floats, or as many as one of ``sizes`` says."""
     try:
-        x, y = map(float, value)
+        vector = tuple(map(float, value))
     except (TypeError, ValueError):
-        x = y = np.nan
-    if not np.isfinite([x, y]).all():
-        raise InvalidInput(f"{name} must be two finite numbers (x, y), got {str(value)[:40]!r}.")
-    return x, y
+        vector = ()
+    if len(vector) not in sizes or not np.isfinite(vector).all():
+        words = " or ".join(_COUNTS[size] for size in sizes)
+        raise InvalidInput(f"{name} must be {words}, got {str(value)[:40]!r}.")
+    return vector
+
+
+_COUNTS = {2: "two finite numbers (x, y)", 3: "three (x, y, z)"}

@@ -87,6 +87,11 @@ class Feature(Record, ABC):
         """Whether it may be larger than the antenna."""
         return False
 
+    @property
+    def half_depth(self) -> float:
+        """Half the core's extent across the plane [mm], which is read in space only."""
+        return 0.0
+
     def _check(self) -> None:
         for name, value in vars(self).items():
             if isinstance(value, float) and not (value > 0 or (name == "rounding" and value == 0)):
@@ -215,6 +220,7 @@ SHAPES: Registry[type[Feature]] = Registry(
         "triangle": "feeler.stimulus.shapes:Triangle",
         "outline": "feeler.stimulus.outline:Outline",
         "wall": "feeler.stimulus.wall:Wall",
+        "peg": "feeler.stimulus.shapes:Peg",
     },
 )
 """Every shape by its word; register a new one to use it everywhere."""

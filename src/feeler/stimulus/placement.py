@@ -8,9 +8,11 @@ import numpy as np
 from scipy.special import cosdg, sindg
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import to_matrix
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.solid import compute_gap_in_space, place_in_space
 from feeler.stimulus.trial import Trial
 
 # mm [C]; left at the lead, so that rounding never decides whether the step then is in contact yet
@@ -24,19 +26,22 @@ class Placement:
     Attributes
     ----------
     origin : np.ndarray
-        The frame's origin (2,) [mm].
+        The frame's origin (2,) [mm]; in space (3,), as all vectors are then.
     heading : float
         Direction of the frame's first axis [degrees], from +y towards +x.
     forward : np.ndarray
         The same as a unit vector (2,).
     velocity : np.ndarray
         Velocity (2,) [mm/ms].
+    left : np.ndarray | None
+        The frame's second axis in space (3,).
     """
 
     origin: np.ndarray
     heading: float
     forward: np.ndarray
     velocity: np.ndarray
+    left: np.ndarray | None = None
 
 
 @checked
@@ -61,6 +66,13 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
             f"the feature is bigger than the antenna: {trial.feature.name} of half-width {size:g}"
             f" mm, antenna {antenna.length:g} mm long. Use a half-width up to"
             f" {antenna.length / 2:g} mm, or Wall()."
+        )
+    if antenna.spatial:
+        return _place_in_space(antenna, trial)
+    if trial.azimuth or (trial.base is not None and trial.base.spatial):
+        raise InvalidInput(
+            f"the trial leaves the plane (azimuth={trial.azimuth:g}°, or its base does), but"
+            f" {antenna.name!r} lies in it. Give its stiffness a row for each plane."
         )
     rest = _lay_out(antenna)
     x, y, along = rest.find(trial.location * antenna.length)
@@ -96,6 +108,33 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
         velocity=np.array((trial.speed * forward[0], trial.speed * forward[1])),
     )
     return placement if trial.base is None else _carry(antenna, trial, placement)
+
+
+def _place_in_space(antenna: Antenna, trial: Trial) -> Placement:
+    origin, axes = place_in_space(antenna, trial)
+    if trial.base_motion is not None:
+        poses = trial.base_motion.lift().compute_pose(np.array([0.0, trial.lead]))
+        turn = to_matrix(poses[1, 3:])
+        origin, axes = turn @ origin + poses[1, :3], axes @ turn.T
+    velocity = trial.speed * axes[0]
+    origin = origin - ROOM * axes[0] - trial.lead * velocity
+    if trial.base_motion is not None:
+        points = antenna.shape(base_angle=poses[0, 3:]) + poses[0, :3]
+        if compute_gap_in_space(points, antenna.radius, trial.shape, origin, axes) <= 0:
+            raise InvalidInput(_STARTS_INSIDE.format(trial.label))
+    return Placement(
+        origin=origin,
+        heading=float(np.degrees(np.arctan2(axes[0, 0], axes[0, 1]))),
+        forward=axes[0],
+        velocity=velocity,
+        left=axes[1],
+    )
+
+
+_STARTS_INSIDE = (
+    "the feature starts in contact with the antenna ({}): the base moves away from it faster than"
+    " it comes near. Choose a faster feature, a shorter lead, or another base motion."
+)
 
 
 class _Rest:
@@ -137,10 +176,6 @@ def _carry(antenna: Antenna, trial: Trial, placement: Placement) -> Placement:
     origin = contact - trial.lead * velocity
     points = antenna.shape(base_angle=start) + np.array([x0, y0])
     if compute_clearance(points, antenna.radius, trial.shape, origin, forward) <= 0:
-        raise InvalidInput(
-            f"the feature starts in contact with the antenna ({trial.label}): the base moves away"
-            " from it faster than it comes near. Choose a faster feature, a shorter lead, or"
-            " another base motion."
-        )
+        raise InvalidInput(_STARTS_INSIDE.format(trial.label))
     heading = placement.heading + float(np.degrees(turn))
     return Placement(origin=origin, heading=heading, forward=forward, velocity=velocity)

@@ -1,4 +1,4 @@
-"""Ball, box and triangle."""
+"""Ball, peg, box and triangle."""
 
 from typing import ClassVar
 
@@ -25,6 +25,40 @@ class Ball(Feature):
 
     def make_parts(self) -> list:
         """The one point, which is set back by the radius."""
+        return [[(0.0, 0.0)]]
+
+
+class Peg(Feature):
+    """A peg: a cylinder with round ends, upright on the plane, in which it is a disc.
+
+    In space its axis is the third of its frame, at right angles to the way it moves; the ends
+    matter where the antenna reaches beyond ``half_length``.
+
+    Attributes
+    ----------
+    radius : float
+        Radius [mm], > 0.
+    half_length : float
+        Half the length of the cylinder, without its round ends [mm], > 0.
+    """
+
+    radius: float
+    half_length: float = 20.0
+    kind: ClassVar[str] = "peg"
+    symmetric: ClassVar[bool] = True
+
+    @property
+    def rounding(self) -> float:
+        """The radius [mm]: the core is the axis."""
+        return self.radius
+
+    @property
+    def half_depth(self) -> float:
+        """Half the core's extent along the third axis [mm]."""
+        return self.half_length
+
+    def make_parts(self) -> list:
+        """The one point in the plane."""
         return [[(0.0, 0.0)]]
 
 

@@ -36,6 +36,9 @@ class Trial(Record):
     approach : float
         Angle between the motion and the antenna's base-to-tip direction at the location [degrees];
         90 is perpendicular.
+    azimuth : float
+        Of an antenna in space: angle by which the whole approach is turned about the touched
+        segment [degrees], 0 as in the plane; at 90 what comes from the left moves towards z.
     side : Literal[left, right]
         The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is
         its mirror image.
@@ -57,6 +60,7 @@ class Trial(Record):
     speed: Annotated[float, Gt(0), Unit("m/s")]
     lead: Annotated[float, Gt(0), Unit("ms")] = LEAD
     approach: Annotated[float, Gt(0), Lt(180), Unit("degrees"), "90 is perpendicular"] = 90.0
+    azimuth: Annotated[float, Ge(-360), Le(360), Unit("degrees")] = 0.0
     side: Literal["left", "right"] = "left"
     friction: Annotated[float, Ge(0)] = FRICTION
     base: BaseMotion | None = None
@@ -65,6 +69,10 @@ class Trial(Record):
     def _check(self) -> None:
         vars(self)["base"] = read_base(self.base)
         vars(self)["name"] = self.name or self.feature.name
+
+    def to_plain(self) -> dict[str, Any]:
+        """The trial as plain data; an azimuth of 0 is left out, as in the plane there is none."""
+        return {k: v for k, v in super().to_plain().items() if k != "azimuth" or v}
 
     @property
     def shape(self) -> Feature:

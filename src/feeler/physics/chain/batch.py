@@ -21,6 +21,10 @@ class ChainStepper(Stepper):
     replaced by itself.
     """
 
+    rows_each = f.ROWS
+    step_lanes = staticmethod(step_many)
+    record_lanes = staticmethod(record_many)
+
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
         for scene in scenes:
             scene.contact.check_timestep(timestep)
@@ -44,7 +48,7 @@ class ChainStepper(Stepper):
         velocities of their lanes.
         """
         drive = self._lay_out(n_steps, drives)
-        ended = step_many(self.handle, 0, n_steps, self.timestep, drive, self.damped)
+        ended = self.step_lanes(self.handle, 0, n_steps, self.timestep, drive, self.damped)
         if drives:
             self.drive = drive[-1:].copy()
         return ended
@@ -59,7 +63,7 @@ class ChainStepper(Stepper):
     ) -> tuple[int, bool]:
         """Take ``every`` steps before each sample and write it, all in compiled code."""
         drive = self._lay_out((stop - sample) * every, drives)
-        until, ended = record_many(
+        until, ended = self.record_lanes(
             self.handle, tape, sample, stop, every, self.timestep, drive, self.damped
         )
         self.drive = drive[min((until - sample) * every, len(drive)) - 1 :][:1].copy()
@@ -155,7 +159,11 @@ class ChainStepper(Stepper):
         """All that a lane's future depends on, but for its scene."""
         t, count = self.tables, max(self.tables.number[lane], 0)
         arrays = (t.work[:, :, lane], t.base[:, :, lane], t.place[:, :, lane], t.number[lane])
-        rest = (self.drive[:, :, lane], t.contacts[lane, :count], t.rows[lane, : f.ROWS * count])
+        rest = (
+            self.drive[:, :, lane],
+            t.contacts[lane, :count],
+            t.rows[lane, : self.rows_each * count],
+        )
         return tuple(np.array(array) for array in (*arrays, *rest))
 
     def load(self, lane: int, saved: tuple[np.ndarray, ...]) -> None:

@@ -68,7 +68,7 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
         thin = min(constants[f.C_RADIUS, i, lane], obj[o, f.O_RADIUS, lane])
         base[0, f.B_SINK, lane] = max(base[0, f.B_SINK, lane], -distance / thin)
         mu = obj[o, f.O_FRICTION, lane]
-        normal, edge = _weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
+        normal, edge = weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
         pull = -constants[f.C_K, i, lane] * impedance * distance
         omega, wx, wy = (
             work[f.W_OMEGA, i, lane],
@@ -90,7 +90,7 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
 
 
 @inlined
-def _weigh(mu, ease):
+def weigh(mu, ease):
     """Weights of the normal row and of each edge row; without friction only the normal row acts
     (``condim`` 1).
     """
@@ -117,7 +117,7 @@ def solve_contacts(
     for lane in range(count.shape[0]):
         open_[lane] = count[lane] > 0
         if open_[lane]:
-            _recall(rows[lane], f.ROWS * count[lane], memory[lane])
+            recall(rows[lane], f.ROWS * count[lane], memory[lane], f.ROWS)
             left += 1
     for sweep in range(MAX_NEWTON):
         for lane in range(count.shape[0]):
@@ -129,9 +129,12 @@ def solve_contacts(
             fold(segments, work, base, loaded, timestep if damped else 0.0, width)
         unfold(work, base, loaded, last, width)
         for lane in range(count.shape[0]):
-            if open_[lane] and _improve(work, rows[lane], f.ROWS * count[lane], sweep == 0, lane):
-                open_[lane] = False
-                left -= 1
+            if open_[lane]:
+                n_rows = f.ROWS * count[lane]
+                same = _evaluate(work, rows[lane], n_rows, lane)
+                improve(rows[lane], n_rows, sweep == 0 or same)
+                open_[lane] = not same
+                left -= 1 if same else 0
         if left == 0:
             break
 
@@ -144,10 +147,9 @@ def _fold_both(segments, work, base, loaded, last, timestep, pair, width):
 
 
 @inlined
-def _improve(work, rows, n_rows, first, lane):
-    """Move one lane's iterate along the Newton step; whether it is the minimum."""
-    same = _evaluate(work, rows, n_rows, lane)
-    step = 1.0 if first or same else _search(rows, n_rows)
+def improve(rows, n_rows, whole):
+    """Move one lane's iterate along the Newton step, ``whole`` or as far as is best."""
+    step = 1.0 if whole else _search(rows, n_rows)
     for r in range(n_rows):
         if step == 1.0:
             rows[r, f.R_X], rows[r, f.R_FORCE] = rows[r, f.R_NEW_X], rows[r, f.R_NEW_FORCE]
@@ -155,40 +157,39 @@ def _improve(work, rows, n_rows, first, lane):
             rows[r, f.R_X] += step * (rows[r, f.R_NEW_X] - rows[r, f.R_X])
             rows[r, f.R_FORCE] += step * (rows[r, f.R_NEW_FORCE] - rows[r, f.R_FORCE])
         rows[r, f.R_ACTIVE] = 1.0 if rows[r, f.R_X] < rows[r, f.R_AIM] else 0.0
-    return same
 
 
 @inlined
-def keep(rows, count, memory):
-    """Note J q̈ of the ``count`` contacts of the step before, whose rows are about to be
-    overwritten.
+def keep(rows, count, memory, each):
+    """Note J q̈ of the ``count`` contacts of the step before, of ``each`` so many rows, which are
+    about to be overwritten.
     """
     for k in range(count):
         memory[k, f.M_OBJECT], memory[k, f.M_SEGMENT] = (
-            rows[f.ROWS * k, f.R_OBJECT],
-            rows[f.ROWS * k, f.R_SEGMENT],
+            rows[each * k, f.R_OBJECT],
+            rows[each * k, f.R_SEGMENT],
         )
-        for side in range(f.ROWS):
-            memory[k, f.M_X + side] = rows[f.ROWS * k + side, f.R_X]
+        for side in range(each):
+            memory[k, f.M_X + side] = rows[each * k + side, f.R_X]
     memory[count, f.M_OBJECT] = np.inf
 
 
 @inlined
-def _recall(rows, n_rows, memory):
+def recall(rows, n_rows, memory, each):
     """The first guess: a row is active if the J q̈ of the step before falls short of what this step
     aims at, or is not known.
 
     Both lists run from the first object to the last, and from the base to the tip.
     """
     at = 0
-    for first in range(0, n_rows, f.ROWS):
+    for first in range(0, n_rows, each):
         o, i = rows[first, f.R_OBJECT], rows[first, f.R_SEGMENT]
         while memory[at, f.M_OBJECT] < o or (
             memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] < i
         ):
             at += 1
         known = memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] == i
-        for side in range(f.ROWS):
+        for side in range(each):
             short = not known or memory[at, f.M_X + side] < rows[first + side, f.R_AIM]
             rows[first + side, f.R_ACTIVE] = 1.0 if short else 0.0
         if known:

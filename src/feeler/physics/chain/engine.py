@@ -16,6 +16,10 @@ def _make(scenes: Sequence[Scene], timestep: float, *, damped: bool) -> Stepper:
         ChainStepper,
     )  # numba is slow to load, and who only asks needs no stepper
 
+    if scenes[0].antenna.spatial:
+        from feeler.physics.chain.space.batch import SpaceChainStepper
+
+        return SpaceChainStepper(scenes, timestep, damped)
     return ChainStepper(scenes, timestep, damped)
 
 

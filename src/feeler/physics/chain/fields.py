@@ -151,9 +151,6 @@ N_CONTACT = 8
 (
     R_OBJECT,
     R_SEGMENT,
-    R_W0,  # lever, direction
-    R_W1,
-    R_W2,
     R_ARM,  # power of a unit force: velocity of the object's point along the direction
     R_WEIGHT,
     R_AIM,  # reference acceleration
@@ -162,6 +159,9 @@ N_CONTACT = 8
     R_NEW_X,
     R_NEW_FORCE,
     R_ACTIVE,
+    R_W0,  # lever, direction; in space three numbers each
+    R_W1,
+    R_W2,
 ) = range(13)
 N_ROW = 13
 ROWS = 3  # per contact

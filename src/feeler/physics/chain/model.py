@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics.chain import fields as f
-from feeler.physics.contact import Contact, compute_invweight, find_radius
+from feeler.physics.contact import Contact, find_invweight, find_radius
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 
@@ -85,27 +85,32 @@ def _order_box(corners: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=8)  # antennae compare by identity and never change
 def _make_constants(antenna: Antenna, contact: Contact) -> np.ndarray:
     table = np.zeros((f.N_CONSTANTS, antenna.n_segments))
-    table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = (
-        antenna.segment_length,
-        antenna.segment_mass,
-        antenna.radius,
-    )
+    fill_segments(table, antenna, contact)
     table[f.C_STIFFNESS], table[f.C_DAMPING], table[f.C_REST] = (
         antenna.stiffness,
         antenna.damping,
         antenna.rest_angle,
     )
     table[f.C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
+    return table
+
+
+def fill_segments(table: np.ndarray, antenna: Antenna, contact: Contact) -> None:
+    """Put the segments' sizes and what their contacts are like into the rows of a table."""
+    table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = (
+        antenna.segment_length,
+        antenna.segment_mass,
+        antenna.radius,
+    )
     table[f.C_START] = antenna.hinge_position / antenna.length
     table[f.C_PORTION] = antenna.segment_length / antenna.length
-    table[f.C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
+    table[f.C_INVWEIGHT] = find_invweight(antenna)
     time_constant, damping_ratio = contact.solref
     soft = contact.soften(antenna)
     high = table[f.C_D_MAX] = soft.d_max
     table[f.C_WIDTH], table[f.C_SLOW], table[f.C_WIDEST] = soft.width, soft.slow, soft.widest
     table[f.C_K] = 1 / np.maximum(MIN_VALUE, (high * time_constant * damping_ratio) ** 2)
     table[f.C_B] = 2 / np.maximum(MIN_VALUE, high * time_constant)
-    return table
 
 
 def _make_base(scene: Scene) -> np.ndarray:
@@ -118,13 +123,18 @@ def _make_base(scene: Scene) -> np.ndarray:
 
 def _make_object(item: Object, scene: Scene) -> np.ndarray:
     table = np.zeros(f.N_OBJECT)
+    fill_object(table, item, scene)
+    table[f.O_PLANES :] = _make_planes(item).ravel()
+    return table
+
+
+def fill_object(table: np.ndarray, item: Object, scene: Scene) -> None:
+    """Put what contacts with an object are like into the first columns of a table."""
     table[f.O_D_MIN], _, _, table[f.O_MIDPOINT], table[f.O_POWER] = scene.contact.solimp
     table[f.O_SLOW], table[f.O_FAST] = scene.contact.widen(scene.speed)
     table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
     table[f.O_ROUNDING] = item.feature.rounding
     table[f.O_RADIUS] = find_radius(item)
-    table[f.O_PLANES :] = _make_planes(item).ravel()
-    return table
 
 
 def _make_planes(item: Object) -> np.ndarray:

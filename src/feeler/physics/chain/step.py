@@ -177,7 +177,7 @@ def _find(t):
                 last = max(last, np.int64(t.place[o, f.P_LAST, lane]))
             t.place[o, f.P_FX, lane] = t.place[o, f.P_FY, lane] = 0.0
     for lane in range(t.number.shape[0]):
-        keep(t.rows[lane], max(t.number[lane], 0), t.memory[lane])
+        keep(t.rows[lane], max(t.number[lane], 0), t.memory[lane], f.ROWS)
         t.number[lane] = min(t.number[lane], 0)
         t.base[0, f.B_PRESS, lane] = t.base[0, f.B_PLACE, lane] = 0.0
     if last < 0:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.physics.engine import announce_compiling
 from feeler.physics.rod import fields as f
@@ -56,6 +57,7 @@ class RodStepper(Stepper):
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene."""
+        require_plane(scene.antenna, "the rod engine")
         if scene.initial_velocity.any() and not self.inertia:
             raise InvalidInput(
                 "engine 'rod' has no inertia, so that velocity= means nothing to it; leave it out,"
