@@ -175,6 +175,13 @@ export function makeCountPanel(app) {
 """
 
 
+NOTEBOOK = """
+const heard = [], read = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+render({ model: { on: (name, f) => heard.push(f), off() {}, send() {} }, el: document.body });
+window.tell = text => heard.forEach(f => f({}, [new DataView(read(text))]));
+</script>"""
+
+
 def test_a_panel_of_the_studio(copy, browser, tmp_path):
     copy.write("studio/page/count.js", PANEL)
     copy.replace(
@@ -186,17 +193,26 @@ def test_a_panel_of_the_studio(copy, browser, tmp_path):
         "studio/page/panels.js", "  makeSetPanel,\n", "  makeSetPanel,\n  makeCountPanel,\n"
     )
     page = tmp_path / "page.html"
-    copy.run(
+    begin = "'type': 'touch', 'slot': 'A', 'id': 0, 'part': 'begin', 'total': 20"
+    said = copy.run(
+        "from base64 import b64encode",
         "from pathlib import Path",
-        "from feeler.studio.leaving import make_file",
+        "from feeler.studio.exporting import write_module",
+        "from feeler.studio.messages import pack",
         "from feeler.studio.server import FILES",
+        "from feeler.studio.touching import describe_scene",
+        "from feeler.studio.wish import AntennaWish, TouchWish",
         "assert 'count.js' in FILES",
-        "wish = {'duration': 20.0, 'antenna': {'sensors': 17}}",
-        f"Path({str(page)!r}).write_bytes(make_file({{'what': 'html', 'wish': wish}}).content)",
+        "text = '<body><script type=module>' + write_module().replace('export default', '')",
+        f"Path({str(page)!r}).write_text(text + {NOTEBOOK!r}, encoding='utf-8')",
+        "wish = TouchWish(antenna=AntennaWish(sensors=17))",
+        f"print(b64encode(pack({{{begin}, **describe_scene(wish)}})).decode())",
     )
     browser.get(page.as_uri())
+    assert _wait(lambda: browser.execute_script("return Boolean(window.tell)"))
+    browser.execute_script("tell(arguments[0])", said.strip())
     shown = "return (document.querySelector('.count-of-sensors') || {}).textContent"
-    assert _wait(lambda: browser.execute_script(shown)) == "17 sensors"
+    assert _wait(lambda: browser.execute_script(shown) == "17 sensors")
     copy.check("a panel of the studio")
 
 

@@ -12,7 +12,6 @@ import pytest
 
 import feeler
 from feeler.studio import Boards, Studio
-from feeler.studio.leaving import make_file
 from feeler.studio.touching import hash_tensor
 
 APP = "const app = document.getElementById('studio').studio; "
@@ -334,28 +333,6 @@ def test_two_tabs_and_a_server_that_comes_back(studio, browser):
         browser.switch_to.window(first)
         browser.get("about:blank")
         again.close()
-
-
-def test_an_exported_page_plays_alone(browser, tmp_path):
-    wish = {"antenna": {}, "kind": "box"}
-    page = make_file(
-        {"what": "html", "wish": wish, "other": {**wish, "antenna": {"preset": "matched"}}}
-    ).content
-    from feeler.studio.exporting import bundle, read_style
-
-    assert (len(page) - len((bundle() + read_style()).encode())) / 2 < 30_000  # bytes a touch
-    path = tmp_path / "shown.html"
-    path.write_bytes(page)
-    browser.get_log("browser")
-    browser.get(path.as_uri())
-    wait_for(browser, "app && app.status == 'recorded' && app.records.B.ended && app.time > 1")
-    trial = feeler.Trial(
-        feature=feeler.Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.06
-    )
-    expected = feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0]
-    assert read_shown(browser) == pytest.approx(expected, abs=1.2e-5)
-    assert ask(browser, "performance.getEntriesByType('resource').length") == 0
-    assert find_problems(browser) == []
 
 
 def test_a_notebook_draws_the_same_front_end(browser, tmp_path):

@@ -193,7 +193,7 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
     n = exponential.n_segments
     if profile == "matched":
         stiffness = Constant(value=n / np.sum(1 / exponential.stiffness)).sample(n)
-        return _match_damping(exponential.replace(stiffness=stiffness, name=profile), exponential)
+        return match_damping(exponential.replace(stiffness=stiffness, name=profile), exponential)
     family, names = (Constant, ("value",)) if profile == "constant" else (Linear, ("base", "tip"))
 
     def sample(quantity: str) -> np.ndarray:
@@ -208,7 +208,7 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
     )
 
 
-def _match_damping(control: Antenna, reference: Antenna) -> Antenna:
+def match_damping(control: Antenna, reference: Antenna) -> Antenna:
     """Damping proportional to stiffness; the first mode's damping ratio is the reference's."""
     trial = control.replace(damping=control.stiffness)
     share = compute_modes(reference, 1).damping_ratio[0] / compute_modes(trial, 1).damping_ratio[0]

@@ -1,15 +1,20 @@
 """``feeler studio``: an antenna in your browser."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from feeler.studio import AntennaWish
 
 _EXAMPLES = """Examples:
 
   feeler studio
 
   feeler studio --antenna mine.toml --no-open
+
+  feeler studio --page drag.html
 
   feeler studio --antenna robot.toml --board /dev/ttyACM0 --calibration calibration.json
 
@@ -33,6 +38,10 @@ def studio(
     open_page: Annotated[
         bool, typer.Option("--open/--no-open", help="open it in the browser")
     ] = True,
+    page: Annotated[
+        Path | None,
+        typer.Option(help="write a page that computes by itself to this file (HTML), and end"),
+    ] = None,
 ) -> None:
     """Shape an antenna, touch it and watch it feel, in a page of your browser served on this
     machine.
@@ -46,11 +55,13 @@ def studio(
     from feeler.studio.wish import wish_for
 
     robot = Robot(antenna)
+    wish = wish_for(antenna if antenna in PRESETS else robot.antenna)
+    if page is not None:
+        _write(page, wish)
+        return
     calibration = calibration or robot.calibration
     boards = Boards(board, baudrate, None if calibration is None else load_calibration(calibration))
-    running = Studio(
-        wish_for(antenna if antenna in PRESETS else robot.antenna), port=port, boards=boards
-    )
+    running = Studio(wish, port=port, boards=boards)
     typer.echo(f"feeler studio: {running.address}")
     if open_page and not webbrowser.open(running.address):
         typer.echo("no browser was found here: open the address in yours")
@@ -59,6 +70,21 @@ def studio(
         running.wait()
     except KeyboardInterrupt:
         typer.echo("the studio is closed")
+
+
+def _write(file: Path, antenna: "AntennaWish") -> None:
+    """Write the page that computes by itself."""
+    from feeler.errors import InvalidInput
+    from feeler.studio import TouchWish, write_touch_page
+
+    if file.exists():
+        raise InvalidInput(f"{file} exists already. Choose another name.")
+    if not file.parent.is_dir():
+        raise InvalidInput(f"{file.parent} is no folder. Make it first, or choose another place.")
+    text = write_touch_page(TouchWish(antenna=antenna))
+    file.write_text(text, encoding="utf-8")
+    size = len(text.encode()) / 1000
+    typer.echo(f"{file}: {size:.0f} kB; open it in any browser, no server is needed")
 
 
 def register(app: typer.Typer) -> None:

@@ -2,8 +2,8 @@
 share one front end.
 """
 
+from feeler.studio.alone import write_touch_page
 from feeler.studio.board import Boards
-from feeler.studio.exporting import write_player
 from feeler.studio.server import Studio
 from feeler.studio.session import Session
 from feeler.studio.widget import show_studio
@@ -17,5 +17,5 @@ __all__ = [
     "Studio",
     "TouchWish",
     "show_studio",
-    "write_player",
+    "write_touch_page",
 ]

@@ -1,5 +1,5 @@
-"""Whatever is shown can leave: as antenna file, Python script, picture, movie or a page that plays
-by itself.
+"""Whatever is shown can leave: as antenna file, Python script, picture, movie or a page that
+computes by itself.
 """
 
 import io
@@ -18,15 +18,13 @@ from feeler.errors import InvalidInput
 from feeler.experiment.touch import touch
 from feeler.plotting.look import style
 from feeler.studio import study
-from feeler.studio.exporting import write_player
+from feeler.studio.alone import write_touch_page
 from feeler.studio.hand import LONGEST, read_commands, replay
 from feeler.studio.script import write_script
 from feeler.studio.touching import (
     INTERVAL,
     count_samples,
-    describe_scene,
     find_sensed,
-    hash_tensor,
     simulate_pieces,
 )
 from feeler.studio.wish import TouchWish, read_number
@@ -124,71 +122,5 @@ def _film(wish: TouchWish, commands: list | None) -> bytes:
 def _write_html(
     wish: TouchWish, other: Any, commands: list | None, samples: int, unsure: float
 ) -> str:
-    slots = {"A": wish} | ({"B": TouchWish.from_plain(other)} if other is not None else {})
-    records = []
-    for slot, one in slots.items():
-        one = one if not one.preview else TouchWish.from_plain(one.to_plain() | {"preview": False})
-        given = commands if slot == "A" else None
-        readings = _read_whole(one, given, samples)
-        records += _record_touch(slot, one, readings, unsure, by_hand=given is not None)
-    return write_player(records)
-
-
-def _record_touch(
-    slot: str,
-    wish: TouchWish,
-    readings: dict[str, np.ndarray],
-    unsure: float,
-    by_hand: bool = False,
-) -> list:
-    """Headers and arrays of a recorded touch, in the order in which a page hears them."""
-    antenna = wish.antenna.make()
-    about = {"slot": slot, "id": 0, "hand": by_hand}
-    tensor = readings["angle"][:, find_sensed(antenna)].T
-    begin = {
-        "part": "begin",
-        "total": len(readings["angle"]),
-        "wish": wish.to_plain(),
-        **describe_scene(wish),
-    }
-    begin["antenna"] = _shorten(begin["antenna"])
-    records: list[tuple[dict[str, Any], dict[str, np.ndarray]]] = [
-        ({"type": "touch", **about, **begin}, {}),
-        ({"type": "touch", **about, "part": "piece", "first": 0}, readings),
-        (
-            {
-                "type": "touch",
-                **about,
-                "part": "end",
-                "hash": hash_tensor(tensor),
-                "preview": False,
-            },
-            {},
-        ),
-    ]
-    known = study.find_study(antenna, wish.speed, unsure)
-    if known is not None and not by_hand and tensor.shape[1] >= known.encoder.n_lags:
-        posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], Event())
-        learned = {
-            "type": "study",
-            "slot": slot,
-            "id": 0,
-            "part": "end",
-            "labels": known.labels,
-            "speed": known.speed,
-            "peak": known.peak,
-            "averages": {name: known.average(name) for name in study.INDEX_NAMES},
-        }
-        matrices = {f"similarity {name}": matrix for name, matrix in known.similarity.items()}
-        records.append((learned, {"bases": known.encoder.components_, **matrices}))
-        reading = {"type": "reading", "slot": slot, "id": 0, "noticed": noticed}
-        records.append((reading, {"code": known.encode(tensor), "posterior": posterior[::2]}))
-    return records
-
-
-def _shorten(antenna: dict[str, Any]) -> dict[str, Any]:
-    """What is drawn of an antenna, six digits of it."""
-    shown = {name: value for name, value in antenna.items() if name not in ("stiffness", "damping")}
-    return shown | {
-        name: [float(f"{number:.6g}") for number in shown[name]] for name in ("segments", "rest")
-    }
+    second = None if other is None else TouchWish.from_plain(other).antenna
+    return write_touch_page(wish, second, unsure=unsure, commands=commands, samples=samples)

@@ -149,6 +149,29 @@ def make_study(
 
 
 def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float) -> AntennaStudy:
+    labels, angle, decoder, peak = teach(antenna, speed, tell, stop, unsure)
+    tell("comparing", 0.65)
+    scaled = scale_common(rectify(angle))
+    similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
+    _check(stop)
+    return AntennaStudy(
+        antenna=antenna,
+        speed=speed,
+        labels=labels,
+        tensors=angle,
+        similarity=similarity,
+        encoder=_learn(np.asarray(rectify(angle)), tell, stop),
+        decoder=decoder,
+        peak=peak,
+    )
+
+
+def teach(
+    antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
+) -> tuple[tuple[Label, ...], np.ndarray, StreamDecoder, float]:
+    """Labels and angles (trial, sensor, time) of the thirty touches, the decoder that they taught,
+    and their greatest angle [rad].
+    """
     nominal = trials([speed])
     jittered = Nuisances.only(location=SHIFT, speed=unsure).jitter(
         nominal, np.random.default_rng(0)
@@ -156,11 +179,7 @@ def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
     motions = _simulate(antenna, [*nominal, *jittered], tell, stop)
     angle, others = motions[: len(nominal)], motions[len(nominal) :]
     labels = tuple((trial.feature.kind, trial.feature.size, trial.location) for trial in nominal)
-    tell("comparing", 0.6)
-    scaled = scale_common(rectify(angle))
-    similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
-    _check(stop)
-    tell("teaching the decoder", 0.65)
+    tell("teaching the decoder", 0.6)
     peak = float(np.abs(angle).max())
     options = {
         "window": angle.shape[2],
@@ -174,17 +193,7 @@ def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
     )
     _check(stop)
     decoder.temper(list(LOUDNESS / peak * others), labels)
-    encoder = _learn(np.asarray(rectify(angle)), tell, stop)
-    return AntennaStudy(
-        antenna=antenna,
-        speed=speed,
-        labels=labels,
-        tensors=angle,
-        similarity=similarity,
-        encoder=encoder,
-        decoder=decoder,
-        peak=peak,
-    )
+    return labels, angle, decoder, peak
 
 
 def _simulate(antenna: Antenna, touches: list[Trial], tell: Tell, stop: Event) -> np.ndarray:

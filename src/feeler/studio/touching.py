@@ -141,11 +141,11 @@ def describe_scene(wish: TouchWish) -> dict[str, Any]:
     features = [
         item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()
     ]
-    rims = [_draw_feature(feature) for feature in features]
+    rims = [draw_feature(feature) for feature in features]
     return {"antenna": describe_antenna(wish.antenna.make()), "rims": rims, "preview": wish.preview}
 
 
-def _draw_feature(feature: Feature) -> list[list[list[float]]]:
+def draw_feature(feature: Feature) -> list[list[list[float]]]:
     """Outlines (point, 2) [mm] of a feature's parts in its own frame: first axis forwards, second
     to the left.
     """

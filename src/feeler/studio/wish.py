@@ -155,7 +155,7 @@ class ObjectWish(Record):
         turn = np.radians(self.heading)
         forward = (float(np.sin(turn)), float(np.cos(turn)))
         return Object(
-            feature=_make_shape(self.kind, self.size),
+            feature=make_shape(self.kind, self.size),
             place=(self.x, self.y),
             forward=forward,
             velocity=(self.speed * forward[0], self.speed * forward[1]),
@@ -201,7 +201,7 @@ class TouchWish(Record):
     def make_trial(self) -> Trial:
         """The trial."""
         return Trial(
-            feature=_make_shape(self.kind, self.size),
+            feature=make_shape(self.kind, self.size),
             location=self.location,
             speed=self.speed,
             approach=self.approach,
@@ -215,7 +215,7 @@ class TouchWish(Record):
         return [self.make_trial(), *(item.make(number) for number, item in enumerate(self.objects))]
 
 
-def _make_shape(kind: str, size: float) -> Feature:
+def make_shape(kind: str, size: float) -> Feature:
     """A feature of one size: box and triangle as high as wide, as in the paper; a wall has none."""
     if kind == "wall":
         return make_feature("wall")

@@ -32,5 +32,5 @@ export function makeBoardPanel(app) {
     show(facts, rows.length > 0);
   }
   const element = makePanel("Own antenna", "board-panel", make("div", { class: "row" }, ports, listen, again), words, speed.element, facts);
-  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.link.live && app.store.state.mode === "board", update });
+  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.store.state.mode === "board", update });
 }

@@ -15,6 +15,11 @@ function makeRows(names, n, from) {
   return Object.fromEntries(names.map((name, k) => [name, from ? from.slice(k * n, (k + 1) * n) : new Float64Array(n)]));
 }
 
+/** Half planes that hold an object, as it lies: outward normal and distance, one after the other. @param {any} o @returns {number[]} */
+function turnPlanes({ shape, forward: [x, y] }) {
+  return shape.planes.flatMap((/** @type {number[]} */ [nx, ny, distance]) => [x * nx - y * ny, y * nx + x * ny, distance]);
+}
+
 /** An antenna and objects, stepped. Places in mm, times in ms, as everywhere in feeler. */
 export class Chain {
   /**
@@ -31,7 +36,8 @@ export class Chain {
     this.timestep = timestep;
     this.base = { x: 0, y: 0, heading: 0, vx: 0, vy: 0, turn: 0, ax: 0, ay: 0, alpha: 0 };
     this.drive = { vx: 0, vy: 0, turn: 0 };
-    this.objects = objects.map((o) => ({ ...o, forward: [...o.forward], velocity: [...o.velocity], first: this.n, last: -1, fx: 0, fy: 0 }));
+    this.objects = objects.map((o) => ({ ...o, forward: [...o.forward], velocity: [...o.velocity], first: this.n, last: -1, fx: 0, fy: 0,
+      planes: turnPlanes(o) })); // objects do not turn
     this.loaded = new Uint8Array(this.n);
     this.contacts = new Contacts(this, contact);
     this.w.angle.set(this.c.rest);
@@ -88,7 +94,7 @@ export class Chain {
     this.contacts.keep();
     if (last < 0) return false;
     this.locate(last);
-    this.objects.forEach((o, number) => { if (o.first <= o.last) this.contacts.gather(o, number); });
+    for (let k = 0; k < this.objects.length; k++) if (this.objects[k].first <= this.objects[k].last) this.contacts.gather(this.objects[k], k);
     return this.contacts.count > 0;
   }
 
@@ -123,12 +129,8 @@ export class Chain {
 
   /** Note the first and the last segment that none of an object's half planes keeps clear of it. @param {any} o */
   seek(o) {
-    const { n } = this, { radius } = this.c, { ex, ey } = this.w, [forwardX, forwardY] = o.forward;
-    const planes = o.shape.planes.map((/** @type {number[]} */ [x, y, distance]) => {
-      const nx = forwardX * x - forwardY * y, ny = forwardY * x + forwardX * y;
-      return [nx, ny, -(nx * o.x + ny * o.y) - distance];
-    });
-    let [[px, py, a], [qx, qy, b], [rx, ry, c], [sx, sy, d]] = planes;
+    const { n } = this, { radius } = this.c, { ex, ey } = this.w, [px, py, p, qx, qy, q, rx, ry, r, sx, sy, s] = o.planes;
+    let a = -(px * o.x + py * o.y) - p, b = -(qx * o.x + qy * o.y) - q, c = -(rx * o.x + ry * o.y) - r, d = -(sx * o.x + sy * o.y) - s;
     o.first = n;
     o.last = -1;
     for (let i = 0; i < n; i++) {

@@ -139,7 +139,7 @@ export function makeVerdictPanel(app) {
   function update() {
     element.classList.toggle("old", app.isStale() || app.records.A.hand);
     unsure.update();
-    show(row, app.link.live);
+    show(row, !app.plan.alone); // a page that computes by itself was made for one of them
   }
   return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned(), update, redraw });
 }
@@ -308,7 +308,7 @@ export function makeSetPanel(app) {
   }
 
   function choose() {
-    if (!over || !app.link.live) return;
+    if (!over) return;
     const [kind, size, location] = app.studies.A.labels[over.row];
     app.store.change((/** @type {any} */ s) => Object.assign(s.touch, { kind, size, location, speed: app.studies.A.speed }));
   }

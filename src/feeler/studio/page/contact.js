@@ -22,13 +22,16 @@ export class Contacts {
     this.press = 0; // normal force of all contacts, and their places weighted by it
     this.place = 0;
     this.last = -1;
-    /** @type {{o: any, number: number, i: number, x: number, y: number, nx: number, ny: number, distance: number, along: number}[]} */
+    this.room = 0;
+    /** Contacts, of which the first `count` hold. @type {{o: any, number: number, i: number, x: number, y: number, nx: number, ny: number, distance: number, along: number}[]} */
     this.table = [];
     /** @type {Object<string, Float64Array>} */
     this.rows = {};
     this.reserve(64);
-    /** What each contact of the step before came to. @type {{number: number, i: number, x: number[]}[]} */
-    this.memory = [];
+    /** What each contact of the step before came to. */
+    this.memory = { count: 0, object: new Float64Array(64), segment: new Float64Array(64), x: new Float64Array(SIDES * 64) };
+    this.from = { o: /** @type {any} */ (null), number: 0, i: 0, cx: 0, cy: 0 };
+    this.put = this.note.bind(this);
   }
 
   /** @param {number} n Room for so many contacts. */
@@ -43,34 +46,58 @@ export class Contacts {
 
   /** Note J q̈ of the contacts of the step before, and begin anew. */
   keep() {
-    const { x } = this.rows;
-    this.memory = this.table.map(({ number, i }, k) => ({ number, i, x: [x[SIDES * k], x[SIDES * k + 1], x[SIDES * k + 2]] }));
-    this.table = [];
+    const { memory, count } = this, { x, object, segment } = this.rows;
+    if (memory.object.length < count)
+      Object.assign(memory, { object: new Float64Array(this.room), segment: new Float64Array(this.room), x: new Float64Array(SIDES * this.room) });
+    memory.count = count;
+    for (let k = 0; k < count; k++) {
+      memory.object[k] = object[SIDES * k];
+      memory.segment[k] = segment[SIDES * k];
+    }
+    memory.x.set(x.subarray(0, SIDES * count));
     this.count = 0;
     this.press = this.place = 0;
   }
 
   /** Contacts with one object, base to tip. @param {any} o @param {number} number */
   gather(o, number) {
-    const { ex, ey, px, py } = this.chain.w, { radius } = this.chain.c, [cx, cy] = o.forward;
+    const { ex, ey, px, py } = this.chain.w, { radius } = this.chain.c, { from } = this, [cx, cy] = o.forward;
+    from.o = o;
+    from.number = number;
+    from.cx = cx;
+    from.cy = cy;
     for (let i = o.first; i <= o.last; i++) {
       const dx = px[i] - o.x, dy = py[i] - o.y;
-      touchParts(o.shape, cx * dx + cy * dy, cx * dy - cy * dx, cx * ex[i] + cy * ey[i], cx * ey[i] - cy * ex[i], radius[i],
-        (x, y, nx, ny, distance) => this.table.push({ o, number, i, x: o.x + cx * x - cy * y, y: o.y + cy * x + cx * y,
-          nx: cx * nx - cy * ny, ny: cy * nx + cx * ny, distance, along: 0 }));
+      from.i = i;
+      touchParts(o.shape, cx * dx + cy * dy, cx * dy - cy * dx, cx * ex[i] + cy * ey[i], cx * ey[i] - cy * ex[i], radius[i], this.put);
     }
-    this.count = this.table.length;
-    if (this.count > this.room) this.reserve(2 * this.count);
+  }
+
+  /** Take a contact as it is seen from its object. @param {number} x @param {number} y @param {number} nx @param {number} ny @param {number} distance */
+  note(x, y, nx, ny, distance) {
+    const { o, number, i, cx, cy } = this.from;
+    if (this.count === this.room) this.reserve(2 * this.room);
+    this.table[this.count] ||= { o, number, i, x, y, nx, ny, distance, along: 0 };
+    const one = this.table[this.count];
+    one.o = o;
+    one.number = number;
+    one.i = i;
+    one.x = o.x + cx * x - cy * y;
+    one.y = o.y + cy * x + cx * y;
+    one.nx = cx * nx - cy * ny;
+    one.ny = cy * nx + cx * ny;
+    one.distance = distance;
+    this.count += 1;
   }
 
   /** Solve the contacts; the hinges are left as the last sweep has them. */
   push() {
     const { chain } = this;
     this.last = -1;
-    this.table.forEach((one, k) => {
-      this.write(one, k);
-      this.last = Math.max(this.last, one.i);
-    });
+    for (let k = 0; k < this.count; k++) {
+      this.write(this.table[k], k);
+      this.last = Math.max(this.last, this.table[k].i);
+    }
     this.recall();
     for (let sweep = 0; sweep < MAX_NEWTON; sweep++) {
       this.load();
@@ -121,18 +148,23 @@ export class Contacts {
   recall() {
     const { aim, active } = this.rows, { memory } = this;
     let at = 0;
-    this.table.forEach(({ number, i }, k) => {
-      while (at < memory.length && (memory[at].number < number || (memory[at].number === number && memory[at].i < i))) at += 1;
-      const known = at < memory.length && memory[at].number === number && memory[at].i === i;
-      for (let r = SIDES * k; r < SIDES * k + SIDES; r++) active[r] = !known || memory[at].x[r - SIDES * k] < aim[r] ? 1 : 0;
+    for (let k = 0; k < this.count; k++) {
+      const { number, i } = this.table[k];
+      while (at < memory.count && (memory.object[at] < number || (memory.object[at] === number && memory.segment[at] < i))) at += 1;
+      const known = at < memory.count && memory.object[at] === number && memory.segment[at] === i;
+      for (let side = 0; side < SIDES; side++) {
+        const r = SIDES * k + side;
+        active[r] = !known || memory.x[SIDES * at + side] < aim[r] ? 1 : 0;
+      }
       if (known) at += 1;
-    });
+    }
   }
 
   /** Empty the contact rows of the touched segments. */
   clear() {
     const { w } = this.chain;
-    for (const { i } of this.table) {
+    for (let k = 0; k < this.count; k++) {
+      const { i } = this.table[k];
       w.k00[i] = w.k01[i] = w.k02[i] = w.k11[i] = w.k12[i] = w.k22[i] = 0;
       w.b0[i] = w.b1[i] = w.b2[i] = 0;
     }

@@ -15,7 +15,7 @@ const SHAPES = {
 };
 
 /** @param {string} kind */
-function makeIcon(kind) {
+export function makeIcon(kind) {
   const space = "http://www.w3.org/2000/svg", svg = document.createElementNS(space, "svg"), path = document.createElementNS(space, "path");
   svg.setAttribute("viewBox", "0 0 24 24");
   svg.setAttribute("aria-hidden", "true");
@@ -123,7 +123,7 @@ export function makeAntennaPanel(app) {
     editor.element,
     make("label", { class: "check" }, matched, "keep the total compliance Σ 1/k"), gradient.element, length.element, sensors.element,
     facts, reset);
-  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.link.live, update });
+  return /** @type {Panel} */ ({ element, place: "left", isShown: () => true, update });
 }
 
 /** @param {App} app */
@@ -163,7 +163,7 @@ export function makeTouchPanel(app) {
   }
   const element = makePanel("Touch", "touch-panel", make("div", { class: "row" }, kinds.element, side.element),
     ...sliders.map((it) => it.element), list, add, more);
-  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.link.live && !["wall", "board"].includes(app.store.state.mode), update });
+  return /** @type {Panel} */ ({ element, place: "left", isShown: () => !["wall", "board"].includes(app.store.state.mode), update });
 }
 
 /** @param {App} app */
@@ -175,6 +175,6 @@ export function makeWallPanel(app) {
   ];
   const element = makePanel("Wall", "wall-panel", make("p", { class: "caption",
     text: "A body runs at constant speed and steers by one number: where along its antenna the bend is greatest." }), ...sliders.map((it) => it.element));
-  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.link.live && app.store.state.mode === "wall", update: () => sliders.forEach((it) => it.update()) });
+  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.store.state.mode === "wall", update: () => sliders.forEach((it) => it.update()) });
 }
 

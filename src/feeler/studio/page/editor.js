@@ -134,7 +134,6 @@ export function makeEditor(app) {
 
   keepGrips(canvas, findHandle);
   canvas.addEventListener("pointerdown", (event) => {
-    if (!app.link.live) return;
     const k = findHandle(event);
     if (k < 0) return;
     chosen = k;
@@ -143,7 +142,7 @@ export function makeEditor(app) {
   });
   canvas.addEventListener("pointermove", (event) => {
     if (!moving) {
-      canvas.style.cursor = app.link.live && findHandle(event) >= 0 ? "grab" : "default";
+      canvas.style.cursor = findHandle(event) >= 0 ? "grab" : "default";
       return;
     }
     const [share, value] = read(event);
@@ -161,7 +160,6 @@ export function makeEditor(app) {
   canvas.addEventListener("pointerup", settle);
   canvas.addEventListener("pointercancel", settle);
   canvas.addEventListener("dblclick", (event) => {
-    if (!app.link.live) return;
     const near = findHandle(event), [share, value] = read(event);
     edit((handles) => {
       if (near > 0 && near < handles.length - 1) handles.splice(near, 1);
@@ -175,7 +173,7 @@ export function makeEditor(app) {
     const handles = findHandles(wish(), original(), app.editing), n = handles.length;
     const factor = { ArrowUp: 1.1, ArrowDown: 1 / 1.1 }[event.key];
     if (event.key === "ArrowRight" || event.key === "ArrowLeft") chosen = (chosen + (event.key === "ArrowRight" ? 1 : n - 1)) % n;
-    else if (factor && app.link.live) edit((all) => { all[chosen][1] = Number((all[chosen][1] * factor ** (event.shiftKey ? 5 : 1)).toPrecision(4)); }, true);
+    else if (factor) edit((all) => { all[chosen][1] = Number((all[chosen][1] * factor ** (event.shiftKey ? 5 : 1)).toPrecision(4)); }, true);
     else return;
     event.preventDefault();
     event.stopPropagation();

@@ -2,6 +2,7 @@
 /** Where an object starts so that it touches `lead` ms after time 0: feeler.stimulus.placement and sweep, in closed form. */
 
 const ROOM = 1e-12; // mm, left at the lead
+const SLACK = 1e-5; // mm; planes only say what may be near
 
 /** @typedef {[number, number]} Span Distances back along the motion between which something overlaps. */
 
@@ -9,6 +10,16 @@ const ROOM = 1e-12; // mm, left at the lead
 function turnDegrees(degrees) {
   const quarter = Math.round(degrees / 90), rest = ((degrees - 90 * quarter) * Math.PI) / 180, s = Math.sin(rest), c = Math.cos(rest);
   return /** @type {[number, number]} */ ([[s, c], [c, -s], [-s, -c], [-c, s]][((quarter % 4) + 4) % 4].map((x) => x + 0));
+}
+
+/** A shape of half-width 1 mm at another size. @param {any} shape @param {number} size */
+export function scaleShape(shape, size) {
+  const grow = (/** @type {number[]} */ values) => values.map((value) => size * value);
+  return {
+    ...shape, rounding: size * shape.rounding, rims: shape.rims.map((/** @type {number[][]} */ rim) => rim.map(grow)),
+    parts: shape.parts.map((/** @type {any} */ part) => ({ ...part, corners: grow(part.corners), box: grow(part.box) })),
+    planes: shape.planes.map((/** @type {number[]} */ [x, y, distance]) => [x, y, size * distance + SLACK]),
+  };
 }
 
 /** An antenna at rest: points, and the direction of each segment. @param {{length: Float64Array, rest: Float64Array, radius: Float64Array}} c */
@@ -39,8 +50,9 @@ export function placeObject(rest, shape, touch) {
   const [ax, ay] = rest.points[n], [bx, by] = rest.points[n + 1], share = (arc - rest.arc[n]) / (rest.arc[n + 1] - rest.arc[n]);
   const x = ax + share * (bx - ax), y = ay + share * (by - ay);
   const forward = turnDegrees((rest.heading[n] * 180) / Math.PI + (touch.side === "left" ? 1 : -1) * touch.approach);
-  const touching = shape.unbounded ? findFlat(rest, x, y, forward) : findTouching(rest, shape, x, y, forward);
+  const [touching, again] = shape.unbounded ? [findFlat(rest, x, y, forward), Infinity] : findTouching(rest, shape, x, y, forward);
   const back = touching + ROOM + touch.speed * touch.lead;
+  if (!(again > back)) throw new Error("The object misses the antenna, or would touch another part of it first. Move it elsewhere.");
   return { x: x - back * forward[0], y: y - back * forward[1], forward, velocity: [touch.speed * forward[0], touch.speed * forward[1]] };
 }
 
@@ -52,7 +64,7 @@ function findFlat(rest, x, y, forward) {
 }
 
 /**
- * How far back a shape just touches: where the overlap that holds distance 0 ends, or else the next one.
+ * How far back a shape just touches (where the overlap that holds distance 0 ends, or else the next one), and touches again.
  * @param {any} rest @param {any} shape @param {number} x @param {number} y @param {number[]} forward
  */
 function findTouching(rest, shape, x, y, forward) {
@@ -67,7 +79,8 @@ function findTouching(rest, shape, x, y, forward) {
     joined = false;
     for (const [low, high] of spans) if (low <= touching && touching < high) { touching = high; joined = true; }
   }
-  return touching;
+  const again = spans.reduce((least, [low, high]) => (high > touching ? Math.min(least, low) : least), Infinity);
+  return [Number.isNaN(touching) ? Infinity : touching, Number.isNaN(touching) ? -Infinity : again];
 }
 
 /** @param {number[]} a @param {number[]} b @param {number} reach @param {number[]} corners @returns {Span} */

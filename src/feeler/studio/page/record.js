@@ -16,21 +16,6 @@ export function unpack(buffer) {
   return [header, arrays];
 }
 
-/** Arrays that an exported page carries. @param {any} packed @returns {Promise<{shape: number[], data: Float32Array}>} */
-export async function inflate(packed) {
-  const raw = Uint8Array.from(atob(packed.data), (c) => c.charCodeAt(0));
-  const stream = new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-  const half = bytes.length / 2, rows = packed.shape[0] || 1, wide = rows ? half / rows : 0;
-  const data = new Float32Array(half), sums = new Int16Array(wide);
-  for (let k = 0; k < half; k++) {
-    const at = k % wide;
-    sums[at] += ((bytes[half + k] << 8) | bytes[k]) << 16 >> 16;
-    data[k] = sums[at] === packed.none ? NaN : sums[at] * packed.unit;
-  }
-  return { shape: packed.shape, data };
-}
-
 const SIZES = ["angle", "place", "force", "base", "contact", "moment", "posterior", "belief"];
 
 export class TouchRecord {

@@ -11,11 +11,14 @@ export function makeScene(app) {
   /** @type {{slot: string, number: number, path: Path2D}[]} */
   let grips = [];
   let scale = 10, ox = 0, oy = 0;
-  /** @type {{what: number, dx: number, dy: number, turn: number, at: MouseEvent, last?: number} | null} */
+  /** Where keys have moved what is in the hand. @type {Map<number, [number, number]>} */
+  const keyed = new Map();
+  /** @type {{what: number, dx: number, dy: number, turn: number, at: MouseEvent, last: number} | null} */
   let held = null;
   const { canvas, redraw } = makeCanvas({
     class: "stage", tabindex: "0", role: "application",
-    "aria-label": "Scene. Arrow keys move the object along the antenna, plus and minus change its size, Delete takes a further object away.",
+    "aria-label": "Scene. Arrow keys move the object along the antenna, plus and minus change its size, Delete takes a further object away. " +
+      "By hand, arrow keys move the object, with Shift the base, and Escape lets go.",
   }, draw);
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
@@ -42,7 +45,7 @@ export function makeScene(app) {
     for (const slot of slots) drawAntenna(c, app.records[slot], slot, colours, slots.length > 1);
     drawForce(c, record, colours);
     drawBase(c, record, colours);
-    if (w > 440) drawHint(c, h, colours); // beside the scale
+    drawHint(c, w > 440 ? h - 14 : 18, colours); // beside the scale, or on top
   }
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h @param {any} colours */
@@ -258,15 +261,15 @@ export function makeScene(app) {
     }
   }
 
-  /** @param {CanvasRenderingContext2D} c @param {number} h @param {any} colours */
-  function drawHint(c, h, colours) {
-    const words = !app.link.live || app.store.state.mode === "board" ? "" : app.store.state.mode === "hand"
+  /** @param {CanvasRenderingContext2D} c @param {number} y @param {any} colours */
+  function drawHint(c, y, colours) {
+    const words = app.store.state.mode === "board" ? "" : app.store.state.mode === "hand"
       ? (app.handOn ? "drag the object, or the base (Shift: turn it)" : "take the object, or the base, and touch")
       : app.hinted ? "" : "drag the object along the antenna · wheel: size";
     c.fillStyle = colours.soft;
     c.font = "12px system-ui, sans-serif";
     c.textAlign = "left";
-    c.fillText(words, 14, h - 14);
+    c.fillText(words, 14, y);
   }
 
   /** @param {MouseEvent} event */
@@ -292,7 +295,7 @@ export function makeScene(app) {
 
   canvas.addEventListener("pointerdown", (event) => {
     const grip = findGrip(event);
-    if (!grip || !app.link.live || !["touch", "hand"].includes(app.store.state.mode)) return;
+    if (!grip || !["touch", "hand"].includes(app.store.state.mode)) return;
     canvas.setPointerCapture(event.pointerId);
     const [x, y] = toWorld(event), record = app.records.A, t = findMoment(record);
     const hand = app.store.state.mode === "hand";
@@ -300,7 +303,8 @@ export function makeScene(app) {
     const now = hand ? { low: 0, high: 0, share: 0 } : t;
     const name = grip.number < 0 ? "base" : "place", from = grip.number < 0 ? 0 : 3 * grip.number;
     held = { what: grip.number, dx: x - mix(record, name, from, hand && app.handOn ? t : now),
-      dy: y - mix(record, name, from + 1, hand && app.handOn ? t : now), turn: grip.number < 0 ? mix(record, "base", 2, t) : 0, at: event };
+      dy: y - mix(record, name, from + 1, hand && app.handOn ? t : now), turn: grip.number < 0 ? mix(record, "base", 2, t) : 0, at: event, last: 0 };
+    held.last = y - held.dy;
     if (grip.number >= 0) app.selected = grip.number;
     app.hinted = true;
     canvas.classList.add("held");
@@ -309,7 +313,7 @@ export function makeScene(app) {
   canvas.addEventListener("pointermove", (event) => {
     if (!held) {
       hoverAntenna(event);
-      canvas.style.cursor = app.link.live && findGrip(event) ? "grab" : "default";
+      canvas.style.cursor = findGrip(event) ? "grab" : "default";
       return;
     }
     const [x, y] = toWorld(event), hold = held;
@@ -321,7 +325,7 @@ export function makeScene(app) {
       return;
     }
     app.store.change((/** @type {any} */ s) => {
-      if (hold.what === 0) s.touch.location = Number(Math.max(0.05, Math.min(1, s.touch.location + (y - hold.dy - (hold.last ?? (y - hold.dy))) / app.records.A.antenna.length)).toFixed(4));
+      if (hold.what === 0) s.touch.location = Number(Math.max(0.05, Math.min(1, s.touch.location + (y - hold.dy - hold.last) / app.records.A.antenna.length)).toFixed(4));
       else {
         const item = s.touch.objects[hold.what - 1];
         item.x = Number((x - hold.dx).toFixed(3));
@@ -343,14 +347,31 @@ export function makeScene(app) {
   let settling = 0;
   canvas.addEventListener("wheel", (event) => {
     const grip = findGrip(event);
-    if (!grip || grip.number < 0 || !app.link.live || app.store.state.mode !== "touch") return;
+    if (!grip || grip.number < 0 || app.store.state.mode !== "touch") return;
     event.preventDefault();
     app.resize(grip.number, Math.exp(-event.deltaY * 0.0015), false);
     clearTimeout(settling);
     settling = window.setTimeout(() => app.store.change(() => {}), 250);
   }, { passive: false });
+  /** By hand: arrows move the object, with Shift the base, 0.5 mm at a time; Escape lets go. @param {KeyboardEvent} event */
+  function moveByKey(event) {
+    const along = { ArrowRight: 1, ArrowLeft: -1 }[event.key] || 0, across = { ArrowDown: 1, ArrowUp: -1 }[event.key] || 0;
+    if (event.key === "Escape") app.endHand();
+    if (!along && !across) return event.key === "Escape";
+    if (!app.handOn) { keyed.clear(); app.startHand(); }
+    const what = event.shiftKey ? -1 : Math.max(app.selected, 0), record = app.records.A, t = record.hand ? findMoment(record) : { low: 0, high: 0, share: 0 };
+    const name = what < 0 ? "base" : "place", from = Math.max(0, 3 * what);
+    const [x, y] = keyed.get(what) || [mix(record, name, from, t), mix(record, name, from + 1, t)];
+    keyed.set(what, [x + 0.5 * across, y + 0.5 * along]);
+    app.aim(what, x + 0.5 * across, y + 0.5 * along, 0);
+    return true;
+  }
   canvas.addEventListener("keydown", (event) => {
-    if (!app.link.live || app.store.state.mode !== "touch") return;
+    if (app.store.state.mode === "hand" && moveByKey(event)) {
+      event.preventDefault();
+      event.stopPropagation();
+    }
+    if (app.store.state.mode !== "touch") return;
     const along = { ArrowRight: 1, ArrowLeft: -1 }[event.key] || 0, across = { ArrowDown: 1, ArrowUp: -1 }[event.key] || 0;
     if (along || across) {
       app.store.change((/** @type {any} */ s) => {

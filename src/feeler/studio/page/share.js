@@ -2,7 +2,7 @@
 import { make, show } from "./dom.js";
 import { encodeState, makeWish } from "./state.js";
 /** @typedef {import("./studio.js").App} App */
-/** Every state can leave: address, script, antenna file, pictures, movie, and a page that plays by itself. */
+/** Every state can leave: address, script, antenna file, pictures, movie, and a page that computes by itself. */
 
 const WAYS = [
   ["url", "Copy address", "this state as a link to this studio"],
@@ -12,7 +12,7 @@ const WAYS = [
   ["png", "Figure (PNG)", "the tensor, for a slide"],
   ["csv", "Recording (CSV)", "angles of all sensors over time"],
   ["mp4", "Movie (MP4)", "the touch, slowed down"],
-  ["html", "Page (HTML)", "plays by itself, to be sent to somebody"],
+  ["html", "Page (HTML)", "computes by itself, to be sent to somebody"],
 ];
 
 /** @param {App} app */

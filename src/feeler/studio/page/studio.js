@@ -1,13 +1,13 @@
 // @ts-check
 import { readColours } from "./colours.js";
 import { announce, make, makeChoice, show, write } from "./dom.js";
-import { linkModel, linkRecorded, linkServer } from "./link.js";
+import { linkModel, linkServer } from "./link.js";
 import { PANELS } from "./panels.js";
 import { TouchRecord } from "./record.js";
 import { keepFile, makeShare } from "./share.js";
-import { Store, TOUCH, decodeState, makeState, makeWish } from "./state.js";
+import { Store, decodeState, makeState, makeWish } from "./state.js";
 import { makeTags } from "./tags.js";
-import { makeTour } from "./tour.js";
+import { STEPS, makeTour } from "./tour.js";
 import { WallRecord } from "./wall.js";
 /** The studio: one front end for a local server, a notebook and an exported page. */
 
@@ -15,10 +15,16 @@ const STUDY_AFTER = 900; // ms of rest after which an antenna is studied
 /** @type {[string, string][]} */
 const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following"], ["board", "Own antenna"]];
 
+/**
+ * What a page is made of: its panels, header and tour, how soon an antenna is studied [ms], and whether it computes by itself.
+ * @typedef {{alone: boolean, rest: number, panels: ((app: App) => any)[], header: (app: App) => any, steps: any[], hear?: (header: any) => void}} Plan
+ */
+
 export class App {
-  /** @param {HTMLElement} root */
-  constructor(root) {
+  /** @param {HTMLElement} root @param {Plan} [plan] */
+  constructor(root, plan = STUDIO) {
     this.root = root;
+    this.plan = plan;
     /** @type {any} */
     this.catalogue = null;
     this.store = new Store(makeState({ preset: "exponential" }), (done) => this.changed(done));
@@ -59,7 +65,7 @@ export class App {
     this.last = 0;
     this.wants = { draw: false, panels: false };
     /** @type {any} */
-    this.link = { live: true, send: () => {}, close: () => {} };
+    this.link = { send: () => {}, close: () => {} };
     /** What benchmarks/studio.py reads. @type {{asked: number, first: number, whole?: number, read?: number}[]} */
     this.latency = [];
     this.asked = 0;
@@ -86,7 +92,7 @@ export class App {
   changed(done) {
     if (!this.store.state.B) this.slot = "A";
     this.refresh();
-    if (!this.link.live || !this.catalogue) return;
+    if (!this.catalogue) return;
     const { mode } = this.store.state;
     if (mode !== "hand" && this.handOn) this.endHand();
     if (mode !== "board" && this.listening) this.listen("");
@@ -111,7 +117,7 @@ export class App {
 
   studySoon() {
     clearTimeout(this.studyTimer);
-    this.studyTimer = window.setTimeout(() => this.study(), STUDY_AFTER);
+    if (this.plan.rest < Infinity) this.studyTimer = window.setTimeout(() => this.study(), this.plan.rest);
   }
 
   askWall() {
@@ -193,10 +199,7 @@ export class App {
     } else if (header.type === "opened") this.hearOpened(header, arrays);
     else if (header.type === "ports") Object.assign(this, { ports: header.ports, calibrated: header.calibrated });
     else if (header.type === "error") this.hearError(header);
-    else if (header.type === "recorded") {
-      this.setStatus("recorded");
-      this.play(true);
-    }
+    else if (this.plan.hear) this.plan.hear(header);
     if (state) this.refresh();
   }
 
@@ -207,7 +210,6 @@ export class App {
       if (header.id < record.id) return;
       record.begin(header);
       if (header.live && !this.listening) return;
-      if (header.wish) this.adopt(header);
       if (header.live) { this.own(header.robot); this.play(false); this.setStatus("live"); this.studySoon(); }
       if (header.hand) { this.time = 0; this.setStatus("hand"); }
       return;
@@ -229,7 +231,7 @@ export class App {
       if (header.hand) { record.commands = header.commands; this.handOn = false; }
       this.root.dataset.hash = header.hash;
       this.note("whole", header.slot);
-      this.setStatus(header.preview ? "preview" : this.link.live ? "exact" : "recorded");
+      this.setStatus(header.preview ? "preview" : this.plan.alone ? "here" : "exact");
     }
   }
 
@@ -237,15 +239,6 @@ export class App {
   note(what, slot) {
     const last = this.latency[this.latency.length - 1];
     if (last && slot === "A") last[what] = performance.now() - last.asked;
-  }
-
-  /** A recorded touch brings its wish along. @param {any} header */
-  adopt(header) {
-    const { antenna, preview, ...touch } = header.wish;
-    this.store.state[header.slot] = antenna;
-    this.store.state.touch = touch;
-    this.originals[header.slot] = { ...header.antenna, handles: { stiffness: [[0, 1], [1, 1]], damping: [[0, 1], [1, 1]] } };
-    void preview;
   }
 
   /** @param {any} header @param {any} arrays */
@@ -260,17 +253,16 @@ export class App {
   /** @param {any} header @param {any} arrays */
   hearStudy(header, arrays) {
     const doing = this.studying[header.slot];
-    if (this.link.live && (!doing || header.id !== doing.id)) return; // of an earlier antenna or speed
+    if (!doing || header.id !== doing.id) return; // of an earlier antenna or speed
     if (header.part === "doing") {
       Object.assign(doing, { doing: header.doing, share: header.share });
       return;
     }
-    const key = doing ? doing.key : "recorded";
-    this.studies[header.slot] = { ...header, ...arrays, key };
+    this.studies[header.slot] = { ...header, ...arrays, key: doing.key };
     this.studying[header.slot] = null;
     if (this.store.state.mode === "board") {
       if (this.opened) this.open(this.opened);
-    } else if (this.link.live && this.store.state.mode === "touch")
+    } else if (this.store.state.mode === "touch")
       this.send({ type: "touch", slot: header.slot, wish: makeWish(this.store.state, header.slot, false) });
   }
 
@@ -311,7 +303,7 @@ export class App {
   }
 
   async greeted() {
-    const first = makeState(this.catalogue.first);
+    const first = this.catalogue.state || makeState(this.catalogue.first);
     if (!this.restored) {
       this.restored = true;
       const found = await decodeState(this.inPage ? location.hash : "", first);
@@ -410,7 +402,6 @@ export class App {
   /** @param {string} slot */
   findOriginal(slot) {
     const wish = this.store.state[slot] || this.store.state.A;
-    if (!this.link.live) return this.originals[slot];
     if (wish.toml) return this.originals[wish.toml] || null;
     return this.catalogue ? this.catalogue.presets[wish.preset || "exponential"] : null;
   }
@@ -424,12 +415,12 @@ export class App {
 
   /** Whether there is a verdict, a code and a set to show. */
   isLearned() {
-    return this.store.state.mode !== "wall" && (this.link.live || Boolean(this.studies.A));
+    return this.store.state.mode !== "wall";
   }
 
   /** Whether the study of an antenna is of an earlier one, or of another speed. */
   isStale(slot = "A") {
-    return Boolean(this.studies[slot]) && this.link.live && this.studies[slot].key !== keyStudy(this.store.state, slot);
+    return Boolean(this.studies[slot]) && this.studies[slot].key !== keyStudy(this.store.state, slot);
   }
 
   draw() { this.want(true); }
@@ -494,15 +485,19 @@ function findCurvature(record) {
 
 const STATUS_WORDS = { busy: ["computing", "pieces are shown as they come"], exact: ["exact", "equals feeler.touch bit for bit, as float32"],
   preview: ["preview", "timestep 0.1 ms while you drag; the exact one follows"], recorded: ["recorded", "nothing is computed here"],
+  here: ["computed here", "by the engine in this page: feeler's own numbers, to 1e-9 rad"],
   live: ["live", "what the board sends now"], hand: ["in your hand", "the simulation follows the mouse"], error: ["stopped", "see the message; the next change goes on"],
   away: ["server away", "trying again; a server started anew prints a new address"],
   full: ["too many pages", "the server shows eight pages at once: close one, and this page goes on by itself"] };
 
+/** @type {Plan} */
+export const STUDIO = { alone: false, rest: STUDY_AFTER, panels: PANELS, header: makeStudioHeader, steps: STEPS };
+
 /** Header, columns of panels, and how they are brought up to date. @param {App} app */
 function build(app) {
   const { root } = app;
-  const panels = PANELS.map((makeOne) => makeOne(app));
-  const header = makeHeader(app), tour = makeTour(app);
+  const panels = app.plan.panels.map((makeOne) => makeOne(app));
+  const header = app.plan.header(app), tour = makeTour(app);
   header.tourButton.addEventListener("click", () => tour.start());
   const columns = ["left", "middle", "right"].map((place) => make("div", { class: place },
     ...panels.filter((panel) => panel.place === place).map((panel) => panel.element)));
@@ -515,7 +510,6 @@ function build(app) {
   function update(everything) {
     if (everything) {
       root.dataset.mode = app.store.state.mode;
-      root.dataset.live = String(app.link.live);
       header.update();
       tour.update();
       for (const panel of panels) show(panel.element, panel.isShown());
@@ -538,7 +532,7 @@ function build(app) {
 }
 
 /** Name, modes and tools. @param {App} app */
-function makeHeader(app) {
+function makeStudioHeader(app) {
   const share = makeShare(app);
   const modes = makeChoice("Mode", MODES, () => app.store.state.mode, (mode) => app.store.change((s) => { s.mode = mode; }));
   const tool = (/** @type {string} */ text, /** @type {string} */ name, /** @type {() => void} */ onclick) =>
@@ -555,27 +549,33 @@ function makeHeader(app) {
     onchange: () => { openFile(app, file.files[0]); file.value = ""; },
   });
   const open = make("label", { class: "plain file" }, "Open…", file);
-  const status = make("span", { class: "status", role: "status" });
+  const status = makeStatus(app);
   const element = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " studio"), modes.element,
-    make("div", { class: "tools" }, status, undo, redo, open, tourButton, theme, share.element));
+    make("div", { class: "tools" }, status.element, undo, redo, open, tourButton, theme, share.element));
 
   function update() {
     modes.update();
-    for (const one of [undo, redo, open, tourButton, share.element, modes.element]) show(one, app.link.live);
     undo.disabled = !app.store.past.length;
     redo.disabled = !app.store.future.length;
-    const now = app.away || app.status || "busy";
-    const [word, title] = STATUS_WORDS[/** @type {"busy"} */ (now)];
-    status.textContent = word;
-    status.title = title;
-    status.dataset.is = now;
+    status.update();
   }
   return { element, share, tourButton, update };
 }
 
+/** What is going on, in a word. @param {App} app */
+export function makeStatus(app) {
+  const element = make("span", { class: "status", role: "status" });
+  function update() {
+    const now = app.away || app.status || "busy", [word, title] = STATUS_WORDS[/** @type {"busy"} */ (now)];
+    Object.assign(element, { textContent: word, title });
+    element.dataset.is = now;
+  }
+  return { element, update };
+}
+
 /** @param {App} app @param {File} file */
 async function openFile(app, file) {
-  if (!file || !app.link.live) return;
+  if (!file || app.plan.alone) return;
   if (file.size > 6e6) { app.say(`${file.name} is too large: at most 6 MB.`, true); return; }
   app.say(`Opening ${file.name} …`);
   const opened = { name: file.name, text: await file.text() };
@@ -624,14 +624,4 @@ export function render({ model, el }) {
     app.send({ type: "stop" });
     app.link.close();
   };
-}
-
-/** A page that plays what was recorded. @param {HTMLElement} root @param {any[]} records */
-export function startRecorded(root, records) {
-  const app = new App(root);
-  /** @type {any} */ (root).studio = app;
-  app.status = "recorded";
-  app.store.state.touch = { ...TOUCH };
-  app.link = linkRecorded(records, (header, arrays) => app.hear(header, arrays));
-  return app;
 }

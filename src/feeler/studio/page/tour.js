@@ -6,7 +6,7 @@ import { TOUCH } from "./state.js";
 
 const SLOW = { ...TOUCH, kind: "ball", size: 1.5, location: 0.6, speed: 0.06 };
 /** `asks`: the control that the words ask for, put beside them. @type {{title: string, words: string, state: any, look: string, asks?: string}[]} */
-const STEPS = [
+export const STEPS = [
   {
     title: "Where does it bend?",
     words: "A ball sweeps past an antenna that is a hundred thousand times stiffer at its base than at its tip. Drag the ball " +
@@ -46,6 +46,7 @@ const STEPS = [
 
 /** @param {App} app */
 export function makeTour(app) {
+  const { steps } = app.plan;
   let step = -1;
   const title = make("h2"), words = make("p"), count = make("span", { class: "count" });
   const back = make("button", { type: "button", class: "plain", text: "Back", onclick: () => go(step - 1) });
@@ -59,16 +60,16 @@ export function makeTour(app) {
   /** @param {number} to */
   function go(to) {
     app.root.querySelectorAll(".lit").forEach((/** @type {Element} */ panel) => panel.classList.remove("lit"));
-    step = to < 0 || to >= STEPS.length ? -1 : to;
+    step = to < 0 || to >= steps.length ? -1 : to;
     show(element, step >= 0);
     app.root.classList.toggle("on-tour", step >= 0);
     if (step < 0) return;
-    const now = STEPS[step];
+    const now = steps[step];
     title.textContent = now.title;
     words.textContent = now.words;
-    count.textContent = `${step + 1} of ${STEPS.length}`;
+    count.textContent = `${step + 1} of ${steps.length}`;
     back.disabled = step === 0;
-    next.textContent = step === STEPS.length - 1 ? "Done" : "Next";
+    next.textContent = step === steps.length - 1 ? "Done" : "Next";
     app.store.change((/** @type {any} */ s) => Object.assign(s, structuredClone({ mode: "touch", unsure: 0.02, ...now.state })));
     const panel = app.root.querySelector(now.look);
     show(speed.element, now.asks === "speed");
@@ -76,7 +77,7 @@ export function makeTour(app) {
       panel.classList.add("lit");
       requestAnimationFrame(() => panel.scrollIntoView({ block: "nearest" }));
     }
-    app.play(step !== 4);
+    app.play(app.store.state.mode !== "hand");
   }
   return { element, start: () => go(step < 0 ? 0 : -1), update: () => speed.update() };
 }

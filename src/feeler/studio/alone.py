@@ -1,0 +1,175 @@
+"""A page that computes by itself: one file of HTML with the engine in it, which asks no server and
+no other host for anything.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.metadata import version
+from threading import Event
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.cockroach import match_damping
+from feeler.errors import InvalidInput
+from feeler.stimulus.ninety import SPEEDS, trials
+from feeler.studio.exporting import fill_page
+from feeler.studio.hand import Command
+from feeler.studio.packing import pack_antenna, pack_contact, pack_shape
+from feeler.studio.study import DURATION, INTERVAL, UNSURE, find_study, teach
+from feeler.studio.touching import describe_antenna, draw_feature
+from feeler.studio.wish import AntennaWish, TouchWish, make_shape
+
+PAPER = (
+    "Meng, McDonnell, Jayaram & Mongeau 2025, Physically intelligent soft antennae enhance tactile"
+    " perception by active touch"
+)
+DOI = "https://doi.org/10.1101/2025.10.20.683587"
+NAME_LENGTH = 40  # letters of an antenna's name on a switch
+NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as level
+
+
+class Choice(NamedTuple):
+    """An antenna that a page offers."""
+
+    name: str
+    wish: AntennaWish
+
+
+def write_touch_page(
+    wish: TouchWish | None = None,
+    other: AntennaWish | None = None,
+    *,
+    unsure: float = UNSURE,
+    commands: Sequence[Command] | None = None,
+    samples: int = 0,
+) -> str:
+    """The page that computes touches in a browser, as text of HTML.
+
+    It holds two antennas, ``slow`` and ``fast``, ball, box and triangle, and a decoder for each
+    antenna and speed, which it teaches by itself.
+
+    Parameters
+    ----------
+    wish
+        What it shows first; default: a ball of 1.5 mm meets the cockroach's antenna slowly.
+    other
+        The second antenna; default: the first one with all hinges equally stiff, or the cockroach's
+        where the first is so already.
+    unsure
+        How well the decoder knows the speed, as a share of it.
+    commands, samples
+        A run by hand to be shown first, and its length.
+    """
+    wish = TouchWish() if wish is None else wish.replace(preview=False)
+    choices = _choose(wish.antenna, other)
+    speeds = sorted({SPEEDS["slow"], wish.speed, SPEEDS["fast"]})
+    state = {
+        "mode": "touch" if commands is None else "hand",
+        "A": wish.antenna.to_plain(),
+        "B": None,
+        "touch": _describe_touch(wish),
+        "unsure": unsure,
+        "wall": {},
+    }
+    return fill_page(
+        {
+            "version": version("feeler"),
+            "state": state,
+            "contact": pack_contact(),
+            "antennas": [_pack(choice) for choice in choices],
+            "speeds": [{"name": _name_speed(speed), "value": speed} for speed in speeds],
+            "shapes": _pack_shapes(wish.antenna.make()),
+            "taught": _teach_all(choices, speeds, unsure),
+            "commands": None if commands is None else list(commands),
+            "samples": samples,
+            "paper": PAPER,
+            "doi": DOI,
+        }
+    )
+
+
+def _choose(first: AntennaWish, other: AntennaWish | None) -> list[Choice]:
+    """The two antennas of a page."""
+    antenna = first.make()
+    if other is not None:
+        return [
+            Choice(f"A: {antenna.name}"[:NAME_LENGTH], first),
+            Choice(f"B: {other.make().name}"[:NAME_LENGTH], other),
+        ]
+    if np.max(antenna.stiffness) <= NEARLY_LEVEL * np.min(antenna.stiffness):
+        return [Choice("graded", AntennaWish()), Choice("level", first)]
+    level = AntennaWish(preset="matched") if first == AntennaWish() else _level(first, antenna)
+    return [Choice("graded", first), Choice("level", level)]
+
+
+def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
+    """The same antenna with equal hinges: of the same total compliance, and of the same damping
+    ratio of the first mode.
+    """
+    even = np.full(antenna.n_segments, antenna.n_segments / np.sum(1 / antenna.stiffness))
+    damping = float(match_damping(antenna.replace(stiffness=even), antenna).damping[0])
+    stiffness = float(even[0])
+    return wish.replace(
+        stiffness=((0.0, stiffness), (1.0, stiffness)),
+        damping=((0.0, damping), (1.0, damping)),
+        matched=False,
+        name=f"{antenna.name[:70]}, level",
+    )
+
+
+def _name_speed(speed: float) -> str:
+    names = {value: name for name, value in SPEEDS.items()}
+    return names.get(speed, f"{speed:g} m/s")
+
+
+def _describe_touch(wish: TouchWish) -> dict[str, Any]:
+    plain = wish.to_plain()
+    return {name: value for name, value in plain.items() if name not in ("antenna", "preview")}
+
+
+def _pack(choice: Choice) -> dict[str, Any]:
+    antenna = choice.wish.make()
+    return {
+        "name": choice.name,
+        "wish": choice.wish.to_plain(),
+        "constants": pack_antenna(antenna),
+        "drawn": describe_antenna(antenna),
+    }
+
+
+def _pack_shapes(antenna: Antenna) -> dict[str, Any]:
+    """Every kind of shape at a half-width of 1 mm, from which the page makes the others."""
+    found = {}
+    for kind in ("ball", "box", "triangle", "wall"):
+        feature = make_shape(kind, 1.0)
+        found[kind] = {**pack_shape(feature, antenna), "rims": draw_feature(feature)}
+    return found
+
+
+def _teach_all(
+    choices: Sequence[Choice], speeds: Sequence[float], unsure: float
+) -> dict[str, Any] | None:
+    """The thirty touches, and how long the decoder takes errors to last (antenna, speed); None
+    where an antenna cannot be touched so.
+    """
+    try:
+        found = [[_teach(choice.wish, speed, unsure) for speed in speeds] for choice in choices]
+    except InvalidInput:
+        return None
+    return {
+        "samples": round(DURATION / INTERVAL),
+        "labels": [
+            (trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])
+        ],
+        "correlation": found,
+    }
+
+
+@lru_cache(maxsize=64)
+def _teach(wish: AntennaWish, speed: float, unsure: float) -> float:
+    known = find_study(wish.make(), speed, unsure)
+    if known is not None:
+        return known.decoder.correlation_
+    return teach(wish.make(), speed, lambda doing, share: None, Event(), unsure)[2].correlation_

@@ -1,0 +1,140 @@
+// @ts-check
+import { makeVerdictPanel } from "./charts.js";
+import { makeIcon } from "./controls.js";
+import { make, makeChoice, makePanel, show, write } from "./dom.js";
+import { linkEngine } from "./link.js";
+import { makeStagePanel, makeStudyPanel, makeTensorPanel } from "./stage.js";
+import { App, makeStatus } from "./studio.js";
+/** A page that computes by itself: antenna left, tensor right, verdict below, and a few switches. */
+
+const REST = 60; // ms before the verdict's decoder is asked for
+const SENTENCE = "A slow touch of a graded antenna bends it where it is touched, and tells what touched; " +
+  "an even antenna bends at its base, and a fast touch is soon over.";
+
+/** @param {any} config */
+function makeSteps(config) {
+  const [graded, level] = config.antennas, slow = config.speeds[0].value, fast = config.speeds[config.speeds.length - 1].value;
+  const touch = { ...config.state.touch, speed: slow }, mode = "touch";
+  return [
+    { title: `Slow, ${graded.name}: drag the ball`, look: ".stage-panel", state: { mode, A: graded.wish, touch },
+      words: "Drag the ball along the antenna. Its bright band in the tensor goes along: the antenna bends near the place that is touched." },
+    { title: `Slow, ${level.name}: drag it again`, look: ".tensor-panel", state: { mode, A: level.wish, touch },
+      words: "Now all hinges are equally stiff. Drag the ball: the antenna bends most at its base wherever it is touched, and the verdict is unsure for longer." },
+    { title: "And fast?", look: ".tensor-panel", state: { mode, A: graded.wish, touch: { ...touch, speed: fast } },
+      words: "The same ball, ten times as fast: it is gone after a tenth of the time, and few samples are left of it." },
+    { title: "What you have seen", look: ".verdict-panel", state: { mode, A: graded.wish, touch }, words: SENTENCE },
+  ];
+}
+
+/** Name, switches and what the page is doing. @param {any} config */
+function makeSwitches(config) {
+  return (/** @type {App} */ app) => {
+    const change = (/** @type {(s: any) => void} */ how) => app.store.change(how);
+    const antenna = makeChoice("Antenna", config.antennas.map((/** @type {any} */ { name }) => [name, name]),
+      () => config.antennas[findAntenna(config, app)].name,
+      (name) => change((s) => { s.A = config.antennas.find((/** @type {any} */ one) => one.name === name).wish; }));
+    const speed = makeChoice("Speed", config.speeds.map((/** @type {any} */ { name, value }) => [String(value), name]),
+      () => String(app.store.state.touch.speed), (value) => change((s) => { s.touch.speed = Number(value); }));
+    const kinds = config.state.touch.kind === "wall" ? ["ball", "box", "triangle", "wall"] : ["ball", "box", "triangle"];
+    const kind = makeChoice("Object", /** @type {any} */ (kinds.map((one) => [one, makeIcon(one), one])), () => app.store.state.touch.kind,
+      (value) => change((s) => { s.touch.kind = value; }));
+    const mode = makeChoice("Who moves it", [["touch", "It sweeps past"], ["hand", "Your hand"]], () => app.store.state.mode,
+      (value) => change((s) => { s.mode = value; }));
+    const theme = make("button", { type: "button", class: "plain", "aria-label": "Light or dark", text: "◐", onclick: () => {
+      app.root.dataset.theme = app.colours.dark ? "light" : "dark";
+      app.refresh();
+    } });
+    const tourButton = make("button", { type: "button", class: "plain strong", text: "Tour" });
+    const status = makeStatus(app), all = [antenna, speed, kind, mode];
+    const element = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " drag this ball"),
+      make("div", { class: "switches" }, ...all.map((one) => one.element)), make("div", { class: "tools" }, status.element, tourButton, theme));
+    return { element, tourButton, update: () => [...all, status].forEach((one) => one.update()) };
+  };
+}
+
+/** Number of the antenna that is shown. @param {any} config @param {App} app */
+function findAntenna(config, app) {
+  const text = JSON.stringify(app.store.state.A);
+  return Math.max(0, config.antennas.findIndex((/** @type {any} */ one) => JSON.stringify(one.wish) === text));
+}
+
+/** What this touch did to the antenna, in a sentence: where it was touched, where it bent, for how long. @param {any} record */
+export function readTouch(record) {
+  const { contact } = record.data;
+  if (!contact || !record.ended) return null;
+  const { sensors, segments, length } = record.antenna, places = [];
+  const at = [0];
+  for (const long of segments) at.push(at[at.length - 1] + long / length);
+  let first = NaN;
+  for (let k = 0; k < record.filled; k++) {
+    if (!Number.isFinite(contact[k])) continue;
+    if (Number.isNaN(first)) first = contact[k];
+    let best = 0;
+    for (let s = 1; s < sensors.length; s++) if (Math.abs(record.angle(s, k)) > Math.abs(record.angle(best, k))) best = s;
+    places.push(at[sensors[best] - 1]);
+  }
+  if (!places.length) return null;
+  return { first, bent: places.sort((a, b) => a - b)[places.length >> 1], time: places.length * record.interval };
+}
+
+/** What was felt, and of how many touches each antenna names the object. @param {any} config @param {any} counts */
+function makeFeltPanel(config, counts) {
+  return (/** @type {App} */ app) => {
+    const words = make("p", { class: "felt", role: "status" }), table = make("table", { class: "tally" });
+    const caption = make("p", { class: "caption", text: "Of thirty touches (ball, box, triangle, two sizes, five places), so many are named surely: how often the verdict ends at 0.9 " +
+      "or more for the right shape. The decoder has met these touches; its doubt comes from others, 2 % aside." });
+    const element = makePanel("What it felt", "felt-panel", words, table, caption);
+    function update() {
+      const found = readTouch(app.records.A);
+      words.textContent = found ? `First touched at ${write(100 * found.first, 2)} % of the length, in touch for ${found.time} ms. While in touch it bends most ` +
+        `at ${write(100 * found.bent, 2)} % (median).` : "Nothing has been touched yet.";
+      const now = findAntenna(config, app), speed = app.store.state.touch.speed;
+      const head = make("tr", {}, make("td"), ...config.speeds.map((/** @type {any} */ { name }) => make("th", { scope: "col", text: name })));
+      const rows = config.antennas.map((/** @type {any} */ one, /** @type {number} */ a) => make("tr", {}, make("th", { scope: "row", text: one.name }),
+        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: counts[`${a} ${s}`] || "…" }))));
+      table.replaceChildren(head, ...rows);
+      for (const one of [table, caption]) show(one, Boolean(config.taught));
+    }
+    return { element, place: "right", isShown: () => true, update };
+  };
+}
+
+/** What the page is: antenna, object, speed, paper, and how to get feeler. @param {any} config */
+function makeAboutPanel(config) {
+  return (/** @type {App} */ app) => {
+    const words = make("p"), object = make("p");
+    const element = makePanel("About this page", "about-panel", words, object,
+      make("p", {}, "The touches are computed here, in your browser, by the engine of feeler ", config.version, ": its numbers to 1e-9 rad. Nothing is sent anywhere. Paper: ",
+        make("a", { href: config.doi, text: config.paper }), "."),
+      make("p", {}, "Get feeler, and the studio in which antennas are shaped: ", make("code", { text: "pip install feeler" }), ", then ", make("code", { text: "feeler studio" }), "."),
+      make("p", { class: "keys", text: "Keys: arrows move the object (in your hand: it, with Shift the base; Escape lets go), + and − change its size, blank plays, comma and full stop step." }));
+    function update() {
+      const { touch } = app.store.state, one = config.antennas[findAntenna(config, app)].drawn;
+      words.textContent = `Antenna: ${one.name}, ${write(one.length)} mm, ${one.segments.length} hinges, ${one.sensors.length} sensors, stiffness ` +
+        `${write(one.stiffness[0], 2)} N·mm/rad at the base and ${write(one.stiffness[one.stiffness.length - 1], 2)} at the tip.`;
+      object.textContent = `Object: ${touch.kind}${touch.kind === "wall" ? "" : ` of half-width ${write(touch.size)} mm`}, at ${write(touch.location)} of the length, ${write(touch.speed)} m/s.`;
+    }
+    return { element, place: "right", isShown: () => true, update };
+  };
+}
+
+/** @param {(app: App) => any} makeOne @param {string} place */
+const put = (makeOne, place) => (/** @type {App} */ app) => ({ ...makeOne(app), place });
+
+/** @param {HTMLElement} root */
+export function startAlone(root) {
+  const read = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id)).textContent || "";
+  const config = JSON.parse(read("config"));
+  /** @type {Object<string, string>} */
+  const counts = {};
+  root.classList.add("feeler-alone");
+  const app = new App(root, {
+    alone: true, rest: config.taught ? REST : Infinity, header: makeSwitches(config), steps: makeSteps(config),
+    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeStudyPanel, makeVerdictPanel] : []), makeFeltPanel(config, counts), makeAboutPanel(config)],
+    hear: (header) => { if (header.type === "tally") counts[`${header.antenna} ${header.speed}`] = `${header.sure} of ${header.of}`; },
+  });
+  /** @type {any} */ (root).studio = app;
+  app.inPage = true;
+  app.link = linkEngine(read("engine"), config, (header, arrays) => app.hear(header, arrays), () => app.send({ type: "hello" }));
+  return app;
+}

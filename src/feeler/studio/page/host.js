@@ -1,0 +1,330 @@
+// @ts-check
+import { Chain } from "./chain.js";
+import { layOut, placeObject, scaleShape } from "./place.js";
+import { Decoder } from "./teach.js";
+/** What answers a page that has no server: the same messages as feeler.studio.session, from an engine in the page. */
+
+const TIMESTEP = 0.05, PREVIEW = 0.1, INTERVAL = 1; // ms, as feeler.touch and the studio's preview
+const FIRST = 12, PIECE = 46; // samples of a piece; the first is short, so that something is seen at once
+const FRAME = 1000 / 60, MAX_SPEED = 1.2, MAX_TURN = 0.03, GLIDE = 6, LONGEST = 4000, STILL = 2e-5; // of a hand, as feeler.studio.hand
+const SURE = 0.9; // as the verdict's panel has it
+const ORDER = ["touch", "hand", "tally", "study"]; // what is done first
+
+/** Numbers that Python packed. @param {string} text */
+function readNumbers(text) {
+  return new Float64Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+}
+
+/** What a page is shown of a chain, sample by sample. */
+class Readings {
+  /** @param {Chain} chain */
+  constructor(chain) {
+    this.chain = chain;
+    /** @type {any[]} */
+    this.rows = [];
+  }
+
+  add() {
+    const { base, w, objects, contacts } = this.chain;
+    this.rows.push({ angle: w.angle.slice(), base: [base.x, base.y, base.heading],
+      place: objects.flatMap((o) => [o.x + base.x, o.y + base.y, Math.atan2(o.forward[0], o.forward[1])]),
+      force: objects.flatMap((o) => [o.fx, o.fy]), contact: [contacts.press > 0 ? contacts.place / contacts.press : NaN] });
+  }
+
+  /** All that came since the last call. */
+  take() {
+    /** @type {any} */
+    const found = {}, rows = this.rows.splice(0);
+    for (const name of ["angle", "base", "place", "force", "contact"]) {
+      const wide = rows[0][name].length, data = new Float32Array(rows.length * wide);
+      rows.forEach((row, k) => data.set(row[name], k * wide));
+      found[name] = { shape: [rows.length, wide], data };
+    }
+    return found;
+  }
+}
+
+/** Angles of an antenna's sensors, kept while a touch goes on. */
+class Sensed {
+  /** @param {any} antenna @param {number} samples */
+  constructor(antenna, samples) {
+    this.index = antenna.drawn.sensors.map((/** @type {number} */ hinge) => hinge - 1);
+    this.n = this.index.length;
+    this.samples = 0;
+    this.data = new Float64Array(samples * this.n);
+  }
+
+  /** @param {Float64Array} angle */
+  add(angle) {
+    this.index.forEach((/** @type {number} */ hinge, /** @type {number} */ s) => { this.data[this.samples * this.n + s] = angle[hinge]; });
+    this.samples += 1;
+  }
+}
+
+export class Host {
+  /** @param {any} config As feeler.studio.alone makes it. @param {(header: any, arrays: any) => void} say */
+  constructor(config, say) {
+    this.config = config;
+    this.say = say;
+    /** What is being done. @type {Object<string, {about: any, steps: Iterator<void>}>} */
+    this.doing = {};
+    /** @type {Object<string, Decoder>} */
+    this.taught = {};
+    /** @type {Object<string, number[]>} */
+    this.aims = {};
+    this.ended = false;
+    this.replays = Boolean(config.commands);
+    this.antennas = config.antennas.map((/** @type {any} */ one) => ({ ...one, constants: readNumbers(one.constants) }));
+  }
+
+  /** One message of the page; the newest of a kind ends the one before. @param {any} message */
+  take(message) {
+    const { type } = message;
+    if (type === "hello") this.say({ type: "catalogue", presets: {}, first: this.config.state.A, state: this.config.state, version: this.config.version }, {});
+    else if (type === "touch") this.begin(message, this.touch(message));
+    else if (type === "study") this.begin(message, this.study(message));
+    else if (type === "hand") { this.ended = false; this.aims = {}; this.begin(message, this.hold(message)); }
+    else if (type === "aim" && message.what === "end") this.ended = true;
+    else if (type === "aim") this.aims[message.what] = [message.x, message.y, message.turn];
+    else if (type === "stop") this.doing = {};
+  }
+
+  /** @param {any} about @param {Iterator<void>} steps */
+  begin(about, steps) { this.doing[about.type] = { about, steps }; }
+
+  /** Work for some ms; how long to wait before the next turn, −1 for ever. @param {number} ms */
+  work(ms) {
+    const until = performance.now() + ms;
+    do {
+      const name = ORDER.find((one) => this.doing[one]);
+      if (!name) return this.prefetch() ? 0 : -1;
+      const task = this.doing[name];
+      try {
+        const { done, value } = task.steps.next();
+        if (done && this.doing[name] === task) delete this.doing[name];
+        if (name === "hand" && !done) return /** @type {any} */ (value);
+      } catch (error) {
+        delete this.doing[name];
+        this.say({ type: "error", of: name, slot: "A", id: task.about.id, message: error instanceof Error ? error.message : String(error) }, {});
+      }
+    } while (performance.now() < until);
+    return 0;
+  }
+
+  /** Teach what the page has not asked for yet; whether there is anything. */
+  prefetch() {
+    for (const antenna of this.antennas)
+      for (const { value } of this.config.taught ? this.config.speeds : []) {
+        if (this.taught[`${antenna.name} ${value}`]) continue;
+        this.doing.study = { about: {}, steps: this.teach(antenna, value, () => {}) };
+        return true;
+      }
+    return false;
+  }
+
+  /** @param {any} wish */
+  find(wish) {
+    const text = JSON.stringify(wish), found = this.antennas.find((/** @type {any} */ one) => JSON.stringify(one.wish) === text);
+    if (!found) throw new Error("This page has no such antenna.");
+    return found;
+  }
+
+  /** A shape of half-width 1 mm made larger. @param {string} kind @param {number} size */
+  shape(kind, size) {
+    const one = this.config.shapes[kind];
+    if (!one || !(size > 0)) throw new Error(`This page has no ${kind} of ${size} mm.`);
+    return one.unbounded ? one : scaleShape(one, size);
+  }
+
+  /** The chain of a wish at time 0. @param {any} antenna @param {any} touch @param {number} timestep */
+  makeChain(antenna, touch, timestep) {
+    const c = new Chain(antenna.constants, [], this.config.contact, timestep).c, shape = this.shape(touch.kind, touch.size);
+    antenna.rest ||= layOut(/** @type {any} */ (c));
+    const others = (touch.objects || []).map((/** @type {any} */ o) => {
+      const turn = (o.heading * Math.PI) / 180, forward = [Math.sin(turn), Math.cos(turn)];
+      return { shape: this.shape(o.kind, o.size), x: o.x, y: o.y, forward, velocity: forward.map((f) => o.speed * f), friction: o.friction };
+    });
+    const first = { shape, friction: touch.friction, ...placeObject(antenna.rest, shape, touch) };
+    return new Chain(antenna.constants, [first, ...others], this.config.contact, timestep);
+  }
+
+  /** @param {any} antenna @param {any} touch */
+  describe(antenna, touch) {
+    const all = [touch, ...(touch.objects || [])];
+    return { antenna: antenna.drawn, rims: all.map((o) => this.shape(o.kind, o.size).rims), preview: Boolean(touch.preview) };
+  }
+
+  /** A touch, piece by piece. @param {any} message */
+  *touch({ slot, id, wish }) {
+    const about = { type: "touch", slot, id }, antenna = this.find(wish.antenna);
+    if (this.replays && !wish.preview) { yield* this.replay(about, antenna, wish); return; }
+    const timestep = wish.preview ? PREVIEW : TIMESTEP, chain = this.makeChain(antenna, wish, timestep), total = Math.round(wish.duration / INTERVAL);
+    this.say({ ...about, part: "begin", total, ...this.describe(antenna, wish) }, {});
+    const readings = new Readings(chain), sensed = new Sensed(antenna, total);
+    let done = 0, size = FIRST;
+    for (let k = 0; k < total; k++) {
+      if (k) this.advance(chain);
+      readings.add();
+      sensed.add(chain.w.angle);
+      if (readings.rows.length < size && k < total - 1) { yield; continue; }
+      this.say({ ...about, part: "piece", first: done }, readings.take());
+      done = k + 1;
+      size = PIECE;
+      yield;
+    }
+    this.say({ ...about, part: "end", hash: "", preview: Boolean(wish.preview) }, {});
+    this.read(about, antenna, wish, sensed);
+  }
+
+  /** One sample further. @param {Chain} chain */
+  advance(chain) {
+    chain.step(Math.round(INTERVAL / chain.timestep));
+    if (!chain.sound) throw new Error("This touch cannot be computed: it presses too hard. Choose a slower or a smaller object.");
+  }
+
+  /** The verdict, where the antenna was taught at this speed. @param {any} about @param {any} antenna @param {any} wish @param {Sensed} sensed */
+  read(about, antenna, wish, sensed) {
+    const decoder = this.taught[`${antenna.name} ${wish.speed}`];
+    if (!decoder) return;
+    const { posterior, noticed, samples } = decoder.decode(sensed), n = this.config.taught.labels.length;
+    const code = { shape: [0, 0], data: new Float32Array(0) };
+    this.say({ ...about, type: "reading", noticed }, { posterior: { shape: [samples, n], data: posterior }, code });
+  }
+
+  /** @param {any} message */
+  *study({ slot, id, antenna: wish, speed }) {
+    const about = { type: "study", slot, id }, antenna = this.find(wish);
+    yield* this.teach(antenna, speed, (share) => this.say({ ...about, part: "doing", doing: "touching", share }, {}));
+    const { peak } = this.taught[`${antenna.name} ${speed}`];
+    this.say({ ...about, part: "end", labels: this.config.taught.labels, averages: {}, peak, speed }, {});
+  }
+
+  /** Touch an antenna thirty times. @param {any} antenna @param {number} speed @param {(share: number) => void} tell */
+  *teach(antenna, speed, tell) {
+    const key = `${antenna.name} ${speed}`, touches = [], { taught, speeds, antennas } = this.config;
+    if (this.taught[key]) return;
+    for (const [kind, size, location] of taught.labels) {
+      tell(touches.length / taught.labels.length);
+      const touch = { kind, size, location, speed, approach: 90, side: "left", friction: 1, lead: 5 };
+      const chain = this.makeChain(antenna, touch, TIMESTEP), sensed = new Sensed(antenna, taught.samples);
+      for (let k = 0; k < taught.samples; k++) {
+        if (k) this.advance(chain);
+        sensed.add(chain.w.angle);
+        yield;
+      }
+      touches.push(sensed);
+    }
+    const at = [antennas.findIndex((/** @type {any} */ one) => one.name === antenna.name), speeds.findIndex((/** @type {any} */ one) => one.value === speed)];
+    const decoder = new Decoder(touches, taught.correlation[at[0]][at[1]]);
+    this.taught[key] = decoder;
+    this.doing.tally = { about: {}, steps: this.count(decoder, touches, at) };
+  }
+
+  /** Of how many of its own touches a decoder names the kind surely. @param {Decoder} decoder @param {Sensed[]} touches @param {number[]} at */
+  *count(decoder, touches, at) {
+    let sure = 0;
+    for (const [k, felt] of touches.entries()) {
+      if (isSure(decoder.decode(felt), this.config.taught.labels, k)) sure += 1;
+      yield;
+    }
+    this.say({ type: "tally", antenna: at[0], speed: at[1], sure, of: touches.length }, {});
+  }
+
+  /** Follow the hand until it lets go. @param {any} message @returns {Generator<any, void, void>} */
+  *hold({ slot, id, wish, pace }) {
+    const about = { type: "touch", slot, id, hand: true }, antenna = this.find(wish.antenna), chain = this.makeChain(antenna, wish, TIMESTEP);
+    const readings = new Readings(chain);
+    for (let o = 0; o < chain.objects.length; o++) chain.moveObject(o, 0, 0);
+    this.replays = false;
+    this.say({ ...about, part: "begin", total: LONGEST, ...this.describe(antenna, wish) }, {});
+    readings.add();
+    let done = 1, sent = 0, due = 1, before = performance.now();
+    while (!this.ended && done < LONGEST) {
+      const now = performance.now();
+      due = Math.min(due + pace * Math.min(now - before, 4 * FRAME), done + 40);
+      before = now;
+      while (done < Math.min(Math.floor(due), LONGEST)) {
+        const moving = this.steer(chain, Math.max(GLIDE, 1.5 * FRAME * pace));
+        if (!moving && chain.w.rate.every((rate) => Math.abs(rate) < STILL)) { due = done; break; }
+        this.advance(chain);
+        readings.add();
+        done += 1;
+      }
+      if (readings.rows.length) {
+        this.say({ ...about, part: "piece", first: sent }, readings.take());
+        sent = done;
+      }
+      yield Math.max(1, FRAME - (performance.now() - now));
+    }
+    this.say({ ...about, part: "end", hash: "", preview: false, commands: [] }, {});
+  }
+
+  /** Bring everything nearer to where the hand wants it; whether anything moves. @param {Chain} chain @param {number} glide */
+  steer(chain, glide) {
+    let moves = false;
+    for (const [name, [x, y, turn]] of Object.entries(this.aims)) {
+      const what = Number(name), { base } = chain, o = chain.objects[what];
+      if (what >= 0 && !o) continue;
+      let vx = (x - base.x - (o ? o.x : 0)) / glide, vy = (y - base.y - (o ? o.y : 0)) / glide;
+      const fast = Math.hypot(vx, vy), share = fast > 1e-4 ? Math.min(1, MAX_SPEED / fast) : 0;
+      vx *= share;
+      vy *= share;
+      const spin = o ? 0 : Math.max(-MAX_TURN, Math.min(MAX_TURN, (turn - base.heading) / glide)), turning = Math.abs(spin) > 1e-5 ? spin : 0;
+      if (o) chain.moveObject(what, vx, vy);
+      else chain.moveBase(vx, vy, turning);
+      moves = moves || vx !== 0 || vy !== 0 || turning !== 0;
+    }
+    return moves;
+  }
+
+  /** The run by hand that this page was saved with. @param {any} about @param {any} antenna @param {any} wish */
+  *replay(about, antenna, wish) {
+    this.replays = false;
+    const chain = this.makeChain(antenna, wish, TIMESTEP), readings = new Readings(chain), { samples } = this.config;
+    const commands = [...this.config.commands].sort((a, b) => a[0] - b[0]);
+    this.say({ ...about, hand: true, part: "begin", total: samples, ...this.describe(antenna, wish) }, {});
+    readings.add();
+    let sent = 0;
+    for (let k = 1; k < samples; k++) {
+      while (commands.length && commands[0][0] <= k) {
+        const [, what, vx, vy, turn] = commands.shift();
+        if (what < 0) chain.moveBase(vx, vy, turn);
+        else chain.moveObject(what, vx, vy);
+      }
+      this.advance(chain);
+      readings.add();
+      if (readings.rows.length === PIECE || k === samples - 1) {
+        this.say({ ...about, hand: true, part: "piece", first: sent }, readings.take());
+        sent = k + 1;
+      }
+      yield;
+    }
+    this.say({ ...about, hand: true, part: "end", hash: "", preview: false, commands: [] }, {});
+  }
+}
+
+/** Whether the kind of touch number `k` is named at its end, and surely. @param {any} read @param {any[]} labels @param {number} k */
+function isSure({ posterior, noticed, samples }, labels, k) {
+  const from = (samples - 1) * labels.length;
+  const right = labels.reduce((sum, [kind], c) => sum + (kind === labels[k][0] ? posterior[from + c] : 0), 0);
+  return noticed >= 0 && right >= SURE;
+}
+
+/** Answer a port, a little at a time. @param {any} port @param {any} config */
+export function serveHost(port, config) {
+  const host = new Host(config, (header, arrays) => port.postMessage({ header, arrays })), again = new MessageChannel();
+  let timer = 0, going = false;
+  const turn = () => {
+    const wait = host.work(port.budget || 12);
+    going = wait === 0;
+    if (going) again.port2.postMessage(0); // sooner than a timer
+    else if (wait > 0) timer = setTimeout(turn, wait);
+  };
+  again.port1.onmessage = turn;
+  port.onmessage = (/** @type {MessageEvent} */ event) => {
+    host.take(event.data);
+    clearTimeout(timer);
+    if (!going) again.port2.postMessage(0);
+    going = true;
+  };
+}

@@ -1,0 +1,324 @@
+"""The page that computes by itself: feeler's numbers in a browser, from a file, with no server."""
+
+import base64
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.errors import SimulationDiverged
+from feeler.physics.clock import Clock
+from feeler.physics.run import run_scene
+from feeler.physics.simulation import build_scene
+from feeler.studio import alone, study
+from feeler.studio.exporting import bundle
+from feeler.studio.leaving import make_file
+from feeler.studio.packing import pack_antenna, pack_contact, pack_shape
+from feeler.studio.wish import AntennaWish, TouchWish
+
+DECLARED = json.loads(Path(__file__).with_name("declared_touches.json").read_text())
+TIMESTEP = 0.05
+APP = "const app = document.getElementById('studio').studio; return "
+CHECK = """
+const read = text => new Float64Array(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer);
+window.compare = ({ constants, objects, contact, touch, angle, samples }) => {
+  const chain = new Chain(read(constants), objects, contact, TIMESTEP), want = read(angle);
+  let agreed = 0;
+  for (let s = 0; s < samples && agreed === s; s++) {
+    if (s) chain.step(Math.round(1 / TIMESTEP));
+    agreed += chain.w.angle.every((v, i) => Math.abs(v - want[s * chain.n + i]) < 1e-9);
+  }
+  const found = placeObject(layOut(chain.c), objects[0].shape, touch), { x, y } = objects[0];
+  return [agreed, Math.hypot(found.x - x, found.y - y)];
+};
+"""
+
+
+def run(wish, aside=0.0):
+    """Angles (sample, segment) of a touch, begun so far aside, until it is no longer finite."""
+    antenna = wish.antenna.make()
+    start = antenna.rest_angle + aside * np.sign(np.sin(np.arange(1, antenna.n_segments + 1)))
+    scene = build_scene(antenna, wish.make_objects(), angle=start)
+    for duration in (wish.duration, wish.duration / 2, wish.duration / 4):
+        try:
+            return run_scene(scene, Clock(duration=duration, timestep=TIMESTEP)).angle
+        except SimulationDiverged:
+            continue
+    raise AssertionError("no finite part")
+
+
+def find_sound(angle, other):
+    """Samples before two runs that began 1e-16 rad apart differ by 1e-10 rad."""
+    n = min(len(angle), len(other))
+    apart = np.abs(angle[:n] - other[:n]).max(axis=1) > 1e-10
+    return int(np.argmax(apart)) if apart.any() else n
+
+
+def describe(touch, angle):
+    wish = TouchWish.from_plain(touch)
+    antenna = wish.antenna.make()
+    objects = [
+        {
+            "shape": pack_shape(item.feature, antenna),
+            "x": item.place[0],
+            "y": item.place[1],
+            "forward": item.forward,
+            "velocity": item.velocity,
+            "friction": item.friction,
+        }
+        for item in build_scene(antenna, wish.make_objects()).objects
+    ]
+    return {
+        "constants": pack_antenna(antenna),
+        "objects": objects,
+        "contact": pack_contact(),
+        "touch": {name: touch[name] for name in ("location", "approach", "side", "speed", "lead")},
+        "angle": base64.b64encode(angle.astype("<f8").tobytes()).decode(),
+        "samples": len(angle),
+    }
+
+
+def test_the_page_s_engine_agrees_with_feeler_s_on_the_declared_touches(browser, tmp_path):
+    """To 1e-9 rad: 48 of them whole. Where not, feeler's own engine turns a push of 1e-16 rad into
+    1e-10: walls that crush the antenna, one until the engine gives up.
+    """
+    path = tmp_path / "engine.html"
+    script = f"{bundle('worker.js')}\n{CHECK}"  # host.js says TIMESTEP
+    path.write_text(
+        f"<script>window.port = {{}}</script><script type=module>{script}</script>",
+        encoding="utf-8",
+    )
+    browser.get(path.as_uri())
+    assert len(DECLARED) == 50
+    whole = 0
+    for touch in DECLARED:
+        wish = TouchWish.from_plain(touch)
+        angle = run(wish)
+        agreed, gap = browser.execute_script("return compare(arguments[0])", describe(touch, angle))
+        whole += agreed == wish.duration
+        assert agreed == len(angle) or agreed >= find_sound(angle, run(wish, 1e-16)), touch
+        assert gap < 1e-9, touch
+    assert whole >= 48
+
+
+@pytest.fixture(scope="module")
+def quiet_page(tmp_path_factory):
+    """A page that is not taught, so that it costs little."""
+    keep = alone._teach_all
+    alone._teach_all = lambda *_: None
+    try:
+        path = tmp_path_factory.mktemp("page") / "drag.html"
+        path.write_text(alone.write_touch_page(), encoding="utf-8")
+    finally:
+        alone._teach_all = keep
+    return path
+
+
+def ask(browser, words):
+    return browser.execute_script(APP + words)
+
+
+def wait_for(browser, words, seconds=90.0):
+    end = time.monotonic() + seconds
+    while not ask(browser, words):
+        assert time.monotonic() < end, f"never came true: {words}"
+        time.sleep(0.02)
+
+
+def open_page(browser, path, width=1280, height=720):
+    browser.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500},
+    )
+    browser.get("about:blank")
+    browser.get_log("browser")
+    browser.get(path.as_uri())
+    wait_for(browser, "app && app.status == 'here' && app.records.A.ended")
+
+
+def read_shown(browser):
+    rows = "[...Array(app.records.A.index.length).keys()].map(s => [...Array(app.records.A.filled)"
+    return np.array(ask(browser, rows + ".keys()].map(k => app.records.A.angle(s, k)))"))
+
+
+def expect(browser):
+    """The tensor that feeler makes of what the page says that it shows."""
+    state = ask(browser, "app.store.state")
+    wish = TouchWish.from_plain({"antenna": state["A"], **state["touch"]})
+    return feeler.touch(wish.antenna.make(), wish.make_trial(), duration=wish.duration)["angle"]
+
+
+def press(browser, kind, x, y):
+    buttons = 0 if kind == "mouseReleased" else 1
+    event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1}
+    browser.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+
+
+BALL = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage');
+    const w = c.clientWidth, h = c.clientHeight, l = r.antenna.length;
+    const b = c.getBoundingClientRect(), p = r.data.place;
+    const s = Math.min(w / (1.14 * l), h / (0.8 * l)), y = b.top + 0.2 * h + s * (p[0] - 1);
+    return [b.left + (w - l * s) / 2 - 0.01 * w + s * p[1], y, s]; })()"""
+
+
+@pytest.mark.parametrize("width", [390, 1280, 1920])
+def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quiet_page, width):
+    assert quiet_page.stat().st_size < 400_000
+    open_page(browser, quiet_page, width)
+    assert ask(browser, "document.documentElement.scrollWidth <= innerWidth")
+    ask(browser, "(app.play(false), app.seek(0))")
+    x, y, scale = ask(browser, BALL)
+    press(browser, "mousePressed", x, y)
+    for step in range(1, 5):
+        press(browser, "mouseMoved", x - step * scale, y)
+    wait_for(browser, "app.status == 'preview' && app.records.A.ended")
+    press(browser, "mouseReleased", x - 4 * scale, y)
+    wait_for(browser, "app.status == 'here' && app.records.A.ended")
+    assert ask(browser, "app.store.state.touch.location") == pytest.approx(0.7 - 4 / 42, abs=0.01)
+    assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)  # float32
+    assert ask(browser, "performance.getEntriesByType('resource').length") == 0
+    bad = [one for one in browser.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
+    assert bad == []
+
+
+def test_every_switch_and_key_of_the_page_works(browser, quiet_page):
+    open_page(browser, quiet_page)
+    for name, words in (
+        ("level", "app.records.A.antenna.name == 'matched'"),
+        ("fast", "app.store.state.touch.speed == 0.6"),
+        ("box", "app.store.state.touch.kind == 'box'"),
+        ("graded", "app.records.A.antenna.name == 'exponential'"),
+    ):
+        browser.execute_script(
+            "[...document.querySelectorAll('header button')].find(b => b.textContent == "
+            "arguments[0] || b.ariaLabel == arguments[0]).click()",
+            name,
+        )
+        wait_for(browser, f"app.status == 'here' && app.records.A.ended && {words}")
+        assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)
+    stage = browser.find_element("css selector", "canvas.stage")
+    stage.send_keys("\ue012\ue012")  # twice to the base
+    wait_for(browser, "app.store.state.touch.location == 0.68 && app.status == 'here'")
+    stage.send_keys("+")
+    wait_for(browser, "app.store.state.touch.size == 1.65 && app.status == 'here'")
+    assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)
+    browser.find_element("xpath", "//button[text()='Your hand']").click()
+    wait_for(browser, "app.root.dataset.mode == 'hand' && app.status == 'here'")
+    before = ask(browser, "app.records.A.data.place[0]")
+    for _ in range(12):
+        stage.send_keys("\ue015")  # down: against the antenna
+    wait_for(
+        browser,
+        "app.records.A.hand && app.records.A.data.place[3 * app.records.A.filled - 3] > "
+        f"{before + 5}",
+    )
+    stage.send_keys("\ue00c")
+    wait_for(browser, "!app.handOn && app.records.A.ended")
+
+
+def test_an_exported_page_computes_and_says_what_it_is(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(alone, "_teach_all", lambda *_: None)
+    mine = {"preset": "linear", "length": 50.0, "name": "mine </script>"}
+    touch = {"antenna": mine, "kind": "triangle", "size": 2.2, "speed": 0.2, "side": "right"}
+    touch |= {"approach": 80.0, "location": 0.66, "duration": 90.0}
+    other = {**touch, "antenna": {"preset": "matched"}}
+    content = make_file({"what": "html", "wish": touch, "other": other}).content
+    path = tmp_path / "shown.html"
+    path.write_bytes(content)
+    open_page(browser, path)
+    assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)
+    words = ask(browser, "document.querySelector('.about-panel').textContent")
+    for said in ("mine </script>, 50 mm", "triangle of half-width 2.2", "0.2 m/s", "Mongeau 2025"):
+        assert said in words
+    assert "pip install feeler" in words
+    buttons = ask(browser, "[...document.querySelectorAll('header button')].map(b => b.innerText)")
+    assert {"A: mine </script>", "B: matched", "0.2 m/s", "slow", "fast"} <= set(buttons)
+
+
+def test_a_run_by_hand_is_computed_again(browser, tmp_path, monkeypatch):
+    from feeler.studio.hand import replay
+
+    monkeypatch.setattr(alone, "_teach_all", lambda *_: None)
+    commands = [[1, 0, 0.0, 0.0, 0.0], [3, 0, 0.4, -0.1, 0.0], [9, -1, 0.05, 0.1, 0.004]]
+    wish = {"antenna": {"preset": "matched"}, "location": 0.6, "lead": 2.0}
+    message = {"what": "html", "wish": wish, "commands": commands, "samples": 40}
+    path = tmp_path / "hand.html"
+    path.write_bytes(make_file(message).content)
+    browser.get(path.as_uri())
+    wait_for(browser, "app && app.records.A.hand && app.records.A.ended")
+    again = replay(TouchWish.from_plain(wish), [tuple(one) for one in commands], 40)
+    sensed = np.asarray(TouchWish.from_plain(wish).antenna.make().sensors) - 1
+    assert np.abs(again["angle"][:, sensed]).max() > 1e-3
+    assert read_shown(browser) == pytest.approx(again["angle"][:, sensed].T, abs=1e-7)
+
+
+def test_a_level_antenna_keeps_compliance_and_damping_ratio():
+    from feeler.antenna.modes import compute_modes
+
+    wish = AntennaWish(preset="linear", length=30.0)
+    (_, first), (_, level) = alone._choose(wish, None)
+    first, level = first.make(), level.make()
+    assert np.ptp(level.stiffness) < 1e-12 * level.stiffness[0]
+    assert np.sum(1 / level.stiffness) == pytest.approx(np.sum(1 / first.stiffness))
+    ratio = [compute_modes(one, 1).damping_ratio[0] for one in (first, level)]
+    assert ratio[0] == pytest.approx(ratio[1], rel=1e-6)
+    assert [name for name, _ in alone._choose(AntennaWish(preset="matched"), None)] == [
+        "graded",
+        "level",
+    ]
+
+
+@pytest.mark.slow
+def test_the_verdict_is_the_studio_s_and_the_tour_s_sentence_holds(browser, tmp_path):
+    """Posteriors as StreamDecoder gives them; and what the tour says: a graded antenna bends where
+    it is touched, a level one at its base, and a fast touch is over sooner.
+    """
+    from threading import Event
+
+    path = tmp_path / "drag.html"
+    path.write_text(alone.write_touch_page(), encoding="utf-8")
+    open_page(browser, path)
+    made = study.make_study(
+        feeler.presets.make_preset("exponential"), 0.06, lambda *_: None, Event()
+    )
+    wait_for(browser, "app.records.A.reading && !app.records.A.reading.old")
+    shown = np.array(ask(browser, "[...app.records.A.reading.posterior.data]")).reshape(-1, 30)
+    posterior, noticed = made.decode(expect(browser).values[0], Event())
+    assert shown == pytest.approx(posterior, abs=1e-5)
+    assert ask(browser, "app.records.A.reading.noticed") == noticed
+    bent = {}
+    for antenna in (0, 1):
+        for location in (0.5, 0.7, 0.9):
+            for speed in (0.06, 0.6):
+                bent[antenna, location, speed] = felt(browser, antenna, location, speed)
+    for location in (0.5, 0.7, 0.9):
+        assert bent[0, location, 0.06][0] == pytest.approx(location, abs=0.13)
+        assert bent[1, location, 0.06][0] < 0.05
+        assert bent[0, location, 0.6][1] < bent[0, location, 0.06][1] / 5
+    wait_for(browser, "![...document.querySelectorAll('.tally td')].some(c => c.innerText == '…')")
+    counts = ask(browser, "[...document.querySelectorAll('.tally td')].map(c => c.innerText)")
+    sure = [int(text.split()[0]) for text in counts if text]
+    assert min(sure[:2]) > max(sure[2:])  # graded against level
+
+
+def felt(browser, antenna, location, speed):
+    """Where the antenna bends most (median share of its length), and for how many ms it touches."""
+    browser.execute_script(
+        APP.removesuffix("return ") + "const [a, location, speed] = arguments; app.store.change("
+        "s => { s.A = JSON.parse(document.getElementById('config').textContent).antennas[a].wish;"
+        " Object.assign(s.touch, { location, speed }); })",
+        antenna,
+        location,
+        speed,
+    )
+    wait_for(browser, "app.status == 'here' && app.records.A.ended")
+    wait_for(browser, "document.querySelector('.felt').textContent.includes('median')")
+    numbers = [
+        float(word)
+        for word in ask(browser, "document.querySelector('.felt').textContent").split()
+        if word.replace(".", "").isdigit()
+    ]
+    return numbers[2] / 100, numbers[1]
