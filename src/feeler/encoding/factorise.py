@@ -25,6 +25,8 @@ from feeler.execute.threads import ThreadExecutor, hold_blas
 
 # iterations after which bases are looked for at other lags, and how many decide [C]
 SLIDES, TRIAL = (5, 10, 20, 40), 5
+# a trial is given up early where its second iteration leaves more than this of its lag [C]
+_HOPELESS = 0.5
 _FIRST_WEIGHT = 0.5  # of the last iteration's change, on top of which the next one begins [C]
 
 
@@ -201,7 +203,8 @@ def _extrapolate(before: _State, state: _State, weight: float, settings: Setting
 
 def _try_slide(data, state, settings, run) -> list[_State]:
     """A few iterations with the bases where they are and, if it ends lower, the end of as many with
-    the bases where ``slide_bases`` puts them; none where there is nowhere to go.
+    the bases where ``slide_bases`` puts them; none where there is nowhere to go. Where the second
+    iteration shows that those elsewhere will not catch up, they are left.
     """
     moved = slide_bases(data, state.components, state.activations, run)
     if moved is None:
@@ -211,10 +214,13 @@ def _try_slide(data, state, settings, run) -> list[_State]:
     there = replace(
         state, components=components, activations=activations, steps=np.ones_like(state.steps)
     )
-    stay = [state]
+    stay, lag = [state], []
     for _ in range(TRIAL):
         stay.append(_iterate(data, stay[-1], settings, run))
         there = _iterate(data, there, settings, run)
+        lag.append(there.loss - stay[-1].loss)
+        if len(lag) == 2 and lag[1] > max(_HOPELESS * lag[0], 0.0):
+            return stay[1:]
     return [*stay[1:-1], min(stay[-1], there, key=lambda end: end.loss)]
 
 
