@@ -1,7 +1,6 @@
 """Bootstrap intervals of a mean and of a paired difference."""
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from scipy.stats import t as student
@@ -74,28 +73,16 @@ def bootstrap_difference(
 
 
 @checked
-def compute_within_intervals(
-    values: Annotated[np.ndarray, "group draw"], *, level: float = _LEVEL
-) -> list[Interval]:
-    """Means of groups (group, draw) that were measured on the same draws, with intervals in which
-    what all groups share of a draw is left out.
+def student_mean(values: np.ndarray, *, level: float = _LEVEL) -> Interval:
+    """Mean of a few ``values`` (n,) with Student's t interval; NaN for one value.
 
-    Where a touch is hard to name at every speed, that says nothing about speed. So each draw is
-    moved to the mean of all draws first, and Student's t interval is widened by √(k/(k − 1)) for k
-    groups. If the intervals of two groups do not meet, the groups differ. One draw has no interval
-    (NaN).
-
-    References
-    ----------
-    Cousineau 2005, Tutor. Quant. Methods Psychol. 1:42; Morey 2008, ibid. 4:61.
+    Resampling two or three values gives hardly more than themselves.
     """
-    k, n = values.shape
-    own = values - values.mean(axis=0) + values.mean() if k > 1 else values
-    wide = np.sqrt(k / (k - 1)) if k > 1 else 1.0
-    spread = own.std(axis=1, ddof=1) if n > 1 else np.full(k, np.nan)
-    half = student.ppf((1 + level) / 2, max(n - 1, 1)) * wide * spread / np.sqrt(n)
-    means = zip(values.mean(axis=1), half, strict=True)
-    return [Interval(estimate=float(m), low=float(m - h), high=float(m + h)) for m, h in means]
+    values = _check(values, level)
+    spread = values.std(ddof=1) / np.sqrt(values.size) if values.size > 1 else np.nan
+    half = student.ppf((1 + level) / 2, max(values.size - 1, 1)) * spread
+    mean = float(values.mean())
+    return Interval(estimate=mean, low=float(mean - half), high=float(mean + half))
 
 
 def _compute_effect(difference: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
-from feeler.dispersion.interval import bootstrap_mean, compute_within_intervals
+from feeler.dispersion.interval import bootstrap_mean
 from feeler.experiment.touch import touch
 from feeler.information import find_noise
 from feeler.plotting.look import PALETTE, mark_places
@@ -64,21 +64,10 @@ def compute_reading(
         for rate, step in steps.items()
     }
     return SimpleNamespace(
-        place=_spread(sensors),
-        thing=_spread(samples),
+        place={k: _average(right) for k, right in sensors.items()},
+        thing={rate: _average(right) for rate, right in samples.items()},
         chance={"place": 1 / len({*place}), "thing": 1 / len({*thing})},
     )
-
-
-def _spread(right: Mapping[float, np.ndarray]) -> dict[float, Spread]:
-    """Of what each condition reads right of every touch: the mean, with the interval over touches,
-    which are the same in all.
-    """
-    found = compute_within_intervals(np.array(list(right.values())))
-    return {
-        key: make_spread(one.estimate, one.low, one.high, n=touches.size)
-        for (key, touches), one in zip(right.items(), found, strict=True)
-    }
 
 
 def _choose(n: int, step: int) -> slice:

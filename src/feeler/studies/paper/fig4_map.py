@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.dispersion.interval import compute_within_intervals
+from feeler.dispersion.interval import student_mean
 from feeler.encoding import (
     ConvolutiveNMF,
     LocationMapping,
@@ -103,8 +103,8 @@ def keep_values(section: Section, found: SimpleNamespace) -> None:
     """The values of all starts that claims are held against, and a table of the best."""
     best: LocationMapping = found.mappings[0]
     rows = []
-    for k, lag in enumerate(_spread_within(found.lag)):
-        section.values[f"encoding.lag.{k + 1}"] = lag
+    for k in range(found.lag.shape[1]):
+        section.values[f"encoding.lag.{k + 1}"] = _spread_starts(found.lag[:, k])
         section.values[f"encoding.place.{k + 1}"] = span(found.place[:, k])
         rows.append([k + 1, found.lag[0, k], found.place[0, k], *best.share[:, k]])
     section.values["encoding.contact_margin"] = span(found.margin)
@@ -119,14 +119,12 @@ def keep_values(section: Section, found: SimpleNamespace) -> None:
     )
 
 
-def _spread_within(starts: np.ndarray) -> list[dict[str, Any]]:
-    """Of each basis the mean over the starts (start, component), with its interval in which what
-    all bases of a start share is left out.
-    """
+def _spread_starts(starts: np.ndarray) -> dict[str, Any]:
+    """The mean of all starts with its 95 % interval."""
     if not np.isfinite(starts).all():
-        return [{"undefined": "a basis of some start is empty"}] * starts.shape[1]
-    found = compute_within_intervals(starts.T)
-    return [make_spread(one.estimate, one.low, one.high, n=len(starts)) for one in found]
+        return {"undefined": "a basis of some start is empty"}
+    mean = student_mean(starts)
+    return make_spread(mean.estimate, mean.low, mean.high, n=len(starts))
 
 
 def span(starts: np.ndarray) -> dict[str, Any]:

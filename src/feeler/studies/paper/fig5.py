@@ -16,7 +16,7 @@ from feeler.plotting.closest import name_kinds, plot_kinds
 from feeler.plotting.tensor import plot_tensor_grid
 from feeler.report import Section
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig5_data import MAIN, list_verdicts, load, name_speeds, spread_accuracies
+from feeler.studies.paper.fig5_data import MAIN, list_verdicts, load, name_speeds, spread_accuracy
 
 KEPT_AT = (0.1, 0.3)
 """Noise ratios at which the paper names the variance that its principal components keep."""
@@ -151,7 +151,8 @@ def _collect_values(
     """Accuracy of every group, and the variance kept of the first group's codes."""
     values: dict[str, object] = {}
     for curves in by_comparison.values():
-        for group, found in spread_accuracies(curves.find("joint"), starts).items():
+        for group, sweep in curves.find("joint").items():
+            found = spread_accuracy(sweep, starts)
             values[f"classification.lda.{speeds.get(group, group)}"] = found
     first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
     for ratio in KEPT_AT:

@@ -18,7 +18,7 @@ from feeler.dispersion import INDICES, compute_dispersion
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete
-from feeler.studies.paper.fig5_data import spread_accuracies, spread_accuracy
+from feeler.studies.paper.fig5_data import spread_accuracy
 from feeler.studies.paper.fig5_nulls import disperse_null
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
@@ -67,9 +67,8 @@ def show(context: Context, section: Section) -> None:
     tensors = {name: load_complete(context, name) for name in names}
     encoder = context.effort.make_encoder()
     data = compute(tensors, encoder, plan=plan, random_state=context.seed)
-    rows, sweeps = [], data.curves.find("joint")
-    accuracies = spread_accuracies(sweeps, plan.n_restarts)
-    for name, sweep in sweeps.items():
+    rows = []
+    for name, sweep in data.curves.find("joint").items():
         cells = []
         for index in INDICES:
             for part, prefix in _PARTS.items():
@@ -82,9 +81,9 @@ def show(context: Context, section: Section) -> None:
             cells.append(f"{real:.3g} / {null:.3g}")
         alone = data.curves.find_null("joint", group=name)
         assert alone is not None  # compute_curves makes one for every group
-        null = spread_accuracy(alone, plan.n_restarts)
-        for part, found in (("lda", accuracies[name]), ("null", null)):
-            section.values[f"classification.{part}.{WINDOWS[1]}.{name}"] = found
+        for part, one in (("lda", sweep), ("null", alone)):
+            spread = spread_accuracy(one, plan.n_restarts)
+            section.values[f"classification.{part}.{WINDOWS[1]}.{name}"] = spread
         cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
         rows.append([name, *cells])
     section.table(

@@ -22,7 +22,7 @@ from feeler.report import Section, make_spread
 from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
-from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracies
+from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracy
 from feeler.studies.paper.window import SAME, WINDOWS, complete_arrays, measure_window
 
 
@@ -199,6 +199,6 @@ def _keep_values(
         f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
     )
     for noise, sweeps in data.sweeps.items():
-        for window, each in (("complete", sweeps), ("cut", cut[noise])):
-            for name, accuracy in spread_accuracies({n: each[n] for n in sweeps}).items():
-                section.values[f"{window}.{noise}.{name}"] = accuracy
+        for name, sweep in sweeps.items():
+            section.values[f"complete.{noise}.{name}"] = spread_accuracy(sweep)
+            section.values[f"cut.{noise}.{name}"] = spread_accuracy(cut[noise][name])

@@ -25,7 +25,7 @@ from feeler.decoding.curves import Curves, compute_curves
 from feeler.decoding.plan import Plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
-from feeler.dispersion.interval import compute_within_intervals
+from feeler.dispersion.interval import bootstrap_mean
 from feeler.encoding import LABELS
 from feeler.report import Section, make_spread
 from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
@@ -117,25 +117,16 @@ def name_speeds(context: Context) -> dict[str, str]:
     return {f"{speed:g} m/s": name for name, speed in speeds.items()}
 
 
-def spread_accuracies(
-    sweeps: Mapping[str, Sweep], starts: int | None = None
-) -> dict[str, dict[str, float]]:
-    """Accuracy of every group over the noise ratios above 0, averaged, with its interval.
-
-    What is drawn are the touches, the same for all groups: repeated noise says nothing of other
-    touches, and so shuffled labels stood in an order. ``starts`` of the fit whose codes are read:
-    with one, neither touches nor repeats tell anything of the fit.
-    """
-    areas = np.array([sweep.area for sweep in sweeps.values()])
-    repeats = min(sweep.noisy.shape[1] for sweep in sweeps.values())
-    n = min(repeats, starts or repeats)
-    intervals = zip(sweeps, compute_within_intervals(areas), strict=True)
-    return {name: make_spread(one.estimate, one.low, one.high, n=n) for name, one in intervals}
-
-
 def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]:
-    """The same of a group that stands alone."""
-    return spread_accuracies({"": sweep}, starts)[""]
+    """Accuracy over noise ratios above 0, averaged, with its 95 % interval over touches.
+
+    Touches are what is drawn: repeated noise says nothing of other touches, and in its spread
+    shuffled labels stood in an order. ``starts`` of the fit whose codes are read: with one, neither
+    touches nor repeats tell anything of the fit.
+    """
+    repeats = sweep.noisy.shape[1]
+    one = bootstrap_mean(sweep.area, np.random.default_rng(0))
+    return make_spread(one.estimate, one.low, one.high, n=min(repeats, starts or repeats))
 
 
 def list_verdicts(section: Section, verdicts: list[Verdict], caption: str) -> None:

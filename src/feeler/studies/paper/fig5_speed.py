@@ -23,7 +23,7 @@ from feeler.studies.paper.data import (
     load_tensors,
     select_speed,
 )
-from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracies, spread_accuracy
+from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, keep_whole
 
 JOINT_CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for window in WINDOWS)
@@ -89,7 +89,7 @@ def show(context: Context, section: Section) -> None:
     )
     names = name_speeds(context)
     complete: dict[str, Any] = {
-        names[group]: found for group, found in spread_accuracies(whole).items()
+        names[group]: spread_accuracy(sweep) for group, sweep in whole.items()
     }
     complete |= {
         name: section.values[key]
@@ -133,14 +133,14 @@ def _keep_values(
     curves, speeds = load(context).curves[comparison], name_speeds(context)
     alone = curves.find_null("raw")
     assert alone is not None  # compute_curves makes one for every kind of code
-    for group, accuracy in spread_accuracies(curves.find("raw")).items():
+    for group, sweep in curves.find("raw").items():
         name = speeds.get(group, group)
         readings = {
             JOINT_CODES: (
                 section.values[f"classification.lda.{name}"],
                 section.values[f"classification.null.{name}"],
             ),
-            TENSORS[0]: (accuracy, spread_accuracy(alone)),
+            TENSORS[0]: (spread_accuracy(sweep), spread_accuracy(alone)),
             TENSORS[1]: (complete[name], null),
         }
         for reading, (own, identical) in readings.items():

@@ -16,7 +16,7 @@ from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
-from feeler.studies.paper.fig5_data import name_speeds, spread_accuracies
+from feeler.studies.paper.fig5_data import name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
 LAYERS = (
@@ -161,8 +161,8 @@ def show(context: Context, section: Section) -> None:
     )
     speeds = name_speeds(context)
     for sweeps in data.sweeps.values():
-        for name, accuracy in spread_accuracies(sweeps).items():
-            section.values[f"cnn.{speeds.get(name, name)}"] = accuracy
+        for name, sweep in sweeps.items():
+            section.values[f"cnn.{speeds.get(name, name)}"] = spread_accuracy(sweep)
 
 
 def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> None:
@@ -181,8 +181,8 @@ def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> 
     found = {WINDOWS[0]: cut.sweeps["profile"], WINDOWS[1]: whole}
     rows = []
     for window, sweeps in found.items():
-        for name, accuracy in spread_accuracies(sweeps).items():
-            section.values[f"cnn.{window}.{name}"] = accuracy
+        for name, sweep in sweeps.items():
+            section.values[f"cnn.{window}.{name}"] = spread_accuracy(sweep)
         rows.append(
             [window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())]
         )
