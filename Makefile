@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check audit size golden kept numba-oldest mutants bench peers docs clean
+.PHONY: help reproduce test test-slow check audit size golden kept numba-oldest mutants bench peers docs notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -98,6 +98,9 @@ peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratben
 
 docs: $(BIN)/.docs  ## the documentation site in site/
 	@$(BIN)/python docs/build.py
+
+notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
+	@$(BIN)/python docs/notebooks.py $(NAME)
 
 clean:  ## remove what the targets made, except stores
 	@rm -rf $(VENV) $(OLDEST) site build src/*.egg-info .pytest_cache

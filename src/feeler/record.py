@@ -45,6 +45,7 @@ from feeler.rules import (
     name_class,
     show,
 )
+from feeler.shown import show_html
 
 __all__ = [
     "ALLOW_NAN",
@@ -111,6 +112,10 @@ class Record:
     def to_plain(self) -> dict[str, Any]:
         """The fields as plain data, from which ``from_plain`` makes an equal record."""
         return {f.name: _make_plain(getattr(self, f.name)) for f in dataclasses.fields(self)}
+
+    def _repr_html_(self) -> str:
+        rows = [(f.name, getattr(self, f.name)) for f in dataclasses.fields(self)]
+        return show_html(type(self).__name__, rows)
 
     def replace(self, **changes: Any) -> Self:
         """The same record with some fields changed, checked again."""

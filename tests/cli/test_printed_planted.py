@@ -22,11 +22,11 @@ from feeler.calibration.own import TraceFit
 from feeler.cli.app import app
 from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
-from feeler.cli.progress import ProgressBar
 from feeler.cli.reproduce import _make_reporter, _summarise
 from feeler.cli.tracks import _plot
 from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
+from feeler.progress import ProgressBar
 from feeler.provenance import describe_versions
 from feeler.report import Section
 from feeler.robot.answer import Answer, name_touch

@@ -19,6 +19,8 @@ LAYERS = (
         "foreign",
         "journal",
         "compiled",
+        "progress",
+        "shown",
         "provenance",
         "record",
         "registry",

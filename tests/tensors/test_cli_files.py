@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.file import load_antenna
 from feeler.cli import antenna, convert, info, validate
-from feeler.cli.progress import ProgressBar
 from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import Model, save_model

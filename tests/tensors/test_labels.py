@@ -48,10 +48,14 @@ def test_the_accessor_draws_and_rebuilds(touches, tmp_path):
     np.testing.assert_allclose(
         tip, touches["tip"].transpose("trial", "time", "axis").values, atol=1e-6
     )
-    ax = touches.feeler.plot(trial=1, variable="angle")
+    figure = touches.feeler.plot(trial=1, variable="angle")
+    assert figure._repr_png_()[1:4] == b"PNG"
+    ax = figure.axes[0]
     np.testing.assert_array_equal(ax.images[0].get_array(), touches["angle"].values[1])
     movie = touches.feeler.movie(tmp_path / "m.mp4", trial=2, slower=20)
     assert movie.read_bytes()[4:8] == b"ftyp"
+    assert movie._repr_html_().startswith("<video controls")
+    assert type(movie)(tmp_path / "absent.mp4")._repr_html_().startswith("<a href=")
 
 
 @pytest.mark.parametrize(

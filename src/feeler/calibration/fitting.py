@@ -14,12 +14,13 @@ from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
 from feeler.checked import checked
 from feeler.journal import Journal
+from feeler.shown import Shown
 
 _Progress = Callable[[int, int, Minimum, float], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Fit:
+class Fit(Shown):
     """The best of several searches, and all of them.
 
     Attributes

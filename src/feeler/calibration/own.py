@@ -1,6 +1,6 @@
 """Fit your own animals: hinges from recorded free responses."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -21,14 +21,16 @@ from feeler.calibration.targets import make_targets
 from feeler.calibration.trace import measure_free_trace, measure_trace
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.progress import Advance, show_progress
 from feeler.record import OneOf
+from feeler.shown import Shown
 
 _MAX_ITERATIONS = 25
 _LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TraceFit:
+class TraceFit(Shown):
     """Hinges fitted to recorded traces, animal by animal.
 
     Attributes
@@ -54,6 +56,8 @@ class TraceFit:
     directions : Directions | None
         What the first animal's trace determines best and least; None for a fit by targets.
     """
+
+    DRAWN = "draw_traces"
 
     names: tuple[str, ...]
     animals: tuple[str, ...]
@@ -94,7 +98,7 @@ def fit_traces(
     hinges: Hinges | None = None,
     protocol: Protocol | None = None,
     confidence: float = 0.95,
-    progress: Callable[[int, int], object] = lambda done, total: None,
+    progress: Advance | None = None,
 ) -> TraceFit:
     """Fit hinges to the free responses of one or more animals after a step release.
 
@@ -110,7 +114,7 @@ def fit_traces(
     protocol
         How the step is made; default: held 10 mm from the fixation.
     progress
-        Called with (done, total) animals.
+        Called with (done, total) animals; default: a bar that appears after 5 s.
 
     Returns
     -------
@@ -127,9 +131,10 @@ def fit_traces(
         step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
     )
     found = []
-    for done, animal in enumerate(traces.animals, 1):
-        found.append(_fit_one(traces, animal, hinges, protocol, by))
-        progress(done, len(traces.animals))
+    with show_progress(progress, "animals") as advance:
+        for done, animal in enumerate(traces.animals, 1):
+            found.append(_fit_one(traces, animal, hinges, protocol, by))
+            advance(done, len(traces.animals))
     first = found[0]
     xs = np.array([one.x for one in found])
     middle, covariance, factor, origin = _measure_spread(

@@ -50,8 +50,9 @@ def active(
     from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.cli.progress import ProgressBar, say_what_stays
+    from feeler.cli.progress import say_what_stays
     from feeler.errors import MissingExtra
+    from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.studies.contests import load_contest, write_active
 

@@ -114,7 +114,7 @@ def calibrate(said: CalibrateOptions) -> None:
 
 def _fit_data(said: CalibrateOptions, antenna: Any, profile: str) -> None:
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
-    from feeler.cli.progress import ProgressBar
+    from feeler.progress import ProgressBar
 
     release = said.release or ("first" if said.frame_rate is None else "found")
     traces = load_traces(said.data, frame_rate=said.frame_rate, release=release)

@@ -103,7 +103,7 @@ class _Watcher:
     """Shows how far the search is, and keeps a picture of the best so far beside the journal."""
 
     def __init__(self, plan, out: Path) -> None:
-        from feeler.cli.progress import ProgressBar
+        from feeler.progress import ProgressBar
 
         asked = plan.search
         self._plan, self._out = plan, out

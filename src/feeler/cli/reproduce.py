@@ -127,7 +127,7 @@ def _say_whence(section) -> str:
 
 def _make_bars(log_json: bool):
     """A progress bar for each set of trials in turn."""
-    from feeler.cli.progress import ProgressBar
+    from feeler.progress import ProgressBar
 
     bar: list[ProgressBar] = []
 

@@ -313,7 +313,7 @@ def gap(
     a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was
     measured on your robot.
     """
-    from feeler.cli.progress import ProgressBar
+    from feeler.progress import ProgressBar
     from feeler.robot import measure_parts
 
     own = objects or locations or speeds or antenna != "robot"

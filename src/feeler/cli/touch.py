@@ -132,8 +132,9 @@ def touch(said: TouchOptions) -> None:
 def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
-    from feeler.cli.progress import ProgressBar, say_what_stays
+    from feeler.cli.progress import say_what_stays
     from feeler.experiment.touch import touch as simulate
+    from feeler.progress import ProgressBar
 
     with choose_executor(said.workers, said.cluster, processes=said.processes) as executor:
         if sys.stderr.isatty():

@@ -121,7 +121,8 @@ def tracks(said: TrackOptions) -> None:
         trials = [trial.scaled(said.scale) for trial in trials]
     head, abdomen = _pair("--body", said.body)
     tips = _pair("--tips", said.tips)
-    _check_tips(tips, trials)
+    if not said.points:
+        _check_tips(tips, trials)
     bases = _pair("--bases", said.bases) if said.bases else None
     if said.session_start:
         joined = zip(bases or (head, head), tips, strict=True)

@@ -52,8 +52,8 @@ def tradeoff(
     contact.
     """
     from feeler.cli.choose import choose_antenna
-    from feeler.cli.progress import ProgressBar
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
+    from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.studies.tradeoff import load_declared, split_measured, write_tradeoff
 

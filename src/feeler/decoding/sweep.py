@@ -16,6 +16,7 @@ from feeler.decoding.reader import READERS, Reader
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
+from feeler.shown import Shown
 from feeler.task.noise import NOISES, Noise, parse_noise
 
 # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
@@ -28,7 +29,7 @@ Encode = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sweep:
+class Sweep(Shown):
     """Accuracies of one classifier on one set of codes, by noise ratio and repeat.
 
     Attributes
@@ -48,6 +49,8 @@ class Sweep:
     kept_clean : np.ndarray
         Share of the clean test originals' variance (ratio, repeat); NaN without components, both.
     """
+
+    DRAWN = "draw_sweep"
 
     ratios: np.ndarray
     classes: np.ndarray

@@ -23,13 +23,14 @@ from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
 from feeler.files import parse_json, read_bytes
 from feeler.provenance import compute_digest
+from feeler.shown import Shown
 
 JOURNAL, FINALS = "journal.jsonl", "finals.json"
 _MAX_BYTES = 2**20  # [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DesignOutcome:
+class DesignOutcome(Shown):
     """What a plan came to.
 
     Attributes
@@ -44,6 +45,8 @@ class DesignOutcome:
         How many designs have been judged on these final draws, this one included: 1 is an honest
         test.
     """
+
+    DRAWN = "draw_outcome"
 
     plan: DesignPlan
     ends: tuple[Optimum, ...]

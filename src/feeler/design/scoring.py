@@ -38,6 +38,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.run import expect_motions
 from feeler.physics.run import simulate as run_scenes
 from feeler.physics.scene import Scene
+from feeler.shown import Shown
 from feeler.stimulus.object import Object, make_object
 from feeler.stimulus.trial import LEAD
 from feeler.task.noise import Common
@@ -47,7 +48,7 @@ NOISE_SEED = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Score:
+class Score(Shown):
     """How well touches never met are told apart, means over the speeds.
 
     Attributes

@@ -16,13 +16,14 @@ from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.journal import Journal
 from feeler.registry import Registry
+from feeler.shown import Shown
 
 STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
 TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all constraints
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Optimum:
+class Optimum(Shown):
     """Where one search ended.
 
     Attributes
@@ -35,6 +36,8 @@ class Optimum:
     seconds : float
         Processor time of its simulations.
     """
+
+    DRAWN = "draw_optimum"
 
     start: np.ndarray
     best: Candidate

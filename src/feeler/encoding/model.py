@@ -2,6 +2,8 @@
 
 import warnings
 from dataclasses import replace
+from pkgutil import resolve_name
+from typing import Any
 
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
@@ -18,7 +20,10 @@ from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_
 from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
+from feeler.shown import show_html
 from feeler.tensors.labels import label_like
+
+_SHOWN = ("relative_residual_", "stability_", "n_iter_", "n_sensors_in_")
 
 
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
@@ -143,6 +148,21 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.random_state = random_state
         self.n_jobs = n_jobs
         self.warn = warn
+
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """What a notebook shows: the bases once there are some, before that the settings."""
+        rows = [*self.get_params().items()]
+        figure = None
+        if hasattr(self, "components_"):
+            rows = [(name, getattr(self, name)) for name in _SHOWN] + rows
+            figure = self.plot()
+        html = show_html(type(self).__name__, rows, figure)
+        return {"text/plain": repr(self), "text/html": html}
+
+    def plot(self) -> Any:
+        """The learned bases as pictures: a matplotlib Figure, which notebooks show."""
+        check_is_fitted(self)
+        return resolve_name("feeler.plotting.results:draw_encoder")(self)
 
     def fit(self, X, y=None, *, components=None, activations=None):
         """Learn the bases of tensors.

@@ -19,7 +19,7 @@ from feeler.tensors.disk import check_room, measure_folder
 from feeler.tensors.store import Store
 from feeler.tensors.stored import MAX_LISTED
 
-Progress = Callable[[int, int], None]
+Progress = Callable[[int, int], object]
 
 
 class Gathering:
@@ -30,7 +30,7 @@ class Gathering:
     """
 
     def __init__(
-        self, job: Job, trials: Sequence[Trial], store: Store | None, progress: Progress | None
+        self, job: Job, trials: Sequence[Trial], store: Store | None, progress: Progress
     ) -> None:
         self.job, self.trials, self.store, self.progress = job, trials, store, progress
         self.errors: dict[int, Exception] = {}
@@ -106,10 +106,9 @@ class Gathering:
         if self.store is not None and len(self._readings) >= self.store.label.group:
             self._append_rest()
         self._done += len(group)
-        if self.progress:
-            if hasattr(self.progress, "tell"):
-                self.progress.tell(failed=self.count_reasons(), stored=self._bytes)
-            self.progress(self._done, len(self.trials))
+        if hasattr(self.progress, "tell"):
+            self.progress.tell(failed=self.count_reasons(), stored=self._bytes)
+        self.progress(self._done, len(self.trials))
 
     def _append_rest(self) -> None:
         """Store what came back without having been stored."""

@@ -23,6 +23,7 @@ from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.progress import show_progress
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.stimulus.placement import place
 from feeler.stimulus.sample import SampledTrials
@@ -104,7 +105,8 @@ def touch(
     seed
         Root of one child seed per trial, stored with it.
     progress
-        Called with (trials done, trials in all); with a store, done is on disk.
+        Called with (trials done, trials in all); with a store, done is on disk. Default: a bar in
+        terminals and notebooks, which appears after 5 s.
 
     Returns
     -------
@@ -148,7 +150,8 @@ def touch(
         _warn_of_speed(job.antenna, trials, contact, clock)
     with ExitStack() as stack:
         kept = stack.enter_context(_open(store, job, trials)) if store else None
-        gathering = Gathering(job, trials, kept, progress)
+        advance = stack.enter_context(show_progress(progress, "touches"))
+        gathering = Gathering(job, trials, kept, advance)
         gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
     tensors = (
         gathering.make_tensors()

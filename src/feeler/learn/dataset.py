@@ -112,6 +112,13 @@ class TouchDataset(torch.utils.data.IterableDataset):
     def __len__(self) -> int:
         return len(self.rows) if self.batch_size is None else -(-len(self.rows) // self.batch_size)
 
+    def __repr__(self) -> str:
+        classes = (
+            "no classes" if self.classes is None else f"classes {', '.join(map(str, self.classes))}"
+        )
+        size = " × ".join(map(str, self.shape))
+        return f"TouchDataset of {len(self.rows)} touches: {self.variable} {size}, {classes}"
+
     def read(self, places: Sequence[int] | np.ndarray | slice) -> Any:
         """(tensors, targets) of some of ``rows``, without noise."""
         rows = self.rows[places]

@@ -68,21 +68,29 @@ def choose_timestep(timestep: float | None, engine: str) -> float:
     return get_engine(engine).timestep if timestep is None else timestep
 
 
-PATIENCE = 1.5  # s; loading compiled code from the cache is faster
+LOADING = 1.5  # s; loading compiled code from the cache is faster
 
 
 _known: set[object] = set()
+_told: set[str] = set()
 
 
 @contextmanager
 def announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
     """Around an engine's first call for a number of lanes: log that it compiles, if that takes
-    longer than PATIENCE.
+    longer than LOADING.
     """
     message = (
-        f"compiling the {engine} engine for this machine; it happens once and takes about 15 s"
+        f"compiling the {engine} engine for this machine; it happens once and takes some"
+        " 15 s, longer while the machine is busy"
     )
-    timer = Timer(PATIENCE, lambda: logging.getLogger("feeler").warning(message))
+
+    def say() -> None:
+        if engine not in _told:
+            _told.add(engine)
+            logging.getLogger("feeler").warning(message)
+
+    timer = Timer(LOADING, say)
     timer.daemon = True
     if (engine, lanes) not in _known:
         timer.start()

@@ -14,8 +14,10 @@ from feeler.physics.lanes import Simulations, Snapshot, Turn
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import MICRO, Contacts
 from feeler.stimulus.base import BaseMotion, Vector, check_vector, read_base
+from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.object import Object, check_clear, make_objects
 from feeler.stimulus.trial import Trial
+from feeler.svg import make_picture
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -165,10 +167,33 @@ class Simulation:
             velocity=velocity,
         )
         self._lanes = Simulations([scene], engine=engine, timestep=timestep)
+        self._features = tuple(item.feature for item in scene.objects)
         self.antenna, self.names, self.engine = (
             antenna,
             tuple(o.name for o in scene.objects),
             engine,
+        )
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.names) or "nothing"
+        return (
+            f"Simulation of {self.antenna.name!r} and {names} by {self.engine} at {self.time:g} ms,"
+            f" {len(self.contacts)} contacts"
+        )
+
+    def _repr_html_(self) -> str:
+        """The antenna as it stands, and its objects."""
+        rims = []
+        flat = self.place[:, :2], self.forward[:, :2]  # a touch in space is seen from above
+        turns = zip(self._features, *flat, strict=True)
+        for feature, place, forward in turns:
+            frame = np.stack([forward, [-forward[1], forward[0]]])
+            rims += [
+                trace_rim(part, feature.rounding).clip(-100, 100) @ frame + place
+                for part in feature.parts
+            ]
+        return make_picture(
+            repr(self), [(self.shape()[:, :2], 2 * float(self.antenna.radius.mean()))], rims
         )
 
     def step(self, ms: float) -> None:

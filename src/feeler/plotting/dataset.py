@@ -7,11 +7,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.plotting.picture import Picture
 from feeler.plotting.tensor import plot_tensor
 from feeler.plotting.touch import write_touch_movie
 from feeler.tensors.unit import in_unit
@@ -23,7 +23,7 @@ def plot_trial(
 ) -> Axes:
     """One trial's (sensor, time) as an image with its colour bar; negative values are drawn too."""
     values = _take(tensors, trial, variable).transpose("sensor", "time").values
-    ax = Figure(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
+    ax = Picture(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
     largest = max(float(np.nanmax(np.abs(values))), 1e-12)
     unit = str(tensors[variable].attrs.get("units", ""))
     image = plot_tensor(

@@ -1,6 +1,8 @@
 """Movies that a browser plays: H.264 in mp4, drawn in the plane, without OpenGL or a screen."""
 
+import base64
 from collections.abc import Callable, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +22,19 @@ SLOWER = 30.0
 compared by eye.
 """
 FPS = 15
+_MOST_SHOWN = 32 * 2**20  # bytes that are put into a notebook
 _STILL = 66  # % of the movie
 DrawFrame = Callable[[int], Sequence[Artist] | None]
+
+
+class Movie(type(Path())):  # type: ignore[misc]  # until Python 3.12, Path itself has no subclass
+    """The path of a film, which a notebook plays."""
+
+    def _repr_html_(self) -> str:
+        if not self.is_file() or self.stat().st_size > _MOST_SHOWN:
+            return f'<a href="{escape(str(self))}">{escape(self.name)}</a>'
+        data = base64.b64encode(self.read_bytes()).decode()
+        return f'<video controls loop width="640" src="data:video/mp4;base64,{data}"></video>'
 
 
 @checked
@@ -95,7 +108,7 @@ def write_movie(
                 Image.fromarray(frame).save(path.with_suffix(".jpg"), quality=88)
     finally:
         writer.close()
-    return partial.replace(path)
+    return Movie(partial.replace(path))
 
 
 def _draw(

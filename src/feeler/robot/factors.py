@@ -17,6 +17,7 @@ from feeler.robot.hinge import Flexures
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.touches import INTERVAL, compute_tip
+from feeler.shown import Shown
 
 _MAX_UPDATES = 12
 _CLOSE = 1e-5  # relative distance at which the updates stop
@@ -44,7 +45,7 @@ class Ringing:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RobotFit:
+class RobotFit(Shown):
     """The factors that make the model ring as the recording does.
 
     Attributes

@@ -1,6 +1,6 @@
 """Which part of the reality gap costs what: surrogate robots that differ in one way only."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 from typing import Annotated
 
@@ -8,6 +8,7 @@ from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.errors import InvalidInput
+from feeler.progress import Advance, show_progress
 from feeler.robot.gap import Gap
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import draw_robots, make_training, measure_transfer, touch_robots
@@ -51,7 +52,7 @@ def measure_parts(
     parts: Mapping[str, Collection[str]] | None = None,
     n_robots: Annotated[int, "> 0"] = 20,
     seed: Annotated[int, "≥ 0"] = 0,
-    progress: Callable[[int, int], object] = lambda done, total: None,
+    progress: Advance | None = None,
 ) -> dict[str, TransferScore]:
     """Train on simulated touches, test on surrogate robots with one part of the gap each.
 
@@ -63,7 +64,7 @@ def measure_parts(
         What is told apart; by default the paper's thirty touches, tested on its six tip contacts.
         Own touches are all tested.
     progress
-        Called with (done, total) parts.
+        Called with (done, total) parts; default: a bar that appears after 5 s.
     """
     training = make_training(antenna, trials)
     classifier = TransferClassifier().fit(training.values, training.labels)
@@ -72,11 +73,12 @@ def measure_parts(
         antenna or make_robot(),
     )
     parts, scores = PARTS if parts is None else parts, {}
-    for done, (name, entries) in enumerate(parts.items(), 1):
-        gap = keep_parts({"noise", *entries}, Gap() if "noise" in entries else Gap(noise=QUIET))
-        robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)
-        scores[name] = measure_transfer(
-            classifier, touch_robots(robots, trials=tested, antenna=nominal)
-        )
-        progress(done, len(parts))
+    with show_progress(progress, "parts of the gap") as advance:
+        for done, (name, entries) in enumerate(parts.items(), 1):
+            gap = keep_parts({"noise", *entries}, Gap() if "noise" in entries else Gap(noise=QUIET))
+            robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)
+            scores[name] = measure_transfer(
+                classifier, touch_robots(robots, trials=tested, antenna=nominal)
+            )
+            advance(done, len(parts))
     return scores

@@ -18,6 +18,7 @@ from feeler.execute.threads import hold_blas
 from feeler.experiment.touch import touch
 from feeler.information import compute_energies, compute_energy, measure_information
 from feeler.journal import Journal
+from feeler.progress import show_progress
 from feeler.provenance import compute_digest, make_key
 from feeler.record import Ge, Gt, OneOf, Record, Unit
 from feeler.stimulus.trial import Trial
@@ -155,7 +156,7 @@ class Study(Record):
             Threads, each with a set at a speed of its own; default one per core. The numbers do not
             depend on it.
         progress
-            Called with (sets and speeds done, in all).
+            Called with (sets and speeds done, in all); default: a bar that appears after 5 s.
         options
             What :func:`feeler.touch` takes beside: engine, timestep …
 
@@ -175,7 +176,12 @@ class Study(Record):
             return self.measure_set(antennas[name], number, speed, {"workers": 1} | options)
 
         # Small matrices: waking other threads takes longer than the work.
-        with hold_blas(), ThreadExecutor(workers) as own, Journal(journal, key, of="study") as kept:
+        with (
+            hold_blas(),
+            ThreadExecutor(workers) as own,
+            Journal(journal, key, of="study") as kept,
+            show_progress(progress, "sets and speeds") as advance,
+        ):
             todo = [(k, job) for k, job in enumerate(jobs) if kept.find(*names[k]) is None]
             done = len(jobs) - len(todo)
             for outcome in run_batch(measure, todo, executor=own, window=own.workers):
@@ -183,8 +189,7 @@ class Study(Record):
                     raise outcome.error
                 kept.add(outcome.value, *names[outcome.index])
                 done += 1
-                if progress:
-                    progress(done, len(jobs))
+                advance(done, len(jobs))
             return self._collect([*antennas], [kept.find(*name) for name in names])
 
     def _collect(self, antennas: list[str], rows: list[dict[str, Any]]) -> xr.Dataset:

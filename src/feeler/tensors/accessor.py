@@ -48,14 +48,16 @@ class Views:
         return reconstruct_posture(self._tensors, self.antenna if antenna is None else antenna)
 
     def plot(self, trial: int = 0, variable: str = "curvature", ax: Any = None) -> Any:
-        """One trial as an image, sensors from base to tip against time; the matplotlib Axes."""
-        return resolve_name(f"{VIEWS}:plot_trial")(self._tensors, trial, variable, ax)
+        """One trial as an image, sensors from base to tip against time: a matplotlib Figure, which
+        notebooks show (its Axes are ``figure.axes[0]``, or the ``ax`` handed in).
+        """
+        return resolve_name(f"{VIEWS}:plot_trial")(self._tensors, trial, variable, ax).figure
 
     def movie(
         self, path: str | Path, trial: int = 0, antenna: Antenna | None = None, **how: Any
     ) -> Path:
         """One trial's moving antenna beside its growing tensor, as MP4 (extra ``movie``);
-        ``slower`` and ``fps`` as elsewhere.
+        ``slower`` and ``fps`` as elsewhere. The path of the film, which notebooks play.
         """
         antenna = self.antenna if antenna is None else antenna
         return resolve_name(f"{VIEWS}:write_trial_movie")(

@@ -20,6 +20,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.journal import Journal
+from feeler.progress import show_progress
 from feeler.provenance import compute_digest, describe_code, make_key
 from feeler.record import Ge, Gt, Len, Record, Unit
 from feeler.toml import parse_toml
@@ -127,7 +128,7 @@ class Contest(Record):
             File to which each policy and set is written as it finishes, and from which they are
             taken where they are there.
         progress
-            Called with (policies and sets done, in all).
+            Called with (policies and sets done, in all); default: a bar after 5 s.
 
         Returns
         -------
@@ -153,15 +154,17 @@ class Contest(Record):
             for number, k in product(range(self.sets), range(len(names)))
             if names[k] not in self.ahead or number < self.ahead_sets
         ]
-        with Journal(journal, self._make_key(antenna), of="contest") as kept:
+        with (
+            Journal(journal, self._make_key(antenna), of="contest") as kept,
+            show_progress(progress, "policies and sets") as advance,
+        ):
             for done, (number, k) in enumerate(jobs, start=1):
                 name, copies = names[k], self._count_copies(names[k])
                 measure = partial(self._measure, antenna, name, number)
                 found[:, k, number] = kept.get_or(
                     measure, name, number, copies, _describe_own(name)
                 )
-                if progress:
-                    progress(done, len(jobs))
+                advance(done, len(jobs))
         return xr.Dataset(
             {
                 field: (("policy", "set", "deadline"), values)

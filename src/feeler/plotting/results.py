@@ -1,0 +1,87 @@
+"""Pictures of results, as notebooks show them: each function takes one and gives a figure."""
+
+from typing import Any
+
+import numpy as np
+
+from feeler.plotting.bases import plot_bases
+from feeler.plotting.picture import Picture
+
+_QUANTITIES = ("stiffness [N·mm/rad]", "damping [N·mm·ms/rad]")
+
+
+def _open(width: float, height: float = 2.8) -> Picture:
+    return Picture(figsize=(width, height), layout="constrained")
+
+
+def draw_sweep(sweep: Any) -> Picture:
+    """Accuracy against noise with its spread, and what is taken for what at the last ratio."""
+    figure = _open(7.0)
+    curve, counts = figure.subplots(1, 2)
+    for name, values in (("noisy copies", sweep.noisy), ("clean originals", sweep.clean)):
+        mean, spread = 100 * values.mean(axis=1), 100 * values.std(axis=1)
+        curve.errorbar(sweep.ratios, mean, spread, marker="o", ms=3, capsize=2, label=name)
+    curve.axhline(100 * sweep.chance, color="0.6", ls=":", label="chance")
+    curve.set(xlabel="noise ratio", ylabel="named right [%]", ylim=(0, 102))
+    curve.legend(fontsize=7)
+    total = sweep.confusion[-1].sum(axis=1, keepdims=True)
+    image = counts.imshow(100 * sweep.confusion[-1] / np.maximum(total, 1), vmin=0, vmax=100)
+    places = range(len(sweep.classes))
+    counts.set_xticks(places, map(str, sweep.classes), rotation=45, ha="right")
+    counts.set_yticks(places, map(str, sweep.classes))
+    title = f"at noise {sweep.ratios[-1]:g}"
+    counts.set(xlabel="taken for", ylabel="was", title=title)
+    figure.colorbar(image, ax=counts, label="share of the touches [%]")
+    return figure
+
+
+def draw_traces(fitted: Any) -> Picture:
+    """The fitted displacement of every trace, and the hinges along the antenna."""
+    figure = _open(7.0)
+    trace, profile = figure.subplots(1, 2)
+    for name, values in zip(fitted.animals, fitted.simulated, strict=False):
+        trace.plot(values, label=name)
+    trace.set(xlabel="sample", ylabel="displacement [1 at the release]", title="as fitted")
+    trace.legend(fontsize=7)
+    if fitted.band is None:
+        profile.errorbar(
+            range(len(fitted.p)), fitted.p, [fitted.p - fitted.low, fitted.high - fitted.p], fmt="o"
+        )
+        profile.set_xticks(range(len(fitted.p)), fitted.names, rotation=30, ha="right")
+        profile.set_ylabel("parameter and its interval")
+        return figure
+    band = fitted.band
+    for values, low, high, name in zip(band.middle, band.low, band.high, _QUANTITIES, strict=True):
+        (line,) = profile.semilogy(band.place, values, label=name)
+        profile.fill_between(band.place, low, high, color=line.get_color(), alpha=0.25)
+    profile.set(xlabel="place (base 0, tip 1)", title="hinges with their intervals")
+    profile.legend(fontsize=7)
+    return figure
+
+
+def draw_optimum(end: Any) -> Picture:
+    """Stiffness and damping of a design along the antenna, and how the search came to it."""
+    figure = _open(7.0)
+    profile, way = figure.subplots(1, 2)
+    antenna = end.design.antenna
+    hinge = np.arange(1, antenna.n_segments + 1)
+    profile.semilogy(hinge, antenna.stiffness.ravel(), "o-", ms=3, label="stiffness [N·mm/rad]")
+    profile.semilogy(hinge, antenna.damping.ravel(), "s--", ms=3, label="damping [N·mm·ms/rad]")
+    profile.set(xlabel="hinge, base to tip", title="the best found")
+    profile.legend(fontsize=7)
+    way.step(*np.array(end.history).T, where="post")
+    way.set(xlabel="antennas simulated", ylabel="what is missing (cost)", title="the search")
+    return figure
+
+
+def draw_outcome(outcome: Any) -> Picture:
+    """The best end of a plan that was carried out."""
+    return draw_optimum(outcome.ends[0])
+
+
+def draw_encoder(encoder: Any) -> Picture:
+    """The bases that an encoder has learned."""
+    bases = encoder.components_
+    figure = _open(1.6 + 1.5 * len(bases))
+    plot_bases({"bases": bases}, 1.0, figure.subplots())
+    return figure

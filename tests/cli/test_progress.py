@@ -1,0 +1,60 @@
+"""Long work shows how far it is, without being asked, where somebody looks."""
+
+import io
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from feeler import progress
+from feeler.progress import ProgressBar, show_progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_bar_appears_once_patience_is_over_and_one_at_a_time():
+    now = iter([0.0, 1.0, 1.0, 4.9, 4.9, 6.0, 6.0, 9.0, 9.0])
+    screen, other = Terminal(), Terminal()
+    with ProgressBar("touches", patience=5.0, stream=screen, clock=lambda: next(now)) as bar:
+        bar(1, 4)
+        bar(2, 4)
+        assert screen.getvalue() == ""
+        bar(3, 4)
+        with ProgressBar("within", stream=other) as second:
+            second(1, 2)
+        bar(4, 4)
+    assert "touches" in screen.getvalue() and "4/4" in screen.getvalue()
+    assert other.getvalue() == ""
+    with ProgressBar("after", stream=other) as third:
+        third(2, 2)
+    assert "after" in other.getvalue()
+
+
+def test_a_notebook_gets_one_bar_that_moves(monkeypatch):
+    shown = []
+    handle = SimpleNamespace(update=lambda html: shown.append(("moved", html.data)))
+
+    def display(html, display_id):
+        shown.append(("new", html.data))
+        return handle
+
+    ipython = pytest.importorskip("IPython")
+    monkeypatch.setattr(ipython, "get_ipython", lambda: SimpleNamespace(kernel=1))
+    monkeypatch.setattr("IPython.display.display", display)
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setattr(progress, "PATIENCE", 1e-9)
+    with show_progress(None, "animals") as advance:
+        for done in (1, 2, 3):
+            advance(done, 3)
+    assert [how for how, _ in shown] == ["new", "moved", "moved"]
+    assert '<progress value="3" max="3">' in shown[-1][1] and "animals" in shown[-1][1]
+
+
+def test_what_is_handed_in_is_called_instead():
+    seen = []
+    with show_progress(lambda *numbers: seen.append(numbers), "x") as advance:
+        advance(1, 2)
+    assert seen == [(1, 2)]

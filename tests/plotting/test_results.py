@@ -1,0 +1,119 @@
+"""What notebooks show: every result has a picture or a table of its own, and films play."""
+
+import re
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.calibration import TraceFit
+from feeler.calibration.band import Band
+from feeler.decoding.sweep import Sweep
+from feeler.design.problem import Candidate
+from feeler.design.search import Optimum
+from feeler.design.space import Design
+from feeler.encoding import ConvolutiveNMF
+from feeler.robot import fit_sensors
+from feeler.shown import show_html, tell_value
+
+
+def make_sweep():
+    return Sweep(
+        ratios=np.array([0.0, 0.1, 0.3]),
+        classes=np.array(["ball", "box"]),
+        noisy=np.array([[1.0, 0.9], [0.8, 0.9], [0.6, 0.5]]),
+        clean=np.array([[1.0, 1.0], [0.9, 0.9], [0.7, 0.6]]),
+        confusion=np.array([[[9, 1], [0, 10]], [[8, 2], [3, 7]], [[6, 4], [5, 5]]]),
+        kept_noisy=np.ones((3, 2)),
+        kept_clean=np.ones((3, 2)),
+    )
+
+
+def make_fit(known):
+    values = np.array([[3.0, 2.0, 1.0], [0.6, 0.5, 0.2]])
+    return TraceFit(
+        names=("stiffness", "damping"),
+        animals=("one", "two"),
+        each=np.array([[1.2, 0.7], [1.4, 0.9]]),
+        p=np.array([1.3, 0.8]),
+        low=np.array([1.1, 0.6]),
+        high=np.array([1.6, 1.0]),
+        residual=np.array([0.1, 0.2]),
+        simulated=np.array([[1.0, 0.3, -0.1], [1.0, 0.2, 0.1]]),
+        interval="t",
+        band=Band(place=np.array([0.0, 0.3, 0.8]), middle=values, low=0.8 * values, high=2 * values)
+        if known
+        else None,
+        directions=None,
+    )
+
+
+def make_optimum():
+    return Optimum(
+        start=np.zeros(2),
+        best=Candidate(x=np.ones(2), cost=0.4, fate="simulated"),
+        design=Design(antenna=feeler.presets.robot()),
+        history=((1, 1.5), (4, 0.9), (7, 0.4)),
+        counts={"simulated": 7},
+        seconds=1.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("made", "axes", "lines"),
+    [
+        (make_sweep, 3, [("clean", [100.0, 90.0, 65.0])]),
+        (lambda: make_fit(True), 2, [("stiffness", [3.0, 2.0, 1.0])]),
+        (lambda: make_fit(False), 2, []),
+        (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
+    ],
+    ids=["sweep", "calibration", "calibration by targets", "design"],
+)
+def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
+    result = made()
+    figure = result.plot()
+    assert len(figure.axes) == axes
+    drawn = [
+        np.asarray(line.get_ydata(), float).round(9) for ax in figure.axes for line in ax.lines
+    ]
+    for _, expected in lines:
+        assert any(np.array_equal(expected, values) for values in drawn)
+    html = result._repr_html_()
+    assert '<img alt="' in html and "data:image/png;base64,iVBOR" in html
+    assert f"<b>{type(result).__name__}</b>" in html
+
+
+def test_an_encoder_shows_its_settings_and_then_its_bases():
+    rng = np.random.default_rng(0)
+    encoder = ConvolutiveNMF(2, 4, n_restarts=1, max_iter=3, random_state=0, warn=False)
+    assert "<img" not in encoder._repr_mimebundle_()["text/html"]
+    encoder.fit(rng.uniform(size=(3, 5, 30)))
+    shown = encoder._repr_mimebundle_()["text/html"]
+    assert "<img" in shown and "relative_residual_" in shown
+
+
+def test_records_simulations_and_pictures_of_nothing_else_show_themselves():
+    levels = np.linspace(-1, 1, 5)
+    lines = fit_sensors(np.ones(5), levels, 100 + 2 * levels, robot="<b>", unit="mV")
+    table = re.sub(r"<[^>]+>", " ", lines._repr_html_())
+    assert re.search(r"slope +0\.5", table) and "&lt;b&gt;" in table
+    ball = feeler.Object(feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3, 0.0))
+    simulation = feeler.Simulation(feeler.presets.robot(), ball)
+    assert re.match(r"Simulation of '.*' and ball by chain-consistent at 0 ms", repr(simulation))
+    assert "<polygon" in simulation._repr_html_() and "<polyline" in simulation._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (0.123456, "0.1235"),
+        (np.array([1.0, np.nan]), "1, nan"),
+        (np.arange(20.0), "20, 0 … 19"),
+        (np.full((3, 4), np.nan), "3 × 4, no finite number"),
+        ([1.5] * 9, "9 of float"),
+        ("x" * 200, "x" * 110 + " …"),
+    ],
+)
+def test_values_are_told_in_a_line(value, words):
+    assert tell_value(value) == words
+    assert words in show_html("t", [("name", value)])
