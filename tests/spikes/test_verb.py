@@ -35,7 +35,7 @@ def test_the_verb_says_and_writes_what_the_library_draws(folder):
         back = feeler.load(folder / "one" / name)["spike_time"]
         np.testing.assert_allclose(back, drawn["spike_time"], atol=1e-6)
     page = (folder / "one" / "spikes.html").read_text()
-    assert "data:image/png" in page and "Szczecinski" in page
+    assert "data:image/" in page and "Szczecinski" in page
     kept = json.loads((folder / "one" / "spikes.json").read_text())
     np.testing.assert_allclose(kept["rate"], drawn["rate"][1])
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from feeler.dispersion import Dispersion, Interval
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import pick_colours
 
 
 def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
@@ -35,12 +35,13 @@ def plot_groups(sets: Sequence[Mapping[str, tuple[np.ndarray, Interval]]], ax: A
     """
     rng = np.random.default_rng(0)  # spreads the dots sideways only
     starts = np.arange(len(sets)) * (len(sets[0]) + 1)
+    colours = pick_colours(sets[0])
     for place, group in enumerate(sets[0]):
         values = [members[group][0] for members in sets]
         dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(
             -0.15, 0.15, sum(map(len, values))
         )
-        colour = PALETTE[place % len(PALETTE)]
+        colour = colours[group]
         ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
         mean, low, high = np.array([_list_interval(members[group][1]) for members in sets]).T
         error = mean - low, high - mean

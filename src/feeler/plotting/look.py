@@ -18,6 +18,10 @@ SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PALETTE, strict=False))
+# Tol's muted scheme and two of the palette that no profile has: other meanings, other colours
+BASIS_COLOURS = ("#882255", "#999933", "#44AA99", "#332288", "#DDCC77")
+FEATURE_COLOURS = {"ball": "#56B4E9", "box": "#E69F00", "triangle": "#000000"}
+_SPEED = " m/s"
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
 
 RC: Any = {
@@ -53,6 +57,19 @@ def style() -> Iterator[None]:
     """Draw inside this context to get feeler's look; nothing outside it changes."""
     with mpl.rc_context(RC):
         yield
+
+
+def pick_colours(names: Iterable[str]) -> dict[str, Any]:
+    """A colour for each name, the same in every figure: profiles and features have theirs, and of
+    speeds ("0.06 m/s") the slower is the darker. Any other name takes the palette's next.
+    """
+    names = list(names)
+    if names and all(name.endswith(_SPEED) for name in names):
+        ordered = sorted(names, key=lambda name: float(name.removesuffix(_SPEED)))
+        shades = mpl.colormaps["viridis"](np.linspace(0, 0.85, len(ordered)))
+        return dict(zip(ordered, map(tuple, shades), strict=True))
+    known = PROFILE_COLOURS | FEATURE_COLOURS
+    return {name: known.get(name, PALETTE[k % len(PALETTE)]) for k, name in enumerate(names)}
 
 
 def set_decades(ax: Axes) -> None:

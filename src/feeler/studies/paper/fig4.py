@@ -21,7 +21,8 @@ from feeler.encoding import (
     reconstruct,
 )
 from feeler.encoding.inputs import check_choice
-from feeler.plotting import PALETTE, plot_bases
+from feeler.plotting import plot_bases
+from feeler.plotting.look import BASIS_COLOURS
 from feeler.report import Section
 from feeler.studies.paper import fig4_map
 from feeler.studies.paper.context import Context
@@ -31,6 +32,7 @@ from feeler.studies.scale import Scale
 from feeler.tensors import in_unit, rectify
 
 MAIN_RANK = 3  # [P]
+_RESIDUAL, _ENTROPY = "#000000", "#777777"
 
 
 def _as_rows(activations: np.ndarray) -> np.ndarray:
@@ -155,8 +157,8 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
     right = ax.twinx()
     right.spines["right"].set_visible(True)
     curves = (
-        (ax, data.residual, PALETTE[0], "o"),
-        (right, data.entropy["mean of rows"], PALETTE[1], "s"),
+        (ax, data.residual, _RESIDUAL, "o"),
+        (right, data.entropy["mean of rows"], _ENTROPY, "s"),
     )
     for axis, values, colour, marker in curves:
         middle = values[:, 0]
@@ -167,8 +169,8 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
         )
     ax.set_xticks(ranks)
     ax.set_xlabel("number of bases M")
-    ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=PALETTE[0])
-    right.set_ylabel("activation entropy [bits]", color=PALETTE[1])
+    ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=_RESIDUAL)
+    right.set_ylabel("activation entropy [bits]", color=_ENTROPY)
 
 
 def _plot_examples(data: SimpleNamespace, axes: np.ndarray) -> None:
@@ -186,7 +188,7 @@ def _plot_examples(data: SimpleNamespace, axes: np.ndarray) -> None:
                 ax.plot(
                     time,
                     row / (top or 1),
-                    color=PALETTE[m % len(PALETTE)],
+                    color=BASIS_COLOURS[m % len(BASIS_COLOURS)],
                     label=f"basis {m + 1}",
                     lw=0.9,
                 )

@@ -13,7 +13,7 @@ from feeler.decoding import Relative, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
 from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import pick_colours
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
@@ -60,8 +60,9 @@ def plot(cut: Mapping[str, Sweep], whole: Mapping[str, Sweep], figure: Figure) -
     """Accuracy by speed against noise: the paper's window, and whole touches to its right."""
     axes = figure.subplots(1, 2, sharey=True)
     for ax, sweeps, window in zip(axes, (cut, whole), WINDOWS, strict=True):
-        for k, (name, sweep) in enumerate(sweeps.items()):
-            plot_sweep(sweep, ax, color=PALETTE[k % len(PALETTE)], label=name)
+        colours = pick_colours(sweeps)
+        for name, sweep in sweeps.items():
+            plot_sweep(sweep, ax, color=colours[name], label=name)
         ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
         ax.set(title=window, xlabel="noise [% of each tensor's peak]", xlim=(0, 32), ylim=(0, 103))
     axes[0].set_ylabel("accuracy [%]")

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.dispersion import INDICES
 from feeler.plotting import PALETTE, say_clock, style, write_movie
+from feeler.plotting.look import FEATURE_COLOURS
 from feeler.plotting.tensor import plot_tensor as draw_tensor
 from feeler.report import Section, make_spread
 from feeler.robot import Recording, Touches, compute_comparison, compute_tip, make_robot
@@ -25,7 +26,8 @@ from feeler.studies.paper.fig6_data import load
 PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
 N_TOUCHES = 10  # of each group that is compared
 RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
-(BALL, BOX), SIMULATED, SURROGATE = PALETTE[:2], "#000000", PALETTE[3]
+BALL, BOX = FEATURE_COLOURS["ball"], FEATURE_COLOURS["box"]
+SIMULATED, SURROGATE = "#000000", PALETTE[3]
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:

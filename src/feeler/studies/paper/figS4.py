@@ -12,7 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.decoding import Relative, Sweep, compute_sweep, list_groups, make_labels
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import pick_colours
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
@@ -106,8 +106,9 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     axes = figure.subplots(1, 1 + max(len(data.sweeps), 1))
     _plot_layers(data, axes[0])
     for (comparison, sweeps), ax in zip(data.sweeps.items(), axes[1:], strict=False):
-        for colour, (name, sweep) in zip(PALETTE, sweeps.items(), strict=False):
-            plot_sweep(sweep, ax, color=colour, label=name)
+        colours = pick_colours(sweeps)
+        for name, sweep in sweeps.items():
+            plot_sweep(sweep, ax, color=colours[name], label=name)
         ax.axhline(100 / data.n_classes, color="#888888", ls=":", lw=0.8, label="chance")
         ax.set(title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
         ax.legend(fontsize=7, frameon=False)

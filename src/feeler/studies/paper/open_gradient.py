@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from feeler.antenna.antenna import Antenna
 from feeler.design import match_compliance
 from feeler.information import compute_information, find_noise, scale_peaks
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import pick_colours
 from feeler.report import Section, make_interval
 from feeler.stimulus.ninety import LOCATIONS
 from feeler.studies.paper.claims import read_declared
@@ -124,10 +124,13 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
     rates = [name for name in data["rate"].values if name != CONTACT]
     x = np.array([float(name) for name in rates])
     order = np.argsort(x)
+    colours = pick_colours(f"{speed:g} m/s" for speed in data["speed"].values)
     for row, field in zip(figure.subplots(2, 2), ("bits", "within"), strict=True):
         for ax, kind in zip(row, UNITS_OF_NOISE, strict=True):
             found = average_sets(data[field].sel(noise=kind))
-            for colour, speed in zip(PALETTE, data["speed"].values, strict=False):
+            for (name, colour), speed in zip(
+                colours.items(), np.sort(data["speed"].values), strict=True
+            ):
                 one = found.sel(speed=speed)
                 line = one.sel(rate=rates)
                 ax.errorbar(
@@ -137,7 +140,7 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
                     marker=".",
                     capsize=2,
                     color=colour,
-                    label=f"{speed:g} m/s",
+                    label=name,
                 )
                 if field == "within" and CONTACT in data["rate"].values:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)

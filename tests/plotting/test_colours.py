@@ -1,0 +1,39 @@
+"""One colour, one meaning: in every figure, in whatever order and company a thing comes."""
+
+from itertools import combinations
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex, to_rgb
+
+from feeler.plotting.look import BASIS_COLOURS, FEATURE_COLOURS, PROFILE_COLOURS, pick_colours
+
+MEANINGS = {
+    "profiles": {*PROFILE_COLOURS.values()},
+    "features": {*FEATURE_COLOURS.values()},
+    "bases": {*BASIS_COLOURS},
+    "speeds": {to_hex(shade) for shade in mpl.colormaps["viridis"](np.linspace(0, 0.85, 3))},
+}
+
+
+@pytest.mark.parametrize(("one", "other"), combinations(MEANINGS, 2))
+def test_no_colour_has_two_meanings(one, other):
+    assert not {*map(to_hex, MEANINGS[one])} & {*map(to_hex, MEANINGS[other])}
+
+
+@pytest.mark.parametrize("names", [("constant", "linear"), ("linear", "exponential", "constant")])
+def test_a_profile_keeps_its_colour_in_any_company(names):
+    assert pick_colours(names) == {name: PROFILE_COLOURS[name] for name in names}
+
+
+def test_the_slower_the_darker_in_any_order():
+    found = pick_colours(["0.6 m/s", "0.06 m/s", "0.3 m/s"])
+    light = [sum(to_rgb(found[name])) for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")]
+    assert light == sorted(light) and len({*light}) == 3
+
+
+def test_what_has_no_colour_of_its_own_takes_one_in_turn():
+    found = pick_colours(["a", "b", "c"])
+    assert list(found) == ["a", "b", "c"] and len({*found.values()}) == 3
+    assert pick_colours([]) == {}
