@@ -87,6 +87,11 @@ def reproduce(
         fresh=fresh,
         progress=_make_bars(log_json),
     )
+    if not log_json:
+        typer.echo(
+            f"scale {scale}: about {context.effort.minutes:g} min on two cores, less for what is"
+            f" in the cache; {out / 'report.html'} is written anew with each section"
+        )
     start = time.perf_counter()
     with say_what_stays(f"finished stages are in {out / 'cache'}"):
         made = run(context, _make_reporter(log_json, len(STAGES), start))

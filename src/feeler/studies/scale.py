@@ -24,6 +24,9 @@ class Scale:
 
     Attributes
     ----------
+    minutes : float
+        How long a run takes on two cores, to be told at its start; measured by
+        ``benchmarks/reproduce.py``.
     vector : bool
         Whether figures are also drawn as PDF, which takes a tenth of a quick run.
     kept : tuple[str, ...]
@@ -89,6 +92,7 @@ class Scale:
     """
 
     name: str
+    minutes: float = 60.0
     vector: bool = True
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
@@ -221,6 +225,7 @@ _REST = (
 PUBLISHED = replace(
     PAPER,
     name="published",
+    minutes=6.0,
     vector=False,
     kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen"),
     queue=("tensors", "encoding", "reading", "calibration", "wall", "robot", "tradeoff", *_REST),
@@ -246,6 +251,7 @@ fewer repeats, and what is kept is neither the paper's nor quick.
 """
 QUICK = Scale(
     name="quick",
+    minutes=1.0,
     vector=False,
     kept=PUBLISHED.kept,
     controls=("linear", "constant"),
@@ -293,6 +299,7 @@ QUICK = Scale(
 SMOKE = replace(
     QUICK,
     name="smoke",
+    minutes=0.5,
     kept=(),
     controls=("constant",),
     speeds=("fast", "slow"),
