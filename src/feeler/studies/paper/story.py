@@ -18,16 +18,15 @@ from feeler.studies.paper.findings import (
 )
 from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
-QUESTION = (
-    "Does an antenna that is stiff at its base, soft at its tip, and slow to touch, feel more?"
-)
+QUESTION = "Does an antenna with a stiff base and a soft tip feel more, and more if it moves slowly?"
 OPENING_MOVIE = "movieS2_speeds.mp4"
 
 
 def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged]) -> Markup:
     """The first screen: the question, its answer, a movie, three findings, and what holds."""
     words = load_effects() | {one.claim.id: one.claim.says for one in claims}
-    found = {name: word for name, word in judge_statements(claims).items() if word in EVIDENCE}
+    judged = judge_statements(claims)
+    found = {name: word for name, word in judged.items() if word in EVIDENCE}
     return templates.opening(
         QUESTION,
         choose_answer(claims),
@@ -35,6 +34,7 @@ def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged
         headlines=list_headlines(_collect_values(sections), claims),
         held=sum(word == "reproduced" for word in found.values()),
         counted=len(found),
+        depends=list(judged.values()).count("depends on a definition"),
         abstract=list_abstract(claims),
         failed=[words[name] for name, word in found.items() if word != "reproduced"],
         **_find_movie(sections),
