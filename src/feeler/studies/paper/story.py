@@ -18,7 +18,9 @@ from feeler.studies.paper.findings import (
 )
 from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
-QUESTION = "Does an antenna with a stiff base and a soft tip feel more, and more if it moves slowly?"
+QUESTION = (
+    "Does an antenna with a stiff base and a soft tip feel more, and more if it moves slowly?"
+)
 OPENING_MOVIE = "movieS2_speeds.mp4"
 
 
