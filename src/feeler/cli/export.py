@@ -16,7 +16,7 @@ _EXAMPLES = """Examples:
 def export(
     file: Annotated[Path, typer.Argument(help="MJCF file to write")],
     feature: Annotated[
-        str, typer.Option(help="ball, box, triangle or wall, or as in box:half_height=3")
+        str, typer.Option(help="ball, peg, box, triangle or wall, or as in box:half_height=3")
     ] = "ball",
     size: Annotated[
         float | None, typer.Option(help="ball's radius, box's or triangle's half-width [mm]")
@@ -25,6 +25,9 @@ def export(
         float, typer.Option(help="fraction of the length from the base, in (0, 1]")
     ] = 0.5,
     speed: Annotated[float, typer.Option(help="speed of the feature [m/s]")] = 0.6,
+    azimuth: Annotated[
+        float, typer.Option(help="of an antenna in space: turn of the approach about it [degrees]")
+    ] = 0.0,
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
 ) -> None:
     """Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed."""
@@ -33,7 +36,8 @@ def export(
     from feeler.physics.mjcf import write_mjcf
     from feeler.stimulus.feature import parse_feature
 
-    trial = feeler.Trial(feature=parse_feature(feature, size), location=location, speed=speed)
+    shape = parse_feature(feature, size)
+    trial = feeler.Trial(feature=shape, location=location, speed=speed, azimuth=azimuth)
     write_mjcf(choose_antenna(antenna), trial, file)
     typer.echo(
         f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set"

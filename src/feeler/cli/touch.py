@@ -36,7 +36,7 @@ class TouchOptions:
     feature: Annotated[
         list[str],
         typer.Option(
-            help="ball, box, triangle, outline or wall, or as in"
+            help="ball, peg, box, triangle, outline or wall, or as in"
             f" box:half_height=3,rounding=0.2{MANY}"
         ),
     ] = field(default_factory=lambda: ["ball"])
@@ -55,6 +55,9 @@ class TouchOptions:
     approach: Annotated[
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
     ] = 90.0
+    azimuth: Annotated[
+        float, typer.Option(help="of an antenna in space: turn of the approach about it [degrees]")
+    ] = 0.0
     side: Annotated[str, typer.Option(help="left or right")] = "left"
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0
     duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0
@@ -100,6 +103,7 @@ class TouchOptions:
         ]
         same: dict[str, Any] = {
             "approach": self.approach,
+            "azimuth": self.azimuth,
             "side": self.side,
             "friction": self.friction,
         }
@@ -172,6 +176,7 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
     from feeler.experiment.touch import touch as simulate
     from feeler.plotting import plot_touch, style, write_touch_movie
     from feeler.plotting.movie import SLOWER
+    from feeler.plotting.touch import take_curvature
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
     from feeler.tensors.unit import in_unit
@@ -210,7 +215,7 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
         lambda figure: plot_touch(tensors, figure),
     )
     peak = in_unit(tensors["angle"], "deg").values.max()
-    curvature = in_unit(tensors["curvature"], "1/mm").values.max()
+    curvature = take_curvature(tensors).max()
     force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1).max()
     facts = [
         ["peak hinge angle [°]", peak],

@@ -12,6 +12,7 @@ from feeler.dispersion.closest import Closest, search_closest
 from feeler.dispersion.index import BLOCK_SIZE, INDICES, check_tensors
 from feeler.dispersion.interval import Interval, bootstrap_mean
 from feeler.errors import InvalidInput
+from feeler.tensors.scaling import fold_planes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,6 +134,7 @@ def _split(tensors: Any, groups: Any) -> dict[Hashable, Any]:
 
 def _check(tensors: Any) -> Any:
     """Tensors (trial, vector, time) of finite numbers, with their labels if they have any."""
+    tensors = fold_planes(tensors)
     array = np.ascontiguousarray(check_tensors(tensors, least=1))
     if not isinstance(tensors, xr.DataArray):
         return array

@@ -12,6 +12,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import fold_planes
 
 BLOCK_SIZE = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
 
@@ -67,6 +68,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
         Not three dimensions of numbers (tensors of unequal shapes cannot form such an array), an
         empty dimension, fewer than ``least`` trials, or NaN or infinite entries.
     """
+    tensors = fold_planes(tensors)
     dims = getattr(tensors, "dims", None)
     if dims is not None and {"trial", "time"} <= set(dims) and dims[0] != "trial":
         tensors = tensors.transpose("trial", ..., "time")

@@ -6,6 +6,7 @@ import numpy as np
 
 from feeler.encoding.sparseness import check_sparseness
 from feeler.errors import InvalidInput
+from feeler.tensors.scaling import fold_planes
 
 _CONSTRAINTS = ("trial", "all")
 FIXED_CODES = ("sparse", "ridge", "nonnegative")
@@ -40,6 +41,7 @@ def as_tensors(X: Any) -> np.ndarray:
                 " them."
             )
         X = X["angle"]
+    X = fold_planes(X)
     if hasattr(X, "dims"):
         if set(X.dims) != {"trial", "sensor", "time"}:
             raise InvalidInput(

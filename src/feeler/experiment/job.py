@@ -25,7 +25,7 @@ from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import choose_quantities, reduce_motion, stack_readings
 from feeler.tensors.group import StoredGroup, write_group
-from feeler.tensors.quantities import QUANTITIES
+from feeler.tensors.quantities import find_dims
 
 LABELS = (
     "location",
@@ -149,14 +149,16 @@ class Job:
 
     def count_bytes(self) -> int:
         """What one trial takes in a store, before it is compressed."""
+        spatial = self.antenna.spatial
         sizes = {
             "sensor": len(self.antenna.sensors),
             "time": self.clock.n_samples,
-            "axis": 2,
-            "pose": 3,
+            "axis": 3 if spatial else 2,
+            "pose": 6 if spatial else 3,
+            "plane": len(self.antenna.planes),
         }
         item = np.dtype(self.dtype).itemsize
-        dims = [QUANTITIES[name].dims[1:] for name in choose_quantities(self.save)]
+        dims = [find_dims(name, spatial)[1:] for name in choose_quantities(self.save)]
         return sum(
             item * int(np.prod([sizes.get(dim, 2) for dim in some], initial=1)) for some in dims
         )
@@ -174,19 +176,20 @@ class Job:
         self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]
     ) -> xr.Dataset:
         """The Dataset of these trials from their readings."""
-        labels = {
+        labels = (*LABELS, "azimuth") if self.antenna.spatial else LABELS
+        coordinates = {
             "trial": indices,
             "feature": [trial.name for trial in trials],
             "kind": [trial.feature.kind for trial in trials],
             "size": [trial.feature.size for trial in trials],
-            **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
+            **{name: [getattr(trial, name) for trial in trials] for name in labels},
             "base": [_describe_base(trial.base) for trial in trials],
             **self._label_antennas(indices),
             "source": ["simulation"] * len(trials),
             "seed": [_spawn_seed(self.seed, index) for index in indices],
         }
         return stack_readings(
-            self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs
+            self.antenna, self.clock.time, readings, trials=coordinates, attrs=self.attrs
         )
 
     def _label_antennas(self, indices: Sequence[int]) -> dict[str, list[Any]]:

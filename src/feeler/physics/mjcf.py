@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
-from feeler.physics.engine import choose_timestep
+from feeler.physics.engine import choose_timestep, get_engine
 from feeler.physics.scene import make_scene
 from feeler.physics.spec import make_spec
 from feeler.stimulus.trial import Trial
@@ -22,8 +22,12 @@ def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float | Non
     spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
     spec.compile()
     key = spec.add_key(name="start")
-    key.qpos = [*scene.initial_angle, 0.0, 0.0, 0.0]
-    key.qvel = [*scene.initial_velocity, *scene.objects[0].velocity, scene.objects[0].turn]
+    if antenna.spatial:
+        start = get_engine("mujoco").make([scene], spec.option.timestep)
+        key.qpos, key.qvel = start.data.qpos.copy(), start.data.qvel.copy()  # type: ignore[attr-defined]
+    else:
+        key.qpos = [*scene.initial_angle, 0.0, 0.0, 0.0]
+        key.qvel = [*scene.initial_velocity, *scene.objects[0].velocity, scene.objects[0].turn]
     spec.compile()
     path = Path(path)
     path.write_text(spec.to_xml())

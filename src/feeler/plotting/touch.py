@@ -19,6 +19,7 @@ from feeler.checked import checked
 from feeler.plotting.look import style
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna, make_patch
+from feeler.plotting.space import SpaceScene, add_space
 from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus import Trial, place
 from feeler.tensors.posture import reconstruct_posture, spread_angles
@@ -28,10 +29,20 @@ from feeler.tensors.unit import in_unit
 @checked
 def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     """The curvature of a Dataset's first touch, (sensor, time)."""
-    values, ax = in_unit(tensors["curvature"], "1/mm").values[0], figure.subplots()
+    values, ax = take_curvature(tensors)[0], figure.subplots()
     time = in_unit(tensors["time"], "ms").values
     image = plot_tensor(values, time, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
-    figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
+    total = "plane" in tensors.dims
+    label = "curvature of both planes [1/mm]" if total else "curvature [1/mm] (negative drawn as 0)"
+    figure.colorbar(image, ax=ax, label=label)
+
+
+def take_curvature(tensors: xr.Dataset) -> np.ndarray:
+    """Curvature (trial, sensor, time) [1/mm]; in space the length of its vector of both planes."""
+    found = in_unit(tensors["curvature"], "1/mm")
+    if "plane" in found.dims:
+        found = np.sqrt((found.isel(plane=slice(2)) ** 2).sum("plane"))
+    return found.transpose("trial", "sensor", "time").values
 
 
 class _View:
@@ -48,13 +59,18 @@ class _View:
         axes: Sequence[Axes],
     ) -> None:
         hinge = tensors["segment"].values - 1
-        angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values[0]
+        angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values[0]
         self.points = reconstruct_posture(tensors, antenna).values[0]
         self.bend = spread_angles(angle, antenna, hinge) / antenna.segment_length
-        curvature = in_unit(tensors["curvature"], "1/mm").transpose("trial", "sensor", "time")
         self.time = in_unit(tensors["time"], "ms").values
-        self.tensor = curvature.values[0][np.isin(hinge, antenna.sensors - 1)]
+        self.tensor = take_curvature(tensors)[0][np.isin(hinge, antenna.sensors - 1)]
         self.ax, below = axes
+        self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
+        self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
+        if self.space is not None:
+            self.bend = np.linalg.norm(self.bend[:, :2], axis=1)
+            self.image = plot_tensor(self.tensor, self.time, below, norm)
+            return
         reach = antenna.length
         self.ax.set(
             xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal"
@@ -63,12 +79,13 @@ class _View:
             MovingAntenna(antenna, self.ax, norm),
             plot_tensor(self.tensor, self.time, below, norm),
         )
-        self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
         self.patch: Patch = self.ax.add_patch(Circle((0, 0), radius=0.0))
 
     def move(self, time: float) -> list[Artist]:
         """Artists changed to a time [ms]."""
         now = min(int(np.searchsorted(self.time, time - 1e-9)), len(self.time) - 1)
+        if self.space is not None:
+            return self._move_in_space(self.space, now)
         if self.trial is not None and self.placement is not None:
             self.patch.remove()
             origin = self.placement.origin + self.placement.velocity * self.time[now]
@@ -78,10 +95,21 @@ class _View:
         self.image.set_data(np.where(self.time <= self.time[now], self.tensor, np.nan))
         return [self.image, self.patch, *self.antenna.move(self.points[now], self.bend[now])]
 
+    def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
+        if self.trial is not None and self.placement is not None:
+            placed = self.placement
+            assert placed.left is not None
+            axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
+            origin = placed.origin + placed.velocity * self.time[now]
+            space.place(self.trial.shape, origin, axes)
+        space.move(self.points[now], self.bend[now])
+        self.image.set_data(np.where(self.time <= self.time[now], self.tensor, np.nan))
+        return []
+
 
 def _find_peak(sets: Sequence[xr.Dataset]) -> float:
     """Greatest curvature of all [1/mm]."""
-    return max(1e-9, *(float(in_unit(one["curvature"], "1/mm").max()) for one in sets))
+    return max(1e-9, *(float(take_curvature(one).max()) for one in sets))
 
 
 @checked
@@ -103,6 +131,7 @@ def write_touch_movie(
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
         norm = Normalize(0.0, _find_peak([tensors]))
+        left = add_space(figure, left) if antenna.spatial else left
         view = _View(antenna, trial, tensors, norm, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
         left.set_title("" if trial is None else trial.label, fontsize=8)
@@ -131,9 +160,10 @@ def write_touches_movie(
         norm = Normalize(0.0, _find_peak([tensors for _, tensors in touches.values()]))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
+            column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]
             views.append(_View(antenna, trial, tensors, norm, column))
             column[0].set_title(title, fontsize=9)
-        for ax in axes[:, 1:].flat:
+        for ax in axes[:, 1:].flat if not antenna.spatial else axes[1, 1:]:
             ax.set(ylabel="", yticklabels=[])
         axes[0, 0].set_ylabel("y [mm]")
         bar = figure.colorbar(
@@ -159,6 +189,7 @@ def _write(
 
     def draw(k: int) -> list[Artist]:
         clock.set_text(say_clock(float(shown[k]), slower))
-        return [*(artist for view in views for artist in view.move(float(shown[k]))), clock]
+        moved = [artist for view in views for artist in view.move(float(shown[k]))]
+        return [*moved, clock] if moved else []  # in space all is drawn anew
 
     return write_movie(path, figure, draw, len(shown), fps)

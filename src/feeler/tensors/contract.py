@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from feeler.antenna.space import SPACE_PLANES
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.dataset import SOURCES
-from feeler.tensors.quantities import DIMS, QUANTITIES
+from feeler.tensors.quantities import DIMS, QUANTITIES, find_dims
 
 BLOCK = 64 * 2**20  # bytes looked at together, so that a lazy Dataset of any size can pass
 
@@ -49,12 +50,19 @@ def find_breaches(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = Tr
         ]
     breaches = _find_missing(dataset) if whole else []
     known = [name for name in map(str, dataset.variables) if name in QUANTITIES]
+    spatial = "plane" in dataset.dims
+    axes, where = (3, " in space") if spatial else (2, "")
     for name in known:
-        quantity, dims = QUANTITIES[name], dataset[name].dims
-        if dims != quantity.dims:
-            breaches.append(f"'{name}' must have dims {quantity.dims}, got {dims}")
-        elif "axis" in dims and dataset.sizes["axis"] != 2:
-            breaches.append(f"'{name}' must have 2 axes, got {dataset.sizes['axis']}")
+        wanted, dims = find_dims(name, spatial), dataset[name].dims
+        if dims != wanted:
+            breaches.append(f"'{name}' must have dims {wanted}{where}, got {dims}")
+        elif "axis" in dims and dataset.sizes["axis"] != axes:
+            breaches.append(f"'{name}' must have {axes} axes{where}, got {dataset.sizes['axis']}")
+    if spatial and dataset.sizes["plane"] not in (2, len(SPACE_PLANES)):
+        breaches.append(
+            f"'plane' must be {', '.join(SPACE_PLANES)} or the first two of them, got"
+            f" {dataset.sizes['plane']}"
+        )
     unread = set() if numbers else set(map(str, dataset.data_vars))
     return breaches or [
         words for name in known for words in _find_value_breaches(dataset, name, name in unread)

@@ -7,10 +7,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.antenna.space import SPACE_PLANES
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors import accessor  # noqa: F401  # whoever has a Dataset of touches has ds.feeler
-from feeler.tensors.quantities import DIMS, QUANTITIES, derive_curvature, list_required
+from feeler.tensors.quantities import (
+    DIMS,
+    IN_SPACE,
+    QUANTITIES,
+    derive_curvature,
+    find_dims,
+    list_required,
+)
 
 SOURCES = ("simulation", "robot", "surrogate")
 
@@ -46,6 +54,7 @@ def make_tensors(
     quantities
         Values by the names of :data:`feeler.tensors.quantities.QUANTITIES`, in their dims and
         units: ``angle`` (trial, sensor, time) [rad], and ``tip``, ``force`` … where there are any.
+        Of an antenna in space ``angle`` is (trial, plane, sensor, time).
 
     Returns
     -------
@@ -67,7 +76,8 @@ def make_tensors(
     }
     length = np.asarray(segment_length, dtype=float)
     given.setdefault("curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype))
-    variables = {name: (QUANTITIES[name].dims, values) for name, values in given.items()}
+    spatial = given["angle"].ndim == len(IN_SPACE["angle"])
+    variables = {name: (find_dims(name, spatial), values) for name, values in given.items()}
     coordinates = {
         "time": ("time", np.asarray(time, dtype=float)),
         "sensor": ("sensor", np.arange(1, len(segment) + 1)),
@@ -78,7 +88,10 @@ def make_tensors(
         **{name: ("trial", np.asarray(list(values))) for name, values in trials.items()},
     }
     if any("axis" in dims for dims, _ in variables.values()):
-        coordinates["axis"] = ("axis", np.array(["x", "y"]))
+        coordinates["axis"] = ("axis", np.array(["x", "y", "z"][: 3 if spatial else 2]))
+    if spatial:
+        planes = given["angle"].shape[1]
+        coordinates["plane"] = ("plane", np.array(SPACE_PLANES[:planes]))
     plain = {
         name: json.dumps(value, sort_keys=True)
         if isinstance(value, Mapping | list | tuple)

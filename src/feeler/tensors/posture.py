@@ -40,12 +40,16 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
             f"the sensors sit on segments {hinge.min() + 1} to {hinge.max() + 1}, but"
             f" {antenna.name!r} has {antenna.n_segments}. Give the antenna that was touched."
         )
-    angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values
+    angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values
     whole = spread_angles(angle, antenna, hinge)
     return xr.DataArray(
         antenna.shape(whole),
         dims=("trial", "time", "joint", "axis"),
-        coords={"trial": tensors["trial"], "time": tensors["time"], "axis": ["x", "y"]},
+        coords={
+            "trial": tensors["trial"],
+            "time": tensors["time"],
+            "axis": ["x", "y", "z"][: 3 if antenna.spatial else 2],
+        },
         name="points",
         attrs={"units": "mm", "long_name": "base, hinges and tip, seen from the base"},
     )
@@ -57,7 +61,7 @@ def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.
 
     ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0.
     """
-    bending = (angle - antenna.rest_angle[hinge]) / antenna.segment_length[hinge]
+    bending = (angle - antenna.rest_angle[..., hinge]) / antenna.segment_length[hinge]
     known, wanted = antenna.hinge_position[hinge], antenna.hinge_position
     between = np.stack([np.interp(wanted, known, row) for row in np.eye(len(known))])
     return antenna.rest_angle + antenna.segment_length * (bending @ between)

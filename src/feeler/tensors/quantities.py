@@ -15,6 +15,13 @@ from feeler.registry import Registry
 
 DIMS = ("trial", "sensor", "time")
 PATH = ("trial", "time", "axis")
+IN_SPACE = {
+    "angle": ("trial", "plane", "sensor", "time"),
+    "curvature": ("trial", "plane", "sensor", "time"),
+    "velocity": ("trial", "plane", "sensor", "time"),
+    "base_moment": PATH,
+}
+"""Dims of those quantities that have others for an antenna in space; its ``axis`` has z as well."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,9 +78,9 @@ QUANTITIES: Registry[Quantity] = Registry("quantity")
 for _name, _quantity in {
     "angle": Quantity(
         unit="rad",
-        meaning="hinge angle, positive towards +x",
+        meaning="hinge angle, positive towards +x, in space also towards +z, and of twisting",
         dims=DIMS,
-        make=lambda antenna, motion: motion.angle[:, antenna.sensors - 1].T,
+        make=lambda antenna, motion: np.moveaxis(motion.angle[..., antenna.sensors - 1], 0, -1),
         required=True,
     ),
     "curvature": Quantity(
@@ -85,7 +92,7 @@ for _name, _quantity in {
         unit="rad/ms",
         meaning="angular velocity of the hinge",
         dims=DIMS,
-        make=lambda antenna, motion: motion.velocity[:, antenna.sensors - 1].T,
+        make=lambda antenna, motion: np.moveaxis(motion.velocity[..., antenna.sensors - 1], 0, -1),
         optional=True,
     ),
     "tip": Quantity(
@@ -114,7 +121,7 @@ for _name, _quantity in {
         gaps=True,
     ),
     "base_pose": Quantity(
-        meaning="x, y [mm] and heading [rad] of the base",
+        meaning="x, y [mm] and heading [rad] of the base; in space x, y, z and rotation vector",
         dims=("trial", "time", "pose"),
         make=_take("base"),
         optional=True,
@@ -171,6 +178,7 @@ for _name, _quantity in {
     "location": _label("1", "place of the touch, arc length over antenna length", required=True),
     "speed": _label("mm/ms", "speed of the object", required=True),
     "approach": _label("deg", "angle between the motion and the antenna"),
+    "azimuth": _label("deg", "angle by which the approach is turned about the touched segment"),
     "side": _label("", "the side the object comes from"),
     "lead": _label("ms", "time before contact"),
     "friction": _label("1", "coefficient of sliding friction"),
@@ -184,6 +192,12 @@ for _name, _quantity in {
     "seed": _label("", "the trial's own seed", required=True),
 }.items():
     QUANTITIES.register(_name, _quantity)
+
+
+def find_dims(name: str, spatial: bool) -> tuple[str, ...]:
+    """Dims of a quantity, of touches in the plane or in space."""
+    dims = QUANTITIES[name].dims
+    return IN_SPACE.get(name, dims) if spatial else dims
 
 
 def list_required(dim: str) -> tuple[str, ...]:

@@ -12,6 +12,21 @@ Tensors = TypeVar("Tensors", xr.DataArray, np.ndarray)
 
 
 @checked
+def fold_planes(tensors: Tensors) -> Tensors:
+    """Tensors (trial, sensor, time) of those in space (trial, plane, sensor, time): the sensors of
+    one plane after those of the other. What has no planes stays as it is.
+    """
+    if "plane" not in getattr(tensors, "dims", ()):
+        return tensors
+    stacked = tensors.stack(line=("plane", "sensor"), create_index=False)
+    return (
+        stacked.drop_vars("sensor", errors="ignore")
+        .rename(line="sensor")
+        .transpose("trial", "sensor", "time")
+    )
+
+
+@checked
 def rectify(tensors: Tensors) -> Tensors:
     """The tensors with negative values set to 0, as in the published video [D]."""
     return tensors.clip(min=0)

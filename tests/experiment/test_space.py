@@ -1,0 +1,181 @@
+"""Touches in space from ``touch`` to files, codes and pictures: the same verbs."""
+
+import mujoco
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import feeler
+from feeler.antenna.antenna import Antenna
+from feeler.dispersion import compute_dispersion
+from feeler.dispersion.index import check_tensors
+from feeler.encoding.inputs import as_tensors
+from feeler.errors import InvalidInput, StoreError
+from feeler.physics.engine import get_engine
+from feeler.physics.mjcf import write_mjcf
+from feeler.physics.scene import make_scene
+from feeler.plotting import plot_touch, write_touch_movie
+from feeler.plotting.touch import take_curvature
+from feeler.stimulus import Ball, Peg, Trial, Wall, place
+from feeler.stimulus.solid import compute_gap_in_space
+from feeler.tensors.contract import find_breaches, validate
+from feeler.tensors.posture import reconstruct_posture
+from feeler.tensors.scaling import fold_planes
+
+BEND = np.stack([np.full(10, 0.02), np.full(10, -0.03)])
+WHISKER = Antenna.from_beam(
+    length=20.0,
+    radius="0.08 - 0.07 * x",
+    modulus=3500.0,
+    density=1.4e-3,
+    n_segments=10,
+    damping_time=0.9,
+    planes=2,
+    rest_angle=BEND,
+    sensors=[1, 4, 9],
+    name="bent",
+)
+STRAIGHT = WHISKER.replace(rest_angle=0.0, radius=0.05)
+TURNS = (0.0, 60.0, 180.0)
+TRIALS = [
+    Trial(feature=feature, location=0.6, speed=0.06, azimuth=turn)
+    for feature in (Ball(radius=1.0), Peg(radius=0.5), Wall())
+    for turn in TURNS
+]
+
+
+@pytest.fixture(scope="module")
+def touches():
+    return feeler.touch(WHISKER, TRIALS, duration=12, save=("force", "base_moment", "tip"))
+
+
+@pytest.mark.parametrize("trial", TRIALS, ids=lambda trial: f"{trial.feature.kind} {trial.azimuth}")
+def test_contact_begins_after_the_lead(trial):
+    """The gap at time 0 closes exactly in that time, whatever the antenna's curve."""
+    placed = place(WHISKER, trial)
+    axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
+    for time, closed in ((0.0, False), (trial.lead - 1e-6, False), (trial.lead + 1e-6, True)):
+        where = placed.origin + time * placed.velocity
+        points = WHISKER.shape()
+        gap = compute_gap_in_space(points, WHISKER.radius, trial.feature, where, axes)
+        assert (gap < 0) == closed
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("approach", [50.0, 90.0, 140.0])
+def test_in_the_plane_a_trial_is_placed_as_on_the_planar_antenna(side, approach):
+    trial = Trial(feature=Ball(radius=1.0), location=0.6, speed=0.1, side=side, approach=approach)
+    flat, spatial = place(STRAIGHT.flatten(), trial), place(STRAIGHT, trial)
+    for name in ("origin", "forward", "velocity"):
+        wanted = [*getattr(flat, name), 0.0]
+        np.testing.assert_allclose(getattr(spatial, name), wanted, rtol=0, atol=1e-11)
+
+
+def test_tensors_keep_the_contract(touches):
+    validate(touches)
+    assert touches["angle"].dims == ("trial", "plane", "sensor", "time")
+    assert touches["plane"].values.tolist() == ["x", "z"]
+    assert touches["axis"].values.tolist() == ["x", "y", "z"]
+    assert touches["base_moment"].dims == ("trial", "time", "axis")
+    assert touches["azimuth"].values.tolist() == [0.0, 60.0, 180.0] * 3
+    np.testing.assert_allclose(touches["angle"][0, :, :, 0], BEND[:, [0, 3, 8]])
+    force = touches["force"].isel(time=-1).values
+    direction = np.degrees(np.arctan2(force[:, 2], force[:, 0])) % 360
+    np.testing.assert_allclose(direction, [0.0, 60.0, 180.0] * 3, atol=15)
+
+
+def test_a_breach_is_named(touches):
+    wrong = touches.isel(axis=slice(2))
+    assert "'tip' must have 3 axes in space, got 2" in find_breaches(wrong)
+    flat = touches.isel(plane=0, drop=True)
+    assert any("got ('trial', 'time', 'axis')" in words for words in find_breaches(flat))
+
+
+SLOW = [pytest.param(ending, marks=pytest.mark.slow) for ending in ("mat", "nwb")]
+
+
+@pytest.mark.parametrize("ending", ["nc", *SLOW])
+def test_files_give_them_back(touches, tmp_path, ending):
+    feeler.save(touches, tmp_path / f"set.{ending}")
+    again = feeler.load(tmp_path / f"set.{ending}")
+    assert again["angle"].dims == touches["angle"].dims
+    np.testing.assert_array_equal(again["angle"], touches["angle"])
+    np.testing.assert_array_equal(again["axis"], touches["axis"])
+
+
+def test_a_store_gives_the_same_numbers_and_takes_no_planar_antenna(touches, tmp_path):
+    store, options = tmp_path / "set.zarr", {"duration": 12, "save": ("force", "base_moment")}
+    stored = feeler.touch(WHISKER, TRIALS, store=store, **options)
+    for name in ("angle", "curvature", "base_moment"):
+        if name in touches:
+            np.testing.assert_array_equal(stored[name], touches[name])
+    with pytest.raises(StoreError, match=r"another configuration .*antenna\.stiffness"):
+        planar = [trial.replace(azimuth=0.0) for trial in TRIALS]
+        feeler.touch(WHISKER.flatten(), planar, store=store, **options)
+
+
+def test_encoders_and_indices_see_planes_as_more_sensors(touches):
+    bending = np.maximum(touches["angle"], 0)
+    folded = as_tensors(bending)
+    assert folded.shape == (9, 6, 12)
+    np.testing.assert_array_equal(folded[:, 3:], bending.isel(plane=1))
+    np.testing.assert_array_equal(check_tensors(touches["angle"])[:, :3], touches["angle"][:, 0])
+    assert compute_dispersion(bending, indices=["mse"]).groups == ("",)
+    flat = touches["angle"].isel(plane=0, drop=True)
+    assert fold_planes(flat) is flat
+    assert fold_planes(touches["angle"])["plane"].values.tolist() == ["x"] * 3 + ["z"] * 3
+
+
+def test_postures_come_from_the_sensors(touches):
+    points = reconstruct_posture(touches, WHISKER)
+    np.testing.assert_allclose(
+        points[:, 0], np.broadcast_to(WHISKER.shape(), (9, 11, 3)), atol=1e-9
+    )
+
+
+def test_curvature_is_the_length_of_its_vector(touches):
+    found = take_curvature(touches)
+    wanted = np.hypot(*np.moveaxis(touches["curvature"].values, 1, 0))
+    np.testing.assert_allclose(found, wanted)
+
+
+def test_a_touch_is_drawn_in_space(touches, tmp_path):
+    figure = Figure()
+    plot_touch(touches, figure)
+    assert "both planes" in figure.axes[1].get_ylabel()
+    one = feeler.touch(WHISKER, TRIALS[4], duration=6, all_hinges=True)
+    path = write_touch_movie(WHISKER, TRIALS[4], one, tmp_path / "m.mp4", slower=10, fps=20)
+    assert path.stat().st_size > 1000
+
+
+def test_an_accuracy_is_reached_in_space():
+    found = feeler.touch(WHISKER, TRIALS[1], duration=10, accuracy=0.02)
+    assert float(found["error"].max()) <= 0.02
+
+
+def test_an_exported_scene_begins_as_the_trial_does(tmp_path):
+    """MuJoCo reads it, and its keyframe carries the peg against the whisker."""
+    path = write_mjcf(WHISKER, TRIALS[4], tmp_path / "scene.xml")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    found = data.qpos[7:27].reshape(10, 2).T
+    np.testing.assert_allclose(found, BEND, atol=1e-6)
+    mujoco.mj_step(model, data, nstep=400)
+    assert data.ncon
+
+
+def test_a_planar_antenna_has_no_azimuth():
+    with pytest.raises(InvalidInput, match=r"azimuth=60°.*lies in it"):
+        place(WHISKER.flatten(), TRIALS[1])
+
+
+def test_engines_agree_on_a_touch():
+    scene = make_scene(WHISKER, TRIALS[4])
+    states = []
+    for name in ("chain", "mujoco"):
+        stepper = get_engine(name).make([scene], 0.02)
+        stepper.step(400)
+        states.append(stepper.read())
+    np.testing.assert_allclose(states[0].angle, states[1].angle, rtol=0, atol=1e-9)
+    assert np.linalg.norm(states[0].force) > 1e-6
