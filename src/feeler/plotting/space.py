@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import TENSOR_COLOURS
@@ -23,7 +23,8 @@ class SpaceScene:
     """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
-        self.antenna, self.ax, self._drawn = antenna, ax, []
+        self.antenna, self.ax = antenna, ax
+        self._drawn: list[Any] = []
         self._line = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
         self._line.set_linewidth(_measure_width(antenna, ax))
         ax.add_collection3d(self._line, autolim=False)
@@ -61,7 +62,7 @@ def add_space(figure: Figure, ax: Axes) -> Any:
     """Axes in space in the place of flat ones."""
     place = ax.get_subplotspec()
     ax.remove()
-    return figure.add_subplot(place, projection="3d")  # type: ignore[arg-type]
+    return figure.add_subplot(place, projection="3d")
 
 
 def _measure_width(antenna: Antenna, ax: Any) -> np.ndarray:

@@ -41,7 +41,7 @@ def take_curvature(tensors: xr.Dataset) -> np.ndarray:
     """Curvature (trial, sensor, time) [1/mm]; in space the length of its vector of both planes."""
     found = in_unit(tensors["curvature"], "1/mm")
     if "plane" in found.dims:
-        found = np.sqrt((found.isel(plane=slice(2)) ** 2).sum("plane"))
+        found = (found.isel(plane=slice(2)) ** 2).sum("plane") ** 0.5
     return found.transpose("trial", "sensor", "time").values
 
 

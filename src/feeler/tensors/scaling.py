@@ -1,6 +1,6 @@
 """On the way to an encoder: non-negative, scaled tensors. Never baked into what is stored."""
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,8 @@ def fold_planes(tensors: Tensors) -> Tensors:
     """
     if "plane" not in getattr(tensors, "dims", ()):
         return tensors
-    stacked = tensors.stack(line=("plane", "sensor"), create_index=False)
+    own: Any = tensors
+    stacked = own.stack(line=("plane", "sensor"), create_index=False)
     return (
         stacked.drop_vars("sensor", errors="ignore")
         .rename(line="sensor")
