@@ -3,6 +3,7 @@
 import re
 import sys
 import warnings
+from importlib.util import find_spec
 
 
 class FeelerError(Exception):
@@ -63,6 +64,12 @@ class StoreError(FeelerError, OSError):
 
 class MissingExtra(FeelerError, ImportError):
     """An optional dependency is not installed; the message holds the install command."""
+
+
+def require_extra(module: str, extra: str, what: str) -> None:
+    """Raise MissingExtra at once if a library is not installed: before anything is computed."""
+    if find_spec(module) is None:
+        raise MissingExtra(f"{what} needs {module}: pip install 'feeler[{extra}]'.")
 
 
 _PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's

@@ -237,7 +237,7 @@ def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
     with h5py.File(tmp_path / "x.h5", "w") as file:
         file["stuff"] = np.zeros(3)
     with pytest.raises(
-        InvalidInput, match=r"neither tensors .* nor tracks .*; it holds stuff \(3,\)"
+        InvalidInput, match=r"neither tensors .* nor tracks .*; it holds stuff of shape \(3,\)"
     ):
         load_tracks(tmp_path / "x.h5", frame_rate=30)
     text = (DATA / "DLC_one.csv").read_text().replace("\n9,", "\n99,")

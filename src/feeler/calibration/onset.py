@@ -39,14 +39,14 @@ def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
         raise InvalidInput(
             f"{name}: no release is found: it begins at {signal[:_HELD].mean():.4g} and ends at"
             f" {rest:.4g}, with a noise of {noise:.2g}. Begin while the antenna is held and end"
-            " when it has settled, or cut the trace at the release and say --release first."
+            " when it has settled, or cut the trace at the release and say release='first'."
         )
     away = np.abs(shown - held) > max(_UNCLEAR * noise, _LEAVES * abs(held))
     last = int(np.argmax(away[:-1] & away[1:])) - 1
     if last < _HELD - 1:
         raise InvalidInput(
             f"{name}: the antenna is let go within the first {_HELD} samples, so how far it was"
-            " held is not known. Begin earlier, or cut the trace at the release and say --release"
-            " first."
+            " held is not known. Begin earlier, or cut the trace at the release and say"
+            " release='first'."
         )
     return last, rest

@@ -145,7 +145,7 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
         )
     if (column == "frame") != (frame_rate is not None):
         raise InvalidInput(
-            f"{table.source} counts frames: say how many per second (--frame-rate)."
+            f"{table.source} counts frames: say how many per second (frame_rate=)."
             if column == "frame"
             else (
                 f"{table.source} holds times ({column}); a frame rate is for a column called frame."

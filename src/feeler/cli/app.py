@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from feeler.cli.page import Verbs, list_options, say_in_shell
 from feeler.errors import FeelerError, say_warnings
 from feeler.files import FULL
 
@@ -16,7 +17,7 @@ GROUPS = {
     "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),
     "Your own animal": ("tracks", "calibrate"),
     "Your own robot": ("robot", "design"),
-    "The paper and its questions": ("reproduce", "tradeoff", "active", "wall"),
+    "The paper and its questions": ("reproduce", "tradeoff", "active", "wall", "follow"),
     "Data": ("info", "validate", "convert"),
 }
 VERBS = tuple(verb for verbs in GROUPS.values() for verb in verbs)
@@ -55,13 +56,15 @@ def _is_file(word: str) -> bool:
     return not word.startswith("-") and (looks_like or os.path.exists(word))
 
 
-app = typer.Typer(
+app = Verbs(
     cls=_Verbs,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 for verb in VERBS:
+    if verb == "follow":  # which wall brings along
+        continue
     import_module(f"feeler.cli.{verb}").register(app)
 
 
@@ -100,7 +103,8 @@ def _run() -> None:
     try:
         app()
     except FeelerError as error:
-        _fail(str(error), 2)
+        options = list_options(typer.main.get_command(app), sys.argv[1:])
+        _fail(say_in_shell(str(error), options), 2)
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
     except OSError as error:

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from feeler.cli.page import Verbs
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -70,7 +71,7 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
   feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
-app = typer.Typer(
+app = Verbs(
     help=(
         "Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify,"
         " stream."

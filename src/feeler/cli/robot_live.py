@@ -53,12 +53,14 @@ def stream(
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left
     out. At the end the touch is judged as a whole, as by classify.
     """
-    from feeler.errors import InvalidInput
+    from feeler.errors import InvalidInput, require_extra
     from feeler.robot import load_calibration, load_recording, make_decoder
     from feeler.robot.answer import name_notes
     from feeler.robot.link import Link
     from feeler.robot.samples import open_serial, read_lines, read_samples
 
+    if serial:
+        require_extra("serial", "robot", "a serial port")
     robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
     calibration = calibration or robot.calibration
     lines = None if calibration is None else load_calibration(calibration)

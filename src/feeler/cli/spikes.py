@@ -67,13 +67,15 @@ def spikes(said: SpikeOptions) -> None:
     spikes.nwb).
     """
     from feeler.cli.choose import parse_start
-    from feeler.errors import InvalidInput
+    from feeler.errors import InvalidInput, require_extra
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
 
     if bool(said.session_start) != bool(said.identifier):
         raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
     start = parse_start(said.session_start) if said.session_start else None
+    if start:
+        require_extra("pynwb", "nwb", "writing NWB")
     said.out.mkdir(parents=True, exist_ok=True)
     files = ["spikes.nc", *(["spikes.nwb"] if start else [])]
     for name in files:

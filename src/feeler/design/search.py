@@ -13,7 +13,7 @@ from feeler.design.problem import FAR, Candidate, DesignProblem, check_task
 from feeler.design.scoring import score
 from feeler.design.space import Design, Space
 from feeler.design.task import DesignTask
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, require_extra
 from feeler.journal import Journal
 from feeler.registry import Registry
 from feeler.shown import Shown
@@ -99,6 +99,8 @@ def optimise(
         another search.
     """
     search = METHODS[method]
+    if method == "cma":
+        require_extra("cma", "design", "designing by CMA-ES")
     check_task(score(space.reference, task, "optimiser", **options), task, aim)
     made = DesignProblem(
         task=task, space=space, constraints=constraints or Constraints(), options=options
@@ -179,10 +181,8 @@ def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = Tr
 
 def _make_strategy(x: np.ndarray, step: float, rng: np.random.Generator) -> Any:
     """CMA-ES in the box ±1 from x, on random numbers of its own."""
-    try:
-        import cma
-    except ImportError as error:
-        raise MissingExtra("designing needs CMA-ES: pip install 'feeler[design]'.") from error
+    import cma
+
     options = {
         "bounds": [-1.0, 1.0],
         "seed": np.nan,

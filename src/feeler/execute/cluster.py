@@ -110,7 +110,7 @@ def open_cluster(address: str) -> Iterator[Any]:
     kind, _, number = address.partition(":")
     if kind == "local":
         if not number.isdecimal() or not 1 <= int(number) <= 1024:
-            raise InvalidInput(f"--cluster local:N starts N processes, 1 to 1024, got {address!r}.")
+            raise InvalidInput(f"cluster local:N starts N processes, 1 to 1024; got {address!r}.")
         cluster = _start_here(int(number))
         try:
             client = Client(cluster, set_as_default=False)

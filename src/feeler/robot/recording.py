@@ -281,8 +281,7 @@ def _check_numbers(table: Table, numbers: list[int], n_channels: int | None) -> 
             f"{table.source}: {len(numbers)} channels{wanted}"
             f" ({'; '.join(words) or 'none found'}).{there} Name them hinge1_deg, hinge2_deg … from"
             f" the base; units are {', '.join(u for u in _UNITS if u.isascii())}. For another"
-            " antenna give n_channels=; on the command line describe it by `feeler robot new"
-            " --hinges N` and --antenna robot.toml. No channel is left out for you."
+            " antenna give n_channels=. No channel is left out for you."
         )
 
 

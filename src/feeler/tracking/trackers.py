@@ -162,7 +162,7 @@ def _choose(
     asked = (
         "holds several individuals" if individual is None else f"has no individual {individual!r}"
     )
-    raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=, or --individual).")
+    raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=).")
 
 
 def _read_anipose(table: Table) -> Found:
@@ -201,7 +201,7 @@ def project(found: Found, plane: str | None, source: str) -> Found:
     if n_axes == 3 and plane is None:
         raise InvalidInput(
             f"{source} holds places in space; say onto which plane to look (xy, xz, yz), or space"
-            " for angles between vectors (plane=, or --plane)."
+            " for angles between vectors (plane=)."
         )
     return found if plane is None else replace(found, position=found.position[:, :, PLANES[plane]])
 

@@ -199,7 +199,7 @@ def _is_dltdv(table: Table) -> bool:
 
 def _check_rate(found: Found, name: str) -> float:
     """The file's own frame rate, where it can be one."""
-    advice = "give frame_rate= (--frame-rate)."
+    advice = "give frame_rate=."
     if clock := found.notes.get("clock"):
         raise InvalidInput(f"{name} has no even clock: {clock}. To count frames alone, {advice}")
     if found.frame_rate is None:

@@ -1,0 +1,105 @@
+"""Help has what matters first, errors speak the language of the command line, and extras are asked
+for before anything is computed.
+"""
+
+import ast
+import re
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import feeler
+from feeler import errors
+from feeler.cli import app as door
+from feeler.cli.page import MANY_OPTIONS, SHOWN_FIRST, list_options, say_in_shell
+from feeler.errors import MissingExtra
+
+SOURCE = Path(feeler.__file__).parent
+GROUP = typer.main.get_command(door.app)
+
+
+def list_verbs(group=GROUP, before=""):
+    for name, verb in group.commands.items():
+        if hasattr(verb, "commands"):
+            yield from list_verbs(verb, f"{name} ")
+        else:
+            yield before + name, verb
+
+
+@pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
+def test_verbs_with_many_options_show_five_first(name, verb):
+    options = [p.name for p in verb.params if p.param_type_name == "option"]
+    assert set(SHOWN_FIRST.get(name, ())) <= set(options)
+    shown = CliRunner().invoke(door.app, [*name.split(), "--help"]).output
+    many = len(options) >= MANY_OPTIONS + 1
+    assert (len(SHOWN_FIRST.get(name, ())) == 5) >= many
+    assert ("Options that matter first" in shown) == ("More options" in shown) >= many
+    for param in verb.params:
+        assert param.param_type_name == "argument" or shown.count(f"{param.opts[0]} ") >= 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message", "said"),
+    [
+        (["tracks"], "give frame_rate=.", "give --frame-rate."),
+        (["tracks"], "(plane=)", "(--plane)"),
+        (["tracks"], "give scale=1.5 or scale=", "give --scale 1.5 or --scale"),
+        (["robot", "check"], "say gaps='bridge'.", "say --gaps bridge."),
+        (["robot", "check"], "give time_unit=.", "give --time-unit."),
+        (["robot", "check"], "give n_channels=.", "feeler robot new --hinges N writes."),
+        (["info"], "give frame_rate=.", "give frame_rate=."),
+        (["tracks"], "x --frame-rate=3 y_frame_rate=2", "x --frame-rate=3 y_frame_rate=2"),
+    ],
+)
+def test_arguments_become_options_of_the_verb(words, message, said):
+    assert say_in_shell(message, list_options(GROUP, words)).endswith(said)
+
+
+def test_an_error_reaches_the_terminal_in_its_own_words(monkeypatch, capsys, tmp_path):
+    table = tmp_path / "t.csv"
+    table.write_text("head_x,head_y\n1,2\n2,3\n")
+    monkeypatch.setattr(sys, "argv", ["feeler", "tracks", str(table)])
+    with pytest.raises(SystemExit):
+        door.main()
+    said = capsys.readouterr().err
+    assert "give --frame-rate." in said and "frame_rate=" not in said
+
+
+def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path):
+    from feeler.design import search
+
+    def refuse(*_, **__):
+        pytest.fail("something was computed")
+
+    monkeypatch.setattr(errors, "find_spec", lambda name: None)
+    monkeypatch.setattr(search, "check_task", refuse)
+    plan = str(tmp_path / "p.toml")
+    assert CliRunner().invoke(door.app, ["design", plan, "--new"]).exit_code == 0
+    found = CliRunner().invoke(door.app, ["design", plan, "--out", str(tmp_path)])
+    assert isinstance(found.exception, MissingExtra)
+    assert "pip install 'feeler[design]'" in str(found.exception)
+    monkeypatch.setattr("feeler.robot.make_decoder", refuse)
+    found = CliRunner().invoke(door.app, ["robot", "stream", "/dev/none", "--serial"])
+    assert "pip install 'feeler[robot]'" in str(found.exception)
+
+
+SHELL = ("cli/", "studio/", "studies/paper/data.py", "robot/description.py", "tensors/poses.py")
+
+
+def test_messages_of_the_library_name_no_option_of_the_command_line():
+    """But for rooms that only the command line opens, and for commands that are written out."""
+    found = []
+    for path in SOURCE.rglob("*.py"):
+        if path.relative_to(SOURCE).as_posix().startswith(SHELL):
+            continue
+        raised = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Raise)]
+        texts = [p.value for n in raised for p in ast.walk(n) if isinstance(p, ast.Constant)]
+        found += [
+            (path.name, text)
+            for text in texts
+            if re.search(r"(?<![\w-])--[a-z]", str(text)) and "feeler " not in str(text)
+        ]
+    assert found == []
