@@ -9,6 +9,8 @@ _EXAMPLES = """Examples:
 
   feeler export scene.xml --feature box --size 3 --location 0.7 --speed 0.3
 
+  feeler export controlled.xml --control --antenna robot
+
   python -m mujoco.viewer --mjcf=scene.xml
 """
 
@@ -29,6 +31,9 @@ def export(
         float, typer.Option(help="of an antenna in space: turn of the approach about it [degrees]")
     ] = 0.0,
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
+    control: Annotated[
+        bool, typer.Option("--control", help="servos at the base, sensors, objects as mocap bodies")
+    ] = False,
 ) -> None:
     """Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed."""
     import feeler
@@ -38,7 +43,7 @@ def export(
 
     shape = parse_feature(feature, size)
     trial = feeler.Trial(feature=shape, location=location, speed=speed, azimuth=azimuth)
-    write_mjcf(choose_antenna(antenna), trial, file)
+    write_mjcf(choose_antenna(antenna), trial, file, control=control)
     typer.echo(
         f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set"
         " it moving"
