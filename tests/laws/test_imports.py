@@ -137,6 +137,6 @@ def list_files(pattern: str) -> set[str]:
 
 def test_only_one_module_writes_a_model():
     assert list_files(r"\bMjSpec\(") == {"physics/spec.py"}
-    users = {"spec", "spec_space", "mujoco", "mujoco_space"}
+    users = {"spec", "spec_control", "spec_space", "mujoco", "mujoco_space"}
     found = list_files(r"^\s*(import|from) mujoco\b")
     assert found == {f"physics/{name}.py" for name in users}
