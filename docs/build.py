@@ -16,6 +16,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from feeler.studio import write_touch_page
+
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
 OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
@@ -105,12 +107,30 @@ def write_gallery(folder: Path) -> dict[str, float]:
     return values
 
 
+def split_reference(folder: Path) -> None:
+    """The API by room: a page for each heading of api.md, which becomes the list of them."""
+    (own := folder / "api").mkdir()
+    first, *rooms = re.split(r"^## ", (folder / "api.md").read_text(), flags=re.MULTILINE)
+    lines = [first.strip(), ""]
+    for room in rooms:
+        title, _, words = room.partition("\n")
+        name = re.sub(r"\W+", "-", title.lower())
+        (own / f"{name}.md").write_text(f"# {title}\n{words}")
+        names = ", ".join(
+            f"`{word}`" for word in re.findall(r"^::: ([\w.]+)$", words, re.MULTILINE)
+        )
+        lines.append(f"- [{title}](api/{name}.md): {names}")
+    (folder / "api.md").write_text("\n".join(lines) + "\n")
+
+
 def make_ready() -> None:
     """Every page of the site, in build/docs."""
     shutil.rmtree(READY, ignore_errors=True)
     shutil.copytree(
         Path(__file__).parent, READY, ignore=shutil.ignore_patterns("*.py", "__pycache__")
     )
+    (READY / "drag.html").write_text(write_touch_page(), encoding="utf-8")
+    split_reference(READY)
     found = write_gallery(READY / "gallery")
     for page in READY.rglob("*.md"):
         words = set_equations(page.read_text())

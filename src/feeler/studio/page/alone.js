@@ -3,7 +3,7 @@ import { makeVerdictPanel } from "./charts.js";
 import { makeIcon } from "./controls.js";
 import { make, makeChoice, makePanel, show, write } from "./dom.js";
 import { linkEngine } from "./link.js";
-import { makeStagePanel, makeStudyPanel, makeTensorPanel } from "./stage.js";
+import { makeStagePanel, makeTensorPanel } from "./stage.js";
 import { App, makeStatus } from "./studio.js";
 /** A page that computes by itself: antenna left, tensor right, verdict below, and a few switches. */
 
@@ -61,7 +61,7 @@ function findAntenna(config, app) {
 /** What this touch did to the antenna, in a sentence: where it was touched, where it bent, for how long. @param {any} record */
 export function readTouch(record) {
   const { contact } = record.data;
-  if (!contact || !record.ended) return null;
+  if (!contact) return null;
   const { sensors, segments, length } = record.antenna, places = [];
   const at = [0];
   for (const long of segments) at.push(at[at.length - 1] + long / length);
@@ -130,7 +130,7 @@ export function startAlone(root) {
   root.classList.add("feeler-alone");
   const app = new App(root, {
     alone: true, rest: config.taught ? REST : Infinity, header: makeSwitches(config), steps: makeSteps(config),
-    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeStudyPanel, makeVerdictPanel] : []), makeFeltPanel(config, counts), makeAboutPanel(config)],
+    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeVerdictPanel] : []), makeFeltPanel(config, counts), makeAboutPanel(config)],
     hear: (header) => { if (header.type === "tally") counts[`${header.antenna} ${header.speed}`] = `${header.sure} of ${header.of}`; },
   });
   /** @type {any} */ (root).studio = app;

@@ -111,7 +111,7 @@ export function makeVerdictPanel(app) {
       return;
     }
     if (!reading || !study) {
-      setWords("", app.studying.A ? "" : "No decoder yet for this antenna and speed.");
+      setWords("", app.studying.A ? `learning from thirty touches: ${Math.round(100 * app.studying.A.share)} %` : "No decoder yet for this antenna and speed.");
       return;
     }
     if (reading.old || app.isStale()) {

@@ -70,6 +70,8 @@ export class Host {
     this.doing = {};
     /** @type {Object<string, Decoder>} */
     this.taught = {};
+    /** Touches of which a decoder will learn. @type {Object<string, Sensed[]>} */
+    this.learning = {};
     /** @type {Object<string, number[]>} */
     this.aims = {};
     this.ended = false;
@@ -201,9 +203,11 @@ export class Host {
 
   /** Touch an antenna thirty times. @param {any} antenna @param {number} speed @param {(share: number) => void} tell */
   *teach(antenna, speed, tell) {
-    const key = `${antenna.name} ${speed}`, touches = [], { taught, speeds, antennas } = this.config;
+    const key = `${antenna.name} ${speed}`, { taught, speeds, antennas } = this.config;
     if (this.taught[key]) return;
-    for (const [kind, size, location] of taught.labels) {
+    this.learning[key] ||= []; // who was interrupted goes on from there
+    const touches = this.learning[key];
+    for (const [kind, size, location] of taught.labels.slice(touches.length)) {
       tell(touches.length / taught.labels.length);
       const touch = { kind, size, location, speed, approach: 90, side: "left", friction: 1, lead: 5 };
       const chain = this.makeChain(antenna, touch, TIMESTEP), sensed = new Sensed(antenna, taught.samples);
@@ -217,6 +221,7 @@ export class Host {
     const at = [antennas.findIndex((/** @type {any} */ one) => one.name === antenna.name), speeds.findIndex((/** @type {any} */ one) => one.value === speed)];
     const decoder = new Decoder(touches, taught.correlation[at[0]][at[1]]);
     this.taught[key] = decoder;
+    delete this.learning[key];
     this.doing.tally = { about: {}, steps: this.count(decoder, touches, at) };
   }
 

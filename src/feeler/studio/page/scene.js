@@ -265,7 +265,7 @@ export function makeScene(app) {
   function drawHint(c, y, colours) {
     const words = app.store.state.mode === "board" ? "" : app.store.state.mode === "hand"
       ? (app.handOn ? "drag the object, or the base (Shift: turn it)" : "take the object, or the base, and touch")
-      : app.hinted ? "" : "drag the object along the antenna · wheel: size";
+      : app.hinted ? "" : `drag the object along the antenna${matchMedia("(pointer: coarse)").matches ? "" : " · wheel: size"}`;
     c.fillStyle = colours.soft;
     c.font = "12px system-ui, sans-serif";
     c.textAlign = "left";

@@ -170,7 +170,7 @@ export function makeTensor(app) {
     c.textAlign = "left";
     const degrees = (record.angle(sensor, k) * 180) / Math.PI;
     const words = `${two ? `${named}, ` : ""}${app.hover ? "" : "greatest: "}sensor ${sensor + 1}, hinge ${hinge}`;
-    c.fillText(`${words}: ${write(degrees, 3)}° at ${write(k * record.interval, 4)} ms`, LEFT + 4, top + 9);
+    c.fillText(`${words}: ${write(degrees, 3)}° at ${write(k * record.interval, 4)} ms`, LEFT + 4, top + 9, wide - 8);
   }
 
   /** The sensor with the greatest angle. @param {any} record */
