@@ -62,7 +62,7 @@ def make_split(purpose: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(SEEDS[purpose])
     copies = COPIES[purpose]
     clean = np.repeat(touches["angle"].values, copies, axis=0)
-    noisy = clean + NOISE.level * rng.standard_normal(clean.shape)
+    noisy = clean + NOISE.size * rng.standard_normal(clean.shape)
     return noisy, np.repeat(labels, copies), np.repeat(np.arange(len(trials)), copies)
 
 
