@@ -26,7 +26,7 @@ OWN = {
     r"speed|touches to tell apart": {"m/s"},
     r"frequency|mode \d|low-pass|mean rate|sets the gain|^$": {"Hz", "m/s", "mm"},
     r"^peak$": {"rad"},
-    r"\bangle|^largest$|^least$|turn of the wall|bend of": {"°", "degrees"},
+    r"\bangle|^largest$|^least$|turn of the (wall|approach)|bend of": {"°", "degrees"},
     r"stiffness rate|^rate$": {"1/joint"},
     r"stiffness": {"N·mm/rad"},
     r"damping": {"N·mm·ms/rad"},
@@ -39,7 +39,7 @@ OWN = {
     r"^noise$": {"%", "rad"},
     r"share of|accuracy|right|wrong|learned|steered|fixed|"
     r"null|twin|kept|avoided|sure within|new place|new size|ms$": {"%"},
-    r"^x$|^y$": {"mm", "px"},
+    r"^[xyz]$": {"mm", "px"},
     r"distance|length|width|radius|sheet|thickness|error|"
     r"intercept|tip|sideways|from hinge|told apart|nearest": {"mm"},
 }
