@@ -18,7 +18,8 @@ from feeler.information import find_noise, scale_peaks
 from feeler.presets import SPECIES, make_preset
 from feeler.stimulus.ninety import SPEEDS, trials
 
-NAMES = ("exponential", *SPECIES, "robot")
+PLANAR = (name for name in SPECIES if not make_preset(name).spatial)
+NAMES = ("exponential", *PLANAR, "robot")
 PUBLISHED = {
     "whisker.damping.from": 0.11,
     "whisker.damping.to": 0.17,

@@ -25,13 +25,16 @@ def make_catalogue(first: AntennaWish) -> dict[str, Any]:
 
 @lru_cache(maxsize=1)
 def _make_fixed() -> dict[str, Any]:
+    known = {name: make_preset(name) for name in PRESETS if name != "cockroach"}
     return {
         "version": version("feeler"),
         "speeds": SPEEDS,
         "locations": LOCATIONS,
         "sizes": HALF_SIZES,
         "presets": {
-            name: describe_original(make_preset(name)) for name in PRESETS if name != "cockroach"
+            name: describe_original(antenna)
+            for name, antenna in known.items()
+            if not antenna.spatial  # the studio draws and touches in the plane
         },
         "tags": SOURCE_TAGS,
         "facts": {

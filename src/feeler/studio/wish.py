@@ -13,6 +13,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna, make_even_sensors
 from feeler.antenna.file import write_antenna
 from feeler.antenna.parse import parse_antenna
+from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
 from feeler.record import Ge, Le, Len, Record, Unit
@@ -83,7 +84,9 @@ class AntennaWish(Record):
 
 @lru_cache(maxsize=16)
 def _read_original(preset: str, toml: str) -> Antenna:
-    return parse_antenna(toml, "the antenna file").antenna if toml else make_preset(preset)
+    antenna = parse_antenna(toml, "the antenna file").antenna if toml else make_preset(preset)
+    require_plane(antenna, "the studio")
+    return antenna
 
 
 @lru_cache(maxsize=64)
