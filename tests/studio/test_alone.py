@@ -255,6 +255,21 @@ def test_a_run_by_hand_is_computed_again(browser, tmp_path, monkeypatch):
     assert read_shown(browser) == pytest.approx(again["angle"][:, sensed].T, abs=1e-7)
 
 
+def test_printing_shows_the_tensor(browser, quiet_page, tmp_path):
+    from pypdf import PdfReader
+
+    open_page(browser, quiet_page)
+    ask(browser, "(app.play(false), app.seek(100))")
+    printed = browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})["data"]
+    path = tmp_path / "page.pdf"
+    path.write_bytes(base64.b64decode(printed))
+    pages = PdfReader(path).pages
+    assert len(pages) <= 3
+    pictures = [np.asarray(image.image.convert("RGB")) for page in pages for image in page.images]
+    magma = [picture[:, :, 0].astype(int) - picture[:, :, 1] > 80 for picture in pictures]
+    assert max(hot.mean() for hot in magma) > 0.02  # a bright band, which no other picture has
+
+
 def test_a_level_antenna_keeps_compliance_and_damping_ratio():
     from feeler.antenna.modes import compute_modes
 

@@ -227,6 +227,15 @@ def test_the_script_gives_the_same_tensor(kind, capsys):
     assert capsys.readouterr().out.split()[-1] == expected
 
 
+def test_what_cannot_be_computed_names_remedies_that_the_page_has():
+    soft = {"stiffness": [[0, 10000], [1, 1e-5]], "matched": True}
+    page = Page().ask({"type": "touch", "wish": {"antenna": soft, **SHORT, "duration": 60.0}})
+    page.wait()
+    words = page.find("error")[0][0]["message"]
+    assert "gentler gradient" in words
+    assert "timestep" not in words
+
+
 def test_every_other_way_out(tmp_path, monkeypatch):
     monkeypatch.setattr("feeler.studio.alone._teach_all", lambda *_: None)  # test_alone.py has it
     page = Page()

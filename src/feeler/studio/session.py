@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.studio import study
 from feeler.studio.board import Boards, listen
 from feeler.studio.catalogue import make_catalogue
@@ -109,6 +109,8 @@ class Session:
             task(message, stop)
         except (study.Stopped, ConnectionError):
             return
+        except SimulationDiverged:
+            self._say({"type": "error", **about, "message": _advise(about["of"])})
         except FeelerError as error:
             self._say({"type": "error", **about, "message": str(error)})
         except Exception as error:  # a mistake of ours must not end the page
@@ -261,6 +263,15 @@ class Session:
         """The study of an antenna at the speed of a message, once it was made."""
         speed = read_number(message.get("speed", 0.06), "speed", 1e-3, 4.0)
         return lambda antenna: study.find_study(antenna, speed, self._unsure)
+
+
+def _advise(asked: str) -> str:
+    """What to do on the page where a simulation has no finite numbers."""
+    what = "One of this antenna's thirty touches" if asked == "study" else "This touch"
+    return (
+        f"{what} cannot be computed: the softest hinges are too soft for it. Choose a gentler"
+        " gradient, a stiffer antenna, or a slower or smaller object."
+    )
 
 
 def _read_slot(message: dict[str, Any]) -> str:

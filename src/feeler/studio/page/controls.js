@@ -47,7 +47,7 @@ export function makeAntennaPanel(app) {
   const quantity = makeChoice("Quantity that the handles change", [["stiffness", "Stiffness"], ["damping", "Damping"]], () => app.editing, (value) => { app.editing = value; app.draw(); });
   const unit = make("span", { class: "unit" });
   const gradient = makeSlider({
-    label: "Stiffness gradient", min: 0, max: 7, step: 0.05, say: (v) => (v < 0.03 ? "level" : `base ${write(10 ** v, 2)} × tip`),
+    label: "Stiffness gradient", min: 0, max: 6, step: 0.05, say: (v) => (v < 0.03 ? "level" : `base ${write(10 ** v, 2)} × tip`),
     read: () => {
       const handles = findHandles(wish(), app.findOriginal(app.slot), "stiffness");
       return Math.max(0, Math.log10(handles[0][1] / handles[handles.length - 1][1]));
