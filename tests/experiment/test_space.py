@@ -148,6 +148,13 @@ def test_a_touch_is_drawn_in_space(touches, tmp_path):
     assert path.stat().st_size > 1000
 
 
+def test_a_base_that_turns_in_space_is_labelled_and_recorded():
+    base = feeler.BaseMotion(velocity=(0.0, 0.01, 0.0), turn=(0.0, 0.0, -0.002))
+    found = feeler.touch(WHISKER, TRIALS[4].replace(base=base), duration=8)
+    assert found["base"].item() == "velocity 0 0.01 0 mm/ms, turn 0 0 -0.002 rad/ms"
+    np.testing.assert_allclose(found["base_pose"][0, -1], [0, 0.07, 0, 0, 0, -0.014], atol=1e-9)
+
+
 def test_an_accuracy_is_reached_in_space():
     found = feeler.touch(WHISKER, TRIALS[1], duration=10, accuracy=0.02)
     assert float(found["error"].max()) <= 0.02

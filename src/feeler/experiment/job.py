@@ -240,7 +240,10 @@ def _describe_base(base: BaseMotion | None) -> str:
         return ""
     if base.time is not None:
         return f"path {compute_digest(base)[:8]}"
-    return f"velocity {base.velocity[0]:g} {base.velocity[1]:g} mm/ms, turn {base.turn:g} rad/ms"
+    velocity, turn = (
+        " ".join(f"{x:g}" for x in np.ravel(part)) for part in (base.velocity, base.turn)
+    )
+    return f"velocity {velocity} mm/ms, turn {turn} rad/ms"
 
 
 def run_lanes(

@@ -180,4 +180,4 @@ def check_vector(value: Any, name: str, sizes: tuple[int, ...] = (2,)) -> Any:
     return vector
 
 
-_COUNTS = {2: "two finite numbers (x, y)", 3: "three (x, y, z)"}
+_COUNTS = {2: "two finite numbers (x, y)", 3: "three finite numbers (x, y, z)"}
