@@ -48,6 +48,7 @@ def test_verbs_with_many_options_show_five_first(name, verb):
         (["tracks"], "(plane=)", "(--plane)"),
         (["tracks"], "give scale=1.5 or scale=", "give --scale 1.5 or --scale"),
         (["robot", "check"], "say gaps='bridge'.", "say --gaps bridge."),
+        (["export"], "control=True is for strips", "--control is for strips"),
         (["robot", "check"], "give time_unit=.", "give --time-unit."),
         (["robot", "check"], "give n_channels=.", "feeler robot new --hinges N writes."),
         (["info"], "give frame_rate=.", "give frame_rate=."),

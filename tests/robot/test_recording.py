@@ -98,6 +98,7 @@ def test_notes_become_labels(tmp_path):
         ),
         (_header(), ROWS, "# speed: fast\n", "note 'speed' must be a number, got 'fast'"),
         (_header(), [[0, *"abcdefgh"], [1, *"abcdefgh"]], "", "'hinge1_deg' holds text .'a'."),
+        (_header(time="Timestamp"), [["12:30:01", *range(8)]] * 2, "", "'Timestamp' holds text"),
         (_header(), [["12:30:01", *range(8)]] * 2, "", "'time_ms' holds text .'12:30:01'."),
         (_header("furlong"), ROWS, "", "0 channels .* columns are time_ms, hinge1_furlong"),
     ],

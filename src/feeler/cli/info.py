@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from feeler.cli.page import list_options, say_in_shell
 from feeler.cli.say import Json, say_json
 from feeler.errors import FeelerError, InvalidInput
 
@@ -56,11 +57,20 @@ def info(
     if as_json:
         say_json([{"file": file, "says": lines} for file, lines in found.items()])
     for lines in [] if as_json else found.values():
-        typer.echo("\n".join(lines))
+        typer.echo(_translate("\n".join(lines)))
     for words in refused:
-        typer.echo(f"feeler: {words}", err=True)
+        typer.echo(f"feeler: {_translate(words)}", err=True)
     if refused:
         raise typer.Exit(2)
+
+
+def _translate(message: str) -> str:
+    """What a reader says, in the options of the verbs that read such files."""
+    from feeler.cli.app import app
+
+    group = typer.main.get_command(app)
+    options = list_options(group, ["robot", "check"]) | list_options(group, ["tracks"])
+    return say_in_shell(message, options)
 
 
 def name_instead(path: str | Path, kind: str) -> FeelerError | None:

@@ -28,7 +28,7 @@ SHOWN_FIRST = {
 }
 """The five options of a verb with many that most people want."""
 _ARGUMENT = re.compile(
-    r"(?<![\w-])(?P<name>[a-z][a-z0-9_]*)=(?:['\"](?P<word>[^'\"]*)['\"]|(?P<number>[\d.]*\d)?)"
+    r"(?<![\w-])(?P<name>[a-z][a-z0-9_]*)=(?:['\"](?P<word>[^'\"]*)['\"]|(?P<bare>[\w.]*\w)?)"
 )
 # what the command line has in the place of an argument
 _INSTEAD = {"n_channels=": "--antenna robot.toml, which feeler robot new --hinges N writes"}
@@ -88,8 +88,8 @@ def say_in_shell(message: str, options: dict[str, str]) -> str:
         option = options.get(found["name"])
         if option is None:
             return found[0]
-        value = found["word"] or found["number"]
-        return f"{option} {value}" if value else option
+        value = found["word"] or found["bare"]
+        return f"{option} {value}" if value and value != "True" else option
 
     for argument, words in _INSTEAD.items():
         message = message.replace(argument, words)

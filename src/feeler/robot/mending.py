@@ -157,7 +157,7 @@ def _mend(
     if long.any() and gaps == "refuse":
         raise InvalidInput(
             f"hinge {number} has {int(long.sum())} gaps longer than {max_gap:g} ms, the longest"
-            f" {steps.max():.4g} ms. Set gaps='bridge' or 'keep', or raise max_gap."
+            f" {steps.max():.4g} ms. Set gaps='bridge' or gaps='keep', or raise max_gap."
         )
     mended = np.interp(grid, stamps, values[known])
     said = []

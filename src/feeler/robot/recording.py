@@ -226,6 +226,7 @@ def _find_time(table: Table) -> str:
 
 def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
     column = _find_time(table)
+    table.refuse_words(column)
     match = _TIME.fullmatch(column)
     written = (match[1] or match[2]) if match else _CLOCKS[column]
     unit = (written or time_unit or table.notes.get("time unit") or "").lower()
