@@ -17,7 +17,7 @@ from ._command import run
         (("touch", "--engine", "ode"), "valid: chain-consistent, chain, mujoco"),
         (("reproduce", "--scale", "huge"), "smoke, quick, published, paper"),
         (("reproduce", "--set", "colour=2"), "stiffness, damping"),
-        (("reproduce", "--timestep", "5"), "timestep=1"),
+        (("reproduce", "--timestep", "5"), "--timestep 1"),
         (("reproduce", "--timestep", "0.5"), "use at most 0.1 ms"),
         (("reproduce", "--timestep", "0"), "timestep must be finite and > 0"),
         (("reproduce", "--seed", "-1"), "greater than or equal to 0"),
