@@ -50,6 +50,39 @@ def ask_stepper(engine):
     yield fresh, read_state
 
 
+def make_scenes_in_space():
+    """The same of antennae that bend in two planes."""
+    rng, n = np.random.default_rng(5), 9
+    length, mass = rng.uniform(0.4, 0.6, n), rng.uniform(1e-5, 2e-5, n)
+    antennas = (
+        feeler.Antenna(
+            segment_length=length,
+            segment_mass=mass,
+            radius=0.05,
+            damping=1e-3,
+            stiffness=factor * rng.uniform(0.005, 0.01, (2, n)),
+        )
+        for factor in (1.0, 2.0)
+    )
+    trials = (
+        feeler.Trial(feature=feeler.Ball(radius=radius), location=0.6, speed=0.1, azimuth=azimuth)
+        for radius, azimuth in ((0.9, 0.3), (0.6, -0.7))
+    )
+    return tuple(map(make_scene, antennas, trials))
+
+
+def ask_space_stepper(engine):
+    first, asked = make_scenes_in_space()
+    fresh = get_engine(engine).make([asked], TIMESTEP)
+    used = get_engine(engine).make([first], TIMESTEP)
+    used.step(90)
+    used.move_base(0, (0.1, 0.2, -0.1), (0.01, 0.0, 0.02))
+    used.step(40)
+    used.reset(0, asked)
+    yield used, read_state
+    yield fresh, read_state
+
+
 def ask_simulation(kind):
     antenna, trial = make_antenna(), list_trials()[0]
 
@@ -191,6 +224,8 @@ CASES = {
     "ChainStepper": (ask_stepper, ["chain-consistent"]),
     "MujocoStepper": (ask_stepper, ["mujoco"]),
     "RodStepper": (ask_stepper, ["rod"]),
+    "SpaceChainStepper": (ask_space_stepper, ["chain-consistent", "chain"]),
+    "SpaceMujocoStepper": (ask_space_stepper, ["mujoco"]),
     "Simulation": (ask_simulation, ["one"]),
     "Simulations": (ask_simulation, ["lanes"]),
     "Simulations reset": (ask_reset_lane, [""]),
