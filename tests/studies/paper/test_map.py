@@ -63,7 +63,10 @@ def test_the_values_span_the_starts_and_say_how_many_there_are(tmp_path):
     section = Section(name="s", title="", folder=tmp_path, vector=False)
     locations = np.repeat(PLACES, 3)
     keep_values(section, measure(locations, [DRIVEN[place] for place in locations]))
-    assert section.values["encoding.lag.3"] == {"value": 29.0, "low": 29.0, "high": 30.0, "n": 2}
+    # of 29 and 30: Student's t for one degree of freedom is 12.706 at 95 %
+    half = 12.7062 * np.sqrt(0.5) / np.sqrt(2)
+    expected = {"value": 29.5, "low": 29.5 - half, "high": 29.5 + half, "n": 2}
+    assert section.values["encoding.lag.3"] == pytest.approx(expected, rel=1e-5)
     assert section.values["encoding.location_p"]["n"] == 2
     assert span(np.array([1.0])) == {"value": 1.0, "n": 1}
     assert "undefined" in span(np.array([1.0, np.nan]))
