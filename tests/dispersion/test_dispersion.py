@@ -18,6 +18,7 @@ from feeler.dispersion import (
     scale_common,
     search_closest,
 )
+from feeler.dispersion.interval import student_mean
 from feeler.errors import InvalidInput
 
 from .test_indices import ssim_slowly
@@ -245,3 +246,12 @@ def test_one_difference_has_no_effect_size():
 def test_unpaired_values_are_refused():
     with pytest.raises(InvalidInput, match="one to one"):
         bootstrap_difference(np.ones(3), np.ones(4), np.random.default_rng(0))
+
+
+def test_students_interval_holds_the_mean_as_often_as_it_says():
+    rng = np.random.default_rng(7)
+    draws = rng.normal(3.0, 2.0, (4000, 3))
+    found = [student_mean(values) for values in draws]
+    assert np.mean([one.low <= 3.0 <= one.high for one in found]) == pytest.approx(0.95, abs=0.012)
+    alone = student_mean(np.array([2.0]))
+    assert alone.estimate == 2.0 and np.isnan(alone.low) and np.isnan(alone.high)

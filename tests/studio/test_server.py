@@ -4,6 +4,7 @@ else.
 
 import contextlib
 import http.client
+import re
 import socket
 import time
 
@@ -149,8 +150,19 @@ def test_the_modules_as_one_have_each_thing_once():
     assert len(names) == len(set(names)) > 50
 
 
+def follow(name, known):
+    """Every module that one imports, and they in turn."""
+    if name not in known:
+        known.add(name)
+        for other in re.findall(r'from "\./([\w-]+\.js)"', (PAGE / name).read_text()):
+            follow(other, known)
+    return known
+
+
 def test_the_page_is_small():
+    """What the studio loads; the engine in plain JavaScript belongs to exported pages alone."""
     import gzip
 
-    size = sum(len(gzip.compress(path.read_bytes())) for path in PAGE.iterdir())
-    assert size < 60_000
+    loaded = follow("main.js", {"index.html", "studio.css"})
+    assert {"scene.js", "tensor.js"} <= loaded and "chain.js" not in loaded
+    assert sum(len(gzip.compress((PAGE / name).read_bytes())) for name in loaded) < 60_000
