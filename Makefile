@@ -34,7 +34,7 @@ $(BIN)/.cnn: $(BIN)/.core
 	@touch $@
 
 $(BIN)/.docs: $(BIN)/.core
-	@$(PIP) -e '.[docs,active,design]'
+	@$(PIP) -e '.[docs,active,cnn,design]'
 	@touch $@
 
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=quick|published|paper)

@@ -32,7 +32,7 @@ class Sensillum(Record):
     v : float
         Gain for the rate of change [Hz·ms], that of hair sensilla.
     ceiling : float
-        Greatest rate [Hz] [C].
+        Greatest rate [Hz], chosen [C].
 
     Raises
     ------
