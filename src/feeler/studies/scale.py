@@ -225,7 +225,7 @@ _REST = (
 PUBLISHED = replace(
     PAPER,
     name="published",
-    minutes=6.0,
+    minutes=7.0,
     vector=False,
     kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen"),
     queue=("tensors", "encoding", "reading", "calibration", "wall", "robot", "tradeoff", *_REST),
@@ -251,7 +251,7 @@ fewer repeats, and what is kept is neither the paper's nor quick.
 """
 QUICK = Scale(
     name="quick",
-    minutes=1.0,
+    minutes=1.5,
     vector=False,
     kept=PUBLISHED.kept,
     controls=("linear", "constant"),
