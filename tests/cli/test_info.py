@@ -145,3 +145,11 @@ def test_a_verb_names_what_it_was_given_and_the_verb_that_takes_it(files, words,
     code, found = say(*words)
     assert code != 0 and said in found
     assert "Traceback" not in found and "damaged" not in found
+
+
+@pytest.mark.parametrize("words", [("tracks",), ("robot", "check"), ("validate",), ("info",)])
+def test_a_text_of_no_kind_is_refused_in_a_line_by_every_verb(files, words):
+    Path("notes.md").write_text("# Notes\n\nThe left antenna was slower today.\n")
+    code, found = say(*words, "notes.md")
+    assert code != 0 and "notes.md is no file of feeler" in found
+    assert "Traceback" not in found

@@ -31,6 +31,10 @@ def test_the_slower_the_darker_in_any_order():
     found = pick_colours(["0.6 m/s", "0.06 m/s", "0.3 m/s"])
     light = [sum(to_rgb(found[name])) for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")]
     assert light == sorted(light) and len({*light}) == 3
+    words = pick_colours(["fast", "slow", "medium"])
+    assert [words[name] for name in ("slow", "medium", "fast")] == [
+        found[name] for name in ("0.06 m/s", "0.3 m/s", "0.6 m/s")
+    ]
 
 
 def test_what_has_no_colour_of_its_own_takes_one_in_turn():

@@ -82,7 +82,7 @@ def name_instead(path: str | Path, kind: str) -> FeelerError | None:
 
     if not Path(path).exists():
         return None
-    name = Path(path).name
+    name, likely = Path(path).name, set()
     try:
         likely = {form.kind for form in find_formats(path, list_rooms()).values()}
         form, _ = open_file(path, None, list_rooms())

@@ -21,7 +21,7 @@ PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PAL
 # Tol's muted scheme and two of the palette that no profile has: other meanings, other colours
 BASIS_COLOURS = ("#882255", "#999933", "#44AA99", "#332288", "#DDCC77")
 FEATURE_COLOURS = {"ball": "#56B4E9", "box": "#E69F00", "triangle": "#000000"}
-_SPEED = " m/s"
+_SPEED, _SPEEDS = " m/s", ("slow", "medium", "fast")
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
 
 RC: Any = {
@@ -61,11 +61,14 @@ def style() -> Iterator[None]:
 
 def pick_colours(names: Iterable[str]) -> dict[str, Any]:
     """A colour for each name, the same in every figure: profiles and features have theirs, and of
-    speeds ("0.06 m/s") the slower is the darker. Any other name takes the palette's next.
+    speeds ("0.06 m/s", "slow") the slower is the darker. Any other takes the palette's next.
     """
     names = list(names)
-    if names and all(name.endswith(_SPEED) for name in names):
-        ordered = sorted(names, key=lambda name: float(name.removesuffix(_SPEED)))
+    named = {*names} <= {*_SPEEDS}
+    if names and (named or all(name.endswith(_SPEED) for name in names)):
+        ordered = sorted(
+            names, key=_SPEEDS.index if named else lambda name: float(name.removesuffix(_SPEED))
+        )
         shades = mpl.colormaps["viridis"](np.linspace(0, 0.85, len(ordered)))
         return dict(zip(ordered, map(tuple, shades), strict=True))
     known = PROFILE_COLOURS | FEATURE_COLOURS
