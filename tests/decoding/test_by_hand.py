@@ -19,7 +19,8 @@ from feeler.errors import InvalidInput
 
 def make_sweep(noisy, ratios=(0.1, 0.2), n_classes=4, confusion=None):
     noisy = np.asarray(noisy, dtype=float)
-    rest = dict.fromkeys(("clean", "kept_noisy", "kept_clean"), noisy)
+    rest = dict.fromkeys(("kept_noisy", "kept_clean"), noisy)
+    rest["hits"] = np.ones((*noisy.shape, n_classes), dtype=bool)
     confusion = (
         np.zeros((len(ratios), n_classes, n_classes))
         if confusion is None

@@ -100,7 +100,7 @@ def test_profiles_stand_over_the_hinges_in_their_units():
 @pytest.mark.parametrize("points", [2, 5], ids=["bars", "a band"])
 def test_accuracy_and_noise_are_in_per_cent(ax, points):
     noisy = np.array([[0.9, 1.0], *[[0.4, 0.6]] * (points - 1)])
-    empty = dict.fromkeys(("clean", "confusion", "kept_noisy", "kept_clean"), noisy)
+    empty = dict.fromkeys(("hits", "confusion", "kept_noisy", "kept_clean"), noisy)
     plot_sweep(
         Sweep(ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty), ax
     )

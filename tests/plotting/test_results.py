@@ -22,7 +22,7 @@ def make_sweep():
         ratios=np.array([0.0, 0.1, 0.3]),
         classes=np.array(["ball", "box"]),
         noisy=np.array([[1.0, 0.9], [0.8, 0.9], [0.6, 0.5]]),
-        clean=np.array([[1.0, 1.0], [0.9, 0.9], [0.7, 0.6]]),
+        hits=np.arange(10) < np.array([[[10], [10]], [[9], [9]], [[7], [6]]]),
         confusion=np.array([[[9, 1], [0, 10]], [[8, 2], [3, 7]], [[6, 4], [5, 5]]]),
         kept_noisy=np.ones((3, 2)),
         kept_clean=np.ones((3, 2)),

@@ -40,8 +40,8 @@ class Sweep(Shown):
         Class labels, sorted (class,).
     noisy : np.ndarray
         Accuracy on noisy copies drawn apart from the training copies (ratio, repeat).
-    clean : np.ndarray
-        Accuracy on the clean originals (ratio, repeat).
+    hits : np.ndarray
+        Which clean originals were named right (ratio, repeat, trial).
     confusion : np.ndarray
         Counts over all repeats on noisy copies (ratio, true class, predicted class).
     kept_noisy : np.ndarray
@@ -55,7 +55,7 @@ class Sweep(Shown):
     ratios: np.ndarray
     classes: np.ndarray
     noisy: np.ndarray
-    clean: np.ndarray
+    hits: np.ndarray = field(repr=False)
     confusion: np.ndarray = field(repr=False)
     kept_noisy: np.ndarray = field(repr=False)
     kept_clean: np.ndarray = field(repr=False)
@@ -64,6 +64,11 @@ class Sweep(Shown):
     def chance(self) -> float:
         """Accuracy of guessing one of the equally frequent classes."""
         return 1.0 / self.classes.size
+
+    @property
+    def clean(self) -> np.ndarray:
+        """Accuracy on the clean originals (ratio, repeat)."""
+        return self.hits.mean(axis=2)
 
     @property
     def recall(self) -> np.ndarray:
@@ -175,7 +180,8 @@ def compute_sweep(
     if n_repeats < 1:
         raise InvalidInput(f"n_repeats must be ≥ 1, got {n_repeats}.")
     shape = (len(ratios), n_repeats)
-    noisy, clean, kept_noisy, kept_clean = (np.full(shape, np.nan) for _ in range(4))
+    noisy, kept_noisy, kept_clean = (np.full(shape, np.nan) for _ in range(3))
+    hits = np.zeros((*shape, len(sets[3])), dtype=bool)
     confusion = np.zeros((n_repeats, len(ratios), classes.size, classes.size), dtype=int)
     draw = partial(_draw_rotated, _span_all(sets)) if rotate else _draw_encoded
     noises = [
@@ -193,7 +199,7 @@ def compute_sweep(
             model.fit(_shape(train[0], model), train[1])
             true, found = _answer(model, test, place)
             noisy[k, r] = np.mean(found == true)
-            clean[k, r] = np.mean(np.equal(*_answer(model, originals, place)))
+            hits[k, r] = np.equal(*_answer(model, originals, place))
             named = found >= 0
             np.add.at(confusion[r, k], (true[named], found[named]), 1)
             kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
@@ -206,7 +212,7 @@ def compute_sweep(
         ratios=np.asarray(ratios, dtype=float),
         classes=classes,
         noisy=noisy,
-        clean=clean,
+        hits=hits,
         confusion=confusion.sum(axis=0),
         kept_noisy=kept_noisy,
         kept_clean=kept_clean,

@@ -149,7 +149,7 @@ class Scale:
     choices: bool = True
     network: Mapping[str, Any] = field(
         default_factory=lambda: MappingProxyType(
-            {"ratios": (0.1, 0.3), "n_repeats": 3, "n_copies": 4, "max_epochs": 10}
+            {"ratios": (0.1, 0.2, 0.3), "n_repeats": 3, "n_copies": 4, "max_epochs": 10}
         )
     )
 

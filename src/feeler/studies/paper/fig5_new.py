@@ -15,9 +15,10 @@ from matplotlib.figure import Figure
 from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
+from feeler.dispersion.interval import bootstrap_mean
 from feeler.experiment.touch import DURATION, touch
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
-from feeler.report import Section, make_interval
+from feeler.report import Section, make_spread
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
@@ -49,8 +50,8 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     Returns
     -------
     SimpleNamespace
-        By split: ``accuracy`` on clean touches of a size or place that was never trained, its
-        ``repeats`` (repeat,), ``chance``, and ``parts[split][attribute]``, the share of the answers
+        By split: ``accuracy`` on clean touches of a size or place that was never trained, how often
+        each of these ``touches`` (trial,) was named right, ``chance``, and ``parts[split][attribute]``, the share of the answers
         in which that part is right. ``change`` by attribute: how much a tensor changes if only that
         is changed (a place by one step), as a share of its norm.
     """
@@ -60,7 +61,7 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
         for a in ATTRIBUTES
     }
     options = _list_options(plan, plan.n_repeats, random_state)
-    accuracy, repeats, chance, parts = {}, {}, {}, {}
+    accuracy, touches, chance, parts = {}, {}, {}, {}
     for split, read in SPLITS.items():
         groups = names[LEFT_OUT[split]]
         labels = np.array([" ".join(row) for row in zip(*(names[a] for a in read), strict=True)])
@@ -69,14 +70,14 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
         folds = list(
             compute_left_out(array / array.max(), labels, groups, estimator=lda, **options).values()
         )
-        repeats[split] = np.mean([sweep.clean[-1] for sweep in folds], axis=0)
-        accuracy[split] = float(repeats[split].mean())
+        touches[split] = np.concatenate([sweep.hits[-1].mean(axis=0) for sweep in folds])
+        accuracy[split] = float(touches[split].mean())
         chance[split] = folds[0].chance
         confusion = sum(sweep.confusion[-1] for sweep in folds)
         parts[split] = _split_parts(folds[0].classes, confusion / confusion.sum(), read)
     change = _measure_change(array, names)
     return SimpleNamespace(
-        accuracy=accuracy, repeats=repeats, chance=chance, parts=parts, change=change
+        accuracy=accuracy, touches=touches, chance=chance, parts=parts, change=change
     )
 
 
@@ -194,9 +195,9 @@ def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespa
     rows = []
     for window, profiles in data.items():
         for name, new in profiles.items():
-            for split, repeats in new.repeats.items():
-                half = 2 * repeats.std(ddof=1) if len(repeats) > 1 else np.nan
-                found = make_interval(repeats.mean(), half, n=len(repeats))
+            for split, right in new.touches.items():
+                one = bootstrap_mean(right, np.random.default_rng(0))
+                found = make_spread(one.estimate, one.low, one.high, n=right.size)
                 section.values[f"generalise.{split}.{window}.{name}"] = found
                 section.values[f"generalise.chance.{split}"] = new.chance[split]
             for attribute, change in new.change.items():
