@@ -51,8 +51,9 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     -------
     SimpleNamespace
         By split: ``accuracy`` on clean touches of a size or place that was never trained, how often
-        each of these ``touches`` (trial,) was named right, ``chance``, and ``parts[split][attribute]``, the share of the answers
-        in which that part is right. ``change`` by attribute: how much a tensor changes if only that
+        each of these ``touches`` (trial,) was named right, ``chance``, and
+        ``parts[split][attribute]``, the share of the answers in which that part is right.
+        ``change`` by attribute: how much a tensor changes if only that
         is changed (a place by one step), as a share of its norm.
     """
     array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)
