@@ -21,7 +21,10 @@ PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PAL
 # Tol's muted scheme and two of the palette that no profile has: other meanings, other colours
 BASIS_COLOURS = ("#882255", "#999933", "#44AA99", "#332288", "#DDCC77")
 FEATURE_COLOURS = {"ball": "#56B4E9", "box": "#E69F00", "triangle": "#000000"}
+# quantities that shade a row of marks, each with colours of its own
+_SHADES = {"speed": "viridis", "wall distance": "cividis", "bend": "plasma", "hinge": "copper"}
 _SPEED, _SPEEDS = " m/s", ("slow", "medium", "fast")
+ANTENNA_COLOURS = ("#5b3a1e", "#d9b48f")  # its line, and its body
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
 
 RC: Any = {
@@ -69,10 +72,14 @@ def pick_colours(names: Iterable[str]) -> dict[str, Any]:
         ordered = sorted(
             names, key=_SPEEDS.index if named else lambda name: float(name.removesuffix(_SPEED))
         )
-        shades = mpl.colormaps["viridis"](np.linspace(0, 0.85, len(ordered)))
-        return dict(zip(ordered, map(tuple, shades), strict=True))
+        return dict(zip(ordered, pick_shades("speed", len(ordered)), strict=True))
     known = PROFILE_COLOURS | FEATURE_COLOURS
     return {name: known.get(name, PALETTE[k % len(PALETTE)]) for k, name in enumerate(names)}
+
+
+def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:
+    """Colours of ``count`` rising values of a quantity: a speed, a bend, a hinge's place …"""
+    return [tuple(shade) for shade in mpl.colormaps[_SHADES[quantity]](np.linspace(0, 0.9, count))]
 
 
 def set_decades(ax: Axes) -> None:

@@ -13,7 +13,7 @@ from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
-from feeler.plotting.look import TENSOR_COLOURS, set_decades
+from feeler.plotting.look import ANTENNA_COLOURS, TENSOR_COLOURS, set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 
@@ -26,7 +26,11 @@ SPANS_DECADES = (
 @checked
 def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: Any) -> None:
     """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
-    ax.plot(points[:, 0], points[:, 1], **({"color": "#5b3a1e", "solid_capstyle": "round"} | line))
+    ax.plot(
+        points[:, 0],
+        points[:, 1],
+        **({"color": ANTENNA_COLOURS[0], "solid_capstyle": "round"} | line),
+    )
 
 
 class MovingAntenna:

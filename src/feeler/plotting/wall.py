@@ -4,13 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse
 
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.plotting.look import PALETTE, PROFILE_COLOURS, pick_shades
 from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_peak
 
 
@@ -108,7 +107,7 @@ def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int =
     the origin, coloured by the distance of its wall; dots: greatest bend.
     """
     distances = np.abs(next(iter(rows.values())).wall)[::every]
-    colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(distances)))
+    colours = pick_shades("wall distance", len(distances))
     for (name, shapes), ax in zip(rows.items(), axes, strict=True):
         for k, colour in zip(range(0, len(shapes.wall), every), colours, strict=True):
             ax.axvline(shapes.wall[k], color=colour, lw=0.8, ls="--")

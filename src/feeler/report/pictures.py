@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from feeler.plotting.look import DOUBLE, fix_layout, style, unjoin
+from feeler.plotting.marks import find_unnamed
 from feeler.plotting.tensor import list_tensors
 from feeler.plotting.words import measure_words
 
@@ -40,7 +41,7 @@ class Pictures:
             fix_layout(figure)
             panels = list_tensors(figure)
             _save_png(figure, self._folder / f"{name}.png")
-            words = measure_words(figure)
+            words = measure_words(figure) | {"unnamed": find_unnamed(figure)}
             if self._vector:
                 self._pages.savefig(figure)
         return (width, height), panels, words

@@ -82,7 +82,9 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
 
 
 def test_the_words_of_every_figure_can_be_read(sections):
-    """At the width of a page no letter is smaller than 6 pt, and no text stands on another."""
+    """At the width of a page no letter is smaller than 6 pt, no text stands on another, and each
+    colour of a mark is named.
+    """
     words = {
         block["name"]: block["words"]
         for section in sections.values()
@@ -92,6 +94,7 @@ def test_the_words_of_every_figure_can_be_read(sections):
     assert len(words) > 20
     assert {name: one["least"] for name, one in words.items() if one["least"] < 6} == {}
     assert {name: one["over"] for name, one in words.items() if one["over"]} == {}
+    assert {name: one["unnamed"] for name, one in words.items() if one["unnamed"]} == {}
 
 
 def test_what_is_claimed_stands_beside_one_figure_or_section(whole):

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.cockroach import FACTS
 from feeler.antenna.fact import SOURCE_TAGS
+from feeler.plotting.look import ANTENNA_COLOURS
 from feeler.plotting.posture import plot_posture, plot_profiles
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
@@ -15,7 +16,8 @@ def plot(antenna: Antenna, figure: Figure) -> None:
     grid = figure.add_gridspec(2, 4, height_ratios=(1, 2))
     ax = figure.add_subplot(grid[0, :])
     points = antenna.shape()[:, ::-1]
-    ax.fill_between(points[:-1, 0], -antenna.radius, antenna.radius, color="#d9b48f", linewidth=0)
+    radius, colour = antenna.radius, ANTENNA_COLOURS[1]
+    ax.fill_between(points[:-1, 0], -radius, radius, color=colour, linewidth=0)
     plot_posture(points, ax, linewidth=1)
     ax.plot(
         points[antenna.sensors - 1, 0],
@@ -23,10 +25,12 @@ def plot(antenna: Antenna, figure: Figure) -> None:
         ".",
         color="#D55E00",
         markersize=3,
+        label="sensor",
     )
+    ax.legend(loc="upper right")
     ax.set(xlabel="arc length from the base [mm]", yticks=[], ylim=(-1.5, 1.5), aspect="equal")
     ax.set_title(
-        f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors (dots),"
+        f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors,"
         f" {antenna.length:.3g} mm"
     )
     ax.spines.left.set_visible(False)

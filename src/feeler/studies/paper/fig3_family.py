@@ -140,7 +140,7 @@ def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
     ):
         ax.plot([], [], label=label, **style)
     ax.legend(loc="lower left")
-    ax.set_xticks(place, family.names)
+    _name_profiles(family, ax)
     ax.set(
         ylabel="R²",
         ylim=(-0.05, 1.05),
@@ -160,10 +160,17 @@ def plot_offset(family: Family, ax: Axes) -> None:
             ax.plot([k - 0.3, k + 0.3], [100 * np.median(found)] * 2, color="#000000", lw=1.5)
     ax.axhline(100 * NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
     ax.plot([], [], color="#000000", lw=1.5, label="median")
-    ax.set_xticks(range(len(family.names)), family.names)
+    _name_profiles(family, ax)
     ax.set(ylabel="greatest curvature from contact\n[% of the length]", ylim=(-3, 103))
     ax.set_title("every set-up with three distances or more")
     ax.legend()
+
+
+def _name_profiles(family: Family, ax: Axes) -> None:
+    """Each profile's name below its dots, in their colour."""
+    ax.set_xticks(range(len(family.names)), family.names)
+    for name, label in zip(family.names, ax.get_xticklabels(), strict=True):
+        label.set_color(PROFILE_COLOURS.get(name, PALETTE[0]))
 
 
 def show(context: Context, section: Section) -> None:

@@ -9,14 +9,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.dispersion import INDICES
 from feeler.plotting import PALETTE, say_clock, style, write_movie
-from feeler.plotting.look import FEATURE_COLOURS
+from feeler.plotting.look import FEATURE_COLOURS, pick_shades
 from feeler.plotting.tensor import plot_tensor as draw_tensor
 from feeler.report import Section, make_spread
 from feeler.robot import Recording, Touches, compute_comparison, compute_tip, make_robot
@@ -75,16 +74,17 @@ def _plot_layout(ax: Axes) -> None:
     outline = np.append(place, robot.length)
     half = np.append(width, width[-1]) / 2
     ax.fill_between(outline, -half, half, color="#DDDDDD")
-    for k, x in enumerate(place):
-        ax.plot(x, 0, "o", color=_hinge_colour(k))
-    ax.set(xlabel="from hinge 1 [mm]", yticks=[], aspect="equal", title="8 hinges")
+    for k, (x, colour) in enumerate(zip(place, pick_shades("hinge", place.size), strict=True)):
+        ax.plot(x, 0, "o", color=colour)
+        ax.text(x, 7.0, str(k + 1), color=colour, ha="center", fontsize=7)
+    ax.set(xlabel="from hinge 1 [mm]", yticks=[], ylim=(-7, 14), aspect="equal", title="8 hinges")
 
 
 def _plot_channels(recording: Recording, ax: Axes, label: str) -> None:
     """Channels over time, coloured from base to tip."""
     values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
-    for k, channel in enumerate(values):
-        ax.plot(recording.time, channel, lw=0.6, color=_hinge_colour(k))
+    for channel, colour in zip(values, pick_shades("hinge", len(values)), strict=True):
+        ax.plot(recording.time, channel, lw=0.6, color=colour)
     ax.set(xlabel="time [ms]", ylabel=label, title=recording.source)
 
 
@@ -152,7 +152,10 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
         ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
     ax.set(xlabel="time from first peak [ms]", ylabel="tip [mm]", xticks=[-1500, -750, 0])
-    ax.set_title("C  simulation: 30 classes (ball blue, box orange)", loc="left")
+    for feature in ("ball", "box"):
+        ax.plot([], [], color=FEATURE_COLOURS[feature], label=feature)
+    ax.legend(loc="lower left")
+    ax.set_title("C  simulation: 30 classes", loc="left")
 
 
 def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
@@ -253,10 +256,6 @@ def _errorbar(
     middle, low, high = np.array(shares).T
     bars = None if alone else (middle - low, high - middle)
     ax.errorbar(x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, label=label)
-
-
-def _hinge_colour(k: int) -> tuple:
-    return colormaps["viridis"](k / 8)
 
 
 def show(context: Context, section: Section) -> None:

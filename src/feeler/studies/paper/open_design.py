@@ -53,9 +53,10 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     """Profiles, errors on the final draws, where the exponential family went, and sensors."""
     axes = figure.subplots(2, 2).flat
     place = reference.hinge_position / reference.length
-    for colour, one in zip(PALETTE, stored["spline"].values(), strict=False):
-        axes[0].plot(place, one["stiffness"], color=colour, lw=1)
-    axes[0].plot(place, reference.stiffness, color="black")
+    for k, (colour, one) in enumerate(zip(PALETTE, stored["spline"].values(), strict=False)):
+        axes[0].plot(place, one["stiffness"], color=colour, lw=1, label=f"search {k + 1}")
+    axes[0].plot(place, reference.stiffness, color="black", label="the paper's")
+    axes[0].legend()
     axes[0].set(yscale="log", xlabel="position (base 0, tip 1)", ylabel="stiffness [N·mm/rad]")
     final = stored["final"]
     x = np.arange(len(final["speeds"]))
@@ -78,6 +79,8 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
             )
             axes[2].plot(one["p"][2], one["bits"], "o", ms=4, color=colour, label=label)
         axes[2].plot(-0.0827, family["paper"]["bits"], "x", color=colour)
+    for marker, words in (("|", "start"), ("o", "end of a search"), ("x", "the paper's")):
+        axes[2].plot([], [], marker, color="#59636e", label=words)
     axes[2].set(xlabel="stiffness rate p3 [1/joint]", ylabel="bits, optimiser's draws")
     axes[2].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     for colour, one in zip(PALETTE, stored["spline"].values(), strict=False):

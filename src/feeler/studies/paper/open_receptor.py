@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from feeler.antenna.antenna import Antenna
 from feeler.information import compute_told, find_told
-from feeler.plotting.look import PALETTE, mark_places
+from feeler.plotting.look import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
 from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
@@ -134,13 +134,9 @@ def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> Non
 
 
 def _plot_rates(data: xr.Dataset, ax: Axes) -> None:
-    from matplotlib import colormaps
-
     order = np.argsort(data["rate"].values)
     shown = average_sets(100 * data["accuracy"])
-    for colour, bend in zip(
-        colormaps["viridis"](np.linspace(0, 0.9, 7)), data["bend"], strict=True
-    ):
+    for colour, bend in zip(pick_shades("bend", data.sizes["bend"]), data["bend"], strict=True):
         one = shown.sel(bend=bend).isel(rate=order)
         label = f"{float(bend):g}" + (" (floor)" if bend == data["bend"].max() else "")
         x = one["rate"].values

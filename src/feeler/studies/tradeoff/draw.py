@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.plotting.look import PALETTE, mark_places
+from feeler.plotting.look import PALETTE, mark_places, pick_shades
 from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
@@ -50,7 +49,7 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
     """Accuracy against window, a line for each speed, with its interval over the sets."""
     chosen = data.isel(window=np.flatnonzero(data["kind"].values == kind)).sel(level=level)
     found = average_sets(100 * chosen["accuracy"])
-    colours = mpl.colormaps["viridis"](np.linspace(0, 0.9, data.sizes["speed"]))
+    colours = pick_shades("speed", data.sizes["speed"])
     for colour, speed in zip(colours, data["speed"].values, strict=True):
         one, x = found.sel(speed=speed), chosen["value"].values
         ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g}")
