@@ -27,7 +27,7 @@ from feeler.information import (
     scale_peaks,
 )
 from feeler.plotting.look import PALETTE, mark_places
-from feeler.report.section import Section
+from feeler.report.section import Section, make_spread
 from feeler.stimulus import Trial, make_feature
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.open_gradient import load_questions
@@ -35,6 +35,7 @@ from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
 from feeler.task import Nuisances, Task
 
 TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
+_RESAMPLES = 1000  # bootstrap
 _TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 _READERS = {
     "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
@@ -94,10 +95,11 @@ def _list_targets(antenna: Antenna, trials: list[Trial]) -> np.ndarray:
 
 
 def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[str, Any]:
-    """Root-mean-square errors and bounds by shape, noise and target, and the derivatives' changes
-    by halving the step.
+    """Squared errors and bounds of every touch by shape, noise and target, and the derivatives'
+    changes by halving the step.
 
-    ``errors`` and ``bounds`` {(shape, kind, size): …}: {reader: (target,)} and (target,).
+    ``errors`` and ``bounds`` {(shape, kind, size): …}: {reader: (touch, target)} and
+    (touch, target).
     """
     errors, bounds, changes = {}, {}, {}
     options = options | {"duration": asked["duration"]}
@@ -122,7 +124,7 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
                 least = np.array(
                     [compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)]
                 )
-                bounds[shape, kind, size] = np.sqrt((least**2).mean(axis=0))
+                bounds[shape, kind, size] = least**2
                 errors[shape, kind, size] = _read(clean, targets, size, asked, rng)
     return {"errors": errors, "bounds": bounds, "changes": changes}
 
@@ -134,8 +136,8 @@ def _read(
     asked: Mapping[str, Any],
     rng: np.random.Generator,
 ) -> dict[str, np.ndarray]:
-    """Error (target,) of each reader on noisy copies of the test tensors, trained on those of the
-    training tensors.
+    """Squared error (touch, target) of each reader, averaged over noisy copies of the test tensors;
+    trained on those of the training tensors.
     """
     copies = asked["copies"]
     known, asking = (
@@ -155,9 +157,8 @@ def _read(
         reader = make_pipeline(StandardScaler(), _READERS[name]()).fit(
             known, scale.transform(truth[0])
         )
-        found[name] = np.sqrt(
-            ((scale.inverse_transform(reader.predict(asking)) - truth[1]) ** 2).mean(axis=0)
-        )
+        squares = (scale.inverse_transform(reader.predict(asking)) - truth[1]) ** 2
+        found[name] = squares.reshape(copies, *targets[1].shape).mean(axis=0)
     return found
 
 
@@ -170,14 +171,14 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             for colour, name in zip(PALETTE, asked["readers"], strict=False):
                 ax.plot(
                     sizes,
-                    [data["errors"][shape, kind, s][name][k] for s in sizes],
+                    [_average(data["errors"][shape, kind, s][name])[k] for s in sizes],
                     ".-",
                     color=colour,
                     label=name,
                 )
             ax.plot(
                 sizes,
-                [data["bounds"][shape, kind, s][k] for s in sizes],
+                [_average(data["bounds"][shape, kind, s])[k] for s in sizes],
                 "kx--",
                 label="Cramér–Rao bound",
             )
@@ -194,23 +195,50 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
     figure.axes[3].legend(fontsize=6.5)
 
 
+def _average(squares: np.ndarray) -> np.ndarray:
+    """Root mean square over touches (touch, target)."""
+    return np.sqrt(squares.mean(axis=0))
+
+
 def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers that claims are held against, each of so many touches; ``error`` is that of the
-    best reader, as is each ratio to the bound.
+    """The numbers that claims are held against, with 95 % intervals over touches (bootstrap);
+    ``error`` is that of the reader that is best over all touches, as is each ratio to the bound.
     """
+    changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     n = asked["test"] * len(asked["shapes"])
-    return {key: {"value": value, "n": n} for key, value in _measure(data, asked).items()}
+    best = {key: _choose_best(by) for key, by in data["errors"].items()}
+    rng = np.random.default_rng(0)
+    drawn = [
+        _measure(best, data["bounds"], asked, rng.integers(asked["test"], size=asked["test"]))
+        for _ in range(_RESAMPLES)
+    ]
+    found: dict[str, Any] = {"bounds.change": {"value": float(np.median(changes)), "n": n}}
+    for key, value in _measure(best, data["bounds"], asked, np.arange(asked["test"])).items():
+        low, high = np.quantile([one[key] for one in drawn], [0.025, 0.975])
+        found[key] = make_spread(value, low, high, n=n)
+    return found
 
 
-def _measure(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
-    found = {
-        "bounds.change": float(
-            np.median(np.concatenate([values.ravel() for values in data["changes"].values()]))
-        )
-    }
-    best = {key: np.min(list(by.values()), axis=0) for key, by in data["errors"].items()}
+def _choose_best(by: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Squared errors (touch, target) of the reader that is best for each target."""
+    every = np.array(list(by.values()))
+    winner = every.mean(axis=1).argmin(axis=0)
+    return np.stack([every[k, :, target] for target, k in enumerate(winner)], axis=1)
+
+
+def _measure(
+    best: Mapping[tuple, np.ndarray],
+    bounds: Mapping[tuple, np.ndarray],
+    asked: Mapping[str, Any],
+    touches: np.ndarray,
+) -> dict[str, float]:
+    """Errors and bounds over these touches, all shapes together, and the least ratios of them."""
+    error, bound = (
+        {key: _average(squares[touches]) for key, squares in by.items()} for by in (best, bounds)
+    )
+    found: dict[str, float] = {}
     for k, name in enumerate(TARGETS):
-        ratio = {key: float(best[key][k] / data["bounds"][key][k]) for key in best}
+        ratio = {key: float(error[key][k] / bound[key][k]) for key in error}
         quiet = [ratio[key] for key in ratio if key[2] == min(asked[key[1]])]
         found |= {
             f"bounds.ratio.{name}": min(ratio.values()),
@@ -218,8 +246,8 @@ def _measure(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, flo
         }
         for kind in UNITS_OF_NOISE:
             for size in asked[kind]:
-                keys = [key for key in best if key[1:] == (kind, size)]
-                for word, by in (("error", best), ("bound", data["bounds"])):
+                keys = [key for key in error if key[1:] == (kind, size)]
+                for word, by in (("error", error), ("bound", bound)):
                     mean = float(np.sqrt(np.mean([by[key][k] ** 2 for key in keys])))
                     found[f"bounds.{word}.{name}.{kind}.{size:g}"] = mean
     return found
@@ -247,13 +275,18 @@ def show(context: Context, section: Section) -> None:
         lambda figure: plot(data, asked, figure),
         height=4.4,
         numbers={
-            part: {str(key): value for key, value in found.items()} for part, found in data.items()
+            "errors": {
+                str(key): {name: _average(squares) for name, squares in by.items()}
+                for key, by in data["errors"].items()
+            },
+            "bounds": {str(key): _average(squares) for key, squares in data["bounds"].items()},
+            "changes": data["changes"],
         },
     )
     rows = [
-        [shape, f"{kind} {size:g} {UNITS_OF_NOISE[kind]}", name, *map(float, values)]
+        [shape, f"{kind} {size:g} {UNITS_OF_NOISE[kind]}", name, *map(float, _average(squares))]
         for (shape, kind, size), by in data["errors"].items()
-        for name, values in {**by, "bound": data["bounds"][shape, kind, size]}.items()
+        for name, squares in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]
     section.table(
         ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows
