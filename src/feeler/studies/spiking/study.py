@@ -162,15 +162,18 @@ class SpikeStudy(Study):
         shape = (len(_FIELDS), len(self.readers), len(self.levels), len(self.list_windows()))
         found = np.full(shape, np.nan)
         for k, variant in enumerate(self.levels.values()):
+            asked = [j for j, name in enumerate(self.readers) if variant.is_asked(name)]
+            if not asked:
+                continue
             trains = felt.fire(variant)
-            for j, name in enumerate(self.readers):
-                found[:, j, k] = self._ask_variant(trains, name, variant)
+            for j in asked:
+                found[:, j, k] = self._ask_variant(trains, self.readers[j], variant)
         return dict(zip(_FIELDS, found, strict=True))
 
     def _ask_variant(self, trains: "_Trains", name: str, variant: Variant) -> np.ndarray:
         """What a code says of a variant's trains (field, window), NaN where it is not asked."""
         found = np.full((len(_FIELDS), len(self.list_windows())), np.nan)
-        if not trains.enough or not variant.is_asked(name):
+        if not trains.enough:
             return found
         ends = [
             None if kind == _WHOLE else round(until / self.sample_interval)
@@ -198,12 +201,13 @@ class _Felt:
         self.number, self.options = number, options
         self._rates: dict[Any, xr.Dataset] = {}
         self._rasters: dict[Variant, list[np.ndarray]] = {}
+        self._known: dict[Variant, list[np.ndarray]] = {}
         self.first = round(float(touches["lead"][0]) / study.sample_interval) + 1
 
     def fire(self, variant: Variant) -> "_Trains":
         """The trains that readers learn from and are asked about."""
         rated = self._rate(variant)
-        plain = variant.replace(keep=0.0, places=Variant().places, by_deadline=False)
+        plain = _strip(variant)
         if plain not in self._rasters:  # fewer places, or fewer spikes, of trains drawn once
             trains = int(self.study.sensilla["trains"])
             self._rasters[plain] = [self.draw(rated, variant, k) for k in range(trains)]
@@ -228,12 +232,25 @@ class _Felt:
             self._rates[name] = rated
         return self._rates[name]
 
+    def draw_known(self, rates: xr.Dataset, variant: Variant) -> list[np.ndarray]:
+        """Trains of known touches, for an observer who knows their rates."""
+        plain = _strip(variant)
+        if plain not in self._known:
+            draws = range(100, 100 + int(self.study.sensilla["ideal"]))
+            self._known[plain] = [self.draw(rates, variant, k) for k in draws]
+        return self._known[plain]
+
     def draw(self, rated: xr.Dataset, variant: Variant, number: int) -> np.ndarray:
         """Counts (trial, unit, time) since contact."""
         entropy = [self.study.seed, self.number, number]
         seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
         raster = count_spikes(draw_spikes(rated, variant.firing, seed=seed))
         return raster.values[:, :, self.first :].astype(np.uint8)
+
+
+def _strip(variant: Variant) -> Variant:
+    """What of a variant its trains depend on before spikes or places are taken from them."""
+    return variant.replace(keep=0.0, places=Variant().places, by_deadline=False)
 
 
 class _Trains:
@@ -273,10 +290,11 @@ class _Trains:
             mean = expected.sum() * step * 1e-3 / len(known)
             expected = expected * min(1.0, keep / mean)
         reader = PoissonReader(step).fit(expected, self.felt.labels[known])
-        draws = range(100, 100 + int(self.study.sensilla["ideal"]))
-        met = np.concatenate([self._reduce(self.felt.draw(rates, self.variant, k)) for k in draws])
-        labels = np.tile(self.felt.labels[known], len(draws))
-        return [_measure(reader, met, labels, None if end is None else end * step) for end in ends]
+        drawn = self.felt.draw_known(rates, self.variant)
+        met = np.concatenate([self._reduce(raster) for raster in drawn])
+        labels = np.tile(self.felt.labels[known], len(drawn))
+        untils = [None if end is None else end * step for end in ends]
+        return [_measure(reader, met, labels, until, expected=True) for until in untils]
 
     def _ask_code(self, name: str, ends: list[int | None]) -> list[np.ndarray]:
         """Of readers that learn one half of the touches and read the other, both ways."""
@@ -305,25 +323,26 @@ def _learn_and_ask(codes: np.ndarray, labels: np.ndarray, taught: np.ndarray) ->
 
 
 def _measure(
-    reader: Any, met: np.ndarray, labels: np.ndarray, until: float | None = None
+    reader: Any,
+    met: np.ndarray,
+    labels: np.ndarray,
+    until: float | None = None,
+    *,
+    expected: bool = False,
 ) -> tuple[float, float, float]:
-    """Accuracy, bits, and the share of places that are right."""
+    """Accuracy, bits, and the share of places that are right.
+
+    ``expected``: accuracy is the mean of the greatest posterior, which an ideal observer expects of
+    itself; it is unbiased and varies less than hits.
+    """
     accuracy, bits = measure_reader(reader, met, labels, until)
     chance = np.nan_to_num(np.asarray(reader.predict_proba(met, until), dtype=float))
     places = np.array([_name_place(label) for label in reader.classes_])
     names = np.unique(places)
     by_place = np.stack([chance[:, places == name].sum(axis=1) for name in names], axis=1)
     true = np.array([_name_place(label) for label in labels])
-    return accuracy, bits, float(np.mean(names[by_place.argmax(axis=1)] == true))
-
-
-def _measure_ideal(
-    reader: PoissonReader, met: np.ndarray, labels: np.ndarray, until: float | None
-) -> tuple[float, float, float]:
-    """The same of the ideal observer, whose accuracy is its own expectation, which is unbiased."""
-    _, bits, place = _measure(reader, met, labels, until)
-    chance = np.asarray(reader.predict_proba(met, until))
-    return float(chance.max(axis=1).mean()), bits, place
+    right = float(np.mean(names[by_place.argmax(axis=1)] == true))
+    return float(chance.max(axis=1).mean()) if expected else accuracy, bits, right
 
 
 def _name_place(label: str) -> str:
