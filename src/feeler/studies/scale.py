@@ -98,7 +98,7 @@ class Scale:
     queue: tuple[str, ...] = (
         *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "receptor"),
         *("gradient", "bounds", "unseen", "robot", "wall", "axes", "antenna", "design"),
-        "tracking",
+        *("spikes", "tracking"),
     )
 
     # what is touched
@@ -220,7 +220,7 @@ another antenna, engine or seed.
 PAPER = Scale(name="paper")
 _REST = (
     *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
-    "cnn",
+    *("spikes", "cnn"),
 )
 PUBLISHED = replace(
     PAPER,
