@@ -6,19 +6,21 @@
     python benchmarks/spikes.py recordings FOLDER
 
 **ideal** and **learn** go through the sets in their order until the minutes are over, and go on
-from their journals. **write** keeps the sets that are whole as studies/spiking/measured.json, which
-report and docs read. **recordings** holds the sensillum against recordings by Szczecinski et al.
-2021 (doi:10.1088/1748-3190/ac1ced), which are theirs and no part of feeler: in the folder,
-``sameAmplitudeDifferentRate.csv``, ``CTrTorqueWaveform.csv`` and, if there, ``rampAndHold.mat`` and
-``torqueWaveform.mat``; misfits are printed and drawn.
+from their journals. **write** keeps the sets that are whole as studies/spiking/measured.json, and
+the report's section with its numbers, which the docs read. **recordings** holds the sensillum
+against recordings by Szczecinski et al. 2021 (doi:10.1088/1748-3190/ac1ced), which are theirs and
+no part of feeler: in the folder, ``sameAmplitudeDifferentRate.csv``, ``CTrTorqueWaveform.csv`` and,
+if there, ``rampAndHold.mat`` and ``torqueWaveform.mat``; misfits are printed and drawn.
 """
 
 import argparse
 import json
 import time
 from collections.abc import Iterator
-from itertools import product
+from datetime import date
+from itertools import count, product, takewhile
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -31,9 +33,14 @@ from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.journal import Journal
 from feeler.provenance import make_key
+from feeler.report.section import to_json
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import step_units
 from feeler.studies import spiking
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.kept import keep_sections
+from feeler.studies.paper.reproduce import STAGES
+from feeler.studies.paper.stage import run_stage
 from feeler.studies.spiking import SpikeStudy, load_spiking
 
 PROFILES = ("exponential", "constant", "linear")  # the last is read by two variants only
@@ -41,6 +48,9 @@ RUNS: dict[str, dict[str, Any]] = {
     "ideal": {"codes": ("ideal",), "each": 1},
     "learn": {"codes": ("counts", "first", "onset")},
 }
+FEW = ("own", "shared")
+REPRODUCED = Path(__file__).parent / "results" / "reproduce.json"
+SPEEDS = {0.06: "slow", 0.3: "medium", 0.6: "fast"}  # m/s
 _LEAST = 8  # sets
 _STEP = 0.1  # ms
 
@@ -59,7 +69,7 @@ def list_jobs(study: SpikeStudy) -> list[tuple[str, int, float]]:
 def run_study(journal: Path, minutes: float, workers: int, **changes: Any) -> None:
     """Sets in their order until the clock says stop."""
     whole = load_spiking(**changes)
-    few = load_spiking(variants=("own", "shared"), **changes)
+    few = load_spiking(variants=FEW, **changes)
     key = make_key({"study": whole}, "feeler.studies.spiking.study")
     end = time.monotonic() + 60 * minutes
 
@@ -82,20 +92,55 @@ def run_study(journal: Path, minutes: float, workers: int, **changes: Any) -> No
 
 
 def write_found(journals: list[Path]) -> None:
-    """The sets that are whole, as numbers by run, profile, field, code, variant and window."""
-    found: dict[str, Any] = {}
+    """The sets that are whole, as numbers by set, for each profile, speed, code, variant and
+    window.
+    """
+    cells: dict[str, Any] = {}
     for path in journals:
         lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-        found[path.stem] = [entry for entry in lines[1:] if _is_whole(entry, lines[1:])]
+        results = {tuple(entry["name"]): entry["result"] for entry in lines[1:]}
+        for profile in PROFILES:
+            cells |= dict(_list_cells(results, profile, RUNS[path.stem]))
+    about = {"date": f"{date.today():%Y-%m-%d}", "seed": load_spiking().seed}
     target = Path(spiking.__file__).with_name("measured.json")
-    write_kept(target, json.dumps({"declared": load_spiking().to_plain()} | found) + "\n")
+    write_kept(target, json.dumps({"about": about, "cells": cells}) + "\n")
+    _keep_section()
 
 
-def _is_whole(entry: dict[str, Any], entries: list[dict[str, Any]]) -> bool:
-    """Whether all speeds of its profile's set are there."""
-    profile, number, _ = entry["name"]
-    speeds = {e["name"][2] for e in entries if e["name"][:2] == [profile, number]}
-    return speeds == {*load_spiking().task.speeds}
+def _keep_section() -> None:
+    """Make the report's section of what is kept now, and put it in the place of the shipped one."""
+    stage = next(stage for stage in STAGES if stage.name == "spikes")
+    with TemporaryDirectory() as folder:
+        context = Context(scale="paper", out=Path(folder))
+        section = run_stage(stage, context)
+        keep_sections([(stage, section)], context)
+    kept = json.loads(REPRODUCED.read_text())
+    kept["paper"]["values"]["spikes"] = to_json(section.values)
+    REPRODUCED.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")
+
+
+def _list_cells(
+    results: dict[tuple, Any], profile: str, run: dict[str, Any]
+) -> Iterator[tuple[str, dict[str, list[float]]]]:
+    """Key and numbers of all that one run asked of a profile, in the sets that it has whole."""
+    study = load_spiking(**run, variants=FEW if profile == PROFILES[2] else None)
+    numbers = takewhile(
+        lambda n: all((profile, n, speed) in results for speed in study.task.speeds), count()
+    )
+    sets = [*numbers]
+    axes = (study.readers, study.levels, [name for _, _, name in study.list_windows()])
+    for speed, word in SPEEDS.items():
+        found = {
+            field: np.array([results[profile, n, speed][field] for n in sets], dtype=float)
+            for field in ("accuracy", "bits", "place", "spikes")
+        }
+        for at, names in zip(np.ndindex(*map(len, axes)), product(*axes), strict=True):
+            if sets and np.isfinite(found["accuracy"][:, *at]).any():
+                plain = {
+                    field: [float(f"{one:.4g}") for one in values[:, *at]]
+                    for field, values in found.items()
+                }
+                yield "/".join((profile, word, *names)), plain
 
 
 def hold_recordings(folder: Path, out: Path) -> None:

@@ -33,6 +33,7 @@ PAGES = (
     "searched.md",
     "presets.md",
     "whiskers.md",
+    "spikes.md",
 )
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (

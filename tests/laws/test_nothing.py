@@ -60,7 +60,7 @@ SCALE = replace(
 READ_TENSORS = ("encoding", "reading", "cnn", "axes")
 TOUCH = ("tradeoff", "gradient", "bounds")
 SET_UP = ("wall", "robot", "calibration")
-ELSEWHERE = ("receptor", "unseen")  # asked in tests/studies/paper/test_open_*.py
+ELSEWHERE = ("receptor", "unseen", "spikes")  # asked in tests/studies/paper/test_open_*.py
 SOMETHING = {
     (
         "white",

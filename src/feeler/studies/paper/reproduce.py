@@ -99,6 +99,12 @@ STAGES = (
         reads=("antenna",),
     ),
     Stage(
+        name="spikes",
+        title="Beyond the paper: what a nerve says",
+        figures=("open_spikes",),
+        reads=("antenna",),
+    ),
+    Stage(
         name="robot",
         title="The robotic antenna",
         figures=("fig6", "figS7"),
@@ -113,7 +119,7 @@ STAGES = (
 )
 
 _SAID: set[str] = set()  # kinds of warning that this process has printed
-COCKROACH_ONLY = ("calibration", "receptor", "design", "unseen", "robot", "tracking")
+COCKROACH_ONLY = ("calibration", "receptor", "design", "unseen", "spikes", "robot", "tracking")
 
 
 def reproduce(
