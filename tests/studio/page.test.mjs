@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
 import { findDecision, readVerdict } from "./charts.js";
+import { Decoder, readExpected } from "./decoder.js";
 import { raise, write } from "./dom.js";
 import { findHandles, readCurve, sumCompliance } from "./editor.js";
 import { TouchRecord, unpack } from "./record.js";
@@ -153,4 +154,16 @@ test("a number's source is that of its own antenna", () => {
   assert.equal(findTag({ preset: "linear", stiffness: [] }, "stiffness", 1), "own");
   assert.equal(findTag({ toml: "x" }, "length", 0), "file");
   assert.deepEqual([findTag({}, "sensors", 0), findTag({ preset: "robot" }, "length", 0)], ["n_sensors", "robot length"]);
+});
+
+test("what a decoder learned is unpacked to within its step, and judges as feeler's does", async () => {
+  const { kept, expected, felt, noticed, posterior } = given.decoder, found = await readExpected(kept);
+  let off = 0;
+  found.forEach((values, c) => values.forEach((value, k) => { off = Math.max(off, Math.abs(value - expected[c][k])); }));
+  assert.ok(off > 0 && off < 2 * kept.step, `off by ${off}`);
+  const decoder = new Decoder(found, 7, 0.2, 220), read = decoder.decode({ n: 7, samples: 60, data: Float64Array.from(felt) });
+  assert.equal(read.noticed, noticed);
+  read.posterior.forEach((value, k) => near(value, posterior[k], 0.02));
+  const unsure = posterior.slice(3 * noticed).filter((value) => value > 0.05 && value < 0.95);
+  assert.ok(unsure.length > 20);
 });

@@ -16,8 +16,8 @@ from feeler.errors import InvalidInput
 from feeler.stimulus.ninety import SPEEDS, trials
 from feeler.studio.exporting import fill_page
 from feeler.studio.hand import Command
-from feeler.studio.packing import pack_antenna, pack_contact, pack_shape
-from feeler.studio.study import DURATION, INTERVAL, UNSURE, find_study, teach
+from feeler.studio.packing import pack_antenna, pack_contact, pack_expected, pack_shape
+from feeler.studio.study import LOUDNESS, UNSURE, find_study, teach
 from feeler.studio.touching import describe_antenna, draw_feature
 from feeler.studio.wish import AntennaWish, TouchWish, make_shape
 
@@ -28,6 +28,11 @@ PAPER = (
 DOI = "https://doi.org/10.1101/2025.10.20.683587"
 NAME_LENGTH = 40  # letters of an antenna's name on a switch
 NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as level
+_SURE = 0.9  # as the verdict's panel has it
+# [C] of what is expected, in the decoder's units, of which its floor is 0.004; the finest with
+# which a page stays small
+_STEPS = (0.002, 0.004, 0.008)
+_LARGEST = 390_000  # characters
 
 
 class Choice(NamedTuple):
@@ -47,8 +52,8 @@ def write_touch_page(
 ) -> str:
     """The page that computes touches in a browser, as text of HTML.
 
-    It holds two antennas, ``slow`` and ``fast``, ball, box and triangle, and a decoder for each
-    antenna and speed, which it teaches by itself.
+    It holds two antennas, ``slow`` and ``fast``, ball, box and triangle, and what thirty touches
+    taught a decoder for each antenna and speed.
 
     Parameters
     ----------
@@ -73,21 +78,23 @@ def write_touch_page(
         "unsure": unsure,
         "wall": {},
     }
-    return fill_page(
-        {
-            "version": version("feeler"),
-            "state": state,
-            "contact": pack_contact(),
-            "antennas": [_pack(choice) for choice in choices],
-            "speeds": [{"name": _name_speed(speed), "value": speed} for speed in speeds],
-            "shapes": _pack_shapes(wish.antenna.make()),
-            "taught": _teach_all(choices, speeds, unsure),
-            "commands": None if commands is None else list(commands),
-            "samples": samples,
-            "paper": PAPER,
-            "doi": DOI,
-        }
-    )
+    config = {
+        "version": version("feeler"),
+        "state": state,
+        "contact": pack_contact(),
+        "antennas": [_pack(choice) for choice in choices],
+        "speeds": [{"name": _name_speed(speed), "value": speed} for speed in speeds],
+        "shapes": _pack_shapes(wish.antenna.make()),
+        "commands": None if commands is None else list(commands),
+        "samples": samples,
+        "paper": PAPER,
+        "doi": DOI,
+    }
+    for step in _STEPS:
+        page = fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
+        if len(page) <= _LARGEST:
+            break
+    return page
 
 
 def _choose(first: AntennaWish, other: AntennaWish | None) -> list[Choice]:
@@ -149,27 +156,46 @@ def _pack_shapes(antenna: Antenna) -> dict[str, Any]:
 
 
 def _teach_all(
-    choices: Sequence[Choice], speeds: Sequence[float], unsure: float
+    choices: Sequence[Choice], speeds: Sequence[float], unsure: float, step: float
 ) -> dict[str, Any] | None:
-    """The thirty touches, and how long the decoder takes errors to last (antenna, speed); None
-    where an antenna cannot be touched so.
+    """The thirty touches, and what they taught (antenna, speed); None where an antenna cannot be
+    touched so.
     """
     try:
-        found = [[_teach(choice.wish, speed, unsure) for speed in speeds] for choice in choices]
+        kept = [[_keep(choice.wish, speed, unsure, step) for speed in speeds] for choice in choices]
     except InvalidInput:
         return None
-    return {
-        "samples": round(DURATION / INTERVAL),
-        "labels": [
-            (trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])
-        ],
-        "correlation": found,
-    }
+    labels = [(trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])]
+    return {"labels": labels, "kept": kept}
 
 
-@lru_cache(maxsize=64)
-def _teach(wish: AntennaWish, speed: float, unsure: float) -> float:
+def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any]:
+    learned = _teach(wish, speed, unsure)
+    about = {"peak": learned.peak, "correlation": learned.correlation, "sure": learned.sure}
+    return {**about, **pack_expected(learned.expected, step)}
+
+
+class Learned(NamedTuple):
+    """What the thirty touches of an antenna taught its decoder at a speed."""
+
+    expected: np.ndarray  # (class, sensor, time)
+    peak: float  # rad
+    correlation: float  # samples
+    sure: int  # touches whose kind it names surely at their ends
+
+
+@lru_cache(maxsize=12)
+def _teach(wish: AntennaWish, speed: float, unsure: float) -> Learned:
     known = find_study(wish.make(), speed, unsure)
     if known is not None:
-        return known.decoder.correlation_
-    return teach(wish.make(), speed, lambda doing, share: None, Event(), unsure)[2].correlation_
+        labels, angle, decoder, peak = known.labels, known.tensors, known.decoder, known.peak
+    else:
+        labels, angle, decoder, peak = teach(
+            wish.make(), speed, lambda doing, share: None, Event(), unsure
+        )
+    order = [decoder.classes_.index(label) for label in labels]
+    kinds = np.array([label[0] for label in labels])
+    posterior = decoder.decide(list(LOUDNESS / peak * angle))[:, order]
+    right = np.sum(posterior, axis=1, where=kinds[:, None] == kinds)
+    expected = decoder.expected_[order].astype(np.float32)
+    return Learned(expected, peak, decoder.correlation_, int(np.sum(right >= _SURE)))

@@ -14,6 +14,8 @@ PAGE = files("feeler.studio").joinpath("page")
 ENTRY = "studio.js"
 _IMPORT = re.compile(r'^import\s[^;]*?from\s+"\./([\w-]+\.js)";\n', re.M)
 _EXPORT = re.compile(r"^export (?=(async function|function|const|class|let)\b)", re.M)
+_REMARK = re.compile(r"^ *(/\*\*((?!\*/)[\s\S])*\*/|// .*)\n", re.M)
+_INDENT = re.compile(r"^ +", re.M)
 CSP = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
     " blob:; worker-src blob:"
@@ -39,7 +41,7 @@ def read_page(name: str) -> Traversable:
 @lru_cache(maxsize=4)
 def bundle(entry: str = ENTRY) -> str:
     """A module and all that it imports as one: each stands before those that import it, ``import``
-    lines and ``export`` words taken out.
+    lines, ``export`` words, remarks and most of the indents taken out.
 
     So no module may rename what it imports, and no two may use one name at their top level.
     """
@@ -53,7 +55,7 @@ def _add(name: str, done: dict[str, str]) -> None:
     for needed in _IMPORT.findall(text):
         if needed not in done:
             _add(needed, done)
-    done[name] = _EXPORT.sub("", _IMPORT.sub("", text))
+    done[name] = _INDENT.sub(" ", _REMARK.sub("", _EXPORT.sub("", _IMPORT.sub("", text))))
 
 
 def read_style() -> str:

@@ -1,11 +1,13 @@
-"""What a page needs to compute touches by itself: an antenna's constants, shapes and the contact
-law, as plain data. The page's engine (page/chain.js) reads them; nothing is derived twice.
+"""What a page needs to compute touches by itself: an antenna's constants, shapes, the contact law,
+and what a decoder has learned, as plain data. Nothing is derived twice.
 """
 
 import base64
+import zlib
 from typing import Any
 
 import numpy as np
+from scipy.fft import dct
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics.chain import fields as f
@@ -55,3 +57,24 @@ def pack_shape(feature: Feature, antenna: Antenna) -> dict[str, Any]:
         "rounding": rounding,
         "unbounded": unbounded,
     }
+
+
+def pack_expected(expected: np.ndarray, step: float) -> dict[str, Any]:
+    """What a decoder expects of each class (class, sensor, time), in few bytes: cosines in time of
+    few patterns over the sensors, rounded to multiples of ``step``.
+
+    The patterns are those of a singular value decomposition and both transforms keep lengths, so
+    an expected value is off by less than ``step / 3`` (root mean square).
+    """
+    n_classes, n_sensors, n_samples = expected.shape
+    flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1)
+    shares = np.linalg.svd(flat, full_matrices=False)[0]
+    cosines = dct((shares.T @ flat).reshape(-1, n_classes, n_samples), norm="ortho", axis=2)
+    if np.abs(cosines).max() > 32767 * step:
+        raise ValueError(f"the step {step} is too small for 16 bits")
+    rounded = np.rint(cosines / step)
+    rank = int(np.flatnonzero(rounded.any(axis=(1, 2))).max(initial=0)) + 1
+    whole = [np.rint(32767 * shares.T[:rank]), rounded[:rank]]
+    raw = np.concatenate([part.ravel() for part in whole]).astype("<i2").tobytes()
+    data = base64.b64encode(zlib.compress(raw, 9)).decode()
+    return {"shape": [n_classes, n_sensors, n_samples, rank], "step": step, "data": data}

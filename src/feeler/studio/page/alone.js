@@ -1,5 +1,5 @@
 // @ts-check
-import { makeVerdictPanel } from "./charts.js";
+import { findDecision, makeVerdictPanel } from "./charts.js";
 import { makeIcon } from "./controls.js";
 import { make, makeChoice, makePanel, show, write } from "./dom.js";
 import { linkEngine } from "./link.js";
@@ -7,7 +7,7 @@ import { makeStagePanel, makeTensorPanel } from "./stage.js";
 import { App, makeStatus } from "./studio.js";
 /** A page that computes by itself: antenna left, tensor right, verdict below, and a few switches. */
 
-const REST = 60; // ms before the verdict's decoder is asked for
+const CLOSE = 0.15; // of the length: what bends so close to a place bends there
 const SENTENCE = "A slow touch of a graded antenna bends it where it is touched, and tells what touched; " +
   "an even antenna bends at its base, and a fast touch is soon over.";
 
@@ -38,17 +38,18 @@ function makeSwitches(config) {
     const kinds = config.state.touch.kind === "wall" ? ["ball", "box", "triangle", "wall"] : ["ball", "box", "triangle"];
     const kind = makeChoice("Object", /** @type {any} */ (kinds.map((one) => [one, makeIcon(one), one])), () => app.store.state.touch.kind,
       (value) => change((s) => { s.touch.kind = value; }));
-    const mode = makeChoice("Who moves it", [["touch", "It sweeps past"], ["hand", "Your hand"]], () => app.store.state.mode,
+    const mode = makeChoice("Who moves it", [["touch", "by itself"], ["hand", "by hand"]], () => app.store.state.mode,
       (value) => change((s) => { s.mode = value; }));
     const theme = make("button", { type: "button", class: "plain", "aria-label": "Light or dark", text: "◐", onclick: () => {
       app.root.dataset.theme = app.colours.dark ? "light" : "dark";
       app.refresh();
     } });
     const tourButton = make("button", { type: "button", class: "plain strong", text: "Tour" });
-    const status = makeStatus(app), all = [antenna, speed, kind, mode];
+    const status = makeStatus(app), lead = makeLead(config)(app), all = [antenna, speed, kind, mode];
+    const named = all.map((one, k) => make("div", { class: "named" }, make("span", { text: ["Antenna", "Speed", "Object", "It moves"][k] }), one.element));
     const element = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " drag this ball"),
-      make("div", { class: "switches" }, ...all.map((one) => one.element)), make("div", { class: "tools" }, status.element, tourButton, theme));
-    return { element, tourButton, update: () => [...all, status].forEach((one) => one.update()) };
+      make("div", { class: "switches" }, ...named), make("div", { class: "tools" }, status.element, tourButton, theme), lead.element);
+    return { element, tourButton, update: () => [...all, status, lead].forEach((one) => one.update()) };
   };
 }
 
@@ -77,23 +78,63 @@ export function readTouch(record) {
   return { first, bent: places.sort((a, b) => a - b)[places.length >> 1], time: places.length * record.interval };
 }
 
-/** What was felt, and of how many touches each antenna names the object. @param {any} config @param {any} counts */
-function makeFeltPanel(config, counts) {
+/** How stiffness is spread along an antenna. @param {{stiffness: number[]}} drawn */
+function describeGradient({ stiffness }) {
+  const ratio = stiffness[0] / stiffness[stiffness.length - 1];
+  if (ratio > 0.95 && ratio < 1.05) return "equally stiff everywhere";
+  return ratio > 1 ? "stiff at its base and soft at its tip" : "soft at its base and stiff at its tip";
+}
+
+/** What is seen now, in words: the sentence about slow and graded comes of switching. @param {any} config @param {App} app */
+function sayFelt(config, app) {
+  const one = config.antennas[findAntenna(config, app)], record = app.records.A, found = record.ended ? readTouch(record) : null;
+  if (!found) return record.ended ? "Nothing was touched." : "";
+  const near = Math.abs(found.bent - found.first) < CLOSE ? "near the touch" : found.bent < CLOSE ? "at its base" : "away from the touch";
+  return `Touched at ${write(100 * found.first, 2)} % of its length, this antenna, ${describeGradient(one.drawn)}, bends most at ${write(100 * found.bent, 2)} %: ` +
+    `${near}. The touch lasts ${found.time} ms${sayDecision(app)}.`;
+}
+
+/** How soon it is told what touched. @param {App} app */
+function sayDecision(app) {
+  const { reading } = app.records.A;
+  if (!reading || reading.old || !app.studies.A || app.isStale()) return "";
+  const { best, decided } = findDecision(reading, app.studies.A);
+  if (decided < 0) return ", and does not tell surely what touched";
+  return `; after ${decided} ms it ${best === app.store.state.touch.kind ? "tells a" : "is taken for a"} ${best}`;
+}
+
+/** The first and the last of a switch. @param {{name: string}[]} all */
+const pair = (all) => `${all[0].name} with ${all[all.length - 1].name}`;
+
+/** What to do, and what came of it. @param {any} config */
+function makeLead(config) {
   return (/** @type {App} */ app) => {
-    const words = make("p", { class: "felt", role: "status" }), table = make("table", { class: "tally" });
+    const felt = make("span", { class: "felt", role: "status" });
+    const element = make("p", { class: "lead" }, make("b"), felt);
+    function update() {
+      const { mode, touch } = app.store.state, hand = mode === "hand", thing = touch.kind;
+      element.firstChild.textContent = hand ? `Take the ${thing}, or the dark base, and touch. ` : `Drag the ${thing} along the antenna. Compare ${pair(config.antennas)}, ${pair(config.speeds)}. `;
+      const words = hand ? "The simulation follows you, slowed down." : sayFelt(config, app);
+      if (words) felt.textContent = words;
+    }
+    return { element, update };
+  };
+}
+
+/** Of how many touches each antenna names the object. @param {any} config */
+function makeTallyPanel(config) {
+  const write30 = (/** @type {number} */ a, /** @type {number} */ s) => `${config.taught.kept[a][s].sure} of ${config.taught.labels.length}`;
+  return (/** @type {App} */ app) => {
+    const table = make("table", { class: "tally" });
     const caption = make("p", { class: "caption", text: "Of thirty touches (ball, box, triangle, two sizes, five places), so many are named surely: how often the verdict ends at 0.9 " +
       "or more for the right shape. The decoder has met these touches; its doubt comes from others, 2 % aside." });
-    const element = makePanel("What it felt", "felt-panel", words, table, caption);
+    const element = makePanel("Thirty touches", "tally-panel", table, caption);
     function update() {
-      const found = readTouch(app.records.A);
-      words.textContent = found ? `First touched at ${write(100 * found.first, 2)} % of the length, in touch for ${found.time} ms. While in touch it bends most ` +
-        `at ${write(100 * found.bent, 2)} % (median).` : "Nothing has been touched yet.";
       const now = findAntenna(config, app), speed = app.store.state.touch.speed;
       const head = make("tr", {}, make("td"), ...config.speeds.map((/** @type {any} */ { name }) => make("th", { scope: "col", text: name })));
       const rows = config.antennas.map((/** @type {any} */ one, /** @type {number} */ a) => make("tr", {}, make("th", { scope: "row", text: one.name }),
-        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: counts[`${a} ${s}`] || "…" }))));
+        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: write30(a, s) }))));
       table.replaceChildren(head, ...rows);
-      for (const one of [table, caption]) show(one, Boolean(config.taught));
     }
     return { element, place: "right", isShown: () => true, update };
   };
@@ -125,13 +166,10 @@ const put = (makeOne, place) => (/** @type {App} */ app) => ({ ...makeOne(app), 
 export function startAlone(root) {
   const read = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id)).textContent || "";
   const config = JSON.parse(read("config"));
-  /** @type {Object<string, string>} */
-  const counts = {};
   root.classList.add("feeler-alone");
   const app = new App(root, {
-    alone: true, rest: config.taught ? REST : Infinity, header: makeSwitches(config), steps: makeSteps(config),
-    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeVerdictPanel] : []), makeFeltPanel(config, counts), makeAboutPanel(config)],
-    hear: (header) => { if (header.type === "tally") counts[`${header.antenna} ${header.speed}`] = `${header.sure} of ${header.of}`; },
+    alone: true, rest: config.taught ? 0 : Infinity, header: makeSwitches(config), steps: makeSteps(config),
+    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeVerdictPanel, makeTallyPanel(config)] : []), makeAboutPanel(config)],
   });
   /** @type {any} */ (root).studio = app;
   app.inPage = true;

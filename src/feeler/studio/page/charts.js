@@ -54,7 +54,7 @@ export function makeVerdictPanel(app) {
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function draw(c, w, h) {
-    const colours = app.colours, left = 30, bottom = 16, high = h - bottom - 6, wide = w - left - 8, end = app.duration();
+    const colours = app.colours, left = 30, bottom = 16, high = h - bottom - 6, wide = w - left - 54, end = app.duration();
     c.font = "11px system-ui, sans-serif";
     for (const share of [0, 0.5, SURE, 1]) {
       const y = 6 + high * (1 - share);
@@ -93,6 +93,7 @@ export function makeVerdictPanel(app) {
       }
       c.globalAlpha = 1;
       c.setLineDash([]);
+      if (slot === "A") nameEnds(c, addKinds(reading, study), left + wide + 5, (p) => 10 + high * (1 - p), colours);
     }
     const x = left + (wide * app.time) / end;
     c.strokeStyle = colours.accent;
@@ -102,6 +103,18 @@ export function makeVerdictPanel(app) {
     c.lineTo(x, 6 + high);
     c.stroke();
     say();
+  }
+
+  /** The kind at the end of each curve, one below the other. @param {CanvasRenderingContext2D} c @param {Object<string, Float32Array>} kinds @param {number} x @param {(p: number) => number} place @param {any} colours */
+  function nameEnds(c, kinds, x, place, colours) {
+    const ends = Object.entries(kinds).map(([kind, values]) => ({ kind, y: place(values[values.length - 1]) })).sort((a, b) => b.y - a.y);
+    c.textAlign = "left";
+    c.fillStyle = colours.ink;
+    let lowest = Infinity;
+    for (const { kind, y } of ends) {
+      lowest = Math.min(y, lowest - 12);
+      c.fillText(kind, x, lowest);
+    }
   }
 
   function say() {

@@ -1,14 +1,13 @@
 // @ts-check
 import { Chain } from "./chain.js";
+import { Decoder, readExpected } from "./decoder.js";
 import { layOut, placeObject, scaleShape } from "./place.js";
-import { Decoder } from "./teach.js";
 /** What answers a page that has no server: the same messages as feeler.studio.session, from an engine in the page. */
 
 const TIMESTEP = 0.05, PREVIEW = 0.1, INTERVAL = 1; // ms, as feeler.touch and the studio's preview
 const FIRST = 12, PIECE = 46; // samples of a piece; the first is short, so that something is seen at once
 const FRAME = 1000 / 60, MAX_SPEED = 1.2, MAX_TURN = 0.03, GLIDE = 6, LONGEST = 4000, STILL = 2e-5; // of a hand, as feeler.studio.hand
-const SURE = 0.9; // as the verdict's panel has it
-const ORDER = ["touch", "hand", "tally", "study"]; // what is done first
+const ORDER = ["touch", "hand"]; // what is done first
 
 /** Numbers that Python packed. @param {string} text */
 function readNumbers(text) {
@@ -68,10 +67,8 @@ export class Host {
     this.say = say;
     /** What is being done. @type {Object<string, {about: any, steps: Iterator<void>}>} */
     this.doing = {};
-    /** @type {Object<string, Decoder>} */
-    this.taught = {};
-    /** Touches of which a decoder will learn. @type {Object<string, Sensed[]>} */
-    this.learning = {};
+    /** By antenna and speed. @type {Object<string, Promise<Decoder>>} */
+    this.decoders = {};
     /** @type {Object<string, number[]>} */
     this.aims = {};
     this.ended = false;
@@ -84,7 +81,7 @@ export class Host {
     const { type } = message;
     if (type === "hello") this.say({ type: "catalogue", presets: {}, first: this.config.state.A, state: this.config.state, version: this.config.version }, {});
     else if (type === "touch") this.begin(message, this.touch(message));
-    else if (type === "study") this.begin(message, this.study(message));
+    else if (type === "study") this.study(message);
     else if (type === "hand") { this.ended = false; this.aims = {}; this.begin(message, this.hold(message)); }
     else if (type === "aim" && message.what === "end") this.ended = true;
     else if (type === "aim") this.aims[message.what] = [message.x, message.y, message.turn];
@@ -99,7 +96,7 @@ export class Host {
     const until = performance.now() + ms;
     do {
       const name = ORDER.find((one) => this.doing[one]);
-      if (!name) return this.prefetch() ? 0 : -1;
+      if (!name) return -1;
       const task = this.doing[name];
       try {
         const { done, value } = task.steps.next();
@@ -111,17 +108,6 @@ export class Host {
       }
     } while (performance.now() < until);
     return 0;
-  }
-
-  /** Teach what the page has not asked for yet; whether there is anything. */
-  prefetch() {
-    for (const antenna of this.antennas)
-      for (const { value } of this.config.taught ? this.config.speeds : []) {
-        if (this.taught[`${antenna.name} ${value}`]) continue;
-        this.doing.study = { about: {}, steps: this.teach(antenna, value, () => {}) };
-        return true;
-      }
-    return false;
   }
 
   /** @param {any} wish */
@@ -184,55 +170,34 @@ export class Host {
     if (!chain.sound) throw new Error("This touch cannot be computed: it presses too hard. Choose a slower or a smaller object.");
   }
 
+  /** What this antenna was taught at this speed; null where it was not. @param {any} antenna @param {number} speed */
+  async decoder(antenna, speed) {
+    const { taught, speeds, antennas } = this.config, a = antennas.findIndex((/** @type {any} */ one) => one.name === antenna.name);
+    const kept = taught && taught.kept[a][speeds.findIndex((/** @type {any} */ one) => one.value === speed)];
+    if (!kept) return null;
+    this.decoders[`${a} ${speed}`] ||= readExpected(kept).then((expected) => new Decoder(expected, kept.shape[1], kept.peak, kept.correlation));
+    return this.decoders[`${a} ${speed}`];
+  }
+
   /** The verdict, where the antenna was taught at this speed. @param {any} about @param {any} antenna @param {any} wish @param {Sensed} sensed */
-  read(about, antenna, wish, sensed) {
-    const decoder = this.taught[`${antenna.name} ${wish.speed}`];
+  async read(about, antenna, wish, sensed) {
+    const decoder = await this.decoder(antenna, wish.speed).catch(() => null); // why not, the study says
     if (!decoder) return;
-    const { posterior, noticed, samples } = decoder.decode(sensed), n = this.config.taught.labels.length;
+    const { posterior, noticed, samples } = decoder.decode(sensed), n = decoder.expected.length;
     const code = { shape: [0, 0], data: new Float32Array(0) };
     this.say({ ...about, type: "reading", noticed }, { posterior: { shape: [samples, n], data: posterior }, code });
   }
 
-  /** @param {any} message */
-  *study({ slot, id, antenna: wish, speed }) {
-    const about = { type: "study", slot, id }, antenna = this.find(wish);
-    yield* this.teach(antenna, speed, (share) => this.say({ ...about, part: "doing", doing: "touching", share }, {}));
-    const { peak } = this.taught[`${antenna.name} ${speed}`];
-    this.say({ ...about, part: "end", labels: this.config.taught.labels, averages: {}, peak, speed }, {});
-  }
-
-  /** Touch an antenna thirty times. @param {any} antenna @param {number} speed @param {(share: number) => void} tell */
-  *teach(antenna, speed, tell) {
-    const key = `${antenna.name} ${speed}`, { taught, speeds, antennas } = this.config;
-    if (this.taught[key]) return;
-    this.learning[key] ||= []; // who was interrupted goes on from there
-    const touches = this.learning[key];
-    for (const [kind, size, location] of taught.labels.slice(touches.length)) {
-      tell(touches.length / taught.labels.length);
-      const touch = { kind, size, location, speed, approach: 90, side: "left", friction: 1, lead: 5 };
-      const chain = this.makeChain(antenna, touch, TIMESTEP), sensed = new Sensed(antenna, taught.samples);
-      for (let k = 0; k < taught.samples; k++) {
-        if (k) this.advance(chain);
-        sensed.add(chain.w.angle);
-        yield;
-      }
-      touches.push(sensed);
+  /** What the readings of this antenna's touches are about. @param {any} message */
+  async study({ slot, id, antenna, speed }) {
+    const about = { type: "study", slot, id };
+    try {
+      const decoder = await this.decoder(this.find(antenna), speed);
+      if (!decoder) throw new Error(`This page holds no decoder for ${speed} m/s.`);
+      this.say({ ...about, part: "end", labels: this.config.taught.labels, averages: {}, peak: decoder.peak, speed }, {});
+    } catch (error) {
+      this.say({ ...about, type: "error", of: "study", message: error instanceof Error ? error.message : String(error) }, {});
     }
-    const at = [antennas.findIndex((/** @type {any} */ one) => one.name === antenna.name), speeds.findIndex((/** @type {any} */ one) => one.value === speed)];
-    const decoder = new Decoder(touches, taught.correlation[at[0]][at[1]]);
-    this.taught[key] = decoder;
-    delete this.learning[key];
-    this.doing.tally = { about: {}, steps: this.count(decoder, touches, at) };
-  }
-
-  /** Of how many of its own touches a decoder names the kind surely. @param {Decoder} decoder @param {Sensed[]} touches @param {number[]} at */
-  *count(decoder, touches, at) {
-    let sure = 0;
-    for (const [k, felt] of touches.entries()) {
-      if (isSure(decoder.decode(felt), this.config.taught.labels, k)) sure += 1;
-      yield;
-    }
-    this.say({ type: "tally", antenna: at[0], speed: at[1], sure, of: touches.length }, {});
   }
 
   /** Follow the hand until it lets go. @param {any} message @returns {Generator<any, void, void>} */
@@ -306,13 +271,6 @@ export class Host {
     }
     this.say({ ...about, hand: true, part: "end", hash: "", preview: false, commands: [] }, {});
   }
-}
-
-/** Whether the kind of touch number `k` is named at its end, and surely. @param {any} read @param {any[]} labels @param {number} k */
-function isSure({ posterior, noticed, samples }, labels, k) {
-  const from = (samples - 1) * labels.length;
-  const right = labels.reduce((sum, [kind], c) => sum + (kind === labels[k][0] ? posterior[from + c] : 0), 0);
-  return noticed >= 0 && right >= SURE;
 }
 
 /** Answer a port, a little at a time. @param {any} port @param {any} config */

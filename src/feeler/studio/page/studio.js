@@ -17,7 +17,7 @@ const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following
 
 /**
  * What a page is made of: its panels, header and tour, how soon an antenna is studied [ms], and whether it computes by itself.
- * @typedef {{alone: boolean, rest: number, panels: ((app: App) => any)[], header: (app: App) => any, steps: any[], hear?: (header: any) => void}} Plan
+ * @typedef {{alone: boolean, rest: number, panels: ((app: App) => any)[], header: (app: App) => any, steps: any[]}} Plan
  */
 
 export class App {
@@ -199,7 +199,6 @@ export class App {
     } else if (header.type === "opened") this.hearOpened(header, arrays);
     else if (header.type === "ports") Object.assign(this, { ports: header.ports, calibrated: header.calibrated });
     else if (header.type === "error") this.hearError(header);
-    else if (this.plan.hear) this.plan.hear(header);
     if (state) this.refresh();
   }
 
@@ -262,7 +261,7 @@ export class App {
     this.studying[header.slot] = null;
     if (this.store.state.mode === "board") {
       if (this.opened) this.open(this.opened);
-    } else if (this.store.state.mode === "touch")
+    } else if (this.store.state.mode === "touch" && !this.plan.alone) // a page that computes by itself has read it already
       this.send({ type: "touch", slot: header.slot, wish: makeWish(this.store.state, header.slot, false) });
   }
 

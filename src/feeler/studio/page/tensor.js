@@ -27,6 +27,7 @@ export function makeTensor(app) {
     for (const row of rows) drawRow(c, w, row, peak, names.length > 1);
     drawTrace(c, w, h, colours, peak);
     drawTime(c, w, h, colours);
+    writeReading(c, w, h, colours);
     canvas.setAttribute("aria-valuemax", String(Math.round(app.duration())));
     canvas.setAttribute("aria-valuenow", String(Math.round(app.time)));
   }
@@ -139,10 +140,9 @@ export function makeTensor(app) {
 
   /** The chosen sensor over time. @param {CanvasRenderingContext2D} c @param {number} w @param {number} h @param {any} colours @param {number} peak */
   function drawTrace(c, w, h, colours, peak) {
-    const top = h - BOTTOM - TRACE, high = TRACE - 8, wide = w - LEFT - RIGHT;
+    const top = h - BOTTOM - TRACE + 10, high = TRACE - 16, wide = w - LEFT - RIGHT;
     const two = app.store.state.B && app.store.state.mode === "touch";
-    const named = two && app.hover && app.hover.slot === "B" ? "B" : "A", record = app.records[named];
-    const sensor = app.hover ? app.hover.sensor : findPeakSensor(record);
+    const { sensor } = findReading();
     c.strokeStyle = colours.line;
     c.lineWidth = 1;
     c.beginPath();
@@ -155,6 +155,7 @@ export function makeTensor(app) {
       const factor = app.quantity === "curvature" ? 1 / one.antenna.segments[one.index[sensor]] : 1;
       c.strokeStyle = SLOT_COLOURS[/** @type {"A"|"B"} */ (slot)];
       c.lineWidth = 1.6;
+      c.setLineDash(slot === "B" ? [5, 3] : []);
       c.beginPath();
       for (let k = 0; k < one.shown; k++) {
         const x = LEFT + (wide * (k + 0.5)) / one.span, y = top + high * (0.85 - (0.8 * one.angle(sensor, k) * factor) / Math.max(peak, 1e-9));
@@ -163,14 +164,30 @@ export function makeTensor(app) {
       }
       c.stroke();
     }
+    c.setLineDash([]);
+  }
+
+  /** The sensor whose trace is drawn: the one pointed at, or the one that bends most. */
+  function findReading() {
+    const two = app.store.state.B && app.store.state.mode === "touch", slot = two && app.hover && app.hover.slot === "B" ? "B" : "A";
+    const record = app.records[slot];
+    return { two, slot, record, sensor: app.hover ? app.hover.sensor : findPeakSensor(record) };
+  }
+
+  /** What that sensor reads now, over all lines. @param {CanvasRenderingContext2D} c @param {number} w @param {number} h @param {any} colours */
+  function writeReading(c, w, h, colours) {
+    const { two, slot, record, sensor } = findReading();
     if (!record.shown || !record.antenna || sensor >= record.index.length) return;
     const hinge = record.antenna.sensors[sensor], k = Math.max(0, Math.min(Math.round(app.time / record.interval), record.shown - 1));
-    c.fillStyle = colours.soft;
+    const angle = record.angle(sensor, k), high = h - BOTTOM - TRACE, most = w - LEFT - RIGHT - 8;
+    const value = app.quantity === "curvature" ? `${write(angle / record.antenna.segments[hinge - 1], 3)} /mm` : `${write((angle * 180) / Math.PI, 3)}°`;
+    const words = `${two ? `${slot}, ` : ""}${app.hover ? "" : "bends most: "}sensor ${sensor + 1}, hinge ${hinge}: ${value} at ${write(k * record.interval, 4)} ms`;
     c.font = "11px system-ui, sans-serif";
     c.textAlign = "left";
-    const degrees = (record.angle(sensor, k) * 180) / Math.PI;
-    const words = `${two ? `${named}, ` : ""}${app.hover ? "" : "greatest: "}sensor ${sensor + 1}, hinge ${hinge}`;
-    c.fillText(`${words}: ${write(degrees, 3)}° at ${write(k * record.interval, 4)} ms`, LEFT + 4, top + 9, wide - 8);
+    c.fillStyle = colours.card;
+    c.fillRect(LEFT + 2, high - 1, Math.min(most, c.measureText(words).width) + 4, 13);
+    c.fillStyle = colours.soft;
+    c.fillText(words, LEFT + 4, high + 9, most);
   }
 
   /** The sensor with the greatest angle. @param {any} record */

@@ -1,5 +1,5 @@
 // @ts-check
-/** The studio's decoder (feeler.decoding.StreamDecoder, as feeler.studio.study sets it up), taught by thirty touches of one antenna. */
+/** The studio's decoder (feeler.decoding.StreamDecoder, as feeler.studio.study sets it up), with what thirty touches of one antenna taught it. */
 
 const LOUDNESS = 0.2, ONSET = 0.02 * LOUDNESS, FLOOR = 0.004, CONFIRM = 3, BASELINE = 300, LAGS = [0, 2, 4, 6, 8], MAX_LAG = 4;
 
@@ -24,26 +24,47 @@ export function findOnset({ n, samples, data }, factor) {
   return { at: -1, level };
 }
 
-export class Decoder {
-  /** @param {Felt[]} touches One of each class. @param {number} correlation τ, as `temper` found it. */
-  constructor(touches, correlation) {
-    this.window = touches[0].samples;
-    this.correlation = correlation;
-    this.peak = touches.reduce((top, { data }) => data.reduce((a, b) => Math.max(a, Math.abs(b)), top), 0);
-    this.factor = LOUDNESS / this.peak;
-    this.expected = touches.map((felt) => this.cut(felt));
-  }
+/** Whole numbers of 16 bits, unpacked. @param {string} text */
+async function inflate(text) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Int16Array(await new Response(stream).arrayBuffer());
+}
 
-  /** A touch from MAX_LAG before its noticed contact, less its resting level; null without contact. @param {Felt} felt */
-  cut(felt) {
-    const { at, level } = findOnset(felt, this.factor), { n, samples, data } = felt, long = this.window + 2 * MAX_LAG;
-    if (at < 0) return null;
-    const found = new Float32Array(long * n);
-    for (let k = 0; k < long; k++) {
-      const from = Math.max(0, Math.min(at + k - MAX_LAG, samples - 1)) * n;
-      for (let s = 0; s < n; s++) found[k * n + s] = this.factor * data[from + s] - level[s];
-    }
-    return found;
+/** A series from its cosines, the inverse of the orthonormal DCT. @param {Int16Array} from @param {number} long */
+function addCosines(from, long) {
+  const series = new Float64Array(long), wave = Float64Array.from({ length: 4 * long }, (_, k) => Math.cos((Math.PI * k) / (2 * long)));
+  from.forEach((value, f) => {
+    if (!value) return;
+    const high = value * Math.sqrt((f ? 2 : 1) / long);
+    for (let t = 0; t < long; t++) series[t] += high * wave[(f * (2 * t + 1)) % (4 * long)];
+  });
+  return series;
+}
+
+/** What each class is expected to feel like (sample, sensor), as feeler.studio.packing.pack_expected wrote it. @param {any} kept */
+export async function readExpected({ shape, step, data }) {
+  const [classes, n, long, rank] = shape, all = await inflate(data), cosines = all.subarray(rank * n);
+  const found = Array.from({ length: classes }, () => new Float32Array(long * n));
+  for (let m = 0; m < rank; m++)
+    found.forEach((expected, c) => {
+      const from = (m * classes + c) * long, series = addCosines(cosines.subarray(from, from + long), long);
+      for (let s = 0; s < n; s++) {
+        const share = (step * all[m * n + s]) / 32767;
+        for (let t = 0; t < long; t++) expected[t * n + s] += share * series[t];
+      }
+    });
+  return found;
+}
+
+export class Decoder {
+  /** @param {Float32Array[]} expected Of each class. @param {number} n Sensors. @param {number} peak Greatest angle of its touches [rad]. @param {number} correlation τ, as `temper` found it. */
+  constructor(expected, n, peak, correlation) {
+    this.expected = expected;
+    this.window = expected[0].length / n - 2 * MAX_LAG;
+    this.peak = peak;
+    this.factor = LOUDNESS / peak;
+    this.correlation = correlation;
   }
 
   /** Posterior (sample, class) of a touch, and the sample at which contact was noticed, or −1. @param {Felt} felt */
@@ -55,7 +76,6 @@ export class Decoder {
     for (let k = at; at >= 0 && k < samples; k++) {
       for (let s = 0; s < n; s++) away[s] = this.factor * data[k * n + s] - level[s];
       this.expected.forEach((expected, c) => LAGS.forEach((lag, l) => {
-        if (!expected) { evidence[c * LAGS.length + l] = -Infinity; return; }
         const from = (k - at + lag) * n;
         let error = 0;
         for (let s = 0; s < n; s++) error += (expected[from + s] - away[s]) ** 2;
