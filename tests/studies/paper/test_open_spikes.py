@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from feeler.studies.paper.claims import load_claims
+from feeler.stimulus.ninety import SPEEDS
+from feeler.studies.paper.claims import CLAIMED, load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.open_spikes import (
     CHANGES,
-    CODES,
-    PROFILES,
-    SPEEDS,
-    WINDOWS,
+    DEADLINES,
+    PACES,
+    READ_BY,
     collect_values,
 )
 from feeler.studies.paper.verdicts import judge
@@ -24,11 +24,11 @@ def plant(say, seed=0):
     """Cells of all that is asked, whose accuracy is what ``say`` gives, but for chance."""
     rng = np.random.default_rng(seed)
     cells = {}
-    for profile in PROFILES:
-        for speed in SPEEDS:
-            for code in CODES:
+    for profile in CLAIMED:
+        for speed in PACES:
+            for code in READ_BY:
                 for variant in CHANGES:
-                    for window in WINDOWS:
+                    for window in DEADLINES:
                         key = "/".join((profile, speed, code, variant, window))
                         right = say(profile, speed, code, variant, window)
                         right = right + 0.002 * rng.standard_normal(SETS)
@@ -42,7 +42,7 @@ def say_expected(profile, speed, code, variant, window):
     """A world in which everything that was declared comes true."""
     if variant == "null":
         return 0.033
-    slow = [*SPEEDS].index(speed)  # 0 slow, 2 fast
+    slow = PACES.index(speed)  # 0 slow, 2 fast
     if window == "50 ms":
         return 0.3 + 0.2 * slow
     if profile != "exponential":
@@ -59,9 +59,9 @@ def judge_all(cells):
 def test_what_was_declared_is_what_is_shown():
     study = load_spiking()
     assert set(study.levels) == set(CHANGES)
-    assert set(study.readers) == set(CODES)
-    assert tuple(study.task.speeds) == tuple(SPEEDS.values())
-    assert tuple(name for _, _, name in study.list_windows()) == WINDOWS
+    assert set(study.readers) == set(READ_BY)
+    assert tuple(study.task.speeds) == tuple(SPEEDS[pace] for pace in PACES)
+    assert tuple(name for _, _, name in study.list_windows()) == DEADLINES
 
 
 def test_a_world_as_expected_bears_out_every_claim():

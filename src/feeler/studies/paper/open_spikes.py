@@ -11,19 +11,19 @@ from matplotlib.figure import Figure
 
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
+from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
 from feeler.studies.spiking import load_measured
 from feeler.studies.tradeoff import average_sets
 
-SPEEDS = {"slow": 0.06, "medium": 0.3, "fast": 0.6}  # m/s
-PROFILES = ("exponential", "linear", "constant")
-CODES = {
+PACES = ("slow", "medium", "fast")
+READ_BY = {
     "ideal": "ideal observer",
     "counts": "counts in 10 ms",
     "first": "first spike of each unit",
     "onset": "first spike of all",
 }
-WINDOWS = ("20 ms", "50 ms", "100 ms", "200 ms", "whole touch")
+DEADLINES = ("20 ms", "50 ms", "100 ms", "200 ms", "whole touch")
 CHANGES = {
     "own": "Poisson trains of 56 places",
     "shared": "gain of the exponential antenna",
@@ -108,10 +108,10 @@ def judge_orders(found: Found) -> dict[str, Any]:
         for variant, name in (("own", "whole"), ("200 spikes", "200")):
             rising = [read(speed, variant=variant) for speed in ("fast", "medium", "slow")]
             values[f"spikes.slower.{name}.{code}"] = found.order(*rising)
-        rising = [read(speed, window="50 ms") for speed in SPEEDS]
+        rising = [read(speed, window="50 ms") for speed in PACES]
         values[f"spikes.faster.50.{code}"] = found.order(*rising)
         for gain in ("own", "shared"):
-            rising = [read("slow", profile, variant=gain) for profile in reversed(PROFILES)]
+            rising = [read("slow", profile, variant=gain) for profile in reversed(CLAIMED)]
             values[f"spikes.profile.{gain}.{code}"] = found.order(*rising)
         slow, fast = (read(speed, "constant") for speed in ("slow", "fast"))
         values[f"spikes.constant.{code}"] = found.compare(fast, slow)
@@ -138,7 +138,7 @@ def judge_rest(found: Found) -> dict[str, Any]:
     null = [
         average(found.get(profile, speed, code, "null"))
         for profile in ("exponential", "constant")
-        for speed in SPEEDS
+        for speed in PACES
         for code in ("counts", "first")
     ]
     values["spikes.null"] = max(null, key=lambda one: one.get("value", -np.inf))
@@ -151,7 +151,8 @@ def collect_values(cells: Mapping[str, Any]) -> dict[str, Any]:
     values: dict[str, Any] = judge_orders(found) | judge_rest(found)
     for key in cells:
         profile, speed, code, variant, window = key.split("/")
-        if variant == "own" or window == "whole touch":
+        whole = window == "whole touch" and variant in ("own", "shared")
+        if whole or (profile == "exponential" and variant == "own"):
             name = ".".join((profile, speed, code, variant, window)).replace(" ", "_")
             values[f"spikes.right.{name}"] = average(
                 found.get(profile, speed, code, variant, window)
@@ -165,18 +166,18 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
     """By deadline and code; by profile and gain; by number of places; by what is changed."""
     found = Found(cells)
     (by_time, by_profile), (by_place, by_change) = figure.subplots(2, 2)
-    for speed, colour in zip(SPEEDS, PALETTE, strict=False):
+    for speed, colour in zip(PACES, PALETTE, strict=False):
         for code, style in (("ideal", "-o"), ("counts", "--s"), ("first", ":^")):
-            spreads = [average(found.get("exponential", speed, code, "own", w)) for w in WINDOWS]
+            spreads = [average(found.get("exponential", speed, code, "own", w)) for w in DEADLINES]
             label = speed if code == "ideal" else ""
-            _draw(by_time, range(len(WINDOWS)), spreads, style, colour, label)
-    by_time.set_xticks(range(len(WINDOWS)), [*WINDOWS[:-1], "whole"])
+            _draw(by_time, range(len(DEADLINES)), spreads, style, colour, label)
+    by_time.set_xticks(range(len(DEADLINES)), [*DEADLINES[:-1], "whole"])
     by_time.set(xlabel="deadline since contact", ylabel="named right [%]", ylim=(0, 102))
-    for speed, colour in zip(SPEEDS, PALETTE, strict=False):
+    for speed, colour in zip(PACES, PALETTE, strict=False):
         for gain, style in (("own", "-o"), ("shared", "--s")):
-            spreads = [average(found.get(p, speed, "counts", gain)) for p in PROFILES]
+            spreads = [average(found.get(p, speed, "counts", gain)) for p in CLAIMED]
             _draw(by_profile, range(3), spreads, style, colour, "")
-    by_profile.set_xticks(range(3), PROFILES)
+    by_profile.set_xticks(range(3), CLAIMED)
     by_profile.set(ylabel="named right [%]", ylim=(0, 102))
     _plot_places(found, by_place)
     _plot_changes(found, by_change)
@@ -200,7 +201,7 @@ def _plot_places(found: Found, ax: Axes) -> None:
     places = {"4 places": 4, "7 places": 7, "14 places": 14, "28 places": 28, "own": 56}
     for code, style in (("ideal", "-o"), ("counts", "--s"), ("first", ":^")):
         spreads = [average(found.get("exponential", "slow", code, name)) for name in places]
-        _draw(ax, places.values(), spreads, style, "black", CODES[code])
+        _draw(ax, places.values(), spreads, style, "black", READ_BY[code])
     ax.set_xscale("log")
     ax.set_xticks([*places.values()], [str(n) for n in places.values()], minor=False)
     ax.minorticks_off()
@@ -211,7 +212,7 @@ def _plot_places(found: Found, ax: Axes) -> None:
 def _plot_changes(found: Found, ax: Axes) -> None:
     """Whole touches by what is changed, read by counts."""
     shown = [name for name in CHANGES if "places" not in name and name not in ("shared", "null")]
-    for speed, colour in zip(SPEEDS, PALETTE, strict=False):
+    for speed, colour in zip(PACES, PALETTE, strict=False):
         spreads = [average(found.get("exponential", speed, "counts", name)) for name in shown]
         known = [(k, one) for k, one in enumerate(spreads) if "value" in one]
         half = [one["high"] - one["value"] for _, one in known]
@@ -224,7 +225,7 @@ def _plot_changes(found: Found, ax: Axes) -> None:
     ax.set(xlabel="named right by counts [%]")
 
 
-def show(context: Context, section: Section) -> None:
+def show(_context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
     cells, about = load_measured()
     values = collect_values(cells)
@@ -250,36 +251,40 @@ def show(context: Context, section: Section) -> None:
         " throughout. Bars: 95 % over sets.",
         lambda figure: plot(cells, figure),
         height=5.5,
-        numbers=values,
+        numbers={name: one["value"] for name, one in values.items() if _is_known(one)},
     )
     _write_tables(section, Found(cells))
     section.values.update(values)
 
 
+def _is_known(value: Any) -> bool:
+    return isinstance(value, dict) and "value" in value
+
+
 def _write_tables(section: Section, found: Found) -> None:
     """Named right by profile, gain and speed; by what is changed; spikes and bits."""
     rows = [
-        [profile, gain, CODES[code]]
-        + [_say(average(found.get(profile, speed, code, gain))) for speed in SPEEDS]
-        for profile in PROFILES
+        [profile, gain, READ_BY[code]]
+        + [_say(average(found.get(profile, speed, code, gain))) for speed in PACES]
+        for profile in CLAIMED
         for gain in ("own", "shared")
         for code in ("ideal", "counts", "first")
     ]
     section.table(
-        ["antenna", "gain", "read by", *SPEEDS], rows, "Whole touches named right [%], 95 %."
+        ["antenna", "gain", "read by", *PACES], rows, "Whole touches named right [%], 95 %."
     )
     rows = [
         [
             CHANGES[name],
-            *(_say(average(found.get("exponential", speed, "counts", name))) for speed in SPEEDS),
+            *(_say(average(found.get("exponential", speed, "counts", name))) for speed in PACES),
         ]
         for name in CHANGES
     ]
     section.table(
-        ["exponential antenna, counts", *SPEEDS], rows, "Whole touches named right [%], 95 %."
+        ["exponential antenna, counts", *PACES], rows, "Whole touches named right [%], 95 %."
     )
     rows = [
-        [profile, speed, *_count(found, profile, speed)] for profile in PROFILES for speed in SPEEDS
+        [profile, speed, *_count(found, profile, speed)] for profile in CLAIMED for speed in PACES
     ]
     section.table(
         ["antenna", "speed", "spikes a touch", "bits", "bits per thousand spikes"],
