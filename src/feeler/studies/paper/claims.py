@@ -26,7 +26,8 @@ _FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 class Claim(Record):
     """One claim: what is said and where, its value, and how ours is held against it.
 
-    ``kind`` is ``value`` (within ``tolerance`` of ``target``, relative), ``order`` (``keys`` rise
+    ``kind`` is ``value`` (within ``tolerance`` of ``target``, relative), ``within`` (the same, and
+    never partly), ``order`` (``keys`` rise
     in the order given), ``dip`` (the middle of three ``keys`` is the least), ``above`` or ``below``
     the ``target``, ``share`` (the key is the share of a declared family of set-ups in which the
     statement holds), or ``none`` (``why`` says why it is not comparable).
@@ -60,7 +61,7 @@ class Claim(Record):
         For each key what the same pipeline reaches on identical touches, or on what ``null_says``.
     twin : tuple[str, str]
         What of the first and of the last key carries over to a twin of every touch; asked where
-        identical touches do as well. Empty: nothing was asked.
+        identical touches do as well, of the first definition alone. Empty: nothing was asked.
     apart : Literal[greater, less]
         Which values tell touches apart more: ``greater`` or ``less``; for claims with a ``null``.
     shows : tuple[str, ...]
@@ -75,7 +76,7 @@ class Claim(Record):
     says: str
     paper: str = "–"
     tag: str
-    kind: Literal["value", "order", "dip", "above", "below", "share", "none"]
+    kind: Literal["value", "within", "order", "dip", "above", "below", "share", "none"]
     section: str
     figure: str = ""
     keys: tuple[str, ...] = ()
@@ -141,7 +142,8 @@ class Claim(Record):
             part: tuple(key.replace("{definition}", definition) for key in getattr(self, part))
             for part in ("keys", "null", "shows")
         }
-        return self.replace(definitions=(), **named)
+        twin = self.twin if definition == self.definitions[0] else ()
+        return self.replace(definitions=(), twin=twin, **named)
 
 
 @cache

@@ -294,16 +294,27 @@ def _match_null(claim: Claim, numbers: list[Spread], null: list[Spread]) -> str:
     return ""
 
 
-def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
-    """Within the tolerance; partly, within twice the tolerance."""
-    value, margin = numbers[0][0], claim.tolerance * abs(claim.target)
-    off = abs(value - claim.target)
-    if off <= margin:
-        return "reproduced", f"within {claim.tolerance:.0%}"
+def _judge_within(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """Within the tolerance, or outside of it, with the whole spread."""
+    value, *ends = numbers[0]
+    margin = claim.tolerance * abs(claim.target)
+    inside = [abs(end - claim.target) <= margin for end in (value, *ends)]
+    beside = min(ends) <= claim.target <= max(ends)
     why = f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
-    return (
-        ("partly", f"{why}, within twice of it") if off <= 2 * margin else ("not reproduced", why)
-    )
+    if all(inside):
+        return "reproduced", f"within {claim.tolerance:.0%}"
+    if any(inside) or beside:
+        return "no evidence", f"{why}, and its spread lies on both sides of that"
+    return "not reproduced", why
+
+
+def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """The same; partly, within twice the tolerance."""
+    verdict, why = _judge_within(claim, numbers)
+    near = abs(numbers[0][0] - claim.target) <= 2 * claim.tolerance * abs(claim.target)
+    if verdict == "not reproduced" and near:
+        return "partly", f"{why}, within twice of it"
+    return verdict, why
 
 
 def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
@@ -353,6 +364,7 @@ def _judge_share(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
 
 RULES = {
     "value": _judge_value,
+    "within": _judge_within,
     "order": _judge_order,
     "dip": _judge_dip,
     "above": _judge_bound,
