@@ -15,7 +15,7 @@ from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.studies.comparison import compare_antennas, write_comparison
 from feeler.studies.paper import fig5, fig5_data, figS6
-from feeler.studies.paper.claims import SPREADS_MORE
+from feeler.studies.paper.declared import SPREADS_MORE
 from feeler.studies.paper.fig5_new import score_again
 
 matplotlib.use("Agg")

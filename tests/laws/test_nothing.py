@@ -24,7 +24,6 @@ from feeler.studies import study
 from feeler.studies.paper import (
     data,
     fig1,
-    fig2b_fit,
     fig3,
     fig3_family,
     fig5_bending,
@@ -59,7 +58,7 @@ SCALE = replace(
 )
 READ_TENSORS = ("encoding", "reading", "cnn", "axes")
 TOUCH = ("tradeoff", "gradient", "bounds")
-SET_UP = ("wall", "robot", "calibration")
+SET_UP = ("wall", "robot")
 ELSEWHERE = ("receptor", "unseen", "spikes")  # asked in tests/studies/paper/test_open_*.py
 SOMETHING = {
     (
@@ -139,7 +138,11 @@ class _Torch:
 @pytest.mark.parametrize("kind", NOTHING)
 @pytest.mark.parametrize("claim", list_due(*READ_TENSORS), ids=lambda claim: claim.id)
 def test_nothing_bears_out_no_claim_that_reads_tensors(scale, kind, claim):
-    """At a level of 95 % some of so many are borne out by chance, but not by a second draw too."""
+    """At a level of 95 % some of so many are borne out by chance, but not by a second draw too.
+
+    So a rule that passes every other time may escape one kind of nothing; that it escapes all of
+    them is less likely than not.
+    """
     if (kind, claim.id) in SOMETHING:
         pytest.skip(SOMETHING[kind, claim.id])
     draws = (20261123, 20261124)
@@ -211,17 +214,9 @@ def _find_wall_values(rng):
     return values | {f"wall.{name}.unique_share": most for name in (fig3.LEAD, fig3.DEFAULT)}
 
 
-def _find_calibration_values():
-    """Fits that are as good as the paper's at its own parameters only."""
-    steps = np.linspace(0.5, 2, 31)
-    walked = fig2b_fit.PAPER_P * steps[:, None], fig2b_fit.PAPER_ERROR * (1 + abs(steps - 1))
-    found = SimpleNamespace(walked=walked, refits=None, profiles=None)
-    return {"calibration.widest_spread": fig2b_fit._find_widest_spread(found)}
-
-
 @pytest.fixture(scope="module", params=["white", "one"])
 def set_up(request, scale, tmp_path_factory):
-    """What the claims on walls, the robot and the calibration say of nothing."""
+    """What the claims on walls and the robot say of nothing."""
     out = tmp_path_factory.mktemp(request.param)
     rng = np.random.default_rng(20261123)
     section = Section(name="s", title="", folder=out, vector=False)
@@ -233,11 +228,11 @@ def set_up(request, scale, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(comparison, "simulate_comparison", simulate)
         fig6._compare(Context(scale=scale, out=out), section)
-    return judge_all(section.values | _find_wall_values(rng) | _find_calibration_values())
+    return judge_all(section.values | _find_wall_values(rng))
 
 
 @pytest.mark.parametrize("claim", list_due(*SET_UP), ids=lambda claim: claim.id)
-def test_nothing_bears_out_no_claim_on_walls_robot_and_calibration(set_up, claim):
+def test_nothing_bears_out_no_claim_on_walls_and_the_robot(set_up, claim):
     check(set_up, claim)
 
 

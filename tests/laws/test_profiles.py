@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims, read_declared
+from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.findings import PLACE
 from feeler.studies.paper.window import find_one_sided
 
@@ -55,10 +56,6 @@ def test_a_comparison_in_the_cut_window_alone_is_noticed(keys, found):
     assert find_one_sided(keys) == found
 
 
-OPEN = {"lda-profile": "jointly fitted codes are read in the paper's window only; tensors in both"}
-"""Statements that do not keep the law yet."""
-
-
 def list_statements():
     """The keys of every statement: of all claims that read one effect together."""
     found = {}
@@ -73,8 +70,6 @@ def list_statements():
     ids=lambda value: value if isinstance(value, str) else str(len(value)),
 )
 def test_a_statement_is_read_in_both_windows(name, keys):
-    if name in OPEN and find_one_sided(keys):
-        pytest.xfail(OPEN[name])
     assert not find_one_sided(keys), name
 
 

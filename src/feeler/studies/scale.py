@@ -54,7 +54,7 @@ class Scale:
     impact_speeds : tuple[float, ...]
         Speeds [mm/ms] of the impulse whose effect on the deflection ratios is shown.
     wall_part : str
-        Part of the family of set-ups that claims.toml declares; empty: all of it.
+        Part of the family of set-ups that declared.toml declares; empty: all of it.
     drives : int | None
         How many profiles a wall comes nearer to without stopping; None: all.
     far_slides : int | None

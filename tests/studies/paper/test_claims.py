@@ -55,7 +55,7 @@ def test_there_are_enough_claims_and_each_names_a_section():
         (
             make_claim(target=2.0, tolerance=0.1),
             {"a": {"value": 3.0, "low": 1.0, "high": 4.0}},
-            "not reproduced",
+            "no evidence",
         ),
         (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 1, "c": 3}, "reproduced"),
         (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 1}, "not reproduced"),
@@ -168,8 +168,14 @@ def spread(value, low, high):
         (
             make_claim(target=2.0, tolerance=0.1),
             {"a": spread(2.0, 1.0, 4.0)},
-            "reproduced",
-        ),  # whatever its spread
+            "no evidence",
+        ),
+        (make_claim(target=2.0, tolerance=0.1), {"a": spread(2.1, 1.9, 2.15)}, "reproduced"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": spread(2.3, 2.1, 2.4)}, "no evidence"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": spread(2.3, 2.25, 2.35)}, "partly"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": spread(3.0, 2.5, 3.5)}, "not reproduced"),
+        (make_claim(kind="within", target=2.0, tolerance=0.5), {"a": 3.5}, "not reproduced"),
+        (make_claim(kind="within", target=2.0, tolerance=0.5), {"a": 2.5}, "reproduced"),
         (make_claim(target=2.0, tolerance=0.5), {"a": 4.0}, "partly"),  # at twice the tolerance
         (make_claim(target=2.0, tolerance=0.5), {"a": 4.01}, "not reproduced"),
         (make_claim(target=-2.0, tolerance=0.5), {"a": -3.0}, "reproduced"),

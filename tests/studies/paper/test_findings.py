@@ -2,7 +2,8 @@
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims, read_declared
+from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.findings import (
     PLACE,
     _load_findings,

@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 
 from feeler.presets import cockroach
-from feeler.studies.paper.claims import load_claims, read_declared
+from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.open_receptor import collect_values, compute_run
 from feeler.studies.paper.open_receptor_best import (
     PUBLISHED_RATE,

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from feeler.stimulus.ninety import SPEEDS
-from feeler.studies.paper.claims import CLAIMED, load_claims
+from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.open_spikes import (
     CHANGES,
     DEADLINES,

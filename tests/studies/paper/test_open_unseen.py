@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from feeler.presets import cockroach
-from feeler.studies.paper.claims import load_claims, read_declared
+from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.open_unseen import (
     NEW,
     SHOWN,

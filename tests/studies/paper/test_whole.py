@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from feeler.studies.paper.claims import CLAIMED, load_claims
+from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.reproduce import STAGES, reproduce
 from feeler.studies.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
 from feeler.studies.paper.window import find_one_sided

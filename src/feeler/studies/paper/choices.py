@@ -11,7 +11,6 @@ from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
-from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
     list_profiles,
@@ -20,6 +19,7 @@ from feeler.studies.paper.data import (
     load_tensors,
     select_speed,
 )
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.window import WINDOWS, complete_tensors
 from feeler.task.noise import Common
 from feeler.tensors.scaling import rectify

@@ -3,23 +3,14 @@ the rules.
 """
 
 from functools import cache
-from importlib.resources import files
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from feeler.errors import InvalidInput
 from feeler.record import OneOf, Record
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.scale import SCALES
-from feeler.toml import make_record, parse_toml
+from feeler.toml import make_record
 
-CLAIMED = ("exponential", "linear", "constant")  # [P] in the order claimed
-READ_BETTER = {
-    "speed": "slower touch is classified better",
-    "profile": "exponential is classified best, constant worst",
-}
-SPREADS_MORE = {
-    "speed": "slower touch spreads tensors more",
-    "profile": "exponential spreads tensors most, constant least",
-}
 _FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 
 
@@ -144,13 +135,6 @@ class Claim(Record):
         }
         twin = self.twin if definition == self.definitions[0] else ()
         return self.replace(definitions=(), twin=twin, **named)
-
-
-@cache
-def read_declared(name: str) -> dict[str, Any]:
-    """What a TOML file of this folder declares."""
-    text = files("feeler.studies.paper").joinpath(name).read_text(encoding="utf-8")
-    return parse_toml(text, name)
 
 
 @cache

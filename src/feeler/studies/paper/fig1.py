@@ -21,9 +21,9 @@ from feeler.information import find_noise
 from feeler.plotting.look import PALETTE, mark_places
 from feeler.report import Section, make_spread
 from feeler.stimulus.ninety import SPEEDS
-from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, list_touches, load_complete
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.window import keep_whole
 from feeler.task.noise import Common
 from feeler.tensors import in_unit, rectify
@@ -189,7 +189,7 @@ def _thin(places: Sequence[float]) -> list[float]:
 
 def show(context: Context, section: Section) -> None:
     """What spacing, sampling and compliance do to slow touches of the first profile."""
-    asked, name = read_declared("claims.toml")["axes"], list_profiles(context)[0]
+    asked, name = read_declared("declared.toml")["axes"], list_profiles(context)[0]
     antenna, tensors = context.profiles[name], load_complete(context, name)
     touches = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
     activity = {}

@@ -16,9 +16,9 @@ from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.tensor import plot_tensor
 from feeler.plotting.wall import Shapes, plot_approach, plot_maps, plot_shapes
 from feeler.report.section import Section
-from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.scale import Scale
 from feeler.wall import (
     DISTANCES,
@@ -38,10 +38,10 @@ APART = 0.1  # [C] of a tensor's own root mean square: what tells two sliding te
 
 
 def get_lead() -> Posture:
-    """The posture with which the figure, the movie and following lead: claims.toml says by which
+    """The posture with which the figure, the movie and following lead: declared.toml says by which
     rule it was found.
     """
-    return Posture(**read_declared("claims.toml")["wall_family"]["lead"])
+    return Posture(**read_declared("declared.toml")["wall_family"]["lead"])
 
 
 def compute(

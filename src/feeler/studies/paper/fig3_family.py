@@ -1,4 +1,4 @@
-"""Beside Fig. 3B: R² over the family of set-ups that claims.toml declares, by which the wall claims
+"""Beside Fig. 3B: R² over the family of set-ups that declared.toml declares, by which the wall claims
 are judged.
 """
 
@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import CLAIMED, load_claims, read_declared
+from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import CLAIMED, read_declared
 from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.sensitivity import SETUP_CHOICES
@@ -76,7 +77,7 @@ class Family:
 
 def list_setups(part: str = "") -> tuple[list[Posture], list[dict[str, str]]]:
     """Postures and measures of the declared family, or of the part that a smaller scale runs."""
-    family = dict(read_declared("claims.toml")["wall_family"])
+    family = dict(read_declared("declared.toml")["wall_family"])
     parts, measures, _ = (family.pop(name) for name in ("part", "measure", "lead"))
     axes = family | (parts[part] if part else {})
     return (
@@ -281,7 +282,7 @@ def _count(family: Family) -> str:
     return (
         "The paper does not state the posture of the J, the wall's friction, which angle is meant,"
         " or how the point of greatest curvature was found. So its claims are judged over a family"
-        f" of {len(family.r2)} set-ups declared beforehand (claims.toml). R² is defined for every"
+        f" of {len(family.r2)} set-ups declared beforehand (declared.toml). R² is defined for every"
         f" profile in {len(defined)} of them; the others cannot be the paper's. R² falls from"
         f" {' over '.join(family.names)} in {holds} of the {len(defined)}. R²:"
         f" {'; '.join(words) or 'none'}."

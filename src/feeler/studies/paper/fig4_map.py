@@ -27,7 +27,8 @@ def compute(encoder: ConvolutiveNMF, data: np.ndarray, locations: np.ndarray) ->
     Returns
     -------
     SimpleNamespace
-        ``lag`` (start, component): centre of mass of each basis over its lags [samples]. ``place``
+        ``lag`` (start, component): centre of mass of each basis over its lags [samples], and
+        ``span``: its standard deviation over them. ``place``
         (start, component): over the sensors, 0 at the first and 1 at the last. ``mappings``, a
         :class:`~feeler.encoding.LocationMapping` of each start's ridge codes. ``margin`` (start,):
         by how much contacts at the first and last of ``locations`` single out the first and the
@@ -41,9 +42,11 @@ def compute(encoder: ConvolutiveNMF, data: np.ndarray, locations: np.ndarray) ->
     ]
     along = bases.sum(axis=2)
     mass = along.sum(axis=2)
-    lag = along @ np.arange(along.shape[2]) / np.where(mass > 0, mass, np.nan)
+    share, lags = along / np.where(mass > 0, mass, np.nan)[..., None], np.arange(along.shape[2])
+    lag = share @ lags
+    span = np.sqrt(np.maximum(share @ lags**2 - lag**2, 0.0))
     margin = np.array([measure_margin(one.share) for one in mappings])
-    return SimpleNamespace(lag=lag, place=places, mappings=mappings, margin=margin)
+    return SimpleNamespace(lag=lag, span=span, place=places, mappings=mappings, margin=margin)
 
 
 def _encode(encoder: ConvolutiveNMF, bases: np.ndarray, data: np.ndarray) -> np.ndarray:
@@ -107,6 +110,9 @@ def keep_values(section: Section, found: SimpleNamespace) -> None:
         section.values[f"encoding.lag.{k + 1}"] = _spread_starts(found.lag[:, k])
         section.values[f"encoding.place.{k + 1}"] = span(found.place[:, k])
         rows.append([k + 1, found.lag[0, k], found.place[0, k], *best.share[:, k]])
+    if found.span.shape[1] == 3:
+        section.values["encoding.span.2"] = _spread_starts(found.span[:, 1])
+        section.values["encoding.span.rival"] = _spread_starts(found.span[:, ::2].max(axis=1))
     section.values["encoding.contact_margin"] = span(found.margin)
     p = np.array([one.p_information for one in found.mappings])
     section.values["encoding.location_p"] = span(p)

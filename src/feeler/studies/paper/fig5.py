@@ -14,7 +14,7 @@ from feeler.encoding import LABELS
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import name_kinds, plot_kinds
 from feeler.plotting.tensor import plot_tensor_grid
-from feeler.report import Section
+from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig5_data import MAIN, list_verdicts, load, name_speeds, spread_accuracy
 
@@ -148,7 +148,9 @@ def show(context: Context, section: Section) -> None:
 def _collect_values(
     by_comparison: Mapping[str, Curves], speeds: Mapping[str, str], starts: int
 ) -> dict[str, object]:
-    """Accuracy of every group, and the variance kept of the first group's codes."""
+    """Accuracy of every group, and the variance kept of the first group's codes, with the ends of
+    its repeats.
+    """
     values: dict[str, object] = {}
     for curves in by_comparison.values():
         for group, sweep in curves.find("joint").items():
@@ -158,8 +160,11 @@ def _collect_values(
     for ratio in KEPT_AT:
         rows = np.isclose(first.ratios, ratio)
         for name, kept in (("clean codes", first.kept_clean), ("noisy copies", first.kept_noisy)):
-            value = {"value": float(np.nanmean(kept[rows])), "n": starts} if rows.any() else None
-            values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
+            if rows.any():
+                value = make_spread(
+                    np.nanmean(kept[rows]), np.nanmin(kept[rows]), np.nanmax(kept[rows]), n=starts
+                )
+                values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
     return values
 
 

@@ -20,6 +20,7 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete
 from feeler.studies.paper.fig5_data import spread_accuracy
 from feeler.studies.paper.fig5_nulls import disperse_null
+from feeler.studies.paper.fig5_speed import JOINT_CODES
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
 _PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
@@ -83,7 +84,8 @@ def show(context: Context, section: Section) -> None:
         assert alone is not None  # compute_curves makes one for every group
         for part, one in (("lda", sweep), ("null", alone)):
             spread = spread_accuracy(one, plan.n_restarts)
-            section.values[f"classification.{part}.{WINDOWS[1]}.{name}"] = spread
+            prefix = "lda" if part == "lda" else f"lda.{part}"
+            section.values[f"{prefix}.{WINDOWS[1]}, {JOINT_CODES}.{name}"] = spread
         cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
         rows.append([name, *cells])
     section.table(

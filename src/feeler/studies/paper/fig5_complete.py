@@ -19,9 +19,9 @@ from feeler.experiment.touch import DURATION
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
+from feeler.studies.paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracy
 from feeler.studies.paper.window import SAME, WINDOWS, complete_arrays, measure_window
 

@@ -28,9 +28,9 @@ from feeler.dispersion import INDICES, compute_dispersion
 from feeler.dispersion.interval import bootstrap_mean
 from feeler.encoding import LABELS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors
+from feeler.studies.paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
 
 MAIN = ("joint", "raw")
 """The paper's two data sets: activations and tensors."""

@@ -5,14 +5,16 @@ over to a twin.
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from feeler.decoding.codes import JointFit, Twins, compare_twins
 from feeler.decoding.curves import Group
 from feeler.decoding.groups import configure
 from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
 
 
@@ -91,6 +93,16 @@ def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[s
     return {name: group for name, group in every.items() if name in wanted}
 
 
+def _bound_kept(found: Twins) -> tuple[float, float]:
+    """The 95 % interval of the share that carries over, over touches (bootstrap)."""
+    same, other = (sweep.area - sweep.chance for sweep in (found.same, found.other))
+    picks = np.random.default_rng(0).integers(same.size, size=(2000, same.size))
+    height, carried = same[picks].mean(axis=1), np.maximum(other[picks].mean(axis=1), 0.0)
+    kept = np.divide(carried, height, out=np.zeros(len(picks)), where=height > 0)
+    low, high = np.quantile(kept, [0.025, 0.975])
+    return float(low), float(high)
+
+
 def _show_twins(
     section: Section, twins: Mapping[str, Twins], speeds: Mapping[str, str], plan: Plan
 ) -> None:
@@ -100,10 +112,10 @@ def _show_twins(
         section.values[f"classification.twin.{name}"] = spread_accuracy(
             found.other, plan.n_restarts
         )
-        section.values[f"classification.twin_kept.{name}"] = {
-            "value": found.kept,
-            "n": plan.n_restarts,
-        }
+        low, high = _bound_kept(found)
+        section.values[f"classification.twin_kept.{name}"] = make_spread(
+            found.kept, low, high, n=plan.n_restarts
+        )
         accuracies = [
             " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))
             for sweep in (found.same, found.other)

@@ -14,7 +14,6 @@ from feeler.encoding import hoyer_sparseness
 from feeler.plotting.closest import plot_groups
 from feeler.report import Section, make_spread
 from feeler.stimulus.ninety import SPEEDS
-from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
     list_profiles,
@@ -23,6 +22,7 @@ from feeler.studies.paper.data import (
     load_tensors,
     select_speed,
 )
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.window import (
     WINDOWS,
     cut_to_contact,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from feeler.studies.paper.claims import read_declared
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.verdicts import Judged, judge_statements
 
 FINDINGS, STORY = "findings.toml", "story.toml"

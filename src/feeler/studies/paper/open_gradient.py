@@ -16,8 +16,8 @@ from feeler.information import compute_information, find_noise, scale_peaks
 from feeler.plotting.look import pick_colours
 from feeler.report import Section, make_interval
 from feeler.stimulus.ninety import LOCATIONS
-from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.study import Study
 from feeler.studies.tradeoff import average_sets, load_declared
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE

@@ -16,8 +16,8 @@ from feeler.antenna.antenna import Antenna
 from feeler.information import compute_told, find_told
 from feeler.plotting.look import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
-from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.open_gradient import make_graded
 from feeler.studies.paper.open_receptor_best import (
     PUBLISHED_RATE,

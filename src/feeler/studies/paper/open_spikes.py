@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
-from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.spiking import load_measured
 from feeler.studies.tradeoff import average_sets
 

@@ -22,8 +22,8 @@ from feeler.design import (
 )
 from feeler.plotting.look import PALETTE, mark_places
 from feeler.report import Section, make_interval
-from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.stored import load_stored, store
 from feeler.studies.tradeoff import average_sets
 from feeler.task import Nuisances

@@ -16,8 +16,8 @@ from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
 from feeler.report.page import Part, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
-from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.findings import list_findings
 from feeler.studies.paper.story import open_report, tell_story
 from feeler.studies.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
