@@ -4,6 +4,7 @@ import { encodeState, makeWish } from "./state.js";
 /** @typedef {import("./studio.js").App} App */
 /** Every state can leave: address, script, antenna file, pictures, movie, and a page that computes by itself. */
 
+const LONGEST_WAIT = 120_000; // ms
 const WAYS = [
   ["url", "Copy address", "this state as a link to this studio"],
   ["script", "Python script", "gives the same tensor, bit for bit"],
@@ -73,7 +74,8 @@ export function makeShare(app) {
       app.say(app.away === "full" ? "Too many pages are open: close one, then save." : "The server is away: nothing can be saved until it is back.", true);
       return;
     }
-    app.say(what === "mp4" ? "Drawing the movie …" : "Writing …");
+    app.saving = true;
+    app.say({ mp4: "Drawing the movie …", html: "Teaching the page what it is to tell apart, which takes some seconds …" }[what] || "Writing …", false, LONGEST_WAIT);
     app.send(message);
   }
   return { element, save };
