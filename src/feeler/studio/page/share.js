@@ -65,7 +65,7 @@ export function makeShare(app) {
       return;
     }
     if (state.mode === "wall" || (state.mode === "board" && what !== "toml")) {
-      app.say(state.mode === "wall" ? "A run along a wall leaves as picture only; go back to Touch to save the rest." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
+      app.say(state.mode === "wall" ? "A run along a wall leaves as an address; go back to Touch to save a file." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
       return;
     }
     const message = { type: "save", what, quantity: app.quantity, unsure: state.unsure, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
