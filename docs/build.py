@@ -8,6 +8,7 @@ import ast
 import contextlib
 import io
 import json
+import math
 import os
 import re
 import runpy
@@ -16,11 +17,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+from feeler.plotting.look import style
 from feeler.studio import write_touch_page
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
 OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
+KEPT = ROOT / "src" / "feeler" / "studies" / "paper" / "kept"
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
@@ -43,8 +46,9 @@ GALLERY = (
 
 
 def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: B006
-    """``{{ key:.1f }}`` becomes that measured number, or what an example found just now; a key
-    that was not measured is a KeyError, which ends the build.
+    """``{{ key:.1f }}`` becomes that measured number, or what an example found just now, and
+    ``{{ key:±.1f }}`` has its interval too; a key that was not measured is a KeyError, which ends
+    the build.
     """
     sections = json.loads(RESULTS.read_text())["paper"]["values"].values()
     values = {key: value for section in sections for key, value in section.items()} | more
@@ -54,11 +58,23 @@ def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: 
         }
 
     def show(found: re.Match) -> str:
-        value = values[found["key"]]
-        value = value["value"] if isinstance(value, dict) else value
-        return format(int(value) if found["form"] == "d" else value, found["form"])
+        one, form = values[found["key"]], found["form"].removeprefix("±")
+        value = one["value"] if isinstance(one, dict) else one
+        words = format(int(value) if form == "d" else value, form)
+        return words + (write_interval(one, form) if form != found["form"] else "")
 
     return PLACE.sub(show, markdown)
+
+
+def write_interval(one: dict[str, float], form: str) -> str:
+    """`` ± half`` of an interval, or its ends where it is not even; nothing where it is a point."""
+    below, above = one["value"] - one["low"], one["high"] - one["value"]
+    if max(below, above) == 0:
+        return ""
+    if not math.isclose(below, above, rel_tol=1e-6):
+        return f" ({one['low']:{form}} to {one['high']:{form}})"
+    words = format(above, form)
+    return f" ± {words}" if float(words) else f" ± <{words[:-1]}1"
 
 
 def set_equations(markdown: str) -> str:
@@ -86,14 +102,14 @@ def run_tutorial(markdown: str, folder: Path) -> str:
 
 
 def write_gallery(folder: Path) -> dict[str, float]:
-    """A page for each example with its picture, what it printed and its code, and thumbnails of
-    all; the numbers that examples return, by ``example.name``.
+    """A page for each example with its picture in feeler's look, what it printed and its code, and
+    thumbnails of all; the numbers that examples return, by ``example.name``.
     """
     cards, values = [GALLERY], {}
     for path in sorted(EXAMPLES.glob("*.py")):
         (own := folder / path.stem).mkdir(parents=True)
         printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
+        with contextlib.redirect_stdout(printed), style():
             found = runpy.run_path(str(path))["main"](own)
         if isinstance(found, dict):
             values |= {f"{path.stem}.{name}": value for name, value in found.items()}
@@ -133,8 +149,9 @@ def make_ready() -> None:
     (READY / "drag.html").write_text(write_touch_page(), encoding="utf-8")
     split_reference(READY)
     found = write_gallery(READY / "gallery")
+    shutil.copytree(KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*"))
     for page in READY.rglob("*.md"):
-        words = set_equations(page.read_text())
+        words = set_equations(page.read_text()).replace("../src/feeler/studies/paper/kept", "kept")
         if page.parent.name == "tutorial":
             words = run_tutorial(words, page.parent)
         page.write_text(insert_numbers(words, found) if page.name in PAGES else words)

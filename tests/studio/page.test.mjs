@@ -7,6 +7,7 @@ import { Decoder, readExpected } from "./decoder.js";
 import { raise, write } from "./dom.js";
 import { findHandles, readCurve, sumCompliance } from "./editor.js";
 import { TouchRecord, unpack } from "./record.js";
+import { Nerve, SENSILLUM } from "./spikes.js";
 import { Store, decodeState, encodeState, makeState, makeWish } from "./state.js";
 import { findTag } from "./tags.js";
 import { WallRecord } from "./wall.js";
@@ -166,4 +167,36 @@ test("what a decoder learned is unpacked to within its step, and judges as feele
   read.posterior.forEach((value, k) => near(value, posterior[k], 0.02));
   const unsure = posterior.slice(3 * noticed).filter((value) => value > 0.05 && value < 0.95);
   assert.ok(unsure.length > 20);
+});
+
+/** @param {number} [seed] */
+function hear(seed) {
+  const nerve = new Nerve(3, 0.7, 30, seed), rates = given.nerve.bent.map((row) => { nerve.push((s) => row[s]); return [...nerve.rate]; });
+  return { nerve, rates };
+}
+
+test("sensilla answer as those of feeler.spikes", () => {
+  assert.deepEqual(SENSILLUM, given.nerve.sensillum);
+  const { rates, nerve } = hear();
+  assert.ok(nerve.greatest > 50);
+  rates.forEach((row, k) => row.forEach((rate, unit) => near(rate, given.nerve.rates[k][unit], 1e-9)));
+});
+
+test("spikes are as many as the rates say, in their order and place, and the same again", () => {
+  const expected = Array.from({ length: 6 }, (_, unit) => given.nerve.rates.reduce((sum, row) => sum + row[unit] * 0.7e-3, 0));
+  const counts = new Array(6).fill(0), runs = 400;
+  for (let seed = 1; seed <= runs; seed++)
+    for (const { unit, time } of hear(7919 * seed).nerve.spikes) {
+      counts[unit] += 1 / runs;
+      assert.ok(given.nerve.rates[Math.ceil(time / 0.7 - 1e-9)][unit] > 0, "a spike where the rate is 0");
+    }
+  counts.forEach((count, unit) => assert.ok(Math.abs(count - expected[unit]) <= 5 * Math.sqrt(expected[unit] / runs), `${count} is not ${expected[unit]}`));
+  assert.ok(Math.min(...expected) > 0.5);
+  assert.deepEqual(hear().nerve.spikes, hear().nerve.spikes);
+  const lost = new Nerve(1, 1, 30);
+  for (const bend of [0, 0.02, NaN, 0.02]) lost.push(() => bend);
+  assert.ok(Number.isFinite(lost.rate[0]));
+  assert.equal(lost.coarse, false);
+  lost.push(() => 3);
+  assert.equal(lost.coarse, true);
 });

@@ -2,7 +2,9 @@
 demo decides, fingers scroll, and what is saved is what is shown."""
 
 import re
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -174,3 +176,27 @@ def test_a_saved_picture_shows_the_quantity_of_the_page(quantity, label, monkeyp
     )
     assert label in text and "mine" in text and "0.3 m/s" in text
     assert tensors["angle"].values.max() > 0
+
+
+@pytest.mark.parametrize("hand", [None, [[1, 0, 0.2, 0.0, 0.0], [4, -1, 0.0, 0.3, 0.002]]])
+def test_a_movie_shows_every_object_and_the_hand(hand):
+    """Base left, as the page has it; one frame after the other is another picture."""
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    beside = {"kind": "box", "size": 1.1, "x": 5.0, "y": 30.0, "heading": -90.0, "speed": 0.0}
+    wish = {"duration": 24.0, "speed": 0.3, "objects": [{**beside, "friction": 1.0}]}
+    message = {"what": "mp4", "quantity": "angle", "wish": wish, "commands": hand, "samples": 24}
+    shown = make_file(message)
+    assert (shown.name, shown.mime) == ("feeler-touch.mp4", "video/mp4")
+    with tempfile.NamedTemporaryFile(suffix=".mp4") as file:
+        Path(file.name).write_bytes(shown.content)
+        frames = imageio_ffmpeg.read_frames(file.name)
+        about = next(frames)
+        pictures = [np.frombuffer(frame, np.uint8) for frame in frames]
+    width, height = about["size"]
+    assert width >= 1000 and len(pictures) >= 20
+    first, last = (
+        one.reshape(height, width, 3).astype(int) for one in pictures[:: len(pictures) - 1]
+    )
+    green = (first[:, :, 1] - first[:, :, 0] > 60) & (first[:, :, 1] > 120)
+    assert green[:, : width // 2].sum() > 200 and not green[:, width // 2 :].any()
+    assert np.abs(last - first).max() > 100

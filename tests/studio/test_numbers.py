@@ -11,6 +11,7 @@ import pytest
 import feeler
 from feeler.antenna.modes import compute_modes
 from feeler.dispersion import find_closest
+from feeler.spikes import place_sensilla
 from feeler.stimulus.ninety import trials as list_ninety
 from feeler.studio import Studio, study
 from feeler.tensors.scaling import rectify, scale_common
@@ -167,6 +168,17 @@ def test_the_scale_is_the_greatest_angle_or_curvature(page, touched):
     page.run("app.quantity = 'angle'; app.refresh()")
     assert text.endswith(" /mm")
     assert read(text)[1] == shown(np.abs(touched["curvature"].values).max())
+
+
+def test_spikes_follow_the_rates_of_sensilla_that_feel_this_touch(page, touched):
+    page.run("document.querySelector('.spike-panel details').open = true; app.refresh()")
+    page.draw()
+    spikes, greatest = read(page.text(".spike-panel .scale"))
+    rated = place_sensilla(touched["position"].values, 33.5).encode(touched)["rate"].values
+    assert greatest == shown(rated.max())
+    expected = rated.sum() * 1e-3
+    assert abs(spikes - expected) < 5 * np.sqrt(expected)
+    page.run("document.querySelector('.spike-panel details').open = false; app.refresh()")
 
 
 def test_the_force_is_in_micronewtons_and_the_clock_in_milliseconds(page, touched):

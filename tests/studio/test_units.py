@@ -12,6 +12,8 @@ import pytest
 
 from feeler.decoding import StreamDecoder
 from feeler.presets import make_preset
+from feeler.spikes import CAMPANIFORM, place_sensilla
+from feeler.spikes.kernel import TABLE, encode_touch
 from feeler.studio.catalogue import describe_original
 from feeler.studio.messages import pack
 from feeler.studio.packing import pack_expected
@@ -54,7 +56,22 @@ def make_given():
         "packed": {"content": content, "arrays": packed},
         "curves": curves,
         "decoder": make_taught(rng),
+        "nerve": make_nerve(rng),
     }
+
+
+def make_nerve(rng):
+    """Bending that comes and goes in both directions, and the rates of sensilla that feel it."""
+    time = np.arange(120) * 0.7
+    bent = np.sin(time[:, None] / (9, 14, 23) + (0, 1, 2)) * rng.uniform(0.02, 0.05, size=3)
+    bent[:20] = 0.0
+    bent[20:26] *= np.linspace(0, 1, 6)[:, None]
+    population = place_sensilla(np.array([0.1, 0.4, 0.9]), 30.0)
+    rates = np.empty((120, 6))
+    fixed = (*population.find_taps(np.array([0.1, 0.4, 0.9])), population.side * population.gain)
+    encode_touch(bent, *fixed, population.table, 0.7, rates)
+    known = {name: getattr(CAMPANIFORM, name) for name in TABLE if name != "v"}
+    return {"bent": bent.tolist(), "rates": rates.tolist(), "sensillum": known}
 
 
 def make_taught(rng):
@@ -93,4 +110,4 @@ def test_the_page_s_functions_do_what_python_does(tmp_path):
     command = [node, "--test", TESTS.name]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-6000:]
-    assert "# pass 11" in done.stdout
+    assert "# pass 13" in done.stdout

@@ -12,7 +12,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import match_damping
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.stimulus.ninety import SPEEDS, trials
 from feeler.studio.exporting import fill_page
 from feeler.studio.hand import Command
@@ -157,20 +157,19 @@ def _pack_shapes(antenna: Antenna) -> dict[str, Any]:
 
 def _teach_all(
     choices: Sequence[Choice], speeds: Sequence[float], unsure: float, step: float
-) -> dict[str, Any] | None:
-    """The thirty touches, and what they taught (antenna, speed); None where an antenna cannot be
-    touched so.
-    """
-    try:
-        kept = [[_keep(choice.wish, speed, unsure, step) for speed in speeds] for choice in choices]
-    except InvalidInput:
-        return None
+) -> dict[str, Any]:
+    """The thirty touches, and what they taught (antenna, speed)."""
     labels = [(trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])]
+    kept = [[_keep(choice.wish, speed, unsure, step) for speed in speeds] for choice in choices]
     return {"labels": labels, "kept": kept}
 
 
-def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any]:
-    learned = _teach(wish, speed, unsure)
+def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any] | None:
+    """What a decoder learned; None where this antenna's thirty touches teach nothing."""
+    try:
+        learned = _teach(wish, speed, unsure)
+    except (InvalidInput, SimulationDiverged):
+        return None
     about = {"peak": learned.peak, "correlation": learned.correlation, "sure": learned.sure}
     return {**about, **pack_expected(learned.expected, step)}
 

@@ -2,12 +2,8 @@
 computes by itself.
 """
 
-import io
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 from threading import Event
 from typing import Any
 
@@ -15,18 +11,12 @@ import numpy as np
 
 from feeler.antenna.file import write_antenna
 from feeler.errors import InvalidInput
-from feeler.experiment.touch import touch
-from feeler.plotting.look import style
 from feeler.studio import study
 from feeler.studio.alone import write_touch_page
+from feeler.studio.drawing import PageView, draw, film, read_shown
 from feeler.studio.hand import LONGEST, read_commands, replay
 from feeler.studio.script import write_script
-from feeler.studio.touching import (
-    INTERVAL,
-    count_samples,
-    find_sensed,
-    simulate_pieces,
-)
+from feeler.studio.touching import count_samples, simulate_pieces
 from feeler.studio.wish import TouchWish, read_number
 
 
@@ -46,14 +36,17 @@ def make_file(message: dict[str, Any]) -> Leaving:
     samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
     unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
     what, quantity = message.get("what"), str(message.get("quantity", "angle"))
+
+    def shown() -> PageView:
+        readings = _read_whole(wish, commands, samples)
+        return read_shown(wish, readings, quantity, by_hand=commands is not None)
+
     makers: dict[str, tuple[str, Callable[[], bytes]]] = {
         "toml": ("application/toml", lambda: write_antenna(wish.antenna.make()).encode()),
         "script": ("text/x-python", lambda: write_script(wish, commands, samples).encode()),
-        **{
-            kind: (mime, partial(_draw, wish, commands, samples, kind, quantity))
-            for kind, mime in (("svg", "image/svg+xml"), ("png", "image/png"))
-        },
-        "mp4": ("video/mp4", partial(_film, wish, commands)),
+        "svg": ("image/svg+xml", lambda: draw(shown(), "svg")),
+        "png": ("image/png", lambda: draw(shown(), "png")),
+        "mp4": ("video/mp4", lambda: film(shown())),
         "html": (
             "text/html",
             lambda: _write_html(wish, message.get("other"), commands, samples, unsure).encode(),
@@ -74,49 +67,6 @@ def _read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[st
         return replay(wish, commands, samples)
     pieces = [readings for _, readings in simulate_pieces(wish, Event())]
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-
-
-def _draw(wish: TouchWish, commands: list | None, samples: int, kind: str, quantity: str) -> bytes:
-    """The tensor as the page shows it: angles in degrees, or curvature."""
-    from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-
-    from feeler.plotting import plot_tensor
-
-    antenna = wish.antenna.make()
-    index = find_sensed(antenna)
-    shown = _read_whole(wish, commands, samples)["angle"][:, index].T
-    label = "hinge angle [°]"
-    if quantity == "curvature":
-        shown = shown / antenna.segment_length[index][:, None]
-        label = "curvature [1/mm]"
-    else:
-        shown = np.rad2deg(shown)
-    by_hand = "by hand" if commands is not None else f"{wish.speed:g} m/s"
-    with style():
-        figure = Figure(figsize=(4.5, 3.2), layout="constrained")
-        ax = figure.subplots()
-        norm = Normalize(0.0, max(float(shown.max()), 1e-9))
-        image = plot_tensor(shown, INTERVAL * np.arange(shown.shape[1]), ax, norm)
-        ax.set_title(f"{antenna.name}: {wish.make_trial().label}, {by_hand}", fontsize=8)
-        figure.colorbar(image, ax=ax, label=f"{label} (negative drawn as 0)")
-        out = io.BytesIO()
-        figure.savefig(out, format=kind)
-    return out.getvalue()
-
-
-def _film(wish: TouchWish, commands: list | None) -> bytes:
-    from feeler.plotting import write_touch_movie
-
-    if commands is not None or wish.objects:
-        raise InvalidInput(
-            "a movie shows one object that meets the antenna; take the other objects away, or save"
-            " the page."
-        )
-    antenna, trial = wish.antenna.make(), wish.make_trial()
-    tensors = touch(antenna, trial, duration=wish.duration, all_hinges=True)
-    with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
-        return write_touch_movie(antenna, trial, tensors, Path(folder) / "touch.mp4").read_bytes()
 
 
 def _write_html(

@@ -63,12 +63,12 @@ def pack_expected(expected: np.ndarray, step: float) -> dict[str, Any]:
     """What a decoder expects of each class (class, sensor, time), in few bytes: cosines in time of
     few patterns over the sensors, rounded to multiples of ``step``.
 
-    The patterns are those of a singular value decomposition and both transforms keep lengths, so
+    The patterns are principal components and both transforms keep lengths, so
     an expected value is off by less than ``step / 3`` (root mean square).
     """
     n_classes, n_sensors, n_samples = expected.shape
-    flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1)
-    shares = np.linalg.svd(flat, full_matrices=False)[0]
+    flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1).astype(float)
+    shares = np.linalg.eigh(flat @ flat.T)[1][:, ::-1]
     cosines = dct((shares.T @ flat).reshape(-1, n_classes, n_samples), norm="ortho", axis=2)
     if np.abs(cosines).max() > 32767 * step:
         raise ValueError(f"the step {step} is too small for 16 bits")

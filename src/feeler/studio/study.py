@@ -14,6 +14,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.decoding.decoder import StreamDecoder
 from feeler.dispersion import INDICES, compute_nmi, compute_pearson, compute_ssim, find_closest
 from feeler.encoding import ConvolutiveNMF
+from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import make_groups, run_group
@@ -171,6 +172,13 @@ def teach(
 ) -> tuple[tuple[Label, ...], np.ndarray, StreamDecoder, float]:
     """Labels and angles (trial, sensor, time) of the thirty touches, the decoder that they taught,
     and their greatest angle [rad].
+
+    Raises
+    ------
+    InvalidInput
+        Some of the touches are noticed by no sensor.
+    SimulationDiverged
+        One of the touches cannot be computed.
     """
     nominal = trials([speed])
     jittered = Nuisances.only(location=SHIFT, speed=unsure).jitter(
@@ -191,6 +199,11 @@ def teach(
     decoder = StreamDecoder(**options, noise=0.0, correlation=CORRELATION).fit(
         list(LOUDNESS / peak * angle), labels
     )
+    if missing := len(labels) - len(decoder.classes_):
+        raise InvalidInput(
+            f"{missing} of the thirty touches are not noticed by any sensor, so nothing can be"
+            " learned of them. Add sensors, or spread them along the antenna."
+        )
     _check(stop)
     decoder.temper(list(LOUDNESS / peak * others), labels)
     return labels, angle, decoder, peak

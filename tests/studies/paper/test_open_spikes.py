@@ -10,10 +10,9 @@ from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.open_spikes import (
     CHANGES,
     DEADLINES,
-    PACES,
     READ_BY,
-    collect_values,
 )
+from feeler.studies.paper.open_spikes_found import PACES, collect_values
 from feeler.studies.paper.verdicts import judge
 from feeler.studies.spiking import load_spiking
 

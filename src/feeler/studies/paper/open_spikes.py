@@ -1,22 +1,20 @@
 """What spikes tell of a touch, by when, from which antenna (no figure of the paper)."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from feeler.plotting.look import PALETTE
-from feeler.report import Section, make_interval
+from feeler.plotting.look import mark_places, pick_colours
+from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED
+from feeler.studies.paper.open_spikes_found import PACES, Found, average, collect_values
 from feeler.studies.spiking import load_measured
-from feeler.studies.tradeoff import average_sets
 
-PACES = ("slow", "medium", "fast")
 READ_BY = {
     "ideal": "ideal observer",
     "counts": "counts in 10 ms",
@@ -24,6 +22,7 @@ READ_BY = {
     "onset": "first spike of all",
 }
 DEADLINES = ("20 ms", "50 ms", "100 ms", "200 ms", "whole touch")
+STYLES = {"ideal": "-o", "counts": "--s", "first": ":^"}
 CHANGES = {
     "own": "Poisson trains of 56 places",
     "shared": "gain of the exponential antenna",
@@ -41,188 +40,84 @@ CHANGES = {
     "4 places": "4 places",
     "null": "one touch repeated",
 }
-_KEPT = 95.0  # % of the accuracy that fewer places are to keep
-_FEWEST = 2  # sets of an interval
-
-
-class Found:
-    """The study's results; percent, one number for each set."""
-
-    def __init__(self, cells: Mapping[str, Mapping[str, Sequence[float]]]) -> None:
-        self.cells = cells
-
-    def get(
-        self,
-        profile: str,
-        speed: str,
-        code: str,
-        variant: str = "own",
-        window: str = "whole touch",
-        field: str = "accuracy",
-    ) -> np.ndarray:
-        """By set; none where the code was not asked, NaN in sets where it could not be."""
-        cell = self.cells.get("/".join((profile, speed, code, variant, window)), {})
-        values = np.asarray(cell.get(field, ()), dtype=float)
-        return values if field in ("bits", "spikes") else 100 * values
-
-    def compare(self, better: Mapping[str, Any], worse: Mapping[str, Any]) -> dict[str, Any]:
-        """Points between two, in pairs over the sets that both have."""
-        first, second = self.get(**better), self.get(**worse)
-        count = min(len(first), len(second))
-        return average(first[:count] - second[:count])
-
-    def keep(self, code: str, variant: str) -> np.ndarray:
-        """Percent of the accuracy that slow whole touches keep in a variant, set by set."""
-        whole, left = (self.get("exponential", "slow", code, name) for name in ("own", variant))
-        count = min(len(whole), len(left))
-        return 100 * left[:count] / whole[:count]
-
-    def order(self, *rising: Mapping[str, Any]) -> dict[str, Any]:
-        """Points between neighbours of an order; of several the one that is least sure."""
-        return find_least([self.compare(high, low) for low, high in pairwise(rising)])
-
-
-def average(values: np.ndarray) -> dict[str, Any]:
-    """Mean over sets with its 95 % interval; undefined for fewer than two."""
-    known = values[np.isfinite(values)]
-    if len(known) < _FEWEST:
-        return {"undefined": "not read in two sets"}
-    found = average_sets(xr.DataArray(known, dims="set"))
-    return make_interval(float(found["mean"]), float(found["half"]), n=len(known))
-
-
-def find_least(found: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The one whose interval reaches lowest; undefined where one of them is."""
-    undefined = [one for one in found if "undefined" in one]
-    return undefined[0] if undefined else min(found, key=lambda one: one["low"])
-
-
-def judge_orders(found: Found) -> dict[str, Any]:
-    """What is claimed of speeds and profiles."""
-    values = {}
-    for code in ("counts", "ideal"):
-
-        def read(speed: str, profile: str = "exponential", code: str = code, **rest: str) -> dict:
-            return {"profile": profile, "speed": speed, "code": code, **rest}
-
-        for variant, name in (("own", "whole"), ("200 spikes", "200")):
-            rising = [read(speed, variant=variant) for speed in ("fast", "medium", "slow")]
-            values[f"spikes.slower.{name}.{code}"] = found.order(*rising)
-        rising = [read(speed, window="50 ms") for speed in PACES]
-        values[f"spikes.faster.50.{code}"] = found.order(*rising)
-        for gain in ("own", "shared"):
-            rising = [read("slow", profile, variant=gain) for profile in reversed(CLAIMED)]
-            values[f"spikes.profile.{gain}.{code}"] = found.order(*rising)
-        slow, fast = (read(speed, "constant") for speed in ("slow", "fast"))
-        values[f"spikes.constant.{code}"] = found.compare(fast, slow)
-    return values
-
-
-def judge_rest(found: Found) -> dict[str, Any]:
-    """What is claimed of slow whole touches of the exponential antenna, and of nothing."""
-    slow = ("exponential", "slow")
-    counts = {"profile": slow[0], "speed": slow[1], "code": "counts"}
-    values = {
-        f"spikes.place.{code}": average(found.get(*slow, code, field="place"))
-        for code in ("first", "onset")
-    }
-    values["spikes.cost.receptor"] = found.compare(
-        counts, counts | {"variant": "receptor 0.003 rad"}
-    )
-    values["spikes.gain.regular"] = found.compare(counts | {"variant": "regular"}, counts)
-    for code in ("counts", "ideal"):
-        kept = {n: found.keep(code, f"{n} places") for n in (28, 14, 7, 4)}
-        enough, too_few = average(kept[14] - _KEPT), average(_KEPT - kept[7])
-        values[f"spikes.units.{code}"] = find_least([enough, too_few])
-        values |= {f"spikes.kept.{n}.{code}": average(share) for n, share in kept.items()}
-    null = [
-        average(found.get(profile, speed, code, "null"))
-        for profile in ("exponential", "constant")
-        for speed in PACES
-        for code in ("counts", "first")
-    ]
-    values["spikes.null"] = max(null, key=lambda one: one.get("value", -np.inf))
-    return values
-
-
-def collect_values(cells: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers that claims are held against, and percent named right of all that was asked."""
-    found = Found(cells)
-    values: dict[str, Any] = judge_orders(found) | judge_rest(found)
-    for key in cells:
-        profile, speed, code, variant, window = key.split("/")
-        whole = window == "whole touch" and variant in ("own", "shared")
-        if whole or (profile == "exponential" and variant == "own"):
-            name = ".".join((profile, speed, code, variant, window)).replace(" ", "_")
-            values[f"spikes.right.{name}"] = average(
-                found.get(profile, speed, code, variant, window)
-            )
-    for code in ("counts", "ideal"):
-        values[f"spikes.sets.{code}"] = len(found.get("exponential", "slow", code))
-    return values
 
 
 def plot(cells: Mapping[str, Any], figure: Figure) -> None:
     """By deadline and code; by profile and gain; by number of places; by what is changed."""
     found = Found(cells)
     (by_time, by_profile), (by_place, by_change) = figure.subplots(2, 2)
-    for speed, colour in zip(PACES, PALETTE, strict=False):
-        for code, style in (("ideal", "-o"), ("counts", "--s"), ("first", ":^")):
-            spreads = [average(found.get("exponential", speed, code, "own", w)) for w in DEADLINES]
-            label = speed if code == "ideal" else ""
-            _draw(by_time, range(len(DEADLINES)), spreads, style, colour, label)
-    by_time.set_xticks(range(len(DEADLINES)), [*DEADLINES[:-1], "whole"])
-    by_time.set(xlabel="deadline since contact", ylabel="named right [%]", ylim=(0, 102))
-    for speed, colour in zip(PACES, PALETTE, strict=False):
-        for gain, style in (("own", "-o"), ("shared", "--s")):
-            spreads = [average(found.get(p, speed, "counts", gain)) for p in CLAIMED]
-            _draw(by_profile, range(3), spreads, style, colour, "")
-    by_profile.set_xticks(range(3), CLAIMED)
-    by_profile.set(ylabel="named right [%]", ylim=(0, 102))
+    for pace, colour in pick_colours(PACES).items():
+        _plot_deadlines(found, pace, colour, by_time)
+        for gain, style in (("own", "s"), ("shared", "D")):
+            spreads = [average(found.get(p, pace, "counts", gain)) for p in CLAIMED]
+            fill = colour if gain == "own" else "none"
+            x = np.arange(len(CLAIMED)) + (0.12 if gain == "shared" else -0.12)
+            _draw(by_profile, x, spreads, style, color=colour, mfc=fill)
+    by_time.set(ylabel="named right [%]", ylim=(0, 104))
+    by_profile.set_xticks(range(len(CLAIMED)), CLAIMED)
+    by_profile.set(ylabel="named right by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
     _plot_places(found, by_place)
     _plot_changes(found, by_change)
-    by_time.legend(title="speed")
+    _explain(figure)
 
 
-def _draw(
-    ax: Axes, x: Any, spreads: Sequence[dict], style: str, colour: str, label: str = ""
-) -> None:
+def _plot_deadlines(found: Found, pace: str, colour: Any, ax: Axes) -> None:
+    """What each reader names right by each deadline, the whole touch last."""
+    for code, style in STYLES.items():
+        spreads = [average(found.get("exponential", pace, code, "own", w)) for w in DEADLINES]
+        _draw(ax, range(len(DEADLINES)), spreads, style, color=colour)
+    ax.set_xticks(range(len(DEADLINES)), [name.split()[0] for name in DEADLINES])
+    ax.set_xlabel("time since contact [ms]")
+
+
+def _draw(ax: Axes, x: Any, spreads: Sequence[dict], style: str, **look: Any) -> None:
     """Points with their intervals; what is undefined is left out."""
     known = [(at, one) for at, one in zip(x, spreads, strict=True) if "value" in one]
-    values = [one["value"] for _, one in known]
     half = [one["high"] - one["value"] for _, one in known]
+    look = {"ms": 3.5, "capsize": 2, "lw": 1.0} | look
     ax.errorbar(
-        [at for at, _ in known], values, half, fmt=style, color=colour, ms=3, capsize=2, label=label
+        [at for at, _ in known], [one["value"] for _, one in known], half, None, style, **look
     )
 
 
 def _plot_places(found: Found, ax: Axes) -> None:
     """Slow whole touches from fewer places."""
     places = {"4 places": 4, "7 places": 7, "14 places": 14, "28 places": 28, "own": 56}
-    for code, style in (("ideal", "-o"), ("counts", "--s"), ("first", ":^")):
+    for code, style in STYLES.items():
         spreads = [average(found.get("exponential", "slow", code, name)) for name in places]
-        _draw(ax, places.values(), spreads, style, "black", READ_BY[code])
+        _draw(ax, places.values(), spreads, style, color=pick_colours(PACES)["slow"])
     ax.set_xscale("log")
-    ax.set_xticks([*places.values()], [str(n) for n in places.values()], minor=False)
-    ax.minorticks_off()
-    ax.set(xlabel="places with sensilla", ylabel="slow touches named right [%]")
-    ax.legend()
+    mark_places(ax.xaxis, places.values())
+    ax.set(xlabel="places with sensilla", ylabel="slow touches right [%]", ylim=(0, 104))
 
 
 def _plot_changes(found: Found, ax: Axes) -> None:
     """Whole touches by what is changed, read by counts."""
     shown = [name for name in CHANGES if "places" not in name and name not in ("shared", "null")]
-    for speed, colour in zip(PACES, PALETTE, strict=False):
-        spreads = [average(found.get("exponential", speed, "counts", name)) for name in shown]
-        known = [(k, one) for k, one in enumerate(spreads) if "value" in one]
-        half = [one["high"] - one["value"] for _, one in known]
-        rows = [k for k, _ in known]
-        values = [one["value"] for _, one in known]
-        ax.errorbar(values, rows, xerr=half, fmt="o", color=colour, ms=3, capsize=2)
-    words = ["Poisson" if name == "own" else name for name in shown]
-    ax.set_yticks(range(len(shown)), words, fontsize=6)
+    for pace, colour in pick_colours(PACES).items():
+        for row, name in enumerate(shown):
+            one = average(found.get("exponential", pace, "counts", name))
+            if _is_known(one):
+                half = one["high"] - one["value"]
+                ax.errorbar(one["value"], row, xerr=half, fmt="s", color=colour, ms=3, capsize=2)
+    words = ["as drawn (Poisson)" if name == "own" else name for name in shown]
+    ax.set_yticks(range(len(shown)), words)
     ax.invert_yaxis()
-    ax.set(xlabel="named right by counts [%]")
+    ax.set(xlabel="named right by counts [%]", xlim=(0, 104))
+
+
+def _explain(figure: Figure) -> None:
+    """What colours and marks mean, once for all panels."""
+    marks = [Line2D([], [], color=c, label=pace) for pace, c in pick_colours(PACES).items()]
+    marks += [
+        Line2D([], [], color="0.3", marker=style[-1], ls=style[:-1], ms=4, label=READ_BY[code])
+        for code, style in STYLES.items()
+    ]
+    marks += [
+        Line2D([], [], color="0.3", marker="s", ls="none", ms=4, label="counts, own gain"),
+        Line2D([], [], color="0.3", marker="D", ls="none", ms=4, mfc="none", label="shared gain"),
+    ]
+    figure.legend(handles=marks, loc="outside lower center", ncols=4)
 
 
 def show(_context: Context, section: Section) -> None:
@@ -244,11 +139,9 @@ def show(_context: Context, section: Section) -> None:
     )
     section.figure(
         "spikes",
-        "Touches named right, of thirty kinds. Above left: exponential antenna, by deadline; solid:"
-        " ideal observer, dashed: counts, dotted: first spikes. Above right: counts over whole"
-        " touches; solid: each antenna's own gain, dashed: one gain. Below left: slow whole touches"
-        " from fewer places. Below right: whole touches by what is changed. Colours are speeds"
-        " throughout. Bars: 95 % over sets.",
+        "Touches named right, of thirty kinds. Above: the exponential antenna by deadline; counts"
+        " over whole touches by antenna and gain. Below: slow whole touches from fewer places;"
+        " whole touches by what is changed. Bars: 95 % over sets.",
         lambda figure: plot(cells, figure),
         height=5.5,
         numbers={name: one["value"] for name, one in values.items() if _is_known(one)},
@@ -264,8 +157,10 @@ def _is_known(value: Any) -> bool:
 def _write_tables(section: Section, found: Found) -> None:
     """Named right by profile, gain and speed; by what is changed; spikes and bits."""
     rows = [
-        [profile, gain, READ_BY[code]]
-        + [_say(average(found.get(profile, speed, code, gain))) for speed in PACES]
+        [
+            *(profile, gain, READ_BY[code]),
+            *(_say(average(found.get(profile, pace, code, gain))) for pace in PACES),
+        ]
         for profile in CLAIMED
         for gain in ("own", "shared")
         for code in ("ideal", "counts", "first")
@@ -273,15 +168,15 @@ def _write_tables(section: Section, found: Found) -> None:
     section.table(
         ["antenna", "gain", "read by", *PACES], rows, "Whole touches named right [%], 95 %."
     )
-    rows = [
-        [
-            CHANGES[name],
-            *(_say(average(found.get("exponential", speed, "counts", name))) for speed in PACES),
-        ]
-        for name in CHANGES
-    ]
+    rows = [[CHANGES[name], *_read_paces(found, "counts", name)] for name in CHANGES]
     section.table(
         ["exponential antenna, counts", *PACES], rows, "Whole touches named right [%], 95 %."
+    )
+    rows = [[READ_BY[code], *_read_paces(found, code, field="place")] for code in READ_BY]
+    section.table(
+        ["exponential antenna, read by", *PACES],
+        rows,
+        "Place named right, of five, in whole touches [%], 95 %.",
     )
     rows = [
         [profile, speed, *_count(found, profile, speed)] for profile in CLAIMED for speed in PACES
@@ -291,6 +186,13 @@ def _write_tables(section: Section, found: Found) -> None:
         rows,
         "Whole touches at the antenna's own gain, by the ideal observer (log₂ 30 = 4.9 bits).",
     )
+
+
+def _read_paces(found: Found, code: str, variant: str = "own", field: str = "accuracy") -> list:
+    """What is read of the exponential antenna's whole touches, by speed."""
+    return [
+        _say(average(found.get("exponential", pace, code, variant, field=field))) for pace in PACES
+    ]
 
 
 def _count(found: Found, profile: str, speed: str) -> list[str]:

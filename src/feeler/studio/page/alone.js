@@ -123,7 +123,8 @@ function makeLead(config) {
 
 /** Of how many touches each antenna names the object. @param {any} config */
 function makeTallyPanel(config) {
-  const write30 = (/** @type {number} */ a, /** @type {number} */ s) => `${config.taught.kept[a][s].sure} of ${config.taught.labels.length}`;
+  const { kept, labels } = config.taught;
+  const count = (/** @type {number} */ a, /** @type {number} */ s) => (kept[a][s] ? `${kept[a][s].sure} of ${labels.length}` : "–");
   return (/** @type {App} */ app) => {
     const table = make("table", { class: "tally" });
     const caption = make("p", { class: "caption", text: "Of thirty touches (ball, box, triangle, two sizes, five places), so many are named surely: how often the verdict ends at 0.9 " +
@@ -133,7 +134,7 @@ function makeTallyPanel(config) {
       const now = findAntenna(config, app), speed = app.store.state.touch.speed;
       const head = make("tr", {}, make("td"), ...config.speeds.map((/** @type {any} */ { name }) => make("th", { scope: "col", text: name })));
       const rows = config.antennas.map((/** @type {any} */ one, /** @type {number} */ a) => make("tr", {}, make("th", { scope: "row", text: one.name }),
-        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: write30(a, s) }))));
+        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: count(a, s) }))));
       table.replaceChildren(head, ...rows);
     }
     return { element, place: "right", isShown: () => true, update };

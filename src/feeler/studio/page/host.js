@@ -193,7 +193,7 @@ export class Host {
     const about = { type: "study", slot, id };
     try {
       const decoder = await this.decoder(this.find(antenna), speed);
-      if (!decoder) throw new Error(`This page holds no decoder for ${speed} m/s.`);
+      if (!decoder) throw new Error("No verdict here: of thirty touches of this antenna at this speed some cannot be computed, or are not felt.");
       this.say({ ...about, part: "end", labels: this.config.taught.labels, averages: {}, peak: decoder.peak, speed }, {});
     } catch (error) {
       this.say({ ...about, type: "error", of: "study", message: error instanceof Error ? error.message : String(error) }, {});

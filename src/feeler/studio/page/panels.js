@@ -2,6 +2,7 @@
 import { makeBoardPanel } from "./board.js";
 import { makeCodePanel, makeSetPanel, makeVerdictPanel } from "./charts.js";
 import { makeAntennaPanel, makeTouchPanel, makeWallPanel } from "./controls.js";
+import { makeSpikePanel } from "./spikes.js";
 import { makeStagePanel, makeStudyPanel, makeTensorPanel } from "./stage.js";
 /** @typedef {import("./studio.js").App} App */
 /** Every panel of the studio, from top to bottom in its column. A new one is a module of its own and a line here. */
@@ -19,6 +20,7 @@ export const PANELS = [
   makeBoardPanel,
   makeStagePanel,
   makeTensorPanel,
+  makeSpikePanel,
   makeStudyPanel,
   makeVerdictPanel,
   makeCodePanel,

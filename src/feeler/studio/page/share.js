@@ -4,6 +4,7 @@ import { encodeState, makeWish } from "./state.js";
 /** @typedef {import("./studio.js").App} App */
 /** Every state can leave: address, script, antenna file, pictures, movie, and a page that computes by itself. */
 
+const LONGEST_WAIT = 120_000; // ms
 const WAYS = [
   ["url", "Copy address", "this state as a link to this studio"],
   ["script", "Python script", "gives the same tensor, bit for bit"],
@@ -64,7 +65,7 @@ export function makeShare(app) {
       return;
     }
     if (state.mode === "wall" || (state.mode === "board" && what !== "toml")) {
-      app.say(state.mode === "wall" ? "A run along a wall leaves as picture only; go back to Touch to save the rest." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
+      app.say(state.mode === "wall" ? "A run along a wall leaves as an address; go back to Touch to save a file." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
       return;
     }
     const message = { type: "save", what, quantity: app.quantity, unsure: state.unsure, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
@@ -73,7 +74,8 @@ export function makeShare(app) {
       app.say(app.away === "full" ? "Too many pages are open: close one, then save." : "The server is away: nothing can be saved until it is back.", true);
       return;
     }
-    app.say(what === "mp4" ? "Drawing the movie …" : "Writing …");
+    app.saving = true;
+    app.say({ mp4: "Drawing the movie …", html: "Teaching the page what it is to tell apart, which takes some seconds …" }[what] || "Writing …", false, LONGEST_WAIT);
     app.send(message);
   }
   return { element, save };

@@ -49,6 +49,7 @@ export class App {
     this.handOn = false;
     this.handPace = 0.1;
     this.listening = "";
+    this.saving = false;
     this.calibrated = false;
     /** @type {Object<string, string>} */
     this.ports = {};
@@ -194,6 +195,7 @@ export class App {
       if (header.part === "begin") this.time = 0;
       if (header.part === "end") { this.setStatus("exact"); this.play(true); }
     } else if (header.type === "file") {
+      this.saving = false;
       keepFile(header.name, header.mime, new Uint8Array(arrays.content.data.buffer, arrays.content.data.byteOffset, header.bytes));
       this.say(`${header.name}: ${write(header.bytes / 1000, 3)} kB`);
     } else if (header.type === "opened") this.hearOpened(header, arrays);
@@ -296,6 +298,7 @@ export class App {
     if (header.of === "study") this.studying[header.slot] = null;
     if (header.of === "hand") this.handOn = false;
     if (header.of === "listen") this.listening = "";
+    if (header.of === "save") this.saving = false;
     if (header.of === "open" && this.opened && !this.records.A.name) this.opened = null;
     this.say(header.message, true);
     if (["touch", "hand", "follow", "listen"].includes(header.of)) this.setStatus("error");
@@ -455,15 +458,15 @@ export class App {
     this.refresh();
   }
 
-  /** @param {string} words @param {boolean} [bad] */
-  say(words, bad = false) {
+  /** @param {string} words @param {boolean} [bad] @param {number} [long] ms that they stay */
+  say(words, bad = false, long = bad ? 12_000 : 5000) {
     const note = /** @type {HTMLElement} */ (this.root.querySelector(".note"));
     note.textContent = words;
     note.classList.toggle("bad", bad);
     show(note, true);
     announce(this.root, words);
     clearTimeout(this.pending);
-    this.pending = window.setTimeout(() => show(note, false), bad ? 12_000 : 5000);
+    this.pending = window.setTimeout(() => show(note, false), long);
   }
 }
 
@@ -605,7 +608,8 @@ export function startServed(root) {
   /** @type {any} */ (root).studio = app;
   app.link = linkServer((header, arrays) => app.hear(header, arrays), (now) => {
     app.away = now === "on" ? "" : now === "full" ? "full" : "away";
-    if (app.away) { app.handOn = false; app.listening = ""; app.studying = { A: null, B: null }; }
+    if (app.away && app.saving) app.say("The server went away before the file was written.", true);
+    if (app.away) Object.assign(app, { handOn: false, listening: "", saving: false, studying: { A: null, B: null } });
     else app.send({ type: "hello" });
     app.refresh();
   });
