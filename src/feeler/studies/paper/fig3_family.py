@@ -1,5 +1,5 @@
-"""Beside Fig. 3B: R² over the family of set-ups that declared.toml declares, by which the wall claims
-are judged.
+"""Beside Fig. 3B: R² over the family of set-ups of declared.toml, by which the wall claims are
+judged.
 """
 
 from collections.abc import Mapping, Sequence

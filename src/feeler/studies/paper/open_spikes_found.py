@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.report import make_interval
-from feeler.studies.paper.claims import CLAIMED
+from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.tradeoff import average_sets
 
 PACES = ("slow", "medium", "fast")
