@@ -1,12 +1,19 @@
 """``feeler compare``: antennas side by side on the same touches."""
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from feeler.cli.say import Json, say_json
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from feeler.antenna import Antenna
+    from feeler.stimulus import Trial
 
 _EXAMPLES = """Examples:
 
@@ -39,12 +46,13 @@ def compare(
     from feeler.cli.choose import choose_antenna
     from feeler.decoding import READERS
     from feeler.errors import InvalidInput
-    from feeler.experiment.touch import touch
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import describe_versions
     from feeler.stimulus import load_objects
-    from feeler.stimulus.ninety import trials
+    from feeler.stimulus.ninety import SPEEDS, trials
     from feeler.studies.comparison import compare_antennas, write_comparison
+    from feeler.studies.paper.data import COMPLETE
+    from feeler.studies.paper.window import complete_tensors, measure_window
     from feeler.studies.scale import SCALES
 
     effort = SCALES[scale]
@@ -66,10 +74,12 @@ def compare(
     with tempfile.TemporaryFile(dir=out.parent):
         pass  # refused now, before anything is simulated, where nothing can be written
     touches = trials((speed,), features=None if objects is None else load_objects(objects))
-    tensors = {}
+    tensors, ends = {}, {}
     for name, antenna in chosen.items():
-        tensors[name] = touch(antenna, touches, seed=seed)
-        typer.echo(f"{name}: touched {len(touches)} times", err=as_json)
+        recorded = _touch_whole(antenna, touches, COMPLETE * SPEEDS["slow"] / speed, seed)
+        tensors[name], ends[name] = complete_tensors(recorded), measure_window(recorded).end
+        words = f"{name}: touched {len(touches)} times; the last lets go after {ends[name]:.0f} ms"
+        typer.echo(words, err=as_json)
     encoder = effort.make_encoder(random_state=seed)
     data = compare_antennas(
         tensors,
@@ -84,13 +94,30 @@ def compare(
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep"
         f" {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at {speed:g} m/s."
-        f" Read by {reader}. {describe_versions()}"
+        " Complete touches, equally many samples of each antenna until its last touch lets go: "
+        + ", ".join(f"{name} {end:.0f} ms" for name, end in ends.items())
+        + f". Read by {reader}. {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
     if as_json:
         say_json({**data.to_plain(), "page": page})
     else:
         typer.echo(f"page: {page}")
+
+
+def _touch_whole(
+    antenna: "Antenna", touches: "Sequence[Trial]", duration: float, seed: int
+) -> "xr.Dataset":
+    """Touches recorded until the last has let go: for ``duration`` [ms], or up to eight times as
+    long.
+    """
+    from feeler.experiment.touch import touch
+
+    for factor in (1, 2, 4, 8):
+        recorded = touch(antenna, touches, duration=factor * duration, seed=seed)
+        if not (recorded["force"].isel(time=-1) != 0).any():
+            break
+    return recorded
 
 
 def register(app: typer.Typer) -> None:
