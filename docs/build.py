@@ -37,6 +37,7 @@ PAGES = (
     "presets.md",
     "whiskers.md",
     "spikes.md",
+    "guide/robot.md",
 )
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (
@@ -154,7 +155,9 @@ def make_ready() -> None:
         words = set_equations(page.read_text()).replace("../src/feeler/studies/paper/kept", "kept")
         if page.parent.name == "tutorial":
             words = run_tutorial(words, page.parent)
-        page.write_text(insert_numbers(words, found) if page.name in PAGES else words)
+        page.write_text(
+            insert_numbers(words, found) if str(page.relative_to(READY)) in PAGES else words
+        )
 
 
 if __name__ == "__main__":
