@@ -70,13 +70,21 @@ HEADLINES = {
         " {unseen.wrong.published.unseen:.1f} % with the published antenna, at 0.3 m/s, noise of"
         " 0.3 peaks",
     ),
+    "Beyond the paper: what a nerve says": (
+        "beyond",
+        "{spikes.right.exponential.slow.counts.own.whole_touch:.1f} of 100 slow touches (0.06 m/s)"
+        " named from counted spikes, {spikes.right.exponential.fast.counts.own.whole_touch:.1f} of"
+        " 100 fast ones (0.6 m/s), thirty touches in unknown places",
+    ),
     "The robotic antenna": (
         "Fig. 6, S7, Movie S4",
         "{robot.transfer:.2f} of surrogates' tip contacts read right, reality gap of 1",
     ),
     "Active touch speed": ("Fig. S2", "{tracking.mean:.1f} °/s, synthetic tracks"),
 }
-AT_PAPER_SCALE = (*("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen"),)
+AT_PAPER_SCALE = (
+    *("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
+)
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 SCALES = ("smoke", "quick", "published", "paper")
 _TOLD = ("reproduced", "partly", "not reproduced", "depends on a definition", "no evidence")
