@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check audit size golden kept numba-oldest mutants bench peers docs notebooks clean
+.PHONY: help reproduce test test-long test-slow check audit size golden kept numba-oldest mutants bench peers docs notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -42,6 +42,9 @@ reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole
 
 test: $(BIN)/.test  ## the default tests
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
+
+test-long: $(BIN)/.test  ## tests of half a minute and more, which CI runs after the default ones
+	@$(BIN)/python -m pytest -q -n auto --dist loadfile -m long
 
 $(BIN)/.lab: $(BIN)/.test
 	@$(PIP) -e '.[test,lab]'

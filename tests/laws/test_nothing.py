@@ -135,6 +135,7 @@ class _Torch:
     set_num_threads = staticmethod(lambda n: None)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", NOTHING)
 @pytest.mark.parametrize("claim", list_due(*READ_TENSORS), ids=lambda claim: claim.id)
 def test_nothing_bears_out_no_claim_that_reads_tensors(scale, kind, claim):
@@ -149,6 +150,7 @@ def test_nothing_bears_out_no_claim_that_reads_tensors(scale, kind, claim):
     assert not all(is_borne_out(claim, kind, seed) for seed in draws)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", NOTHING)
 @pytest.mark.parametrize("id", ["residual-falls", "bases-ordered"])
 def test_what_is_by_construction_comes_out_of_nothing_too(scale, kind, id):
@@ -182,6 +184,7 @@ def touched(request, scale, tmp_path_factory):
         yield judge_all(section.values)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("claim", list_due(*TOUCH), ids=lambda claim: claim.id)
 def test_nothing_bears_out_no_claim_on_speed_gradient_and_bounds(touched, claim):
     check(touched, claim)
@@ -231,6 +234,7 @@ def set_up(request, scale, tmp_path_factory):
     return judge_all(section.values | _find_wall_values(rng))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("claim", list_due(*SET_UP), ids=lambda claim: claim.id)
 def test_nothing_bears_out_no_claim_on_walls_and_the_robot(set_up, claim):
     check(set_up, claim)
