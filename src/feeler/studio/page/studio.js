@@ -43,6 +43,7 @@ export class App {
     this.editing = "stiffness";
     this.quantity = "angle";
     this.showContact = true;
+    this.view = { scale: 1, ox: 0, oy: 0 }; // px/mm, and where the base's rest is in the scene
     this.hover = null;
     this.selected = -1;
     this.hinted = false;
