@@ -158,11 +158,9 @@ def press(browser, kind, x, y):
     browser.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
 
-BALL = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage');
-    const w = c.clientWidth, h = c.clientHeight, l = r.antenna.length;
-    const b = c.getBoundingClientRect(), p = r.data.place;
-    const s = Math.min(w / (1.14 * l), h / (0.8 * l)), y = b.top + 0.2 * h + s * (p[0] - 1);
-    return [b.left + (w - l * s) / 2 - 0.01 * w + s * p[1], y, s]; })()"""
+BALL = """(() => { const b = document.querySelector('canvas.stage').getBoundingClientRect();
+    const { scale, ox, oy } = app.view, p = app.records.A.data.place;
+    return [b.left + ox + scale * p[1], b.top + oy + scale * (p[0] - 1), scale]; })()"""
 
 
 @pytest.mark.parametrize("width", [390, 1280, 1920])

@@ -81,12 +81,10 @@ def test_the_page_shows_what_touch_gives_and_asks_nobody_else(studio, browser):
 
 def find_object(browser):
     """Where the first object is on the stage, from its middle [px]."""
-    place = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage'), w = \
-c.clientWidth,
-        h = c.clientHeight, s = Math.min(w / (1.14 * r.antenna.length), h / (0.8 * \
-r.antenna.length));
-        return [(w - r.antenna.length * s) / 2 - 0.01 * w + s * r.data.place[1] - w / 2,
-                0.2 * h + s * (r.data.place[0] - 1.5) - h / 2]; })()"""
+    place = """(() => { const c = document.querySelector('canvas.stage');
+        const p = app.records.A.data.place, { scale, ox, oy } = app.view;
+        return [ox + scale * p[1] - c.clientWidth / 2,
+            oy + scale * (p[0] - 1.5) - c.clientHeight / 2]; })()"""
     return ask(browser, place)
 
 

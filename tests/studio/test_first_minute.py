@@ -45,13 +45,10 @@ def open_page(browser, address, width=1440, height=900):
     wait_for(browser, "app && app.records.A.ended && app.status == 'exact'")
 
 
-PLACE = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage');
-    const w = c.clientWidth, h = c.clientHeight, l = r.antenna.length;
-    const b = c.getBoundingClientRect();
-    const s = Math.min(w / (1.14 * l), h / (0.8 * l)), k = Math.max(0, r.filled - 1);
-    const now = app.records.A.hand ? r.data.place.slice(k * r.wide.place) : r.data.place;
-    return [b.left + (w - l * s) / 2 - 0.01 * w + s * now[1], b.top + 0.2 * h + s * now[0], s];
-})()"""
+PLACE = """(() => { const b = document.querySelector('canvas.stage').getBoundingClientRect();
+    const { scale, ox, oy } = app.view, r = app.records.A, k = Math.max(0, r.filled - 1);
+    const now = r.hand ? r.data.place.slice(k * r.wide.place) : r.data.place;
+    return [b.left + ox + scale * now[1], b.top + oy + scale * now[0], scale]; })()"""
 
 
 def press(browser, kind, x, y):

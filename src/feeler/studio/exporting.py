@@ -25,7 +25,8 @@ SHELL = """<!doctype html>
 initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{csp}">
 <link rel="icon" href="data:,"><title>feeler: drag this ball</title><style>{css}</style></head>
-<body><main id="studio"></main><script type="application/json" id="config">{config}</script>
+<body><main id="studio"></main><noscript>This page computes touches with JavaScript, which this \
+browser does not run.</noscript><script type="application/json" id="config">{config}</script>
 <script type="text/plain" id="engine">{engine}</script>
 <script type="module">{script}
 startAlone(document.getElementById("studio"));

@@ -87,8 +87,9 @@ function describeGradient({ stiffness }) {
 
 /** What is seen now, in words: the sentence about slow and graded comes of switching. @param {any} config @param {App} app */
 function sayFelt(config, app) {
-  const one = config.antennas[findAntenna(config, app)], record = app.records.A, found = record.ended ? readTouch(record) : null;
-  if (!found) return record.ended ? "Nothing was touched." : "";
+  if (!["here", "preview"].includes(app.status)) return "";
+  const one = config.antennas[findAntenna(config, app)], found = readTouch(app.records.A);
+  if (!found) return "Nothing was touched.";
   const near = Math.abs(found.bent - found.first) < CLOSE ? "near the touch" : found.bent < CLOSE ? "at its base" : "away from the touch";
   return `Touched at ${write(100 * found.first, 2)} % of its length, this antenna, ${describeGradient(one.drawn)}, bends most at ${write(100 * found.bent, 2)} %: ` +
     `${near}. The touch lasts ${found.time} ms${sayDecision(app)}.`;
@@ -116,6 +117,7 @@ function makeLead(config) {
       element.firstChild.textContent = hand ? `Take the ${thing}, or the dark base, and touch. ` : `Drag the ${thing} along the antenna. Compare ${pair(config.antennas)}, ${pair(config.speeds)}. `;
       const words = hand ? "The simulation follows you, slowed down." : sayFelt(config, app);
       if (words) felt.textContent = words;
+      felt.classList.toggle("old", !words); // of the touch before, while another is computed
     }
     return { element, update };
   };
@@ -128,7 +130,7 @@ function makeTallyPanel(config) {
   return (/** @type {App} */ app) => {
     const table = make("table", { class: "tally" });
     const caption = make("p", { class: "caption", text: "Of thirty touches (ball, box, triangle, two sizes, five places), so many are named surely: how often the verdict ends at 0.9 " +
-      "or more for the right shape. The decoder has met these touches; its doubt comes from others, 2 % aside." });
+      `or more for the right shape. The decoder has met these touches; its doubt comes from others, 2 % aside in place and ${write(100 * config.state.unsure)} % in speed.` });
     const element = makePanel("Thirty touches", "tally-panel", table, caption);
     function update() {
       const now = findAntenna(config, app), speed = app.store.state.touch.speed;

@@ -26,6 +26,7 @@ export function findOnset({ n, samples, data }, factor) {
 
 /** Whole numbers of 16 bits, unpacked. @param {string} text */
 async function inflate(text) {
+  if (typeof DecompressionStream === "undefined") throw new Error("This browser is too old to unpack what the decoder learned: touches are computed, and not judged.");
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Int16Array(await new Response(stream).arrayBuffer());

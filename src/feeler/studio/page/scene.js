@@ -26,9 +26,10 @@ export function makeScene(app) {
     const colours = app.colours, record = app.records.A, length = record.antenna ? record.antenna.length : 42;
     const own = app.store.state.mode === "board"; // it may bend to either side
     const before = held && toWorld(held.at);
-    scale = Math.min(w / (1.14 * length), h / ((own ? 1.1 : 0.8) * length));
+    scale = Math.min(w / (1.14 * length), h / ((own ? 1.1 : 0.88) * length));
     ox = (w - length * scale) / 2 - 0.01 * w;
-    oy = (own ? 0.5 : app.store.state.touch.side === "left" ? 0.2 : 0.8) * h;
+    oy = (own ? 0.5 : app.store.state.touch.side === "left" ? 0.14 : 0.86) * h; // a level antenna swings far
+    app.view = { scale, ox, oy };
     if (held && before) { // the picture may have grown under the hand: what it holds stays where it is
       const now = toWorld(held.at);
       held.dx += now[0] - before[0];

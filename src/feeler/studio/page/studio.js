@@ -43,6 +43,7 @@ export class App {
     this.editing = "stiffness";
     this.quantity = "angle";
     this.showContact = true;
+    this.view = { scale: 1, ox: 0, oy: 0 }; // px/mm, and where the base's rest is in the scene
     this.hover = null;
     this.selected = -1;
     this.hinted = false;
@@ -308,8 +309,9 @@ export class App {
     const first = this.catalogue.state || makeState(this.catalogue.first);
     if (!this.restored) {
       this.restored = true;
-      const found = await decodeState(this.inPage ? location.hash : "", first);
-      if (!found && this.inPage && location.hash.length > 1) this.say("This address is cut or damaged. What is shown is the first scene.", true);
+      const address = this.inPage && !this.plan.alone ? location.hash : ""; // of a page that computes by itself it may be anything
+      const found = await decodeState(address, first);
+      if (!found && address.length > 1) this.say("This address is cut or damaged. What is shown is the first scene.", true);
       this.store.state = found || first;
       this.store.before = JSON.stringify(this.store.state);
     }
