@@ -66,7 +66,7 @@ HEADLINES = {
     ),
     "Beyond the paper: an antenna designed for sizes and places never met": (
         "beyond",
-        "{unseen.wrong.unseen.unseen:.1f} % of them named wrong,"
+        "{unseen.wrong.unseen.unseen:.1f} % of them named wrong by the reader of the search,"
         " {unseen.wrong.published.unseen:.1f} % with the published antenna, at 0.3 m/s, noise of"
         " 0.3 peaks",
     ),
