@@ -85,6 +85,7 @@ HEADLINES = {
 AT_PAPER_SCALE = (
     *("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
 )
+"""What the default run shows from the kept one."""
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 SCALES = ("smoke", "quick", "published", "paper")
 _TOLD = ("reproduced", "partly", "not reproduced", "depends on a definition", "no evidence")
@@ -92,27 +93,22 @@ MARKS = re.compile(r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)", re.S
 
 
 def make_table(results: dict) -> str:
-    """The table's lines: the default run, and paper scale for what only that computes."""
+    """The table's lines, all from the run at paper scale, and a line for every scale."""
+    found = results["paper"]
+    values = {key: value for part in found["values"].values() for key, value in part.items()}
     lines = ["| figure | command | seconds | headline |", "|---|---|---|---|"]
     for title, (figures, words) in HEADLINES.items():
         keys = {key for key, _ in PLACE.findall(words)}
         beyond = {key.partition(".")[0] for key in keys} & {*AT_PAPER_SCALE}
-        scale = "paper" if beyond else "published"
-        found = results.get(scale, {"stages": {}, "values": {}})
-        values = {key: value for part in found["values"].values() for key, value in part.items()}
         seconds = found["stages"].get(title)
         whole = keys <= {key for key, value in values.items() if value is not None}
         lines.append(
-            f"| {figures} | {_name_command(scale)} |"
+            f"| {figures} | {_name_command('paper' if beyond else 'published')} |"
             f" {'–' if seconds is None else f'{seconds:.0f}'} |"
             f" {fill(words, values) if whole else '–'} |"
         )
-    return (
-        "\n".join(
-            lines + [_make_total(scale, results[scale]) for scale in SCALES if scale in results]
-        )
-        + "\n"
-    )
+    totals = [_make_total(scale, results[scale]) for scale in SCALES if scale in results]
+    return "\n".join(lines + totals) + "\n"
 
 
 def fill(words: str, values: dict) -> str:
