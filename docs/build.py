@@ -1,5 +1,5 @@
-"""Make the pages ready in build/docs (numbers, equations, tutorials and examples run) and let
-Zensical set them in site/.
+"""Make the pages ready in build/docs (numbers, equations, tutorials, guides and examples run) and
+let Zensical set them in site/.
 
 python docs/build.py
 """
@@ -15,6 +15,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from feeler.plotting.look import style
@@ -28,7 +29,12 @@ EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
 EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
-CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
+LEFT_OUT = r"^\*\*Not run here\*\*:(?:[^\n]+\n)+\n"
+"""Says above a block of Python what it needs that a page has not; such a block isn't run."""
+CODE = re.compile(
+    rf"(?P<needs>{LEFT_OUT})?^```python\n(?P<code>.*?)^```\n", re.DOTALL | re.MULTILINE
+)
+RUN = ("tutorial", "guide")  # folders of pages whose Python is run
 PAGES = (
     "receptor_noise.md",
     "unseen.md",
@@ -85,21 +91,27 @@ def set_equations(markdown: str) -> str:
     return EQUATION.sub(lambda found: convert(found[1].strip(), display="block"), markdown)
 
 
-def run_tutorial(markdown: str, folder: Path) -> str:
-    """The page with what its Python printed below each piece; the pieces run in ``folder``, one
-    after the other.
+def run_pieces(markdown: str, folder: Path) -> str:
+    """The page with what its Python printed below each piece; the pieces run one after the other,
+    from a fresh start, and the pictures that they write go to ``folder``. A piece below a line
+    that begins with "**Not run here**:" stays as it is.
     """
-    names: dict = {}
+    names: dict = {"__name__": "page"}
 
     def run(found: re.Match) -> str:
+        if found["needs"]:
+            return found[0]
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
-            exec(compile(found[1], "tutorial", "exec"), names)
+            exec(compile(found["code"], "page", "exec"), names)
         words = printed.getvalue().strip()
         return found[0] + (f"\n```text\n{words}\n```\n" if words else "")
 
-    with contextlib.chdir(folder):
-        return CODE.sub(run, markdown)
+    with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
+        page = CODE.sub(run, markdown)
+        for picture in Path(place).glob("*.png"):
+            shutil.copy(picture, folder)
+    return page
 
 
 def write_gallery(folder: Path) -> dict[str, float]:
@@ -153,8 +165,8 @@ def make_ready() -> None:
     shutil.copytree(KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*"))
     for page in READY.rglob("*.md"):
         words = set_equations(page.read_text()).replace("../src/feeler/studies/paper/kept", "kept")
-        if page.parent.name == "tutorial":
-            words = run_tutorial(words, page.parent)
+        if page.parent.name in RUN:
+            words = run_pieces(words, page.parent)
         page.write_text(
             insert_numbers(words, found) if str(page.relative_to(READY)) in PAGES else words
         )
