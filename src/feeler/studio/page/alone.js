@@ -1,7 +1,7 @@
 // @ts-check
 import { findDecision, makeVerdictPanel } from "./charts.js";
 import { makeIcon } from "./controls.js";
-import { make, makeChoice, makePanel, show, write } from "./dom.js";
+import { make, makeChoice, makePanel, write } from "./dom.js";
 import { linkEngine } from "./link.js";
 import { makeStagePanel, makeTensorPanel } from "./stage.js";
 import { App, makeStatus } from "./studio.js";

@@ -17,7 +17,9 @@ export class Contacts {
   constructor(chain, contact) {
     this.chain = chain;
     this.contact = contact;
-    [this.slow, this.fast] = widen(contact, chain.objects);
+    const [slow, fast] = widen(contact, chain.objects);
+    this.slow = slow;
+    this.fast = fast;
     this.count = 0;
     this.press = 0; // normal force of all contacts, and their places weighted by it
     this.place = 0;

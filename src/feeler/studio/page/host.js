@@ -181,7 +181,7 @@ export class Host {
 
   /** The verdict, where the antenna was taught at this speed. @param {any} about @param {any} antenna @param {any} wish @param {Sensed} sensed */
   async read(about, antenna, wish, sensed) {
-    const decoder = await this.decoder(antenna, wish.speed).catch(() => null); // why not, the study says
+    const decoder = await this.decoder(antenna, wish.speed).catch(() => /** @type {null} */ (null)); // why not, the study says
     if (!decoder) return;
     const { posterior, noticed, samples } = decoder.decode(sensed), n = decoder.expected.length;
     const code = { shape: [0, 0], data: new Float32Array(0) };
@@ -247,7 +247,7 @@ export class Host {
     return moves;
   }
 
-  /** The run by hand that this page was saved with. @param {any} about @param {any} antenna @param {any} wish */
+  /** The run by hand that this page was saved with. @param {any} about @param {any} antenna @param {any} wish @returns {Generator<any, void, void>} */
   *replay(about, antenna, wish) {
     this.replays = false;
     const chain = this.makeChain(antenna, wish, TIMESTEP), readings = new Readings(chain), { samples } = this.config;
