@@ -140,6 +140,10 @@ test("a state travels in an address, is undone and redone, and makes its own wis
   state.touch.location = 0.61;
   assert.deepEqual(await decodeState(`#s=${await encodeState(state)}`, makeState({})), state);
   assert.equal(await decodeState("#s=nonsense", makeState({})), null);
+  for (const part of [{ A: null }, { A: [1] }, { touch: 3 }])
+    assert.equal(await decodeState(`#s=${await encodeState({ ...state, ...part })}`, makeState({})), null);
+  const odd = await decodeState(`#s=${await encodeState({ ...state, B: 7, wall: null, touch: { objects: "many" } })}`, makeState({}));
+  assert.deepEqual([odd.B, odd.wall, odd.touch.objects], [null, makeState({}).wall, []]);
   const store = new Store(state, () => {});
   store.change((s) => { s.touch.speed = 0.2; }, false);
   store.change((s) => { s.touch.speed = 0.3; });

@@ -137,22 +137,48 @@ def test_a_cut_address_says_so(studio, browser):
     assert "cut or damaged" in browser.find_element("css selector", ".note").text
 
 
-def test_a_finger_scrolls_on_every_picture_and_drags_on_grips(studio, browser):
+def swipe(browser, x, y, far):
+    """A finger that moves upwards by ``far`` pixels."""
+    for moved in range(0, far + 1, 20):
+        kind = "touchStart" if moved == 0 else "touchMove"
+        browser.execute_cdp_cmd(
+            "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y - moved}]}
+        )
+        time.sleep(0.01)
+    browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    time.sleep(0.4)
+
+
+PICTURES = """[...document.querySelectorAll('canvas')].filter(c => c.clientHeight)
+    .map(c => c.className)"""
+LOOK = """(() => { const c = document.querySelector(`canvas[class="%s"]`);
+    c.scrollIntoView({ block: 'center' });
+    window.scrollBy(0, -60); // room to scroll, though it is the last of the page
+    const b = c.getBoundingClientRect();
+    return [b.left + 6, b.top + b.height / 2, window.scrollY]; })()"""
+
+
+def test_a_finger_scrolls_on_every_picture_and_finds_what_it_needs(studio, browser):
     open_page(browser, studio.address, 390, 844)
+    wait_for(browser, "app.studies.A && !app.isStale()")
+    ask(browser, "app.play(false)")
     browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
     try:
-        stage = "document.querySelector('canvas.stage').getBoundingClientRect()"
-        left, top = ask(browser, f"[{stage}.left + 30, {stage}.top + 20]")
-        for moved in range(0, 220, 20):
-            kind = "touchStart" if moved == 0 else "touchMove"
-            point = {"x": left, "y": top + 250 - moved}
-            browser.execute_cdp_cmd(
-                "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point]}
-            )
-            time.sleep(0.02)
-        browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-        time.sleep(0.5)
-        assert ask(browser, "window.scrollY") > 100
+        pictures = ask(browser, PICTURES)
+        assert {"stage", "tensor", "editor", "chart", "matrix"} <= set(pictures)
+        for name in dict.fromkeys(pictures):
+            x, y, before = ask(browser, LOOK % name)
+            swipe(browser, x, y, 120)
+            assert ask(browser, "window.scrollY") > before + 40, name
+        ask(browser, "window.scrollTo(0, 0)")
+        browser.find_element("xpath", "//button[text()='By hand']").click()
+        wait_for(browser, "app.root.dataset.mode == 'hand' && app.status == 'exact'")
+        ask(browser, "app.startHand()")
+        wait_for(browser, "app.handOn && !document.querySelector('.transport .strong').hidden")
+        for words in ("Let go", "Save ▾"):
+            box = browser.find_element("xpath", f"//button[text()='{words}']").rect
+            assert box["x"] >= 0 and box["x"] + box["width"] <= 390, words
+        ask(browser, "app.endHand()")
     finally:
         browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
 

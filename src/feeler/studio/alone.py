@@ -3,7 +3,7 @@ no other host for anything.
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.metadata import version
 from threading import Event
 from typing import Any, NamedTuple
@@ -13,6 +13,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import match_damping
 from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.execute.threads import ThreadExecutor, hold_blas
 from feeler.stimulus.ninety import SPEEDS, trials
 from feeler.studio.exporting import fill_page
 from feeler.studio.hand import Command
@@ -160,8 +161,12 @@ def _teach_all(
 ) -> dict[str, Any]:
     """The thirty touches, and what they taught (antenna, speed)."""
     labels = [(trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])]
-    kept = [[_keep(choice.wish, speed, unsure, step) for speed in speeds] for choice in choices]
-    return {"labels": labels, "kept": kept}
+    wishes = [choice.wish for choice in choices for _ in speeds]
+    keep = partial(_keep, unsure=unsure, step=step)
+    with hold_blas(), ThreadExecutor() as pool:
+        kept = list(pool.map(keep, wishes, [*speeds] * len(choices)))
+    n = len(speeds)
+    return {"labels": labels, "kept": [kept[k : k + n] for k in range(0, len(kept), n)]}
 
 
 def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any] | None:

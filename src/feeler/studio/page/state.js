@@ -74,8 +74,10 @@ export async function decodeState(hash, fallback) {
     const bytes = Uint8Array.from(atob(found[1].replace(/-/g, "+").replace(/_/g, "/")), (c) => c.charCodeAt(0));
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
     const state = JSON.parse(await new Response(stream).text());
-    if (!state || typeof state.A !== "object" || typeof state.touch !== "object") return null;
-    const clean = { ...fallback, ...state, touch: { ...TOUCH, ...state.touch } };
+    if (!state || ![state.A, state.touch].every((part) => part && typeof part === "object" && !Array.isArray(part))) return null;
+    const clean = { ...fallback, ...state, touch: { ...TOUCH, ...state.touch }, wall: { ...fallback.wall, ...state.wall } };
+    if (!clean.B || typeof clean.B !== "object") clean.B = null;
+    if (!Array.isArray(clean.touch.objects)) clean.touch.objects = [];
     if (!["touch", "hand", "wall", "board"].includes(clean.mode)) clean.mode = "touch";
     return clean;
   } catch {
