@@ -15,6 +15,7 @@ from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import TABLE, encode_touch
 from feeler.studio.catalogue import describe_original
+from feeler.studio.exporting import bundle
 from feeler.studio.messages import pack
 from feeler.studio.packing import pack_expected
 from feeler.studio.study import LOUDNESS, ONSET
@@ -107,6 +108,11 @@ def test_the_page_s_functions_do_what_python_does(tmp_path):
     (tmp_path / "package.json").write_text('{"type": "module"}')
     (tmp_path / "given.json").write_text(json.dumps(make_given()))
     shutil.copy(TESTS, tmp_path)
+    for entry in ("studio.js", "alone.js", "worker.js"):  # as one module each is sound, too
+        (tmp_path / f"whole-{entry}").write_text(bundle(entry), encoding="utf-8")
+        checked = [node, "--check", f"whole-{entry}"]
+        done = subprocess.run(checked, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
     command = [node, "--test", TESTS.name]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-6000:]

@@ -4,7 +4,7 @@ import { make, makeCanvas, makeSlider, write } from "./dom.js";
 /** @typedef {import("./panels.js").Panel} Panel */
 /** What a nerve would say of the touch shown: sensilla as in feeler.spikes, on both sides at every sensor, and their Poisson trains. */
 
-const LEFT = 46, RIGHT = 10, BOTTOM = 6, TOP = 4, GAIN = 33.5, SIDES = ["#f1784b", "#4aa3d8"];
+const NERVE_LEFT = 46, NERVE_RIGHT = 10, NERVE_BOTTOM = 6, NERVE_TOP = 4, GAIN = 33.5, NERVE_SIDES = ["#f1784b", "#4aa3d8"];
 /** CAMPANIFORM of feeler.spikes. */
 export const SENSILLUM = { tau: 3.8595, a: 707.6, b: 2.2615, c: 54.287, d: -41.1551, ceiling: 1000 };
 
@@ -95,22 +95,22 @@ export function makeSpikePanel(app) {
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function draw(c, w, h) {
     listen();
-    const record = app.records.A, wide = w - LEFT - RIGHT, high = h - TOP - BOTTOM, row = high / Math.max(nerve.count, 1);
+    const record = app.records.A, wide = w - NERVE_LEFT - NERVE_RIGHT, high = h - NERVE_TOP - NERVE_BOTTOM, row = high / Math.max(nerve.count, 1);
     c.fillStyle = "#07060d";
-    c.fillRect(LEFT, TOP, wide, high);
+    c.fillRect(NERVE_LEFT, NERVE_TOP, wide, high);
     for (const { unit, time } of nerve.spikes) {
-      c.fillStyle = SIDES[unit < nerve.count ? 0 : 1];
-      const x = LEFT + (wide * (time / nerve.step + 0.5)) / record.span, y = TOP + high - row * ((unit % nerve.count) + 1);
+      c.fillStyle = NERVE_SIDES[unit < nerve.count ? 0 : 1];
+      const x = NERVE_LEFT + (wide * (time / nerve.step + 0.5)) / record.span, y = NERVE_TOP + high - row * ((unit % nerve.count) + 1);
       c.fillRect(x - 0.5, y, 1, Math.max(row, 1.5));
     }
     c.fillStyle = app.colours.soft;
     c.font = "11px system-ui, sans-serif";
     c.textAlign = "right";
-    c.fillText("tip", LEFT - 6, TOP + 10);
-    c.fillText("base", LEFT - 6, TOP + high);
-    const now = LEFT + (wide * app.time) / app.duration();
+    c.fillText("tip", NERVE_LEFT - 6, NERVE_TOP + 10);
+    c.fillText("base", NERVE_LEFT - 6, NERVE_TOP + high);
+    const now = NERVE_LEFT + (wide * app.time) / app.duration();
     c.fillStyle = app.colours.accent;
-    c.fillRect(now - 0.75, TOP, 1.5, high);
+    c.fillRect(now - 0.75, NERVE_TOP, 1.5, high);
   }
 
   function update() {
