@@ -147,7 +147,9 @@ def hold_recordings(folder: Path, out: Path) -> None:
     """Misfits of the sensillum to recorded discharges, printed and drawn."""
     rows = [*_hold_ramps(folder), *_hold_others(folder)]
     figure = Figure(figsize=(9, 4.5), layout="constrained")
-    axes = figure.subplots(2, 3).ravel()
+    axes = figure.subplots(2, -(-len(rows) // 2)).ravel()
+    for ax in axes[len(rows) :]:
+        ax.remove()
     for ax, (name, at, animal, model) in zip(axes, rows, strict=False):
         off = np.abs(model - animal).mean()
         fit = np.corrcoef(model, animal)[0, 1]
@@ -155,7 +157,9 @@ def hold_recordings(folder: Path, out: Path) -> None:
         print(f"{name}: {words}; peaks {model.max():.0f} and {animal.max():.0f} Hz")
         ax.plot(at, animal, color="0.5", label="animal")
         ax.plot(at, model, label="model")
+        ax.fill_between(at, animal, model, color="tab:red", alpha=0.25, lw=0, label="misfit")
         ax.set_title(f"{name}\n{words}", fontsize=7)
+        ax.set_ylim(bottom=0)
         ax.set(xlabel="time [ms]", ylabel="discharge [Hz]")
     axes[0].legend()
     figure.savefig(out / "recordings.png", dpi=160)

@@ -185,6 +185,9 @@ def test_silence_is_said():
     with pytest.warns(Doubtful, match="no unit fired in any trial"):
         drawn = draw_spikes(make_rates(0, 20))
     assert count_spikes(drawn).sum() == 0
+    with pytest.warns(Doubtful, match="every train that was given is empty") as told:
+        attach_trains(make_bent(1), [[[], []]], ["a", "b"])
+    assert told[0].filename == __file__
 
 
 def test_negative_rates_are_refused():

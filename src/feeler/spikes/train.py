@@ -86,15 +86,14 @@ def draw_spikes(
         kept = (times > begin) & (times <= end)
         found.append((units[kept], times[kept]))
     if not any(times.size for _, times in found):
-        warnings.warn(
-            "no unit fired in any trial: the gain is too low for these touches, or the rates are"
-            " all 0.",
-            Doubtful,
-            stacklevel=3,
-        )
+        _doubt("the gain is too low for these touches, or the rates are all 0.")
     return _attach(touches, rates.shape[2], found).assign_attrs(
         spike_seed=seed, firing=str(firing.to_plain())
     )
+
+
+def _doubt(why: str) -> None:
+    warnings.warn(f"no unit fired in any trial: {why}", Doubtful, stacklevel=4)
 
 
 def _read_rates(touches: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
@@ -161,6 +160,8 @@ def attach_trains(touches: xr.Dataset, trains: Sequence[Any], units: Sequence[An
     bare = touches.drop_dims({"unit", "event"} & {*touches.dims})
     owners = [np.repeat(np.arange(len(row)), [train.size for train in row]) for row in rows]
     found = [(owner, np.concatenate(row)) for owner, row in zip(owners, rows, strict=True)]
+    if not any(times.size for _, times in found):
+        _doubt("every train that was given is empty.")
     return _attach(bare, len(names), found).assign_coords(unit=("unit", np.array(names)))
 
 

@@ -36,6 +36,13 @@ def test_touches_are_told_apart_from_trains_and_not_where_there_is_nothing_to_te
         assert null.sel(reader=code) < 0.2
 
 
+def test_the_ideal_observer_says_what_it_expects_and_not_how_often_it_was_right(found):
+    """Eight trains of each of ten touches: hits would be in eightieths."""
+    early = found["accuracy"].sel(reader="ideal", level="own", window="20 ms").item()
+    assert 0.1 < early < 1
+    assert abs(80 * early - round(80 * early)) > 1e-6
+
+
 def test_more_time_and_more_spikes_never_tell_an_ideal_observer_less(found):
     bits = found["bits"].sel(reader="ideal")
     assert np.all(np.diff(bits.sel(level="own").values) > -0.1)

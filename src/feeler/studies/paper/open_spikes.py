@@ -196,13 +196,9 @@ def _read_paces(found: Found, code: str, variant: str = "own", field: str = "acc
 
 
 def _count(found: Found, profile: str, speed: str) -> list[str]:
-    spikes = found.get(profile, speed, "ideal", field="spikes")
-    bits = found.get(profile, speed, "ideal", field="bits")
-    return [
-        f"{spikes.mean():.0f}",
-        _say(average(bits), 2),
-        _say(average(1000 * bits / spikes), 1),
-    ]
+    spikes, bits = (found.get(profile, speed, "ideal", field=f) for f in ("spikes", "bits"))
+    told = average(found.per_thousand(profile, speed))
+    return [f"{spikes.mean():.0f}", _say(average(bits), 2), _say(told, 1)]
 
 
 def _say(spread: Mapping[str, Any], digits: int = 1) -> str:

@@ -1,7 +1,7 @@
 """What the study of spikes found, as numbers by set, and what its claims are held against."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,11 @@ class Found:
         whole, left = (self.get("exponential", "slow", code, name) for name in ("own", variant))
         count = min(len(whole), len(left))
         return 100 * left[:count] / whole[:count]
+
+    def per_thousand(self, profile: str, pace: str) -> np.ndarray:
+        """Bits that the ideal observer gets of a thousand spikes of whole touches, set by set."""
+        bits, spikes = (self.get(profile, pace, "ideal", field=f) for f in ("bits", "spikes"))
+        return 1000 * bits / spikes
 
     def order(self, *rising: Mapping[str, Any]) -> dict[str, Any]:
         """Points between neighbours of an order; of several the one that is least sure."""
@@ -133,6 +138,8 @@ def collect_values(cells: Mapping[str, Any]) -> dict[str, Any]:
             values[f"spikes.right.{name}"] = average(
                 found.get(profile, speed, code, variant, window)
             )
+    for profile, pace in product(CLAIMED, PACES):
+        values[f"spikes.per_thousand.{profile}.{pace}"] = average(found.per_thousand(profile, pace))
     for code in ("counts", "ideal"):
         values[f"spikes.sets.{code}"] = len(found.get("exponential", "slow", code))
     return values
