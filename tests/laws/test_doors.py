@@ -51,6 +51,7 @@ OWN = {
     "studies/paper/kept.py:": "what an earlier run has drawn, and what ships with feeler",
     "studies/paper/stored.py:load_stored": "ships with feeler",
     "studies/paper/stored.py:store": "what an earlier run has stored, and what ships with feeler",
+    "studies/spiking/measured.py:load_measured": "ships with feeler",
     "studies/spiking/study.py:load_spiking": "ships with feeler",
     "studies/tradeoff/declared.py:load_declared": "ships with feeler",
     "report/page.py:render_page": "ships with feeler",
