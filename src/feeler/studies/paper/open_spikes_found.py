@@ -13,7 +13,6 @@ from feeler.studies.tradeoff import average_sets
 
 PACES = ("slow", "medium", "fast")
 _KEPT = 95.0  # % of the accuracy that fewer places are to keep
-_ALL = 99.995  # %, which rounds to every touch
 _FEWEST = 2  # sets of an interval
 
 
@@ -38,13 +37,9 @@ class Found:
         return values if field in ("bits", "spikes") else 100 * values
 
     def compare(self, better: Mapping[str, Any], worse: Mapping[str, Any]) -> dict[str, Any]:
-        """Points between two, in pairs over the sets that both have; undefined where both name
-        every touch right, for then no order can be told.
-        """
+        """Points between two, in pairs over the sets that both have."""
         first, second = self.get(**better), self.get(**worse)
         count = min(len(first), len(second))
-        if count and min(first[:count].min(), second[:count].min()) > _ALL:
-            return {"undefined": "both name every touch right"}
         return average(first[:count] - second[:count])
 
     def keep(self, code: str, variant: str) -> np.ndarray:
