@@ -70,8 +70,7 @@ def pack_expected(expected: np.ndarray, step: float) -> dict[str, Any]:
     flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1).astype(float)
     shares = np.linalg.eigh(flat @ flat.T)[1][:, ::-1]
     cosines = dct((shares.T @ flat).reshape(-1, n_classes, n_samples), norm="ortho", axis=2)
-    if np.abs(cosines).max() > 32767 * step:
-        raise ValueError(f"the step {step} is too small for 16 bits")
+    step = max(step, float(np.abs(cosines).max()) / 32767)  # whole numbers of 16 bits
     rounded = np.rint(cosines / step)
     rank = int(np.flatnonzero(rounded.any(axis=(1, 2))).max(initial=0)) + 1
     whole = [np.rint(32767 * shares.T[:rank]), rounded[:rank]]

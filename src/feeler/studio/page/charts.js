@@ -50,6 +50,8 @@ export function makeVerdictPanel(app) {
     mark.style.borderTop = `3px ${line} ${KIND_COLOURS[/** @type {"ball"} */ (kind)]}`;
     legend.append(make("span", {}, mark, kind));
   }
+  const thin = make("span", { text: "thin: B" });
+  legend.append(thin);
   const { canvas, redraw } = makeCanvas({ class: "chart", role: "img", "aria-label": "Probability of each shape over time" }, draw);
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
@@ -152,6 +154,7 @@ export function makeVerdictPanel(app) {
   function update() {
     element.classList.toggle("old", app.isStale() || app.records.A.hand);
     unsure.update();
+    show(thin, Boolean(app.store.state.B));
     show(row, !app.plan.alone); // a page that computes by itself was made for one of them
   }
   return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned(), update, redraw });
