@@ -37,7 +37,7 @@ OWN = {
     r"entropy|information": {"bits"},
     r"gain: ω": {"rad/ms"},
     r"^noise$": {"%", "rad"},
-    r"share of|accuracy|right|wrong|learned|steered|fixed|"
+    r"share of|accuracy|in whole touches|right|wrong|learned|steered|fixed|"
     r"null|twin|kept|avoided|sure within|new place|new size|ms$": {"%"},
     r"^[xyz]$": {"mm", "px"},
     r"distance|length|width|radius|sheet|thickness|error|"

@@ -1,19 +1,12 @@
 """``feeler compare``: antennas side by side on the same touches."""
 
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from feeler.cli.say import Json, say_json
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from feeler.antenna import Antenna
-    from feeler.stimulus import Trial
 
 _EXAMPLES = """Examples:
 
@@ -49,10 +42,8 @@ def compare(
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import describe_versions
     from feeler.stimulus import load_objects
-    from feeler.stimulus.ninety import SPEEDS, trials
-    from feeler.studies.comparison import compare_antennas, write_comparison
-    from feeler.studies.paper.data import COMPLETE
-    from feeler.studies.paper.window import complete_tensors, measure_window
+    from feeler.stimulus.ninety import trials
+    from feeler.studies.comparison import compare_antennas, touch_whole, write_comparison
     from feeler.studies.scale import SCALES
 
     effort = SCALES[scale]
@@ -76,8 +67,7 @@ def compare(
     touches = trials((speed,), features=None if objects is None else load_objects(objects))
     tensors, ends = {}, {}
     for name, antenna in chosen.items():
-        recorded = _touch_whole(antenna, touches, COMPLETE * SPEEDS["slow"] / speed, seed)
-        tensors[name], ends[name] = complete_tensors(recorded), measure_window(recorded).end
+        tensors[name], ends[name] = touch_whole(antenna, touches, seed=seed)
         words = f"{name}: touched {len(touches)} times; the last lets go after {ends[name]:.0f} ms"
         typer.echo(words, err=as_json)
     encoder = effort.make_encoder(random_state=seed)
@@ -103,21 +93,6 @@ def compare(
         say_json({**data.to_plain(), "page": page})
     else:
         typer.echo(f"page: {page}")
-
-
-def _touch_whole(
-    antenna: "Antenna", touches: "Sequence[Trial]", duration: float, seed: int
-) -> "xr.Dataset":
-    """Touches recorded until the last has let go: for ``duration`` [ms], or up to eight times as
-    long.
-    """
-    from feeler.experiment.touch import touch
-
-    for factor in (1, 2, 4, 8):
-        recorded = touch(antenna, touches, duration=factor * duration, seed=seed)
-        if not (recorded["force"].isel(time=-1) != 0).any():
-            break
-    return recorded
 
 
 def register(app: typer.Typer) -> None:

@@ -93,9 +93,9 @@ def test_nothing_bears_out_no_claim(nothing, claim):
     names are named.
     """
     right, draws = nothing
-    if not claim.id.startswith("own-spikes-place") or right < 0.5:
-        verdicts = [found[claim.id].verdict for found in draws]
-        assert not {*verdicts} <= {"reproduced", "partly"}, verdicts
+    verdicts = {found[claim.id].verdict for found in draws}
+    named = claim.id.startswith("own-spikes-place") and right >= 0.5
+    assert named or not verdicts <= {"reproduced", "partly"}, verdicts
 
 
 def test_what_was_not_read_is_undefined_and_not_judged():

@@ -2,5 +2,6 @@
 
 from feeler.studies.comparison.compare import Comparison, compare_antennas
 from feeler.studies.comparison.page import write_comparison
+from feeler.studies.comparison.whole import touch_whole
 
-__all__ = ["Comparison", "compare_antennas", "write_comparison"]
+__all__ = ["Comparison", "compare_antennas", "touch_whole", "write_comparison"]

@@ -1,0 +1,34 @@
+"""Touches recorded until the last has let go, with equally many samples of each antenna."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from feeler.antenna.antenna import Antenna
+from feeler.experiment.touch import DURATION, touch
+from feeler.stimulus.trial import Trial
+
+_DISTANCE = 48.0  # mm that an object goes at first; the last slow touch of the paper ends before 42
+_FACTORS = (1, 2, 4, 8)
+
+
+def touch_whole(
+    antenna: Antenna, trials: Sequence[Trial], *, seed: int = 0
+) -> tuple[xr.Dataset, float]:
+    """Angles (trial, sensor, time) [rad] at as many moments as the paper's window has, over the
+    shortest stretch that holds all touches whole; and its end [ms].
+
+    Some touches go on for longer than eight times the first recording; these are cut there.
+    """
+    slowest = min(trial.speed for trial in trials)
+    for factor in _FACTORS:
+        recorded = touch(antenna, trials, duration=factor * _DISTANCE / slowest, seed=seed)
+        held = (recorded["force"] != 0).any(("trial", "axis")).values
+        if not held[-1]:
+            break
+    time = recorded["time"].values
+    end = float(time[held].max(initial=time[1]) + time[1] - time[0])
+    moments = np.linspace(0.0, end, round(DURATION), endpoint=False)
+    angle = recorded[["angle"]].transpose("trial", "sensor", "time")
+    return angle.interp(time=moments), end
