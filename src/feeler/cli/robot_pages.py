@@ -44,7 +44,11 @@ def write_answers(
         figure.colorbar(image, ax=list(axes), label="angle [°]")
 
     section.figure(
-        "robot", "Each recording, aligned; one scale.", draw, height=1.0 + 1.1 * len(names)
+        "robot",
+        "The angle of every channel against time, each recording aligned on the first peak of its"
+        " tip; one colour scale for all.",
+        draw,
+        height=1.0 + 1.1 * len(names),
     )
     rows = [
         [
@@ -119,7 +123,12 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
         ax.set(xlabel="time since the release [ms]", ylabel="tip off its rest [mm]")
         ax.legend()
 
-    section.figure("robot", "The tip after its release.", draw, height=2.6)
+    section.figure(
+        "robot",
+        "How far the tip is off its rest after its release, as recorded and as the model moves.",
+        draw,
+        height=2.6,
+    )
     rings = (("recording", result.target), ("model", result.reached))
     rows = [
         [name, f"{1e3 * r.frequency:.3f}", f"{r.damping_ratio:.4f}", f"{r.r_squared:.1%}"]
@@ -205,12 +214,7 @@ def write_gap(
     def draw(figure: Any) -> None:
         ax = figure.subplots()
         error = np.array([shares[:, 2] - shares[:, 0], shares[:, 0] - shares[:, 1]])
-        ax.barh(
-            names,
-            lost[:, 0],
-            xerr=error,
-            color=["C1" if name.startswith(("all", "every")) else "C0" for name in names],
-        )
+        ax.barh(names, lost[:, 0], xerr=error)
         ax.invert_yaxis()
         ax.set(
             xlabel="contacts read wrong [%], with 95 % interval",

@@ -29,8 +29,13 @@ def wall(
     reading: Annotated[
         str, typer.Option(help="angle from the midline, or total between both antennae")
     ] = "midline",
-    prebend: Annotated[str, typer.Option(help="rest, placed, rotation or none")] = "rest",
-    friction: Annotated[float, typer.Option(help="of the wall")] = 0.3,
+    prebend: Annotated[
+        str,
+        typer.Option(
+            help="how the J comes about: rest (its slack shape), placed, rotation or none"
+        ),
+    ] = "rest",
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 0.3,
     near: Annotated[float, typer.Option(help="nearest distance [mm]")] = 5.0,
     far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
@@ -39,7 +44,9 @@ def wall(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
+    """Let a wall approach each antenna, and fit the wall's distance to the place of greatest
+    curvature.
+    """
     import numpy as np
 
     from feeler.cli.choose import choose_antenna
@@ -157,9 +164,9 @@ def follow(
     turn: Annotated[
         float, typer.Option(help="turn of the wall [degrees], positive towards the body")
     ] = 30.0,
-    speed: Annotated[float, typer.Option(help="[m/s]")] = 0.45,
+    speed: Annotated[float, typer.Option(help="speed of the body [m/s]")] = 0.45,
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
-    friction: Annotated[float, typer.Option(help="of the wall")] = 0.0,
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 0.0,
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
     as_json: Json = False,
 ) -> None:
