@@ -37,6 +37,13 @@ LONGEST = (
 )
 """Files that take longest: they begin first, so that no worker is left alone with one at the end.
 """
+JUDGED = (
+    "feeler.cli.",
+    "feeler.design.",
+    "feeler.studies.contests.",
+    "feeler.studies.tradeoff.",
+)
+"""Modules that draw the figures of verbs; the report's own figures have a law of their own."""
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
@@ -140,3 +147,25 @@ def find_barriers(browser):
         ]
 
     return find
+
+
+@pytest.fixture(scope="session", autouse=True)
+def readable():
+    """Every figure that a verb puts into a page follows the standard of figures, in whichever test
+    the verb runs.
+    """
+    from feeler.report.pictures import Pictures
+    from tests.figures import find_faults
+
+    drawn = Pictures.draw
+
+    def draw(self, name, draw, **size):
+        figures = []
+        found = drawn(self, name, lambda figure: figures.append(figure) or draw(figure), **size)
+        if draw.__module__.startswith(JUDGED):
+            assert not find_faults(figures[0], found[2]), f"figure {name!r}"
+        return found
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Pictures, "draw", draw)
+        yield

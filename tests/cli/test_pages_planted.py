@@ -67,8 +67,10 @@ def test_recordings_are_listed_with_channels_and_milliseconds(figures, tmp_path)
         " robot" in words
     )
     _, axes = figures["robot"]
-    assert axes[-1].get_xlabel() == "time [ms]" and axes[0].get_ylabel() == "angle [°]"
-    for ax, recording in zip(axes, (one, other), strict=True):
+    first, second, *bars = axes
+    assert second.get_xlabel() == "time [ms]" and first.get_ylabel() == "angle [°]"
+    assert [bar.get_ylabel() for bar in bars] == ["channel", "channel"]
+    for ax, recording in zip((first, second), (one, other), strict=True):
         for line, values in zip(ax.lines, recording.values, strict=True):
             np.testing.assert_allclose(line.get_data(), [recording.time, 180 / np.pi * values])
 
@@ -126,7 +128,7 @@ def test_a_stream_ends_with_its_answer_in_per_cent(figures, tmp_path):
     ]
     robot_pages.write_stream(tmp_path, classes, kept)
     assert re.search(r"At the end: box at 0\.6 .*, 90%, known", read_words(tmp_path / "robot.html"))
-    _, (above, below) = figures["robot"]
+    _, (above, below, _) = figures["robot"]
     np.testing.assert_allclose(above.lines[1].get_data(), [[0, 4, 8], np.degrees([0, -0.2, -0.4])])
     assert below.get_xlabel() == "time [ms]"
     np.testing.assert_array_equal(

@@ -14,11 +14,11 @@ _EXAMPLES = """Examples:
   feeler active --out out/mine --policy fixed:0.3 --policy slow-after-contact:1.2,0.12 --policy \
 mine.py:policy --sets 2
 
-A policy is fixed:SPEED, fast-then-slow:FAST,SLOW,AFTER, slow-after-contact:FAST,SLOW, \
-random:SEED, greedy:HOLD,
-learned:SEED,DEADLINE (speeds in m/s, times in ms), or file.py:function, whose function takes what \
-the body knows and gives its
-speed. Ctrl-C costs nothing that is finished: the same command goes on where it stopped.
+A policy is a rule for moving: fixed:SPEED, fast-then-slow:FAST,SLOW,AFTER, \
+slow-after-contact:FAST,SLOW, random:SEED, greedy:HOLD,
+learned:SEED,DEADLINE (speeds in m/s, times in ms), or file.py:function, where the function gets \
+what is known so far and returns
+the speed. After Ctrl-C the same command goes on where it stopped.
 """
 
 
@@ -27,14 +27,17 @@ def active(
     policy: Annotated[
         list[str] | None,
         typer.Option(
-            help="as above, more than once; default: all that are declared, without greedy"
+            help="rule for moving, as in the examples, more than once; default: all but greedy"
         ),
     ] = None,
     antenna: Annotated[str, typer.Option(help="preset or antenna file (TOML)")] = "exponential",
-    sets: Annotated[int, typer.Option(min=1, help="how often the touches are drawn anew")] = 2,
-    copies: Annotated[int, typer.Option(min=1, help="how often each touch is felt")] = 4,
+    sets: Annotated[int, typer.Option(min=1, help="how often the touches are drawn")] = 2,
+    copies: Annotated[
+        int, typer.Option(min=1, help="how often each touch is repeated, with other noise")
+    ] = 4,
     noise: Annotated[
-        str, typer.Option(help="model:size, such as relative:0.1; common is in rad")
+        str,
+        typer.Option(help="of the sensors: common:SIZE [rad], or relative:SIZE (share of a peak)"),
     ] = "common:0.03",
     movie: Annotated[
         bool, typer.Option(help="write a movie of the first and the last policy")
@@ -44,8 +47,8 @@ def active(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Policies against each other: accuracy of an ideal observer by deadline, work, and what
-    steering gains.
+    """Compare rules for moving an antenna: how often an ideal observer names the object right by
+    each deadline, the work, and what steering gains.
     """
     from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film

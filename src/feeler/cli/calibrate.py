@@ -35,8 +35,8 @@ class CalibrateOptions:
         str,
         typer.Option(
             help=(
-                "CSV: time_ms, time_s or frame; a column per animal's tip, or animal@0.5 at half"
-                " the length"
+                "CSV of releases: a column time_ms, time_s or frame, and one per animal (its tip;"
+                " animal@0.5: at half the length)"
             )
         ),
     ] = ""
@@ -46,17 +46,17 @@ class CalibrateOptions:
     ] = "trace"
     profile: Annotated[str, typer.Option(help="exponential, linear, constant, scale or tilt")] = ""
     antenna: Annotated[
-        str, typer.Option(help="whose segments and masses: preset or antenna file (TOML)")
+        str, typer.Option(help="preset or antenna file (TOML) that gives segments and masses")
     ] = "cockroach"
     frame_rate: Annotated[
-        float | None, typer.Option(help="with a column frame: frames per second")
+        float | None, typer.Option(help="frames per second, if the column is frame")
     ] = None
     release: Annotated[
         str, typer.Option(help="first (sample) or found; by default found where frames are counted")
     ] = ""
     at: Annotated[
         float | None,
-        typer.Option(help="with --data: where it was held, mm from the base; default 10"),
+        typer.Option(help="with --data: where the antenna was held [mm from the base]; default 10"),
     ] = None
     targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
         "cockroach"
@@ -65,7 +65,10 @@ class CalibrateOptions:
         "least-squares"
     )
     starts: Annotated[
-        int, typer.Option(help="number of starts: the family's own, then perturbed ones", min=1)
+        int,
+        typer.Option(
+            help="number of searches; the first begins at usual values, others near them", min=1
+        ),
     ] = 1
     spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms", min=0)] = (
         0.7

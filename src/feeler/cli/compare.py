@@ -29,9 +29,9 @@ def compare(
         Path | None,
         typer.Option(help="TOML with a table [[object]] each; default: the paper's six"),
     ] = None,
-    speed: Annotated[float, typer.Option(help="m/s")] = 0.06,
+    speed: Annotated[float, typer.Option(help="speed of the touches [m/s]")] = 0.06,
     reader: Annotated[
-        str, typer.Option(help="who tells the touches apart; an unknown name lists all")
+        str, typer.Option(help="classifier that names the touches; an unknown name lists all")
     ] = "lda",
     as_json: Json = False,
 ) -> None:

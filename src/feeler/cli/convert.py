@@ -44,8 +44,8 @@ def convert(
     institution: Annotated[str, typer.Option(help="where it was recorded, of an NWB file")] = "",
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
-    """Write tensors in another format; configuration, units, versions, seeds and licence travel
-    along.
+    """Write tensors in another format, with their configuration, units, versions, seeds and
+    licence.
     """
     from feeler.cli.choose import parse_start
     from feeler.cli.info import name_instead

@@ -33,10 +33,13 @@ def design(
         int | None, typer.Option(min=1, help="antennas simulated from each start")
     ] = None,
     starts: Annotated[
-        int | None, typer.Option(min=1, help="the first is the file's antenna, others far from it")
+        int | None,
+        typer.Option(
+            min=1, help="searches: the first begins at the file's antenna, others far off"
+        ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="of the search, not of the touches")
+        int | None, typer.Option(min=0, help="seed of the search; the touches have another")
     ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="threads; default one per core")
@@ -45,13 +48,13 @@ def design(
         str | None, typer.Option(help="address of a Dask scheduler, or local:4 for 4 processes")
     ] = None,
     robot: Annotated[
-        bool, typer.Option(help="the result as flexure hinges, and their tolerance")
+        bool, typer.Option(help="also give the hinges as strips of foil, and their tolerance")
     ] = False,
-    movie: Annotated[bool, typer.Option(help="a movie of one touch")] = True,
+    movie: Annotated[bool, typer.Option(help="write a movie of one touch")] = True,
     as_json: Json = False,
 ) -> None:
-    """Search the antennas that tell a task's touches apart best, and judge the best on touches
-    nobody has looked at.
+    """Search for the antenna that tells a task's touches apart best, and judge it on touches that
+    the search has not seen.
     """
     from feeler.cli.choose import choose_executor
     from feeler.cli.progress import say_what_stays

@@ -9,7 +9,11 @@ import typer
 
 R = TypeVar("R")
 EngineName = Annotated[
-    str, typer.Option(help="chain-consistent, chain (MuJoCo's equations), mujoco or rod")
+    str,
+    typer.Option(
+        help="simulator: chain-consistent (most accurate at its timestep), chain (computes MuJoCo's"
+        " equations), mujoco (MuJoCo itself) or rod (for walls)"
+    ),
 ]
 
 

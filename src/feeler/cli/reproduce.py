@@ -42,11 +42,11 @@ def reproduce(
     engine: Annotated[
         str,
         typer.Option(
-            help="chain-consistent (default), chain (exactly MuJoCo's equations) or mujoco itself"
+            help="simulator: chain-consistent (default), chain (MuJoCo's equations) or mujoco"
         ),
     ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="root of all randomness")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="the same number gives the same results")] = 0,
     workers: Annotated[
         int | None, typer.Option(help="processes side by side; default one per core")
     ] = None,
@@ -57,7 +57,7 @@ def reproduce(
         bool, typer.Option("--open", help="show the report in the browser when it is there")
     ] = False,
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")
+        bool, typer.Option("--fresh", help="compute everything again, whatever the cache holds")
     ] = False,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""

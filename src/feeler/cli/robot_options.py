@@ -24,29 +24,36 @@ Objects = Annotated[
     typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm"),
 ]
 Numbers = Annotated[
-    str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")
+    str | None,
+    typer.Option(help="places of the touches to tell apart: 0.5,0.9 (share of the length)"),
 ]
-Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [m/s]: 0.027,0.27")]
+Speeds = Annotated[
+    str | None, typer.Option(help="speeds of the touches to tell apart [m/s]: 0.027,0.27")
+]
 Out = Annotated[
     Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")
 ]
 ChannelUnit = Annotated[
-    str | None, typer.Option("--unit", help="of the channels, where the file names none: deg, mV …")
+    str | None,
+    typer.Option("--unit", help="unit of the channels, if the file names none: deg, mV …"),
 ]
 TimeUnit = Annotated[
-    str | None, typer.Option(help="of the times, where the file names none: ms, s, us, ns")
+    str | None, typer.Option(help="unit of the times, if the file names none: ms, s, us, ns")
 ]
 Outside = Annotated[
-    str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")
+    str, typer.Option(help="readings outside the calibrated range: refuse, clip, missing, extend")
 ]
 Engine = Annotated[
-    str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")
+    str | None, typer.Option(help="simulator of the touches: chain-consistent, chain or mujoco")
 ]
 Timestep = Annotated[
-    float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")
+    float | None, typer.Option(help="timestep of the simulation [ms]; default: the engine's own")
 ]
 Workers = Annotated[int | None, typer.Option(help="threads; default one per core")]
-Gaps = Annotated[str, typer.Option(help="gaps over 10 ms: refuse, bridge, keep")]
+Gaps = Annotated[
+    str,
+    typer.Option(help="gaps longer than 10 ms: refuse, bridge (by a line) or keep (as missing)"),
+]
 
 
 def tell(**options: Any) -> dict[str, Any]:

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
 
 from feeler.decoding.stream import StreamState
+from feeler.plotting.look import pick_shades
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
 from feeler.robot.answer import Answer, name_notes, name_touch
@@ -44,7 +46,11 @@ def write_answers(
         figure.colorbar(image, ax=list(axes), label="angle [°]")
 
     section.figure(
-        "robot", "Each recording, aligned; one scale.", draw, height=1.0 + 1.1 * len(names)
+        "robot",
+        "The angle of every channel against time, each recording aligned on the first peak of its"
+        " tip; one colour scale for all.",
+        draw,
+        height=1.0 + 1.1 * len(names),
     )
     rows = [
         [
@@ -75,7 +81,6 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
         for ax, name, one in zip(axes, names, recordings, strict=True):
             _plot_channels(one.time, one.values, ax)
             ax.set_title(name, fontsize=7)
-        axes[0].legend(loc="upper right")
         axes[-1].set_xlabel("time [ms]")
 
     section.figure(
@@ -119,7 +124,12 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
         ax.set(xlabel="time since the release [ms]", ylabel="tip off its rest [mm]")
         ax.legend()
 
-    section.figure("robot", "The tip after its release.", draw, height=2.6)
+    section.figure(
+        "robot",
+        "How far the tip is off its rest after its release, as recorded and as the model moves.",
+        draw,
+        height=2.6,
+    )
     rings = (("recording", result.target), ("model", result.reached))
     rows = [
         [name, f"{1e3 * r.frequency:.3f}", f"{r.damping_ratio:.4f}", f"{r.r_squared:.1%}"]
@@ -168,7 +178,7 @@ def write_stream(
 
     def draw(figure: Any) -> None:
         above, below = figure.subplots(2, 1, sharex=True)
-        _plot_channels(time, angle.T, above)
+        _plot_channels(time, angle.T, above, below)
         for number in shown:
             below.plot(time, belief[:, number], label=name_touch(classes[number]))
         below.set(xlabel=f"time [{unit}]", ylabel="probability", ylim=(0, 1.02))
@@ -205,12 +215,7 @@ def write_gap(
     def draw(figure: Any) -> None:
         ax = figure.subplots()
         error = np.array([shares[:, 2] - shares[:, 0], shares[:, 0] - shares[:, 1]])
-        ax.barh(
-            names,
-            lost[:, 0],
-            xerr=error,
-            color=["C1" if name.startswith(("all", "every")) else "C0" for name in names],
-        )
+        ax.barh(names, lost[:, 0], xerr=error)
         ax.invert_yaxis()
         ax.set(
             xlabel="contacts read wrong [%], with 95 % interval",
@@ -238,16 +243,16 @@ def write_gap(
     )
 
 
-def _plot_channels(time: np.ndarray, angle: np.ndarray, ax: Axes) -> None:
-    """Angles (channel, sample) [rad] in degrees, dark at the base, bright at the tip; the first and
-    the last are named.
+def _plot_channels(time: np.ndarray, angle: np.ndarray, ax: Axes, *beside: Axes) -> None:
+    """Angles (channel, sample) [rad] in degrees, dark at the base, bright at the tip, with a colour
+    bar that takes its room from ``ax`` and the axes ``beside`` it.
     """
-    for k, values in enumerate(np.degrees(angle)):
-        label = f"channel {k + 1}" if k in (0, len(angle) - 1) else None
-        ax.plot(
-            time, values, color=colormaps["viridis"](0.9 * k / max(len(angle) - 1, 1)), label=label
-        )
+    colours = pick_shades("hinge", len(angle))
+    for values, colour in zip(np.degrees(angle), colours, strict=True):
+        ax.plot(time, values, color=colour)
     ax.set_ylabel("angle [°]")
+    numbers = ScalarMappable(Normalize(0.5, len(angle) + 0.5), ListedColormap(colours))
+    ax.figure.colorbar(numbers, ax=[ax, *beside], label="channel")
 
 
 def _begin(out: Path, title: str, numbers: object) -> Section:

@@ -26,14 +26,17 @@ class SpikeOptions:
     """What ``feeler spikes`` is told."""
 
     touches: Annotated[
-        Path | None, typer.Option(help="store or file of touches; default: one touch, made now")
+        Path | None,
+        typer.Option(help="store or file of touches; default: one touch, simulated now"),
     ] = None
-    feature: Annotated[str, typer.Option(help="of the touch made now: ball, box, triangle …")] = (
+    feature: Annotated[str, typer.Option(help="object of the touch: ball, box, triangle …")] = (
         "ball"
     )
-    size: Annotated[float, typer.Option(help="its radius or half-width [mm]")] = 1.53
-    location: Annotated[float, typer.Option(help="its place, fraction of the length")] = 0.7
-    speed: Annotated[float, typer.Option(help="its speed [m/s]")] = 0.3
+    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53
+    location: Annotated[float, typer.Option(help="place of the touch, fraction of the length")] = (
+        0.7
+    )
+    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     sensors: Annotated[
         int | None,
@@ -43,16 +46,16 @@ class SpikeOptions:
         None
     )
     rate: Annotated[
-        float, typer.Option(help="greatest rate of the median touch, which sets the gain [Hz]")
+        float, typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain")
     ] = 400.0
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
     ] = 1
-    refractory: Annotated[float, typer.Option(help="resting time after each spike [ms]")] = 0.0
+    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = 0.0
     spread: Annotated[
         float, typer.Option(help="standard deviation of the delay of a spike [ms]")
     ] = 0.0
-    seed: Annotated[int, typer.Option(min=0, help="of the spikes")] = 0
+    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0
     show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0
     session_start: Annotated[
         str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")
@@ -63,7 +66,7 @@ class SpikeOptions:
 
 
 def spikes(said: SpikeOptions) -> None:
-    """Draw the spikes that sensilla along an antenna give (spikes.html, spikes.png, spikes.nc; and
+    """Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
     from feeler.cli.choose import parse_start

@@ -43,7 +43,7 @@ def studio(
         typer.Option(help="write a page that computes by itself to this file (HTML), and end"),
     ] = None,
 ) -> None:
-    """Shape an antenna, touch it and watch it feel, in a page of your browser served on this
+    """Shape an antenna, touch it and see what it feels, in your browser; the page comes from this
     machine.
     """
     import webbrowser

@@ -21,9 +21,9 @@ _EXAMPLES = """Examples:
 
   feeler touch --feature ball --feature box --location 0.3 --location 0.7 --store set.zarr
 
-The last one simulates every combination of the repeated options. Ctrl-C, a crash or a power cut \
-costs nothing that is
-finished: the same command goes on where it stopped, and ends with the same numbers.
+The last one simulates every combination of the repeated options. After Ctrl-C, a crash or a power \
+cut the same command
+goes on where it stopped, and ends with the same numbers.
 """
 
 MANY = "; repeat it with --store"
@@ -56,7 +56,8 @@ class TouchOptions:
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
     ] = 90.0
     azimuth: Annotated[
-        float, typer.Option(help="of an antenna in space: turn of the approach about it [degrees]")
+        float,
+        typer.Option(help="for an antenna in space: side from which it comes [degrees about it]"),
     ] = 0.0
     side: Annotated[str, typer.Option(help="left or right")] = "left"
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0
@@ -64,7 +65,7 @@ class TouchOptions:
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None
     engine: EngineName = "chain-consistent"
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
-    out: Annotated[Path, typer.Option(help="folder for the results of one touch")] = Path(
+    out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
     )
     movie: Annotated[bool, typer.Option(help="write the movie as well")] = True
@@ -74,7 +75,9 @@ class TouchOptions:
             help="folder that keeps each touch as it finishes; resumed if it is there already"
         ),
     ] = None
-    seed: Annotated[int, typer.Option(min=0, help="with --store: root of one seed per touch")] = 0
+    seed: Annotated[
+        int, typer.Option(min=0, help="with --store: seed; each touch gets its own from it")
+    ] = 0
     workers: Annotated[
         int | None, typer.Option(help="with --store: how many at once; default one per core")
     ] = None

@@ -72,14 +72,14 @@ class TrackOptions:
         ),
     ] = ""
     min_likelihood: Annotated[
-        float, typer.Option(help="less likely places count as not seen; 0 takes all")
+        float, typer.Option(help="places less likely than this count as not seen; 0 takes all")
     ] = 0.6
     individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None
     plane: Annotated[
-        str | None, typer.Option(help="of places in space: xy, xz, yz, or space itself")
+        str | None, typer.Option(help="for tracks in three dimensions: xy, xz, yz, or space")
     ] = None
     scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
-    cutoff: Annotated[float, typer.Option(help="low-pass [Hz]")] = 6.0
+    cutoff: Annotated[float, typer.Option(help="cut-off of the low-pass filter [Hz]")] = 6.0
     max_gap: Annotated[
         int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")
     ] = 0
@@ -258,7 +258,8 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
     section = Section(name="tracks", title="Angles and speeds", folder=out, vector=False)
     section.figure(
         "tracks",
-        "Angle of each antenna to the body, its absolute speed, and the peaks.",
+        "Left: angle of each antenna to the body. Right: its absolute speed (line) and the peaks"
+        " that are averaged (black dots).",
         draw,
         height=height,
     )

@@ -26,18 +26,21 @@ def tradeoff(
         typer.Option(help="kind:field=value,… (at least one; default: the paper's six)"),
     ] = None,
     speed: Annotated[
-        list[float] | None, typer.Option(help="m/s, more than once; default: six from 0.03 to 1.2")
+        list[float] | None,
+        typer.Option(help="speed [m/s], more than once; default: six from 0.03 to 1.2"),
     ] = None,
     sets: Annotated[
         int | None,
-        typer.Option(min=1, help="draws of all touches; default 80, some 4 minutes on two cores"),
+        typer.Option(
+            min=1, help="how often all touches are drawn; default 80 (4 minutes on two cores)"
+        ),
     ] = None,
     reader: Annotated[
         list[str] | None,
         typer.Option(
-            help="who reads, more than once: ideal (knows every touch; default), lda, svm,"
-            " templates …; others than the ideal learn from touches of their own, which takes"
-            " minutes a set"
+            help="classifier that names the touches, more than once: ideal (knows every touch;"
+            " default), lda, svm, templates …; all but ideal learn from touches of their own, which"
+            " takes minutes for each draw"
         ),
     ] = None,
     journal: Annotated[
@@ -48,8 +51,8 @@ def tradeoff(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Accuracy, bits, work and force of touches at six speeds, by time, distance and samples since
-    contact.
+    """Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
+    and samples since contact.
     """
     from feeler.cli.choose import choose_antenna
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine

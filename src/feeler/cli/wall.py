@@ -29,8 +29,13 @@ def wall(
     reading: Annotated[
         str, typer.Option(help="angle from the midline, or total between both antennae")
     ] = "midline",
-    prebend: Annotated[str, typer.Option(help="rest, placed, rotation or none")] = "rest",
-    friction: Annotated[float, typer.Option(help="of the wall")] = 0.3,
+    prebend: Annotated[
+        str,
+        typer.Option(
+            help="how the J comes about: rest (its slack shape), placed, rotation or none"
+        ),
+    ] = "rest",
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 0.3,
     near: Annotated[float, typer.Option(help="nearest distance [mm]")] = 5.0,
     far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
@@ -39,7 +44,9 @@ def wall(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
+    """Let a wall approach each antenna, and fit the wall's distance to the place of greatest
+    curvature.
+    """
     import numpy as np
 
     from feeler.cli.choose import choose_antenna
@@ -111,20 +118,15 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
 
 def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     """wall.html with the antennae beside the wall and the maps, their pictures, and wall.json."""
-    from feeler.plotting.wall import Shapes, plot_maps, plot_shapes
+    from feeler.plotting.wall import Shapes, plot_maps
     from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="wall", title="Antennae beside a wall", folder=out, vector=False)
     shapes = {name: Shapes.of_sweep(sweep) for name, sweep in sweeps.items()}
-    caption = (
-        "Black: an inverted J in contact; red: in contact, but no J; grey: no contact. Dots:"
-        " greatest bend."
-    )
+    caption = "Each antenna beside the wall, farthest first, in equilibrium."
     height = 0.8 + 1.2 * len(shapes)
-    section.figure(
-        "shapes", caption, lambda figure: plot_shapes(shapes, figure.subplots()), height=height
-    )
+    section.figure("shapes", caption, lambda figure: _plot_shapes(figure, shapes), height=height)
     caption = (
         "Wall distance against the point of greatest curvature, with the straight line that reads"
         " one from the other."
@@ -152,14 +154,31 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     )
 
 
+def _plot_shapes(figure: Any, shapes: dict[str, Any]) -> None:
+    from matplotlib.lines import Line2D
+
+    from feeler.plotting.look import PALETTE
+    from feeler.plotting.wall import plot_shapes
+
+    plot_shapes(shapes, figure.subplots())
+    named = {
+        "inverted J in contact": Line2D([], [], color="#000000"),
+        "in contact, no J": Line2D([], [], color="#D55E00"),
+        "no contact": Line2D([], [], color="#999999"),
+        "wall": Line2D([], [], color="#009E73"),
+        "greatest bend": Line2D([], [], color=PALETTE[0], marker="o", ls="", ms=3),
+    }
+    figure.legend([*named.values()], [*named], loc="outside lower center", ncols=len(named))
+
+
 def follow(
     antenna: Annotated[str, typer.Argument(help="preset or antenna file (TOML)")] = "exponential",
     turn: Annotated[
         float, typer.Option(help="turn of the wall [degrees], positive towards the body")
     ] = 30.0,
-    speed: Annotated[float, typer.Option(help="[m/s]")] = 0.45,
+    speed: Annotated[float, typer.Option(help="speed of the body [m/s]")] = 0.45,
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
-    friction: Annotated[float, typer.Option(help="of the wall")] = 0.0,
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 0.0,
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
     as_json: Json = False,
 ) -> None:

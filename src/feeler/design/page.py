@@ -43,9 +43,9 @@ def write_design(
     _say_result(found, section)
     section.figure(
         "profiles",
-        "Stiffness and damping of the best antenna of each start (colours) and of the reference"
-        " (black), the damping ratios of the first modes, and the fewest missing bits during each"
-        " search.",
+        "Stiffness (strokes: sensors) and damping of the best antenna of each start (colours) and"
+        " of the reference (black), the damping ratios of the first modes, and the fewest missing"
+        " bits during each search.",
         lambda figure: plot_designs(found, figure),
         height=4.6,
     )

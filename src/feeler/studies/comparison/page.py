@@ -44,13 +44,13 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
         section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
         section.figure(
             "comparison",
-            "Above: closest matches of every tensor, and their average with its 95 % bootstrap"
-            " interval over stimuli; low Pearson r, SSIM and NMI and high MSE mean more dispersed."
-            " Below: accuracy over all classes (object and place) against noise; dashed: the null,"
-            " one tensor repeated.",
+            "Above: how alike each tensor and its closest match are (small dots), and their average"
+            " with its 95 % bootstrap interval over stimuli; low Pearson r, SSIM and NMI and high"
+            " MSE mean more dispersed. Below: accuracy over all classes (object and place) against"
+            " noise, with 1 SD; squares: the null, one tensor repeated; crosses: a reader that"
+            " knows only place and time of the peak; dotted: chance.",
             lambda figure: plot(data, figure),
-            width=10.0,
-            height=6.5,
+            height=5.4,
         )
         section.table(["measure", *data.names], data.list_rows())
         section.heading("Differences over the same stimuli, with effect size")

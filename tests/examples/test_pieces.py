@@ -1,0 +1,97 @@
+"""The Python of guides and tutorials runs as it is copied, shows what it gives, and a sentence
+below each piece says when that is good.
+"""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+CHEAP = ("antenna", "simulation")  # pages that take less than two seconds
+NEEDED = {"active": "gymnasium", "cluster": "torch", "training": "torch", "reading_out": "torch"}
+NEEDED |= {"design": "cma", "studio": "anywidget"}
+FENCE = re.compile(r"^```python\n.*?^```\n", re.DOTALL | re.MULTILINE)
+SHOWS = re.compile(r"print\(|savefig\(|plot\w*\(|show_")
+JUDGES = re.compile(r"\b(good|as it should)\b.*\b(otherwise|if|above|without)\b", re.DOTALL | re.I)
+
+
+def load_maker():
+    spec = importlib.util.spec_from_file_location("docs_build", DOCS / "build.py")
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
+
+
+MAKER = load_maker()
+PAGES = {p.stem + p.parent.name[0]: p for room in MAKER.RUN for p in (DOCS / room).glob("*.md")}
+
+
+def list_faults(page):
+    """What is wrong with the pieces of a page."""
+    faults = []
+    if len(FENCE.findall(page)) != len([*MAKER.CODE.finditer(page)]):
+        faults.append("a fence that is not understood")
+    for found in MAKER.CODE.finditer(page):
+        first, below = found["code"].splitlines()[0], page[found.end() :]
+        words = re.sub(r"^\n(!\[.*\n\n?)?(\*[^*\n]+\*\n\n)?", "", below).partition("\n\n")[0]
+        if not found["needs"] and not SHOWS.search(found["code"]):
+            faults.append(f"shows nothing: {first}")
+        if not JUDGES.search(words):
+            faults.append(f"not judged: {first}")
+    return faults
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_each_piece_shows_something_and_is_judged_below(name):
+    assert not list_faults(PAGES[name].read_text(encoding="utf-8"))
+
+
+def test_a_notebook_runs_all_of_its_tutorial():
+    pages = [p.read_text(encoding="utf-8") for p in (DOCS / "tutorial").glob("*.md")]
+    assert not [found for page in pages for found in MAKER.CODE.finditer(page) if found["needs"]]
+
+
+@pytest.mark.parametrize(
+    ("page", "fault"),
+    [
+        (
+            "```python\na = 1\n```\n\nGood if a is 1; otherwise check it.\n",
+            ["shows nothing: a = 1"],
+        ),
+        ("```python\nprint(1)\n```\n\n## Next\n", ["not judged: print(1)"]),
+        ("```python\nprint(1)\n```\n\nGood if it says 1; otherwise check it.\n", []),
+    ],
+)
+def test_a_fault_is_found(page, fault):
+    assert list_faults(page) == fault
+
+
+def test_pieces_share_names_start_afresh_and_leave_pictures(tmp_path):
+    page = (
+        "```python\na = 1\nopen('a.png', 'w').close()\nprint(a)\n```\n\n**Not run here**: it needs"
+        " a\ncluster.\n\n```python\n1 / 0\n```\n\n```python\nprint(a + 1)\n```\n"
+    )
+    shown = MAKER.run_pieces(page, tmp_path)
+    assert re.findall(r"```text\n(.*)\n```", shown) == ["1", "2"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    with pytest.raises(NameError):
+        MAKER.run_pieces("```python\nprint(a)\n```\n", tmp_path)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name[:-1] in CHEAP else pytest.param(name, marks=pytest.mark.slow) for name in PAGES],
+)
+def test_a_page_runs_as_it_is_copied(name, tmp_path):
+    if needed := NEEDED.get(name[:-1]):
+        pytest.importorskip(needed)
+    page = PAGES[name].read_text(encoding="utf-8")
+    shown = MAKER.run_pieces(page, tmp_path)
+    plt.close("all")
+    pieces = [found for found in MAKER.CODE.finditer(page) if not found["needs"]]
+    assert shown.count("\n```text\n") - page.count("\n```text\n") >= len(
+        [found for found in pieces if "print(" in found["code"]]
+    )
