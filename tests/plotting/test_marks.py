@@ -1,8 +1,6 @@
 """A colour that nothing names is found."""
 
 import pytest
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from feeler.plotting.marks import find_unnamed
@@ -43,23 +41,8 @@ def draw(how):
             {},
         ),
         (lambda figure, ax: ax.scatter([0, 1, 3], [1, 2, 0], c=[0.1, 0.5, 0.9]), {}),
-        (
-            lambda figure, ax: figure.colorbar(
-                ScalarMappable(cmap=ListedColormap(["#0072b2", "#d55e00"])),
-                ax=ax.plot([1], [2], "s", color="#0072b2")[0].axes,
-            ),
-            {},
-        ),
     ],
-    ids=[
-        "one colour",
-        "no legend",
-        "left out",
-        "in the legend",
-        "words of its colour",
-        "a map",
-        "a colour bar",
-    ],
+    ids=["one colour", "no legend", "left out", "in the legend", "words of its colour", "a map"],
 )
 def test_colours_without_a_name_are_found(how, found):
     assert draw(how) == found

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection
@@ -23,8 +22,8 @@ def find_unnamed(figure: Figure) -> dict[str, list[str]]:
     """Colours of marks, by panel, that no legend and no text of the figure has.
 
     A panel with one colour needs no legend: its title and axes say what it shows. Marks that are
-    coloured by a map have a colour bar, which names all its colours; greys are frames and guides,
-    and the antenna itself is drawn in its own colours.
+    coloured by a map have a colour bar, greys are frames and guides, and the antenna itself is
+    drawn in its own colours.
     """
     named: set[str] = set()
     for legend in figure.findobj(Legend):
@@ -32,8 +31,6 @@ def find_unnamed(figure: Figure) -> dict[str, list[str]]:
     for text in figure.findobj(Text):
         if text.get_visible() and text.get_text().strip():
             named.add(to_hex(text.get_color()))
-    for bar in (getattr(ax, "_colorbar", None) for ax in figure.axes):
-        named.update(map(to_hex, bar.cmap(np.arange(bar.cmap.N)) if bar else ()))
     antenna, found = {to_hex(colour) for colour in ANTENNA_COLOURS}, {}
     for ax in filter(Axes.get_visible, figure.axes):
         drawn = (*ax.lines, *ax.collections, *ax.patches)
