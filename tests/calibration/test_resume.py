@@ -53,6 +53,7 @@ fit(problem, make_two_starts(problem), method="powell", checkpoint=sys.argv[1], 
 """
 
 
+@pytest.mark.long
 def test_a_killed_fit_loses_nothing_it_had_finished(tmp_path):
     file = tmp_path / "fit.jsonl"
     root = Path(__file__).parents[2]

@@ -93,6 +93,7 @@ def test_many_touches_need_a_store(tmp_path):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "workers",
     [[], pytest.param(["--processes"], marks=pytest.mark.slow)],
@@ -114,6 +115,7 @@ def test_one_interrupt_keeps_what_runs_and_ends(tmp_path, workers):
     assert list_session(process.pid) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "workers",
     [["--processes"], pytest.param([], marks=pytest.mark.slow)],

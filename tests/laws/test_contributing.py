@@ -252,6 +252,7 @@ class HalfTask(TouchTask):
 """
 
 
+@pytest.mark.long
 def test_an_environment(copy):
     copy.write("active/half.py", TASK)
     copy.replace(

@@ -127,6 +127,7 @@ def lose_power(target):
 STRIDES = [5, pytest.param(1, marks=pytest.mark.slow)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stride", STRIDES)
 def test_power_may_fail_at_every_single_step(fast, monkeypatch, stride):
     steps = count_syncs(monkeypatch, fast / "undisturbed.zarr")
@@ -150,6 +151,7 @@ def test_power_may_fail_at_every_single_step(fast, monkeypatch, stride):
         assert not list(path.rglob("*" + disk.TEMPORARY))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stride", STRIDES)
 def test_the_disk_may_be_full_at_every_single_step(fast, monkeypatch, stride):
     steps = count_syncs(monkeypatch, fast / "undisturbed.zarr")
@@ -213,6 +215,7 @@ def kill_often(tmp_path, n_kills, seed):
     return path, whole
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n_kills", [5, pytest.param(60, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_a_fresh_process_resumes(fast, n_kills):
     path, whole = kill_often(fast, n_kills, seed=n_kills)

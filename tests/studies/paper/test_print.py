@@ -31,6 +31,7 @@ def test_every_picture_is_printed(browser, tmp_path):
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("theme", "width"),
     [
