@@ -27,7 +27,9 @@ def plot_raster(
     for colour, one in zip(PALETTE, (1, -1), strict=False):
         rows = times[sides == one]
         unit, event = np.nonzero(np.isfinite(rows))
-        ax.plot(rows[unit, event], unit + 1, "|", color=colour, ms=2.5, mew=0.6)
+        name = "+x" if one == 1 else "−x"
+        look = {"ms": 2.5, "mew": 0.6, "label": f"bent towards {name}"}
+        ax.plot(rows[unit, event], unit + 1, "|", color=colour, **look)
     ax.axvline(lead, color="0.6", lw=0.6)
     ax.set(xlabel="time [ms]", ylabel="unit (base → tip)")
     ax.set_ylim(0.5, max(np.sum(sides == one) for one in (1, -1)) + 0.5)
@@ -57,6 +59,7 @@ def plot_touch_spikes(
     axes[0].set_ylabel("sensor (base → tip)")
     plot_raster(times, axes[1], side, lead)
     axes[1].set_xlabel("")
+    axes[1].legend(loc="upper right", markerscale=3)
     axes[2].plot(time, rate.mean(axis=0), color="black", lw=0.8)
     axes[2].set(xlabel="time [ms]", ylabel="mean rate [Hz]", xlim=(time[0], time[-1]))
     figure.align_ylabels(axes)
