@@ -24,6 +24,7 @@ OWN = {
     r"since contact|at the latest|last contact": {"ms"},
     r"simulated touches": {"ms"},
     r"speed|touches to tell apart": {"m/s"},
+    r"firing rate": {"Hz"},
     r"frequency|mode \d|low-pass|mean rate|sets the gain|^$": {"Hz", "m/s", "mm"},
     r"^peak$": {"rad"},
     r"\bangle|^largest$|^least$|turn of the (wall|approach)|bend of": {"°", "degrees"},
@@ -36,7 +37,7 @@ OWN = {
     r"work|budget": {"µJ"},
     r"entropy|information": {"bits"},
     r"gain: ω": {"rad/ms"},
-    r"^noise$": {"%", "rad"},
+    r"^noise$|of the sensors: common": {"%", "rad"},
     r"share of|accuracy|in whole touches|right|wrong|learned|steered|fixed|"
     r"null|twin|kept|avoided|sure within|new place|new size|ms$": {"%"},
     r"^[xyz]$": {"mm", "px"},

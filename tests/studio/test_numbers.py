@@ -150,10 +150,10 @@ def test_a_sensor_is_named_with_its_hinge_and_its_degrees(page, touched):
         assert "° at " in words and words.endswith(" ms")
     page.run("app.setHover(null)")
     page.seek(91)
-    words = next(text for text in page.drawn("tensor") if "greatest" in text)
+    words = next(text for text in page.drawn("tensor") if "bends most" in text)
     best = np.unravel_index(np.abs(degrees[:, ::4]).argmax(), degrees[:, ::4].shape)[0]
     hinge = touched["segment"].values[best]
-    assert words.startswith(f"greatest: sensor {best + 1}, hinge {hinge}:")
+    assert words.startswith(f"bends most: sensor {best + 1}, hinge {hinge}:")
     assert read(words.partition(": ")[2].partition(": ")[2])[0] == shown(degrees[best, 91])
 
 

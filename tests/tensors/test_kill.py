@@ -4,8 +4,10 @@ same.
 
 import multiprocessing
 import os
+import py_compile
 import shutil
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -181,7 +183,18 @@ def test_a_trial_that_crashes_its_worker_costs_only_itself(folder, undisturbed, 
     xr.testing.assert_identical(run(store=folder / "a.zarr"), undisturbed)
 
 
+def keep_bytecode():
+    """As installed packages have it: a worker without memory then need not parse, for Python calls
+    a parser that lacks memory a syntax error.
+    """
+    for name, module in list(sys.modules.items()):
+        if name.startswith("feeler") and getattr(module, "__file__", None):
+            py_compile.compile(module.__file__, quiet=2)
+
+
 def test_workers_without_memory_fail_by_name_and_the_store_goes_on(folder):
+    keep_bytecode()
+
     def touch(**more):
         return feeler.touch(antenna, trials[:2], store=folder / "a.zarr", **options, **more)
 
