@@ -28,8 +28,8 @@ def plot_raster(
         rows = times[sides == one]
         unit, event = np.nonzero(np.isfinite(rows))
         name = "+x" if one == 1 else "−x"
-        look = {"ms": 2.5, "mew": 0.6, "label": f"bent towards {name}"}
-        ax.plot(rows[unit, event], unit + 1, "|", color=colour, **look)
+        where, words = rows[unit, event], f"bent towards {name}"
+        ax.plot(where, unit + 1, "|", color=colour, ms=2.5, mew=0.6, label=words)
     ax.axvline(lead, color="0.6", lw=0.6)
     ax.set(xlabel="time [ms]", ylabel="unit (base → tip)")
     ax.set_ylim(0.5, max(np.sum(sides == one) for one in (1, -1)) + 0.5)
