@@ -2,20 +2,14 @@
 as often as it says.
 """
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scripts import load_script
 
 import feeler
 from feeler.errors import InvalidInput
 
-spec = importlib.util.spec_from_file_location(
-    "active_places", Path(__file__).parents[2] / "benchmarks" / "active_places.py"
-)
-parked = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(parked)
+parked = load_script("benchmarks", "active_places")
 search_places, simulate_places = parked.search_places, parked.simulate_places
 
 SHAPES = [feeler.Ball(radius=2.0), feeler.Box(half_width=1.6, half_height=1.6, rounding=0.4)]

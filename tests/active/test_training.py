@@ -2,11 +2,9 @@
 stays; weights move bodies.
 """
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scripts import load_script
 
 import feeler
 from feeler.active import Observer, TouchTask, parse_policy
@@ -15,11 +13,7 @@ from feeler.errors import InvalidInput
 from feeler.studies.contests import load_contest
 from feeler.tensors.models import load_model
 
-spec = importlib.util.spec_from_file_location(
-    "active_learning", Path(__file__).parents[2] / "benchmarks" / "active_learning.py"
-)
-learning = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(learning)
+learning = load_script("benchmarks", "active_learning")
 Practised, practise = learning.Practised, learning.practise
 
 OBJECTS = [feeler.Ball(radius=1.0), feeler.Box(half_width=4.0, half_height=4.0)]

@@ -2,16 +2,14 @@
 
 import re
 import runpy
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scripts import load_script
 
 ROOT = Path(__file__).parents[2]
-SPEC = spec_from_file_location("score", ROOT / "benchmarks" / "score.py")
-task = module_from_spec(SPEC)
-SPEC.loader.exec_module(task)
+task = load_script("benchmarks", "score")
 
 
 class Says:

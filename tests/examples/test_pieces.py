@@ -2,12 +2,12 @@
 below each piece says when that is good.
 """
 
-import importlib.util
 import re
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+from scripts import load_script
 
 DOCS = Path(__file__).parents[2] / "docs"
 CHEAP = ("antenna", "simulation")  # pages that take less than two seconds
@@ -18,14 +18,7 @@ SHOWS = re.compile(r"print\(|savefig\(|plot\w*\(|show_")
 JUDGES = re.compile(r"\b(good|as it should)\b.*\b(otherwise|if|above|without)\b", re.DOTALL | re.I)
 
 
-def load_maker():
-    spec = importlib.util.spec_from_file_location("docs_build", DOCS / "build.py")
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
-
-
-MAKER = load_maker()
+MAKER = load_script("docs", "build")
 PAGES = {p.stem + p.parent.name[0]: p for room in MAKER.RUN for p in (DOCS / room).glob("*.md")}
 
 

@@ -1,14 +1,11 @@
 """A kept result says which code made it, and is named when that code has changed."""
 
 import sys
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
 import pytest
+from scripts import load_script
 
-SPEC = spec_from_file_location("kept", Path(__file__).parents[2] / "benchmarks" / "kept.py")
-kept = module_from_spec(SPEC)
-SPEC.loader.exec_module(kept)
+kept = load_script("benchmarks", "kept")
 
 
 @pytest.fixture

@@ -3,11 +3,11 @@ touches of the linear and of the constant profile are the same tensor. (Figures,
 a run: tests/studies/paper/test_whole.py.)
 """
 
-import importlib.util
 import re
 from pathlib import Path
 
 import pytest
+from scripts import load_script
 
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.declared import read_declared
@@ -98,9 +98,6 @@ def test_a_page_names_both_windows(page):
 
 
 def test_the_headlines_of_readme_name_both_windows():
-    spec = importlib.util.spec_from_file_location("make_table", ROOT / "docs" / "make_table.py")
-    table_maker = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(table_maker)
-    for _, words in table_maker.HEADLINES.values():
+    for _, words in load_script("docs", "make_table").HEADLINES.values():
         keys = [key for key, _ in PLACE.findall(words)]
         assert not find_one_sided(key for key in keys if not key.startswith(SPIKES))

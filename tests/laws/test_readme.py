@@ -1,10 +1,10 @@
 """README says what was measured, and its tree is the tree."""
 
-import importlib.util
 import json
 from pathlib import Path
 
 import pytest
+from scripts import load_script
 
 ROOT = Path(__file__).parents[2]
 
@@ -19,10 +19,7 @@ def list_rooms() -> list[str]:
 
 @pytest.fixture(scope="module")
 def table_maker():
-    spec = importlib.util.spec_from_file_location("make_table", ROOT / "docs" / "make_table.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_script("docs", "make_table")
 
 
 def test_readme_holds_the_generated_table(table_maker):

@@ -2,12 +2,11 @@
 crash, never nonsense.
 """
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scripts import load_script
 
 from feeler.antenna import Antenna
 from feeler.errors import SimulationDiverged
@@ -18,10 +17,7 @@ from feeler.stimulus.feature import make_feature
 from feeler.stimulus.trial import Trial
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-spec = importlib.util.spec_from_file_location("numerics", BENCHMARKS / "numerics.py")
-numerics = importlib.util.module_from_spec(spec)
-sys.path.append(str(BENCHMARKS))  # where a script of it finds its neighbours
-spec.loader.exec_module(numerics)
+numerics = load_script("benchmarks", "numerics")
 
 GOOD_ENDS = ("finite", "diverged (named)", "refused: ")
 

@@ -1,23 +1,16 @@
 """The notebooks that ship are the tutorials, run, with their pictures."""
 
-import importlib.util
 import json
 from pathlib import Path
 
 import pytest
+from scripts import load_script
 
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = sorted(path.stem for path in (DOCS / "tutorial").glob("*.md"))
 
 
-def load_maker():
-    spec = importlib.util.spec_from_file_location("docs_notebooks", DOCS / "notebooks.py")
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
-
-
-MAKER = load_maker()
+MAKER = load_script("docs", "notebooks")
 
 
 def list_outputs(notebook):

@@ -2,22 +2,17 @@
 away from it.
 """
 
-import importlib.util
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scripts import load_script
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 from feeler.wall import calibrate
 
-spec = importlib.util.spec_from_file_location(
-    "wall_loop", Path(__file__).parents[2] / "benchmarks" / "wall_loop.py"
-)
-loop = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(loop)
+loop = load_script("benchmarks", "wall_loop")
 map_stability, measure_wall_response = loop.map_stability, loop.measure_wall_response
 
 

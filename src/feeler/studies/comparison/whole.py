@@ -1,11 +1,13 @@
 """Touches recorded until the last has let go, with equally many samples of each antenna."""
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.errors import Doubtful
 from feeler.experiment.touch import DURATION, touch
 from feeler.stimulus.trial import Trial
 
@@ -16,10 +18,16 @@ _FACTORS = (1, 2, 4, 8)
 def touch_whole(
     antenna: Antenna, trials: Sequence[Trial], *, seed: int = 0
 ) -> tuple[xr.Dataset, float]:
-    """Angles (trial, sensor, time) [rad] at as many moments as the paper's window has, over the
-    shortest stretch that holds all touches whole; and its end [ms].
+    """Touches over the shortest stretch that holds all of them whole.
 
-    Some touches go on for longer than eight times the first recording; these are cut there.
+    Returns
+    -------
+    angle : xr.Dataset
+        ``angle`` (trial, sensor, time) [rad] at as many moments as the paper's window has, by
+        linear interpolation.
+    end : float
+        Where the stretch ends [ms]: one sample after the last contact. A touch that still holds
+        after eight times the usual way is cut there, with a warning.
     """
     slowest = min(trial.speed for trial in trials)
     for factor in _FACTORS:
@@ -27,6 +35,12 @@ def touch_whole(
         held = (recorded["force"] != 0).any(("trial", "axis")).values
         if not held[-1]:
             break
+    else:
+        warnings.warn(
+            f"{antenna.name} is still touched when the recording ends; what follows is cut.",
+            Doubtful,
+            stacklevel=2,
+        )
     time = recorded["time"].values
     end = float(time[held].max(initial=time[1]) + time[1] - time[0])
     moments = np.linspace(0.0, end, round(DURATION), endpoint=False)

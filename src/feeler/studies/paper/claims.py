@@ -18,10 +18,10 @@ class Claim(Record):
     """One claim: what is said and where, its value, and how ours is held against it.
 
     ``kind`` is ``value`` (within ``tolerance`` of ``target``, relative), ``within`` (the same, and
-    never partly), ``order`` (``keys`` rise
-    in the order given), ``dip`` (the middle of three ``keys`` is the least), ``above`` or ``below``
-    the ``target``, ``share`` (the key is the share of a declared family of set-ups in which the
-    statement holds), or ``none`` (``why`` says why it is not comparable).
+    never partly), ``order`` (``keys`` rise in the order given), ``dip`` (the middle of three
+    ``keys`` is the least), ``above`` or ``below`` the ``target``, ``share`` (the key is the share
+    of a declared family of set-ups in which the statement holds), or ``none`` (``why`` says why it
+    is not comparable).
 
     Attributes
     ----------
