@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import feeler
@@ -30,6 +31,23 @@ def test_frames_are_evenly_spaced_as_slow_as_said_from_first_to_last(span, slowe
 def test_the_clock_says_milliseconds_and_how_slow_it_runs():
     assert say_clock(41.6) == f"42 ms, {SLOWER:g}× slower than life" and SLOWER == 30.0
     assert say_clock(7.0, 12.5) == "7 ms, 12.5× slower than life"
+
+
+def test_what_is_to_come_is_not_seen_in_the_picture_itself():
+    figure = Figure()
+    canvas, ax = FigureCanvasAgg(figure), figure.subplots()
+    time = 3.0 + 2.0 * np.arange(10)
+    image = ax.imshow(np.ones((4, 10)), extent=(2, 22, 0.5, 4.5), aspect="auto", cmap="gray_r")
+    image.set_clim(0, 1)
+    to_come = touch_movie._ToCome(image)
+    for now in (0, 6, 9):
+        to_come.start(now)
+        canvas.draw()
+        x, y = ax.transData.transform(np.column_stack([time, np.full(10, 2.0)])).T.round()
+        dark = np.asarray(canvas.buffer_rgba())[int(figure.bbox.ymax) - y.astype(int) - 1]
+        assert (dark[np.arange(10), x.astype(int), 0] < 128).tolist() == [
+            k <= now for k in range(10)
+        ]
 
 
 @pytest.fixture
@@ -67,9 +85,11 @@ def test_a_touch_is_filmed_in_millimetres_up_to_now(written):
         now = float(re.match(r"(\d+) ms, 20× slower", right.get_title())[1])
         assert now == pytest.approx(29 * k / (count - 1), abs=1.0)
         (image,) = right.get_images()
-        shown = np.ma.filled(image.get_array(), np.nan)
-        np.testing.assert_array_equal(np.isnan(shown).all(axis=0), time > now)
-        np.testing.assert_array_equal(shown[:, time <= now], values[:, time <= now])
+        np.testing.assert_array_equal(image.get_array(), values)
+        (cover,) = right.patches  # what is still to come lies under it, and nothing else does
+        covered = (time > cover.get_x()) & (time < cover.get_x() + cover.get_width())
+        np.testing.assert_array_equal(covered, time > now)
+        assert (cover.get_y(), cover.get_height()) == (0.5, len(values))
 
 
 def test_touches_side_by_side_share_a_clock_and_millimetres(written):

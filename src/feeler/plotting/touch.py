@@ -11,7 +11,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Patch
+from matplotlib.image import AxesImage
+from matplotlib.patches import Circle, PathPatch, Rectangle
 from matplotlib.text import Text
 
 from feeler.antenna.antenna import Antenna
@@ -67,19 +68,17 @@ class _View:
         self.ax, below = axes
         self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
+        self.image = plot_tensor(self.tensor, self.time, below, norm)
+        self.to_come = _ToCome(self.image)
         if self.space is not None:
             self.bend = np.linalg.norm(self.bend[:, :2], axis=1)
-            self.image = plot_tensor(self.tensor, self.time, below, norm)
             return
         reach = antenna.length
         self.ax.set(
             xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal"
         )
-        self.antenna, self.image = (
-            MovingAntenna(antenna, self.ax, norm),
-            plot_tensor(self.tensor, self.time, below, norm),
-        )
-        self.patch: Patch = self.ax.add_patch(Circle((0, 0), radius=0.0))
+        self.antenna = MovingAntenna(antenna, self.ax, norm)
+        self.patches: list[PathPatch] = []
 
     def move(self, time: float) -> list[Artist]:
         """Artists changed to a time [ms]."""
@@ -87,13 +86,14 @@ class _View:
         if self.space is not None:
             return self._move_in_space(self.space, now)
         if self.trial is not None and self.placement is not None:
-            self.patch.remove()
             origin = self.placement.origin + self.placement.velocity * self.time[now]
-            self.patch = self.ax.add_patch(
-                make_patch(self.trial.shape, origin, self.placement.forward)
-            )
-        self.image.set_data(np.where(self.time <= self.time[now], self.tensor, np.nan))
-        return [self.image, self.patch, *self.antenna.move(self.points[now], self.bend[now])]
+            patch = make_patch(self.trial.shape, origin, self.placement.forward)
+            if not self.patches:
+                self.patches = [patch]
+                self.ax.add_artist(patch)
+            self.patches[0].set_path(patch.get_path())
+        moved = self.antenna.move(self.points[now], self.bend[now])
+        return [*self.to_come.start(now), *self.patches, *moved]
 
     def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
         if self.trial is not None and self.placement is not None:
@@ -103,8 +103,29 @@ class _View:
             origin = placed.origin + placed.velocity * self.time[now]
             space.place(self.trial.shape, origin, axes)
         space.move(self.points[now], self.bend[now])
-        self.image.set_data(np.where(self.time <= self.time[now], self.tensor, np.nan))
+        self.to_come.start(now)
         return []
+
+
+class _ToCome:
+    """What hides the samples of a tensor that are still to come: the picture itself is drawn once,
+    which is many times faster than drawing it anew for every frame.
+    """
+
+    def __init__(self, image: AxesImage) -> None:
+        ax = image.axes
+        assert ax is not None
+        self.left, self.right, low, high = image.get_extent()
+        self.n_samples = image.get_size()[1]
+        self.cover = Rectangle((self.right, low), 0.0, high - low, fc=ax.get_facecolor(), lw=0)
+        ax.add_artist(self.cover)
+        self.edges = list(ax.spines.values())  # drawn again, since the cover hides half of them
+
+    def start(self, now: int) -> list[Artist]:
+        """Artists changed; sample ``now`` is the last that is seen."""
+        start = self.left + (now + 1) * (self.right - self.left) / self.n_samples
+        self.cover.set(x=start, width=self.right - start)
+        return [self.cover, *self.edges]
 
 
 def _find_peak(sets: Sequence[xr.Dataset]) -> float:
