@@ -258,17 +258,6 @@ def list_values(known: dict) -> dict:
                 "half": final["half"][k],
             }
             found |= {f"{name}.{speed:g}": 100 * float(value) for name, value in row.items()}
-    if "descent" in known:  # kept from version 0.2.0, whose L-BFGS ran the engine backwards
-        found |= {
-            "descent.bits": known["descent"]["bits"],
-            "descent.test": known["descent"]["test_bits"],
-        }
-        told = {
-            "bits": [one["bits"] for one in known["spline"].values()],
-            "test": known["sensors"]["spline_test_bits"],
-        }
-        for name, values in told.items():
-            found |= {f"splines.{name}.least": min(values), f"splines.{name}.most": max(values)}
     for noise, family in known.get("family", {}).items():
         found[f"family.{noise}.paper"] = family["paper"]["bits"]
         found[f"family.{noise}.starts"] = len(family["starts"])
