@@ -7,12 +7,21 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
 
-from feeler.plotting.look import BASIS_COLOURS, FEATURE_COLOURS, PROFILE_COLOURS, pick_colours
+from feeler.plotting.look import (
+    BASIS_COLOURS,
+    FEATURE_COLOURS,
+    NOISE_COLOURS,
+    OTHER_COLOURS,
+    PROFILE_COLOURS,
+    pick_colours,
+)
 
 MEANINGS = {
     "profiles": {*PROFILE_COLOURS.values()},
     "features": {*FEATURE_COLOURS.values()},
     "bases": {*BASIS_COLOURS},
+    "noise": {*NOISE_COLOURS.values()},
+    "others": {*OTHER_COLOURS},
     "speeds": {to_hex(shade) for shade in mpl.colormaps["viridis"](np.linspace(0, 0.85, 3))},
 }
 
@@ -38,6 +47,8 @@ def test_the_slower_the_darker_in_any_order():
 
 
 def test_what_has_no_colour_of_its_own_takes_one_in_turn():
-    found = pick_colours(["a", "b", "c"])
-    assert list(found) == ["a", "b", "c"] and len({*found.values()}) == 3
+    names = ["a", "linear", "b", "exponential", "c", "d", "e"]
+    found = pick_colours(names)
+    assert list(found) == names and len({*found.values()}) == len(names)
+    assert found["linear"] == PROFILE_COLOURS["linear"]
     assert pick_colours([]) == {}

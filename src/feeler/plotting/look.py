@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import cycle
 from typing import Any
 
 import matplotlib as mpl
@@ -21,6 +22,9 @@ PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PAL
 # Tol's muted scheme and two of the palette that no profile has: other meanings, other colours
 BASIS_COLOURS = ("#882255", "#999933", "#44AA99", "#332288", "#DDCC77")
 FEATURE_COLOURS = {"ball": "#56B4E9", "box": "#E69F00", "triangle": "#000000"}
+NOISE_COLOURS = {"relative": "#117733", "common": "#AA4499"}
+# what has no colour of its own: one's own antennas beside the paper's, say
+OTHER_COLOURS = ("#CC6677", "#88CCEE", "#661100", "#6699CC", "#888888")
 # quantities that shade a row of marks, each with colours of its own
 _SHADES = {"speed": "viridis", "wall distance": "cividis", "bend": "plasma", "hinge": "copper"}
 _SPEED, _SPEEDS = " m/s", ("slow", "medium", "fast")
@@ -64,7 +68,8 @@ def style() -> Iterator[None]:
 
 def pick_colours(names: Iterable[str]) -> dict[str, Any]:
     """A colour for each name, the same in every figure: profiles and features have theirs, and of
-    speeds ("0.06 m/s", "slow") the slower is the darker. Any other takes the palette's next.
+    speeds ("0.06 m/s", "slow") the slower is the darker. Any other takes the next that means
+    nothing else; the sixth has the first one's again.
     """
     names = list(names)
     named = {*names} <= {*_SPEEDS}
@@ -73,8 +78,8 @@ def pick_colours(names: Iterable[str]) -> dict[str, Any]:
             names, key=_SPEEDS.index if named else lambda name: float(name.removesuffix(_SPEED))
         )
         return dict(zip(ordered, pick_shades("speed", len(ordered)), strict=True))
-    known = PROFILE_COLOURS | FEATURE_COLOURS
-    return {name: known.get(name, PALETTE[k % len(PALETTE)]) for k, name in enumerate(names)}
+    known, others = PROFILE_COLOURS | FEATURE_COLOURS, cycle(OTHER_COLOURS)
+    return {name: known.get(name) or next(others) for name in names}
 
 
 def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:

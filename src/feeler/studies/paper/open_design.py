@@ -13,7 +13,7 @@ from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
 from feeler.experiment.touch import touch
 from feeler.plotting.front import plot_profile_points
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import NOISE_COLOURS, PALETTE
 from feeler.report import Section, make_interval
 from feeler.stimulus import Ball, Trial
 from feeler.studies.paper.context import Context
@@ -66,7 +66,8 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     axes[1].set_xticks(x, [f"{v:g}" for v in final["speeds"]])
     axes[1].set(xlabel="speed [m/s]", ylabel="wrong on final draws [%]")
     axes[1].legend()
-    for colour, (noise, family) in zip(PALETTE, stored.get("family", {}).items(), strict=False):
+    for noise, family in stored.get("family", {}).items():
+        colour = NOISE_COLOURS[noise]
         for k, one in enumerate(family["starts"]):
             label = f"{noise} noise" if k == 0 else None
             axes[2].plot(

@@ -146,10 +146,10 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
             ax.axvline(-0.0827, color="#888888", ls=":", lw=0.8)
             level = f"{study.headline[kind]:g} {UNITS_OF_NOISE[kind]}"
-            ax.set_ylabel(
-                f"bits at {level}" if field == "bits" else f"bits where the place is known, {level}"
-            )
+            told = "bits" if field == "bits" else "bits, place known"
+            ax.set_ylabel(f"{told} (noise: {level})")
             ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
+            ax.locator_params(axis="x", nbins=5)
     figure.axes[0].legend()
 
 

@@ -7,11 +7,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from feeler.plotting.look import PALETTE, mark_places, pick_shades
+from feeler.plotting.look import NOISE_COLOURS, mark_places, pick_colours, pick_shades
 from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
+WINDOWS = {"whole touch": "-", "equal distance and samples": "--"}
 MARKS: dict[str, dict[str, Any]] = {
     "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
     "common": {"marker": "s", "ms": 2.5},
@@ -35,13 +37,16 @@ def plot_tradeoff(
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
     axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6.5, title_fontsize=6.5)
     _plot_best(first, levels, axes[0, 2])
+    colours = pick_colours(measured)
     for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
-        for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
-            _plot_speeds(data, levels[kind], ax, color=colour, label=name)
+        for name, data in measured.items():
+            _plot_speeds(data, levels[kind], ax, color=colours[name], label=name)
         ax.set_title(f"noise {levels[kind]} {UNITS_OF_NOISE[kind]}")
-    figure.legend(
-        *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured)
-    )
+    marks = axes[1, 0].get_legend_handles_labels()[0] + [
+        Line2D([], [], color="#59636e", ls=line, label=f"bits: {window}")
+        for window, line in WINDOWS.items()
+    ]
+    figure.legend(handles=marks, loc="outside lower center", ncols=len(marks))
     plot_costs(measured, axes[1, 2])
 
 
@@ -62,8 +67,8 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
 
 def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     """Best speed against deadline; bars: speeds that the sets do not tell from it."""
-    for colour, (kind, level) in zip(PALETTE, levels.items(), strict=False):
-        best = find_best(data, level)
+    for kind, level in levels.items():
+        colour, best = NOISE_COLOURS[kind], find_best(data, level)
         best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
         x, y, least, most = (best[name].values for name in ("value", "best", "least", "most"))
         ax.errorbar(
@@ -80,7 +85,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
 def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
     """Bits against speed: whole touches, and (dashed) at equal distance and samples."""
     matched = data["window"].values[data["kind"].values == "distance and samples"][0]
-    for window, line in (("whole touch", "-"), (matched, "--")):
+    for window, line in zip(("whole touch", matched), WINDOWS.values(), strict=True):
         found = average_sets(data["bits"].sel(level=level, window=window))
         shown = style | ({} if line == "-" else {"label": None})
         ax.errorbar(
@@ -100,7 +105,9 @@ def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
 def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
     """Work on the antenna and (dashed, right) peak force against speed."""
     right = ax.twinx()
-    for colour, data in zip(PALETTE, measured.values(), strict=False):
+    colours = pick_colours(measured)
+    for name, data in measured.items():
+        colour = colours[name]
         ax.plot(data["speed"], data["work"].mean("set"), marker=".", ms=3, color=colour)
         right.plot(
             data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour
