@@ -2,7 +2,9 @@
 
 from datetime import UTC, datetime
 
+import neo
 import numpy as np
+import pynapple
 import pytest
 
 import feeler
@@ -66,12 +68,10 @@ def test_units_that_never_fire_and_trials_of_seconds_keep_their_places(tmp_path)
 
 
 def test_pynapple_reads_the_units(file):
-    pynapple = pytest.importorskip("pynapple")
     units = pynapple.load_file(str(file))["units"]
     assert len(units) == 2 * POSITION.size
 
 
 def test_neo_reads_the_units(file):
-    neo = pytest.importorskip("neo")
     trains = neo.io.NWBIO(str(file), "r").read_all_blocks()[0].segments[0].spiketrains
     assert sum(len(train) for train in trains) > 0

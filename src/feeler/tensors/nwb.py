@@ -141,7 +141,6 @@ def make_nwb(
         session_description=words,
         identifier=identifier,
         session_start_time=session_start.astimezone(UTC),
-        keywords=["tactile", "antenna", "feeler"],
         experiment_description=about,
         subject=subject,
         **more,
