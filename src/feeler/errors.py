@@ -3,6 +3,7 @@
 import re
 import sys
 import warnings
+from collections.abc import Callable
 from importlib.util import find_spec
 
 
@@ -75,12 +76,15 @@ def require_extra(module: str, extra: str, what: str) -> None:
 _PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's
 
 
-def say_warnings(said: set[str] | None = None) -> None:
+def say_warnings(
+    said: set[str] | None = None, put: Callable[[str], str] = lambda words: words
+) -> None:
     """From now on print each kind of warning that a result calls for once, as one sentence without
     file and line: those above, and fits that ended early.
 
     Two warnings are of one kind if they differ in their numbers alone. Those in ``said`` count as
-    printed; what is printed is added to it. All other warnings stay as they are.
+    printed; what is printed is added to it. All other warnings stay as they are. ``put`` puts the
+    words into the language of who asked.
     """
     show = warnings.showwarning
     known = set() if said is None else said
@@ -91,7 +95,7 @@ def say_warnings(said: set[str] | None = None) -> None:
             return
         kind = re.sub(r"[\d.]+", "", str(message))
         if kind not in known:
-            print(f"feeler: warning: {message}", file=file or sys.stderr)
+            print(f"feeler: warning: {put(str(message))}", file=file or sys.stderr)
         known.add(kind)
 
     warnings.showwarning = say

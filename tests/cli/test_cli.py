@@ -3,6 +3,7 @@
 import pytest
 import typer
 
+import feeler
 from feeler.cli.app import app, main
 
 from ._command import run
@@ -14,6 +15,7 @@ from ._command import run
         (("touch", "--location", "1.5"), "fraction of the length"),
         (("touch", "--feature", "cube"), "valid: ball, box, triangle"),
         (("touch", "--antenna", "spider"), "unknown antenna 'spider'"),
+        (("touch", "--contact", "soft"), "valid: smooth, even, hard"),
         (("touch", "--engine", "ode"), "valid: chain-consistent, chain, mujoco"),
         (("reproduce", "--scale", "huge"), "smoke, quick, published, paper"),
         (("reproduce", "--set", "colour=2"), "stiffness, damping"),
@@ -41,6 +43,16 @@ def test_bad_input_is_one_message(tmp_path, arguments, message):
     assert result.stdout == ""  # nothing was begun
     assert "Traceback" not in result.stderr
     assert not list(tmp_path.rglob("*.nc"))
+
+
+def test_a_warning_speaks_of_options_that_the_verb_has(tmp_path):
+    small = ("--size", "0.3", "--location", "0.97", "--speed", "2.5", "--duration", "40")
+    said = run("touch", *small, "--no-movie", cwd=tmp_path)
+    assert said.returncode == 0 and "or, if it is softer, --contact hard." in said.stderr
+    soft = feeler.load(tmp_path / "out" / "touch" / "tensor.nc")
+    said = run("touch", *small, "--no-movie", "--contact", "hard", cwd=tmp_path)
+    hard = feeler.load(tmp_path / "out" / "touch" / "tensor.nc")
+    assert said.returncode == 0 and float(hard["sink"].max()) < float(soft["sink"].max())
 
 
 def list_verbs(group, above="feeler"):

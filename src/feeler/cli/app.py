@@ -91,7 +91,7 @@ def main() -> None:
     """Entry point of the ``feeler`` command."""
     try:
         with warnings.catch_warnings():
-            say_warnings()
+            say_warnings(put=_put_in_shell)
             _run()
     except SystemExit as end:
         if end.code == INTERRUPTED:
@@ -103,12 +103,16 @@ def _run() -> None:
     try:
         app()
     except FeelerError as error:
-        options = list_options(typer.main.get_command(app), sys.argv[1:])
-        _fail(say_in_shell(str(error), options), 2)
+        _fail(_put_in_shell(str(error)), 2)
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
     except OSError as error:
         _fail(_explain(error), 2)
+
+
+def _put_in_shell(words: str) -> str:
+    """A message in the options of the verb that was called."""
+    return say_in_shell(words, list_options(typer.main.get_command(app), sys.argv[1:]))
 
 
 def _explain(error: OSError) -> str:

@@ -64,6 +64,9 @@ class TouchOptions:
     duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None
     engine: EngineName = "chain-consistent"
+    contact: Annotated[
+        str, typer.Option(help="smooth, hard, or even as in version 0.2 (docs: Contact)")
+    ] = "smooth"
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
@@ -158,6 +161,7 @@ def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
                 progress=progress,
                 timestep=said.timestep,
                 engine=said.engine,
+                contact=said.contact,
                 duration=said.duration,
                 seed=said.seed,
             )
@@ -191,6 +195,7 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
         "duration": said.duration,
         "timestep": said.timestep,
         "engine": said.engine,
+        "contact": said.contact,
     }
     everything = simulate(antenna, trial, all_hinges=True, **options)
     tensors = everything.isel(sensor=antenna.sensors - 1)

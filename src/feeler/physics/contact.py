@@ -279,8 +279,8 @@ def describe_sink(sink: float) -> str:
     """The sentence about a contact that sank too deep, over the smaller radius."""
     return (
         f"A contact sank in by {sink:.2g} of the smaller radius, more than {DEEP:g}: what it gives"
-        " is not that of solid bodies. Check density and modulus (g/mm3, MPa), use a slower object,"
-        " or contact='hard'."
+        " is not that of solid bodies. Check density and modulus (g/mm3, MPa), use a slower object"
+        " or, if it is softer, contact='hard'."
     )
 
 

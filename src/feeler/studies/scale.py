@@ -92,7 +92,7 @@ class Scale:
     """
 
     name: str
-    minutes: float = 60.0
+    minutes: float = 50.0
     vector: bool = True
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
@@ -225,7 +225,7 @@ _REST = (
 PUBLISHED = replace(
     PAPER,
     name="published",
-    minutes=7.0,
+    minutes=7.5,
     vector=False,
     kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
     queue=("tensors", "encoding", "reading", "calibration", "wall", "robot", "tradeoff", *_REST),
