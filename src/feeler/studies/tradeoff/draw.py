@@ -13,7 +13,7 @@ from feeler.plotting.look import NOISE_COLOURS, mark_places, pick_colours, pick_
 from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
-WINDOWS = {"whole touch": "-", "equal distance and samples": "--"}
+WINDOWS = {"whole touch": "-", "equal distance and samples (dashed, or hollow)": "--"}
 MARKS: dict[str, dict[str, Any]] = {
     "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
     "common": {"marker": "s", "ms": 2.5},
