@@ -40,6 +40,7 @@ LONGEST = (
 JUDGED = (
     "feeler.cli.",
     "feeler.design.",
+    "feeler.studies.comparison.",
     "feeler.studies.contests.",
     "feeler.studies.tradeoff.",
 )

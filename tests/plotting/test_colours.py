@@ -51,4 +51,5 @@ def test_what_has_no_colour_of_its_own_takes_one_in_turn():
     found = pick_colours(names)
     assert list(found) == names and len({*found.values()}) == len(names)
     assert found["linear"] == PROFILE_COLOURS["linear"]
+    assert pick_colours(names + names[::-1]) == found  # who is asked for twice has one colour
     assert pick_colours([]) == {}

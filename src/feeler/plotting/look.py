@@ -71,7 +71,7 @@ def pick_colours(names: Iterable[str]) -> dict[str, Any]:
     speeds ("0.06 m/s", "slow") the slower is the darker. Any other takes the next that means
     nothing else; the sixth has the first one's again.
     """
-    names = list(names)
+    names = list(dict.fromkeys(names))
     named = {*names} <= {*_SPEEDS}
     if names and (named or all(name.endswith(_SPEED) for name in names)):
         ordered = sorted(
