@@ -1,8 +1,8 @@
 """``@checked``: arguments of public functions are what their annotations say, or the caller reads
 which one is not.
 
-One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes numbers or
-texts of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
+One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes real
+numbers of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
 ``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "... segment" one of
 at least one, ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range, and
 ``Annotated[str, OneOf(("a", "b"))]`` one of these names. Other values
@@ -12,14 +12,16 @@ at least one, ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range, a
 import collections.abc
 import functools
 import inspect
+import itertools
 import os
 import types
 from collections.abc import Callable
 from dataclasses import is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
+from annotated_types import Len
 
 from feeler.errors import InvalidInput
 from feeler.rules import OneOf
@@ -27,13 +29,13 @@ from feeler.rules import OneOf
 Test = Callable[[Any], bool]
 F = TypeVar("F", bound=Callable)
 ITEMS = 1000  # of a long sequence, the first so many are looked at
+_LONGEST = 255  # bytes of a file's name on all usual systems
+MAX_BITS = 128  # of a whole number: seeds of NumPy have as many
 _PLAIN = {
     float: ("a number", (int, float, np.integer, np.floating)),
     int: ("a whole number", (int, np.integer)),
     bool: ("True or False", (bool, np.bool_)),
     str: ("text", (str,)),
-    os.PathLike: ("a path", (str, os.PathLike)),
-    Path: ("a path", (str, os.PathLike)),
 }
 LISTS = (
     list,
@@ -114,26 +116,66 @@ def _make_test(hint: Any) -> tuple[Test, str]:
         )
     if hint in (None, type(None)):
         return (lambda value: value is None), "None"
+    if hint in (os.PathLike, Path):
+        return _is_path, "a path"
     if hint in _PLAIN:
         words, kinds = _PLAIN[hint]
         return (
-            lambda value: isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))
+            lambda value: (
+                isinstance(value, kinds)
+                and (hint is bool or not isinstance(value, bool))
+                and not (isinstance(value, int) and value.bit_length() > MAX_BITS)
+            )
         ), words
     if hint is np.ndarray:
-        return _is_array, "an array"
+        return _is_array, "an array of numbers"
     if origin is Annotated and isinstance(inner[1], OneOf):
         names = inner[1].names
         return (lambda value: isinstance(value, str) and value in names), str(inner[1])
     if origin is Annotated and isinstance(inner[1], str):
         return _make_closer_test(inner[0], inner[1])
+    if origin is Annotated and isinstance(inner[1], Len):
+        test, words = _make_test(inner[0])
+        least = inner[1].min_length
+        return (lambda value: test(value) and len(value) >= least), f"{words}, {least} or more"
+    if origin is Literal:
+        return (lambda value: isinstance(value, str) and value in inner), str(OneOf(inner))
     if (origin or hint) in LISTS:
         return _make_list_test(origin, inner)
     if origin is collections.abc.Callable or hint is Callable:
         return callable, "something to call"
     kind = origin or hint
-    if not isinstance(kind, type) or kind in (object, Any) or getattr(kind, "_is_protocol", False):
+    if not isinstance(kind, type) or kind in (object, Any):
         return (lambda value: True), "anything"
+    if getattr(kind, "_is_protocol", False):
+        return _make_protocol_test(kind)
+    if issubclass(kind, collections.abc.Mapping) and inner:
+        return _make_mapping_test(kind, inner)
     return (lambda value: isinstance(value, kind)), _say(kind)
+
+
+def _make_protocol_test(kind: type) -> tuple[Test, str]:
+    """Something that has what a protocol asks for; a class has it not yet."""
+    named = {name for name in {*vars(kind), *kind.__annotations__} if not name.startswith("_")}
+    words = f"something with {', '.join(sorted(named))}" if named else "anything"
+    return (
+        lambda value: (
+            not (isinstance(value, type) and named) and all(hasattr(value, name) for name in named)
+        )
+    ), words
+
+
+def _make_mapping_test(kind: type, inner: tuple) -> tuple[Test, str]:
+    """A mapping whose keys and values are what it says."""
+    (fits_key, key), (fits_value, value) = map(_make_test, inner)
+
+    def test(given: Any) -> bool:
+        return isinstance(given, collections.abc.Mapping) and all(
+            fits_key(name) and fits_value(item)
+            for name, item in itertools.islice(given.items(), ITEMS)
+        )
+
+    return test, f"a mapping of {key} to {value}"
 
 
 def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
@@ -186,9 +228,18 @@ def _is_array(value: Any) -> bool:
             value = np.asarray(value)
         except (TypeError, ValueError):
             return False
-    return value.dtype.kind != "O" or (
-        value.ndim > 0 and all(isinstance(item, str) for item in value.flat)
-    )
+    return value.dtype.kind in "biuf"
+
+
+def _is_path(value: Any) -> bool:
+    """Whether a system could have a file of this name."""
+    if not isinstance(value, str | os.PathLike):
+        return False
+    try:
+        parts = Path(value).parts
+        return all(len(os.fsencode(part)) <= _LONGEST and "\0" not in part for part in parts)
+    except (TypeError, ValueError):
+        return False
 
 
 def _say(kind: type) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def check_seed(seed: object) -> int:
     return int(seed)
 
 
-def draw_shares(seed: int, name: str, n: int, again: int = 0) -> np.ndarray:
+def draw_shares(seed: Annotated[int, "≥ 0"], name: str, n: int, again: int = 0) -> np.ndarray:
     """``n`` numbers (n,) uniform in [0, 1) of the stream of this name; a longer stream begins with
     a shorter one.
 
@@ -72,7 +72,7 @@ def spread_out(spread: Spread, name: str, share: np.ndarray) -> np.ndarray:
     """
     try:
         values = _evaluate(spread, share)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, IndexError, OverflowError) as error:
         raise InvalidInput(_explain(spread, name)) from error
     if values.shape != share.shape or not np.isfinite(values).all():
         raise InvalidInput(_explain(spread, name))

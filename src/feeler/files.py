@@ -47,6 +47,16 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
         return file.read(info.st_size)
 
 
+def ensure_folder(path: str | os.PathLike) -> Path:
+    """The folder of this path, made where it is not there yet."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        words = f"cannot make the folder {os.fspath(path)!s}: {error.strerror}. Name another."
+        raise InvalidInput(words) from error
+    return Path(path)
+
+
 def read_start(path: str | os.PathLike, n_bytes: int) -> bytes:
     """The first bytes of a regular file, by which it is recognised."""
     try:

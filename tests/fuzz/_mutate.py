@@ -146,10 +146,18 @@ def mutate(rng: np.random.Generator, seeds: list[bytes]) -> bytes:
     return bytes(data)
 
 
-def _change(rng: np.random.Generator, data: bytearray, seeds: list[bytes]) -> None:
+def shape_text(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A text whose numbers, cells, lines and columns have changed, the rest as it was."""
+    data = bytearray(seed)
+    for _ in range(int(rng.geometric(0.65))):
+        _change(rng, data, [seed], first=8)
+    return bytes(data)
+
+
+def _change(rng: np.random.Generator, data: bytearray, seeds: list[bytes], first: int = 0) -> None:
     place = int(rng.integers(len(data) + 1))
     end = min(len(data), place + int(rng.geometric(0.1)))
-    kind = int(rng.integers(KINDS))
+    kind = int(rng.integers(first, KINDS))
     if kind == 0 and place < len(data):
         data[place] ^= 1 << int(rng.integers(8))
     elif kind == 1:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from feeler.active.task import SAMPLE, ActiveTask, Start
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.lanes import Simulations
 from feeler.physics.scene import Scene
@@ -19,6 +20,7 @@ from feeler.stimulus.base import BaseMotion
 _BLOCK = 64  # [C] samples of noise that a lane draws at a time
 
 
+@checked
 class Arena:
     """Episodes of one task in SIMD lanes.
 

@@ -5,11 +5,13 @@ NumPy runs.
 from functools import lru_cache
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from scipy.special import expit
 
 from feeler.active.observer import MENU, Known, Policy
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.models import Model, load_model
 
@@ -74,16 +76,19 @@ def _remember(
     return [expit(out) * np.tanh(cell), cell]
 
 
-def find_weights(seed: int) -> Path:
+def find_weights(seed: Annotated[int, "≥ 0"]) -> Path:
     """Where the weights of a seed are kept with the package."""
     with as_file(files("feeler.active")) as folder:
         return Path(folder) / f"learned{seed}.safetensors"
 
 
+_MAX_SEED = 2**32  # no file of the package has a longer name
+
+
 @lru_cache(maxsize=8)
-def _load(seed: int) -> Model:
+def _load(seed: Annotated[int, "≥ 0"]) -> Model:
     path = find_weights(seed)
-    if not path.is_file():
+    if seed > _MAX_SEED or not path.is_file():
         known = sorted(
             file.stem.removeprefix("learned") for file in path.parent.glob("learned*.safetensors")
         )
@@ -93,6 +98,9 @@ def _load(seed: int) -> Model:
     return load_model(path, kind=POLICY_KIND, version=POLICY_VERSION, trusted=True)
 
 
-def make_learned(seed: float = 0.0, deadline: float = 50.0) -> Policy:
+@checked
+def make_learned(
+    seed: Annotated[float, "≥ 0"] = 0.0, deadline: Annotated[float, "> 0"] = 50.0
+) -> Policy:
     """What recurrent PPO learned with a seed, told that it is asked at a deadline [ms]."""
     return make_actor(_load(int(seed)).arrays, deadline)

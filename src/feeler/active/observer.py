@@ -11,13 +11,14 @@ simulation.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.special import softmax
 
 from feeler.active.arena import Arena
 from feeler.active.task import SAMPLE, TouchTask
+from feeler.checked import checked
 from feeler.decoding.told import weigh_touches
 from feeler.errors import InvalidInput
 
@@ -113,6 +114,7 @@ class _Branch:
     touched: np.ndarray
 
 
+@checked
 class Observer:
     """All touches of a task, known, and what bodies that feel one of them make of it.
 
@@ -134,7 +136,7 @@ class Observer:
         *,
         menu: Sequence[float] = MENU,
         period: float = PERIOD,
-        random_state: int = 0,
+        random_state: Annotated[int, "≥ 0"] = 0,
     ) -> None:
         if not isinstance(task, TouchTask) or task.noise.size <= 0:
             raise InvalidInput(
@@ -298,7 +300,7 @@ def expect_gain(
     weight: np.ndarray,
     label: np.ndarray,
     sd: float | np.ndarray,
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
 ) -> np.ndarray:
     """Bits about the label that bodies expect of what may be felt next.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from feeler.active.observer import MENU, Known, Policy
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
@@ -56,6 +57,7 @@ def _make_greedy(hold: float = 20.0) -> Policy:
     return choose
 
 
+@checked
 def parse_policy(text: str) -> Policy:
     """A policy from ``name``, ``name:number,number`` or ``file.py:function``, whose function takes
     a Known.

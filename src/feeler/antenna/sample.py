@@ -3,7 +3,7 @@ one (domain randomisation).
 """
 
 from collections.abc import Sequence
-from typing import Any, overload
+from typing import Annotated, Any, overload
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from feeler.draw import LogRange, Spread, check_count, describe_spread, draw_sha
 from feeler.errors import InvalidInput
 
 
+@checked
 class SampledAntennas(Sequence[Antenna]):
     """Variants of one antenna, each made when it is asked for; ``touch`` gives trial k number k
     modulo their number.
@@ -71,7 +72,7 @@ def sample_antennas(
     damping: Spread = LogRange(0.8, 1.25),
     mass: Spread = LogRange(0.9, 1.1),
     gradient: Spread = (-0.5, 0.5),
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
 ) -> SampledAntennas:
     """Random variants of an antenna: as stiff, damped and heavy as ranges or distributions say;
     geometry stays.

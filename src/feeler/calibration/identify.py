@@ -10,6 +10,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Directions:
     """Singular directions of the residuals at an optimum, stiffest first, in typical changes.

@@ -1,5 +1,7 @@
 """Where a video's trace is released, and where it comes to rest: what a camera does not know."""
 
+from typing import Annotated
+
 import numpy as np
 
 from feeler.checked import checked
@@ -12,13 +14,16 @@ _UNCLEAR = 4.0  # [C] a step must be so many times the noise of the held part an
 
 
 @checked
-def find_rest(signal: np.ndarray) -> float:
+def find_rest(signal: Annotated[np.ndarray, "sample"]) -> float:
     """Where a trace comes to rest: the median of its last fifth."""
+    signal = np.asarray(signal, dtype=float)
+    if signal.size == 0:
+        raise InvalidInput("signal must hold one sample or more, got none.")
     return float(np.median(signal[-max(_HELD, int(_TAIL * signal.size)) :]))
 
 
 @checked
-def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
+def find_release(signal: Annotated[np.ndarray, "sample"], name: str = "trace") -> tuple[int, float]:
     """Number of the last held sample, and the position at rest, of a trace that is let go.
 
     Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before
@@ -32,6 +37,7 @@ def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
         the noise.
     """
     rest = find_rest(signal)
+    signal = np.asarray(signal, dtype=float)
     shown = signal - rest
     held = float(np.median(shown[:_HELD]))
     noise = 1.4826 * float(np.median(np.abs(np.diff(shown, 2)))) / np.sqrt(6.0)

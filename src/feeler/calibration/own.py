@@ -310,8 +310,8 @@ def make_synthetic_traces(
     n_animals: int = 5,
     spread: float = 0.05,
     noise: float = 0.01,
-    interval: float = 1.0,
-    duration: float = 90.0,
+    interval: Annotated[float, "> 0"] = 1.0,
+    duration: Annotated[float, "> 0"] = 90.0,
     protocol: Protocol | None = None,
     planted: tuple[float, float] = (1.0, 1.0),
 ) -> Traces:

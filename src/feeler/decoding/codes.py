@@ -5,7 +5,7 @@ The tests are identical touches, which tell nothing, and every touch twice.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from sklearn.base import clone
@@ -28,8 +28,20 @@ tensors themselves.
 """
 
 
+class Encoder(Protocol):
+    """What makes codes of tensors: :class:`feeler.encoding.ConvolutiveNMF`, or one like it."""
+
+    def fit(self, tensors: Any, /) -> Any:
+        """Learn bases of tensors (trial, sensor, time)."""
+
+    def transform(self, tensors: Any, /, code: str) -> Any:
+        """Tensors in the bases that were learned."""
+
+
 @checked
-def make_codes(tensors: Any, encoder: Any, kinds: Sequence[str] = CODES) -> dict[str, Any]:
+def make_codes(
+    tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES
+) -> dict[str, Any]:
     """Every kind of code of the same tensors, after one fit of the bases.
 
     Parameters
@@ -57,7 +69,7 @@ def make_codes(tensors: Any, encoder: Any, kinds: Sequence[str] = CODES) -> dict
 
 @checked
 def encode_with(
-    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Any, kind: str
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str
 ) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
@@ -149,7 +161,12 @@ def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
 
 
 def compare_twins(
-    tensors: np.ndarray, labels: np.ndarray, encoder: Any, plan: Plan, *, random_state: int = 0
+    tensors: np.ndarray,
+    labels: np.ndarray,
+    encoder: Any,
+    plan: Plan,
+    *,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> Twins:
     """Each tensor twice in one joint fit; one twin is learned, the other is tested.
 

@@ -119,7 +119,7 @@ def compute_curves(
     kinds: Sequence[str] = CODES,
     noises: Sequence[str] | None = None,
     reader: str | Reader = "lda",
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
     """Every curve of the plan for every group, with null and baseline made from the groups.
@@ -297,7 +297,9 @@ class PeakEncoder:
         return label_like(found, tensors, ("trial", "component", "time"), "peak")
 
 
-def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 0) -> Sweep:
+def compute_baseline(
+    group: Group, plan: Plan, peak: float, random_state: Annotated[int, "≥ 0"] = 0
+) -> Sweep:
     """Accuracy from the peak's position and time alone, in common noise on the tensors."""
     return compute_sweep(
         group.tensors,

@@ -1,7 +1,7 @@
 """Two comparisons: one antenna at several speeds, several antennas at the slowest speed."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from sklearn.base import clone
@@ -23,7 +23,7 @@ def group_tensors(
     *,
     quantity: str = "angle",
     reference: str = "exponential",
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> dict[str, dict[str, Group]]:
     """Both comparisons of ``list_groups``, encoded, with a null of jointly fitted codes."""
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}

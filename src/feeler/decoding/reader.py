@@ -1,6 +1,6 @@
 """The Reader: whatever says from a tensor which touch it was, by when it is asked."""
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -198,9 +198,18 @@ def count_until(tensors: Any, until: float) -> int:
     return count
 
 
+class _Fitted(Protocol):
+    """What can be asked: a fitted :class:`Reader`, or one like it."""
+
+    classes_: Any
+
+    def predict_proba(self, tensors: Any, until: float | None = None, /) -> Any:
+        """Probability of each class, by a deadline [ms since contact]."""
+
+
 @checked
 def measure_reader(
-    reader: Any, tensors: Any, labels: Labels, until: float | None = None
+    reader: _Fitted, tensors: Any, labels: Labels, until: float | None = None
 ) -> tuple[float, float]:
     """Accuracy of a fitted reader, and the bits that it gets from touches with known labels.
 

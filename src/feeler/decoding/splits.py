@@ -1,7 +1,7 @@
 """Harder splits than copies of the same tensor: unseen sizes, shifted places, other speeds."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
+from feeler.stimulus.trial import Trial
 from feeler.task.nuisances import Nuisances
 
 
@@ -62,13 +63,13 @@ def compute_left_out(
 def compute_jittered(
     codes: Any,
     labels: Labels,
-    trials: Sequence[Any],
+    trials: Sequence[Trial],
     simulate: Callable[[list[Any]], Any],
     *,
     location: float = 0.0,
     speed: float = 0.0,
     n_each: int = 1,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
     **options: Any,
 ) -> Sweep:
     """A sweep trained on nominal trials and tested on jittered ones of the same labels.

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from sklearn.base import clone
@@ -113,7 +113,7 @@ def compute_sweep(
     encode: Encode | None = None,
     held_out: tuple[Any, Labels] | None = None,
     rotate: bool = False,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
     n_jobs: int | None = None,
 ) -> Sweep:
     """Accuracy of a classifier against the noise ratio.

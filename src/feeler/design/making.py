@@ -61,7 +61,7 @@ def measure_tolerance(
     *,
     share: Annotated[float, "> 0"] = 0.05,
     copies: Annotated[int, "> 0"] = 6,
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
     **options: Any,
 ) -> list[Score]:
     """Scores of copies whose hinges were made wrong: width and thickness each off by up to ±

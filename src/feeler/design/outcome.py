@@ -21,7 +21,7 @@ from feeler.design.scoring import Score, score
 from feeler.design.search import Optimum, optimise
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
-from feeler.files import parse_json, read_bytes
+from feeler.files import ensure_folder, parse_json, read_bytes
 from feeler.provenance import compute_digest
 from feeler.shown import Shown
 
@@ -29,6 +29,7 @@ JOURNAL, FINALS = "journal.jsonl", "finals.json"
 _MAX_BYTES = 2**20  # [C]
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DesignOutcome(Shown):
     """What a plan came to.
@@ -124,7 +125,7 @@ def carry_out(
         As :func:`feeler.design.optimise`, which looks at the task before minutes are spent.
     """
     out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    ensure_folder(out)
     asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
     ends = optimise(plan.task, plan.space, plan.constraints, **asked, **options)
     own = [

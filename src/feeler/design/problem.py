@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.scoring import Score, score
 from feeler.design.space import Design, Space
@@ -44,6 +45,7 @@ class Candidate:
     fate: str = "simulated"
 
 
+@checked
 @dataclass(kw_only=True, eq=False)
 class DesignProblem:
     """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``.

@@ -47,6 +47,7 @@ N_DRAWS = 32  # [C] pairs of drawn noise
 NOISE_SEED = 0
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score(Shown):
     """How well touches never met are told apart, means over the speeds.

@@ -22,6 +22,7 @@ STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
 TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all constraints
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Optimum(Shown):
     """Where one search ended.
@@ -63,7 +64,7 @@ def optimise(
     evaluations: Annotated[int, "> 0"] = 150,
     starts: Annotated[int, "> 0"] = 1,
     far: bool = False,
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
     aim: Literal["bits", "accuracy"] = "bits",
     journal: str | Path | None = None,
     watch: Callable[[DesignProblem], None] | None = None,

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record
 
@@ -121,15 +122,23 @@ class Space(Record):
         return Design(antenna=base.replace(**changes, name="design"), speed=speed)
 
 
+@checked
 def match_compliance(
-    shape: np.ndarray, reference: Antenna, held: Literal["total", "tip"] = "total"
+    shape: Annotated[np.ndarray, "segment"],
+    reference: Antenna,
+    held: Literal["total", "tip"] = "total",
 ) -> np.ndarray:
     """Stiffness of this shape, scaled so that one compliance is the reference's.
 
     ``held`` is the ``total`` Σ 1/k_n, or that of the ``tip`` under a force, Σ (L − s_n)² / k_n with
     s_n the place of hinge n.
     """
-    arm = reference.length - reference.hinge_position
+    shape, arm = np.asarray(shape, float), reference.length - reference.hinge_position
+    if shape.shape != arm.shape or not np.all(shape > 0):
+        raise InvalidInput(
+            f"shape must be a stiffness > 0 for each of the {arm.size} segments of the reference,"
+            f" got shape {shape.shape}."
+        )
     weight = arm**2 if held == "tip" else np.ones_like(arm)
     return shape * np.sum(weight / shape) / np.sum(weight / reference.stiffness)
 

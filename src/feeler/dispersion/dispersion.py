@@ -2,7 +2,7 @@
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -46,7 +46,7 @@ def compute_dispersion(
     indices: Sequence[str] | None = None,
     options: dict[str, dict[str, Any]] | None = None,
     scale: bool = True,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
     block: int = BLOCK_SIZE,
 ) -> Dispersion:
     """How alike each tensor is to its closest match within its group, averaged over the group.
@@ -118,7 +118,10 @@ def _split(tensors: Any, groups: Any) -> dict[Hashable, Any]:
         sets = {name: _check(array) for name, array in tensors.items()}
     else:
         array = _check(tensors)
-        labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
+        given = getattr(groups, "values", groups)
+        if groups is not None and not np.ndim(given):
+            raise InvalidInput(f"groups must be one label per tensor, got {groups!r}.")
+        labels = [""] * len(array) if groups is None else list(given)
         if len(labels) != len(array):
             raise InvalidInput(
                 f"{len(labels)} group names for {len(array)} tensors; give one per tensor."

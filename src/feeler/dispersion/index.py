@@ -74,7 +74,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
         tensors = tensors.transpose("trial", ..., "time")
     try:
         array = np.asarray(tensors, dtype=float)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise InvalidInput(
             f"the tensors do not form one array (trial, sensor, time): {error}. They must all have"
             " the same number of sensors and samples; crop or pad them to a common length first."

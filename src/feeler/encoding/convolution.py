@@ -16,6 +16,7 @@ from scipy import fft
 
 from feeler.checked import checked
 from feeler.compiled import compiled, lean
+from feeler.errors import InvalidInput
 
 
 @checked
@@ -41,8 +42,12 @@ def reconstruct(
     ----------
     Smaragdis 2004, ICA 2004, LNCS 3195:494.
     """
-    n_trials, _, n_times = activations.shape
-    _, n_sensors, n_lags = components.shape
+    n_trials, n_components, n_times = activations.shape
+    n_bases, n_sensors, n_lags = components.shape
+    if n_bases != n_components:
+        raise InvalidInput(
+            f"activations are of {n_components} components, the bases are {n_bases}."
+        )
     by_lag = np.ascontiguousarray(components.transpose(2, 1, 0))  # (lag, sensor, component)
     tensors = np.zeros((n_trials, n_sensors, n_times))
     for trial, code in zip(tensors, activations, strict=True):

@@ -191,6 +191,7 @@ class _Interrupt:
         )
 
 
+@checked
 def run_groups(
     function: Callable[[Any], Any],
     groups: Sequence[Sequence[int]],

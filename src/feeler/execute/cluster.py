@@ -10,6 +10,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput, MissingExtra, StoreError
 from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
 
@@ -89,6 +90,7 @@ def _explain(error: Exception) -> Exception:
     return error
 
 
+@checked
 @contextmanager
 def open_cluster(address: str) -> Iterator[Any]:
     """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4``

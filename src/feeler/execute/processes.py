@@ -21,6 +21,7 @@ from typing import Any
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
+from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import check_workers
 
@@ -66,6 +67,7 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
         forkserver.ensure_running()
 
 
+@checked
 class ProcessExecutor:
     """``workers`` processes, one task each at a time; a process that dies fails its one task and is
     replaced.
@@ -265,11 +267,31 @@ def _lacks_memory(error: BaseException | None) -> bool:
     """
     if error is None:
         return False
+    if isinstance(error, SyntaxError) and _is_sound(error.filename):
+        return True
     said = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
     said = said or any(
         words in str(error) for words in ("Cannot allocate memory", "failed to map segment")
     )
     return said or _lacks_memory(error.__cause__ or error.__context__)
+
+
+def _is_sound(file: str | None) -> bool:
+    """Whether a file that Python could not parse is parsed by it now, with all memory that there
+    is: a parser without memory calls sound code wrong.
+    """
+    if resource is None or file is None:
+        return False
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (hard, hard))
+    try:
+        compile(Path(file).read_bytes(), file, "exec")
+    except (OSError, SyntaxError, ValueError, MemoryError):
+        return False
+    else:
+        return True
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
 
 
 def _die_with_parent() -> None:

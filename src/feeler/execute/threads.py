@@ -13,6 +13,7 @@ from typing import Any
 from pebble import ThreadPool
 from threadpoolctl import ThreadpoolController
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
@@ -54,6 +55,7 @@ def _find_blas() -> ThreadpoolController:
     return ThreadpoolController()
 
 
+@checked
 class ThreadExecutor:
     """``workers`` threads, and none where one is asked for ``map``; they do not hold up the
     interpreter's end.

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -57,7 +57,7 @@ def touch(
     dtype: str = "float64",
     workers: int | None = None,
     executor: Executor | None = None,
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate every trial and return the tactile tensors.
@@ -177,7 +177,7 @@ def _make_job(
     all_hinges: bool,
     save: Sequence[str] | None,
     dtype: str,
-    seed: int,
+    seed: Annotated[int, "≥ 0"],
     stored: bool,
 ) -> Job:
     """What every trial is simulated with; the code's fingerprint only where a store keeps it."""
@@ -302,7 +302,7 @@ def _describe_attributes(
     clock: Clock,
     contact: Contact,
     engine: str,
-    seed: int,
+    seed: Annotated[int, "≥ 0"],
     accuracy: float | None = None,
     recipes: Mapping[str, object] | None = None,
 ) -> dict[str, object]:

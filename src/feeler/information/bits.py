@@ -59,7 +59,7 @@ def compute_information(
     sd: float | np.ndarray,
     *,
     n_draws: Annotated[int, "> 0"] = _N_DRAWS,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> Information:
     """Mutual information between an equally likely touch and its tensor in white noise.
 
@@ -98,7 +98,7 @@ def measure_information(
     *,
     entries: int = 0,
     n_draws: Annotated[int, "> 0"] = _N_DRAWS,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> Information:
     """The same from inner products (:func:`compute_energy`).
 
@@ -195,7 +195,7 @@ def find_noise(
     accuracy: float = 0.75,
     *,
     n_draws: Annotated[int, "> 0"] = _N_DRAWS,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> tuple[float, float]:
     """Noise at which an ideal decoder names this share of the touches right, ± its error.
 

@@ -64,6 +64,8 @@ def scale_peaks(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
         A tensor that is zero everywhere.
     """
     tensors = np.asarray(tensors, dtype=float)
+    if tensors.size == 0:
+        raise InvalidInput(f"there are no tensors to scale: their shape is {tensors.shape}.")
     peak = np.abs(tensors).reshape(len(tensors), -1).max(axis=1)
     if np.any(peak == 0):
         raise InvalidInput(
@@ -73,6 +75,8 @@ def scale_peaks(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
 
 
 def _flatten(tensors: np.ndarray) -> np.ndarray:
+    if np.size(tensors) == 0:
+        raise InvalidInput("information needs at least two tensors of finite values, got none.")
     flat = np.asarray(tensors, dtype=float).reshape(len(tensors), -1)
     if len(flat) < 2 or not np.isfinite(flat).all():
         raise InvalidInput(

@@ -23,6 +23,8 @@ def compute_fisher(
     sd
         Standard deviation of each entry's noise, in the unit of the tensor.
     """
+    if np.size(derivatives) == 0:
+        raise InvalidInput("derivatives must be of one parameter or more, and of some entries.")
     flat = np.asarray(derivatives, dtype=float).reshape(len(derivatives), -1)
     if not np.isfinite(flat).all():
         raise InvalidInput(

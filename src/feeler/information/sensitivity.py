@@ -12,6 +12,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 from feeler.stimulus.trial import Trial
+from feeler.tensors.unit import need
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +101,7 @@ def differentiate_touches(
         for trial in trials
     ]
     tensors = touch(antenna, moved, **options)
+    need(tensors, quantity)
     values = tensors[quantity].values
     up, down = np.moveaxis(values.reshape(len(known), 2, 2, len(trials), *values.shape[1:]), 2, 0)
     wide, close = np.moveaxis((up - down) / (2 * steps[:, :, None, None, None]), 1, 0)

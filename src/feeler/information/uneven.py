@@ -40,7 +40,7 @@ def compute_told(
     sd: np.ndarray,
     *,
     n_draws: Annotated[int, "> 0"] = 100,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> Information:
     """What is told of an equally likely touch in noise with an sd of each entry's own.
 
@@ -73,7 +73,7 @@ def find_told(
     accuracy: float = 0.75,
     *,
     n_draws: Annotated[int, "> 0"] = 100,
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
 ) -> float:
     """The factor on ``sd`` at which this share of the touches is named right.
 
@@ -93,7 +93,9 @@ def find_told(
     return float(np.exp(brentq(lack, low, high, xtol=1e-4)))
 
 
-def _weigh(tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: int) -> _Weighed:
+def _weigh(
+    tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Annotated[int, "≥ 0"]
+) -> _Weighed:
     known, noise = _flatten(tensors, sd)
     mean = np.sqrt(np.mean(noise**2, axis=0))
     known = (known - known.mean(axis=0)) / mean

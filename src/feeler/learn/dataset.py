@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.checked import checked
 from feeler.decoding.cnn import import_torch
 from feeler.errors import InvalidInput
 from feeler.learn.split import check_coordinate, split_trials
@@ -20,6 +21,7 @@ BLOCK = 256  # trials read at once: a shard of a large store
 MIX = 4  # [C] blocks whose trials are shuffled among each other
 
 
+@checked
 class TouchDataset(torch.utils.data.IterableDataset):
     """Touches of a store as (tensor, target), for a PyTorch ``DataLoader`` with any number of
     workers.

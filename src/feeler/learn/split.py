@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -33,7 +34,7 @@ def split_trials(
     by: str | Sequence[str] = "twin",
     *,
     shares: Mapping[str, float] | None = None,
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
 ) -> np.ndarray:
     """The name of each trial's side (trial,): trials with the same ``by`` are on one side.
 

@@ -15,6 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
+from feeler.checked import checked
+
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -87,6 +89,7 @@ def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:
     return [tuple(shade) for shade in mpl.colormaps[_SHADES[quantity]](np.linspace(0, 0.9, count))]
 
 
+@checked
 def set_decades(ax: Axes) -> None:
     """A logarithmic y axis with a plain number at each decade: ticks between them only crowd a
     small panel.
@@ -95,6 +98,7 @@ def set_decades(ax: Axes) -> None:
     ax.yaxis.set_major_formatter("{x:g}")
 
 
+@checked
 def mark_places(axis: Axis, places: Iterable[float]) -> None:
     """A plain number at each of these places of a logarithmic axis, and no other mark."""
     places = list(places)

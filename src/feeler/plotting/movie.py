@@ -4,7 +4,7 @@ import base64
 from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from feeler.checked import checked
-from feeler.errors import MissingExtra
+from feeler.errors import InvalidInput, MissingExtra
 from feeler.plotting.look import fix_layout
 
 WIDTH = 1080
@@ -39,16 +39,27 @@ class Movie(type(Path())):  # type: ignore[misc]  # until Python 3.12, Path itse
 
 
 @checked
-def choose_frames(time: np.ndarray, *, slower: float = SLOWER, fps: int = FPS) -> np.ndarray:
+def choose_frames(
+    time: Annotated[np.ndarray, "sample"],
+    *,
+    slower: Annotated[float, "> 0"] = SLOWER,
+    fps: Annotated[int, "> 0"] = FPS,
+) -> np.ndarray:
     """Samples (frame,) to show of ``time`` [ms] so that the movie is ``slower`` than life; the last
     one is among them.
     """
+    time = np.asarray(time)
+    if time.size < 1 or not np.isfinite(time).all():
+        raise InvalidInput(f"time must be one or more finite numbers [ms], got {time.size}.")
+    if fps > 1000:
+        raise InvalidInput(f"fps must be at most 1000, got {fps}.")
     n_frames = max(2, round((time[-1] - time[0]) * slower * fps / 1000))
     return np.searchsorted(time, np.linspace(time[0], time[-1], n_frames) - 1e-9).clip(
         max=len(time) - 1
     )
 
 
+@checked
 def say_clock(time: float, slower: float = SLOWER) -> str:
     """The words that stand in every movie."""
     return f"{time:.0f} ms, {slower:g}× slower than life"

@@ -26,6 +26,7 @@ SPANS_DECADES = (
 @checked
 def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: Any) -> None:
     """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
+    points = np.asarray(points)
     ax.plot(
         points[:, 0],
         points[:, 1],
@@ -33,6 +34,7 @@ def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: 
     )
 
 
+@checked
 class MovingAntenna:
     """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its
     sensors as dots.
@@ -74,7 +76,10 @@ class MovingAntenna:
 
 @checked
 def make_patch(
-    feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0
+    feature: Feature,
+    origin: Annotated[np.ndarray, "axis"],
+    forward: Annotated[np.ndarray, "axis"],
+    reach: Annotated[float, "> 0"] = 100.0,
 ) -> Patch:
     """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along
     ``forward``.

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.plotting.look import PALETTE
 
 
@@ -23,6 +24,9 @@ def plot_raster(
     lead
         Time of contact [ms], marked.
     """
+    times = np.asarray(times)
+    if times.ndim != 2:
+        raise InvalidInput(f"times must be (unit, event), got shape {times.shape}.")
     sides = np.ones(len(times), dtype=int) if side is None else np.asarray(side)
     for colour, one in zip(PALETTE, (1, -1), strict=False):
         rows = times[sides == one]

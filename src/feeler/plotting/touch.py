@@ -24,7 +24,7 @@ from feeler.plotting.space import SpaceScene, add_space
 from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus import Trial, place
 from feeler.tensors.posture import reconstruct_posture, spread_angles
-from feeler.tensors.unit import in_unit
+from feeler.tensors.unit import in_unit, need
 
 
 @checked
@@ -40,6 +40,7 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
 
 def take_curvature(tensors: xr.Dataset) -> np.ndarray:
     """Curvature (trial, sensor, time) [1/mm]; in space the length of its vector of both planes."""
+    need(tensors, "curvature")
     found = in_unit(tensors["curvature"], "1/mm")
     if "plane" in found.dims:
         found = (found.isel(plane=slice(2)) ** 2).sum("plane") ** 0.5

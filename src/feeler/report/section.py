@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from feeler.checked import checked
+
 if TYPE_CHECKING:
     from feeler.report.pictures import Pictures
 
@@ -132,6 +134,7 @@ class Section:
         return cls(**data | {"folder": folder, "cached": True})
 
 
+@checked
 def make_spread(value: float, low: float, high: float, *, n: int) -> dict[str, float]:
     """A value of ``n`` draws with the ends of its spread, in the form in which ``Section.values``
     keeps it; one draw has no spread, so its ends are left out.
@@ -140,6 +143,7 @@ def make_spread(value: float, low: float, high: float, *, n: int) -> dict[str, f
     return {"value": float(value), **ends, "n": int(n)}
 
 
+@checked
 def make_interval(mean: float, half: float, *, n: int) -> dict[str, float]:
     """``mean`` ± ``half`` of ``n`` draws."""
     return make_spread(mean, mean - half, mean + half, n=n)

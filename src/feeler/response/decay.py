@@ -1,11 +1,13 @@
 """A damped cosine fitted to a whole record: another frequency and damping ratio."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.response.trace import check_trace
 
 
@@ -35,7 +37,10 @@ class DampedCosine:
 
 @checked
 def fit_damped_cosine(
-    time: np.ndarray, signal: np.ndarray, frequency: float, damping_ratio: float = 0.3
+    time: np.ndarray,
+    signal: np.ndarray,
+    frequency: Annotated[float, "> 0"],
+    damping_ratio: Annotated[float, "> 0"] = 0.3,
 ) -> DampedCosine:
     """Least-squares damped cosine over the whole record, from a first guess.
 
@@ -51,6 +56,11 @@ def fit_damped_cosine(
         basis = _basis(t, x)
         return basis @ np.linalg.lstsq(basis, signal, rcond=None)[0] - signal
 
+    if not np.isfinite(start).all():
+        raise InvalidInput(
+            f"frequency {frequency:g} kHz and damping_ratio {damping_ratio:g} are no first guess:"
+            " give what the trace shows, roughly."
+        )
     limit = np.log([1e-4, 1e4])
     bounds = (start + limit[0], start + limit[1])
     best = least_squares(residual, start, bounds=bounds, x_scale=0.1, xtol=1e-12, ftol=1e-12)

@@ -33,6 +33,12 @@ def measure_bending_stiffness(
     for name, values in (("force", force), ("deflection", deflection), ("position", position)):
         if not np.isfinite(values).all():
             raise InvalidInput(f"{name} must be finite, got {values}.")
+    try:
+        np.broadcast_shapes(force.shape, deflection.shape, position.shape)
+    except ValueError as error:
+        shapes = f"{force.shape}, {deflection.shape} and {position.shape}"
+        words = f"force, deflection and position must have one shape, got {shapes}."
+        raise InvalidInput(words) from error
     if np.any(position <= 0):
         raise InvalidInput(f"position must be > 0 mm from the clamp, got {position.min():g}.")
     if np.any(force * deflection <= 0):

@@ -1,6 +1,7 @@
 """The eight-segment model in the paper's comparison of speeds and stiffness profiles."""
 
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def simulate_comparison(
 
 @checked
 def compute_comparison(
-    *, n_repeats: int = 3, random_state: int = 0, engine: str = DEFAULT_ENGINE
+    *, n_repeats: int = 3, random_state: Annotated[int, "≥ 0"] = 0, engine: str = DEFAULT_ENGINE
 ) -> dict[str, dict]:
     """Dispersion and accuracy by speed (the robot) and by profile (slow touches).
 

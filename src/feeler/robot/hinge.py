@@ -76,6 +76,13 @@ class Flexures(Record):
                 " one length."
             ) from error
         vars(self).update(zip(vars(self), map(freeze, arrays), strict=True))
+        with np.errstate(over="ignore", under="ignore"):
+            theory = self.stiffness
+        if not np.all((theory > 0) & np.isfinite(theory)):
+            raise InvalidInput(
+                "width, thickness, length and modulus give no stiffness that can be computed with;"
+                f" check their units (mm, MPa): got {theory.min():g} to {theory.max():g} N·mm/rad."
+            )
 
     @property
     def stiffness(self) -> np.ndarray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Len
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
@@ -39,6 +40,7 @@ from feeler.stimulus import Trial
 ROBOTS = 12  # [C] surrogate robots whose touches a reader learns
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touches:
     """Aligned touches (trial, sensor, time) with their labels and recordings.
@@ -141,7 +143,7 @@ def _simulate(
 
 
 @checked
-def choose_before(antenna: Antenna, trials: Sequence[Trial]) -> int:
+def choose_before(antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)]) -> int:
     """Samples to keep before the peak.
 
     The paper's window, longer where slower touches or a longer antenna need it.
@@ -324,7 +326,7 @@ def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) ->
 @checked
 def sweep_shots(
     training: Touches,
-    shots: Sequence[int],
+    shots: Annotated[Sequence[int], Len(1)],
     robots: Sequence[Surrogate],
     *,
     n_tests: int = 1,

@@ -333,6 +333,8 @@ def _read_labels(table: Table) -> dict[str, str | float]:
 @checked
 def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
     """Write a recording as CSV that :func:`load_recording` reads with the same data and labels."""
+    if not 1 <= digits <= 17:
+        raise InvalidInput(f"digits must be 1 to 17, got {digits}.")
     unit = recording.unit
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])

@@ -26,6 +26,7 @@ from feeler.stimulus import Trial
 _RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surrogate:
     """One surrogate robot: its mechanics, its channels and its own calibration.

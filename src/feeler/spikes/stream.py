@@ -1,5 +1,7 @@
 """Sensilla sample by sample: what robots and environments carry."""
 
+from typing import Annotated
+
 import numpy as np
 
 from feeler.checked import checked
@@ -43,7 +45,7 @@ class SensillaStream:
         step: float = 1.0,
         firing: Firing = POISSON,
         *,
-        seed: int = 0,
+        seed: Annotated[int, "≥ 0"] = 0,
         trial: int = 0,
         start: float = 0.0,
     ) -> None:

@@ -204,6 +204,8 @@ def thin_spikes(raster: Any, keep: float, *, seed: Annotated[int, "≥ 0"] = 0) 
     if keep < 0:
         raise InvalidInput(f"keep must be ≥ 0 spikes, got {keep}.")
     counts = np.asarray(raster)
+    if counts.ndim == 0 or counts.dtype.kind not in "iub" or not np.all(counts >= 0):
+        raise InvalidInput("raster must be counts (trial, unit, time): whole numbers ≥ 0.")
     share = min(1.0, keep * len(counts) / max(counts.sum(), 1))
     kept = np.random.default_rng(seed).binomial(counts, share)
     return label_like(kept, raster, ("trial", "unit", "time"), "spikes", units="1")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from feeler.checked import checked
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.shapes import Ball, Box, Triangle
 from feeler.stimulus.trial import Trial, make_grid
@@ -24,6 +25,7 @@ def make_features() -> list[Feature]:
     ]
 
 
+@checked
 def trials(
     speeds: Sequence[float] | None = None,
     locations: Sequence[float] = LOCATIONS,

@@ -181,7 +181,10 @@ def check_clear(
     ``pose`` is where the base stands: x, y [mm] and heading [rad], or in space x, y, z and its
     rotation vector.
     """
-    pose = np.zeros(6 if antenna.spatial else 3) if pose is None else pose
+    n = 6 if antenna.spatial else 3
+    pose = np.zeros(n) if pose is None else np.asarray(pose, dtype=float)
+    if pose.shape != (n,) or not np.isfinite(pose).all():
+        raise InvalidInput(f"pose must be {n} finite numbers, got shape {pose.shape}.")
     dims = len(pose) // 3 + 1  # 2 in the plane, 3 in space
     points = antenna.shape(angle, pose[3:] if dims == 3 else pose[2]) + np.asarray(pose[:dims])
     for item in objects:

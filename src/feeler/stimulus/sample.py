@@ -3,7 +3,7 @@ drawn.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, overload
+from typing import Annotated, Any, overload
 
 import numpy as np
 
@@ -24,6 +24,7 @@ FIELDS = ("location", "speed", "approach", "friction", "lead")
 BASE = ("x", "y", "turn")
 
 
+@checked
 class SampledTrials(Sequence[Trial]):
     """Random trials as columns; a Trial is made when it is asked for, so that a million take little
     memory.
@@ -105,7 +106,7 @@ def sample_trials(
     sides: Sequence[str] = ("left", "right"),
     base: Mapping[str, Any] | None = None,
     antenna: Antenna | None = None,
-    seed: int = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
 ) -> SampledTrials:
     """Random touches by ranges or distributions; the k-th is the same however many are drawn.
 
@@ -177,7 +178,12 @@ def _make_features(features: Sequence[Any]) -> tuple[Feature, ...]:
 
 
 def _draw(
-    n: int, spreads: dict[str, Spread], n_features: int, sides: list[str], seed: int, again: int = 0
+    n: int,
+    spreads: dict[str, Spread],
+    n_features: int,
+    sides: list[str],
+    seed: Annotated[int, "≥ 0"],
+    again: int = 0,
 ) -> dict:
     columns = {
         name: spread_out(s, name, draw_shares(seed, name, n, again)) for name, s in spreads.items()

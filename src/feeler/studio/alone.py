@@ -12,6 +12,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import match_damping
+from feeler.checked import checked
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute.threads import ThreadExecutor, hold_blas
 from feeler.stimulus.ninety import SPEEDS, trials
@@ -43,6 +44,7 @@ class Choice(NamedTuple):
     wish: AntennaWish
 
 
+@checked
 def write_touch_page(
     wish: TouchWish | None = None,
     other: AntennaWish | None = None,

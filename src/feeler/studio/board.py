@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration
@@ -28,6 +29,7 @@ BAUDRATE = 115_200
 Say = Callable[..., None]
 
 
+@checked
 class Boards:
     """Which serial ports a page may ask for: those that the system lists, and the one that was
     named at the start.

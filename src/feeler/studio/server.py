@@ -15,6 +15,7 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
+from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.studio.board import Boards
 from feeler.studio.catalogue import make_catalogue
@@ -49,6 +50,7 @@ MAX_PAGES = 8  # [C] open at once
 TRY_LATER = 1013  # RFC 6455's register: the server is asked too much
 
 
+@checked
 class Studio:
     """A running server, in a thread of its own.
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.studio import study
 from feeler.studio.board import Boards, listen
@@ -37,6 +38,7 @@ Put = Callable[[bytes], None]
 Task = Callable[[dict[str, Any], Event], None]
 
 
+@checked
 class Session:
     """One page's work. ``put`` takes packed messages from any thread and raises ConnectionError
     when nobody listens.

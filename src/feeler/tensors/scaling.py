@@ -30,6 +30,8 @@ def fold_planes(tensors: Tensors) -> Tensors:
 @checked
 def rectify(tensors: Tensors) -> Tensors:
     """The tensors with negative values set to 0, as in the published video [D]."""
+    if not hasattr(tensors, "clip"):
+        raise InvalidInput(f"tensors must be an array, got {type(tensors).__name__}.")
     return tensors.clip(min=0)
 
 

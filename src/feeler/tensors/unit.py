@@ -7,6 +7,7 @@ from typing import Any
 
 import xarray as xr
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 _NEWTON, _JOULE = (1, 1, -2, 0), (1, 2, -2, 0)
@@ -27,6 +28,7 @@ _PREFIX = {"M": 6, "k": 3, "": 0, "c": -2, "m": -3, "u": -6, "n": -9}
 _SPELLING = {"µ": "u", "μ": "u", "·": "*", "²": "^2", "³": "^3", "°": "deg", "**": "^"}
 
 
+@checked
 def in_unit(array: xr.DataArray, unit: str) -> xr.DataArray:
     """The quantity in the unit that is asked for, whatever unit it is kept in.
 
@@ -94,3 +96,10 @@ def _read_symbol(symbol: str) -> tuple[tuple[int, ...], Fraction]:
         )
     powers, size = _BASE[base]
     return powers, size * Fraction(f"1e{_PREFIX[prefix]}")
+
+
+def need(dataset: xr.Dataset, *names: str) -> None:
+    """Raise where a Dataset lacks one of these variables."""
+    if missing := [name for name in names if name not in dataset.variables]:
+        there = ", ".join(map(str, dataset.variables)) or "none"
+        raise InvalidInput(f"the Dataset has no variable {missing[0]!r}; it has: {there}.")

@@ -38,6 +38,8 @@ def make_synthetic_tracks(
     """
     if not 0 <= gap_share < 1:
         raise InvalidInput(f"gap_share must lie in [0, 1), got {gap_share}.")
+    if not 0 <= noise < np.inf:
+        raise InvalidInput(f"noise must be ≥ 0 px, got {noise}.")
     interval = 1e3 / frame_rate
     time = np.arange(round(duration / interval)) * interval
     heading = 0.6 * np.sin(2 * np.pi * time / 15_000.0) + rng.uniform(-np.pi, np.pi)

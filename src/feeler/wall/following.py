@@ -156,7 +156,7 @@ def calibrate(
     peak at the base hinge, are not fitted.
     """
     posture = (posture or FOLLOWING).replace(side="right")
-    distances = np.sort(np.asarray(distances, dtype=float))[::-1]
+    distances = np.sort(np.atleast_1d(np.asarray(distances, dtype=float)))[::-1]
     sweep = approach(antenna, posture, distances, substep=RUN_SUBSTEP)
     listened = []
     for distance, angle in zip(sweep.distance, sweep.angle, strict=True):

@@ -50,6 +50,7 @@ SETUP_CHOICES = (
 )
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Case:
     """One set-up of one antenna: the choices, how the sweep went and the map.

@@ -24,6 +24,7 @@ _TUCK = 1.0
 _ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Approach:
     """Equilibria of one antenna at several distances, farthest first.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from feeler.tensors.unit import in_unit
 COMPARED_CODES = ("sparse", "raw")
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
     """What the page shows.
@@ -103,7 +104,7 @@ def compare_antennas(
     *,
     plan: Plan,
     reader: str | Reader = "lda",
-    random_state: int = 0,
+    random_state: Annotated[int, "≥ 0"] = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Comparison:
     """Compare antennas on the same touches.
@@ -160,7 +161,9 @@ def compare_antennas(
     )
 
 
-def _compute_differences(curves: Curves, random_state: int) -> dict[tuple[str, str], Interval]:
+def _compute_differences(
+    curves: Curves, random_state: Annotated[int, "≥ 0"]
+) -> dict[tuple[str, str], Interval]:
     rng = np.random.default_rng(random_state)
     found = {}
     for kind in COMPARED_CODES:

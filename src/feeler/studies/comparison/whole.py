@@ -2,11 +2,14 @@
 
 import warnings
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
+from annotated_types import Len
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import Doubtful
 from feeler.experiment.touch import DURATION, touch
 from feeler.stimulus.trial import Trial
@@ -15,8 +18,9 @@ _DISTANCE = 48.0  # mm that an object goes at first; the last slow touch of the 
 _FACTORS = (1, 2, 4, 8)
 
 
+@checked
 def touch_whole(
-    antenna: Antenna, trials: Sequence[Trial], *, seed: int = 0
+    antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)], *, seed: Annotated[int, "≥ 0"] = 0
 ) -> tuple[xr.Dataset, float]:
     """Touches over the shortest stretch that holds all of them whole.
 

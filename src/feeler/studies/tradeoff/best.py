@@ -7,6 +7,8 @@ import xarray as xr
 from scipy.special import stdtrit
 
 from feeler.checked import checked
+from feeler.errors import InvalidInput
+from feeler.tensors.unit import need
 
 _LEVEL = 0.95
 
@@ -37,6 +39,9 @@ def find_best(measured: xr.Dataset, level: str, field: str = "accuracy") -> xr.D
         paired difference to the second over the same sets, ``gain`` ± ``gain_half``. ``least`` and
         ``most``: range of speeds that the sets do not tell from the best.
     """
+    need(measured, field, "speed", "level")
+    if level not in measured["level"]:
+        raise InvalidInput(f"there is no level {level!r}; there are: {measured['level'].values}.")
     values = measured[field].sel(level=level)
     mean = values.mean("set")
     order = np.argsort(-mean.values, axis=0, kind="stable")

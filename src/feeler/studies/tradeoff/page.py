@@ -9,11 +9,13 @@ import numpy as np
 import xarray as xr
 
 from feeler.checked import checked
+from feeler.files import ensure_folder
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
 from feeler.studies.study import Study
 from feeler.studies.tradeoff.best import average_sets, find_best
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE, plot_tradeoff
+from feeler.tensors.unit import need
 
 TRADEOFF_LEAD = (
     "How well an ideal observer, who knows every touch exactly, tells thirty touches apart from the"
@@ -35,8 +37,7 @@ def write_tradeoff(
         By name, what one reader tells of one antenna: parts of what
         :meth:`feeler.studies.study.Study.run` gave, as :func:`split_measured` gives them.
     """
-    out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    out = ensure_folder(out)
     section = Section(name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False)
     fill_section(section, measured, study)
     section.text(conditions)
@@ -51,8 +52,10 @@ def write_tradeoff(
     )
 
 
+@checked
 def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
     """Each antenna's part of a study, and each reader's if there are several, by name."""
+    need(found, "antenna", "reader")
     parts = {}
     for antenna in found["antenna"].values:
         for reader in found["reader"].values:
