@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
-from matplotlib.patches import Patch, PathPatch
+from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
@@ -80,7 +80,7 @@ def make_patch(
     origin: Annotated[np.ndarray, "axis"],
     forward: Annotated[np.ndarray, "axis"],
     reach: Annotated[float, "> 0"] = 100.0,
-) -> Patch:
+) -> PathPatch:
     """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along
     ``forward``.
     """
