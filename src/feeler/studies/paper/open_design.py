@@ -159,8 +159,8 @@ def show(context: Context, section: Section) -> None:
         " 2026-11-24 with today's contact, on final draws that no earlier run had seen. It takes"
         " half an hour of one core, so that this report reads what was found and simulates only its"
         " last figure anew. Eighteen classes (the paper's six objects at three places), touches"
-        " drawn within nuisances, white noise of one peak; the search saw 0.3 m/s and the optimiser's"
-        " draws only."
+        " drawn within nuisances, white noise of one peak; the search saw 0.3 m/s and the"
+        " optimiser's draws only."
     )
     section.figure(
         "design",
