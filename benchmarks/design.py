@@ -197,11 +197,11 @@ def run_front(journals: Path, part: str = "") -> dict:
     rows = []
     for seed in SEEDS:
         lines = (journals / f"spline{seed}").read_text().splitlines()[1:]
-        rows += [
-            (one["x"], one["residuals"])
+        told = [
+            (one["name"][0], np.array(one["result"][0], dtype=float))
             for one in map(json.loads, lines)
-            if one["residuals"][3] >= 0
         ]
+        rows += [(x, values) for x, values in told if values[3] >= 0]
     antennas = [PLAN.space.build(np.array(x)).antenna for x, _ in rows]
     ceiling = np.log2(PLAN.task.n_classes)
     costs = np.array(

@@ -2,7 +2,8 @@
 which one is not.
 
 One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes real
-numbers of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
+numbers or texts of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it
+says.
 ``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "... segment" one of
 at least one, ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range, and
 ``Annotated[str, OneOf(("a", "b"))]`` one of these names. Other values
@@ -117,7 +118,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
     if hint in (None, type(None)):
         return (lambda value: value is None), "None"
     if hint in (os.PathLike, Path):
-        return _is_path, "a path"
+        return _is_path, "a path that a file can have"
     if hint in _PLAIN:
         words, kinds = _PLAIN[hint]
         return (
@@ -128,7 +129,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
             )
         ), words
     if hint is np.ndarray:
-        return _is_array, "an array of numbers"
+        return _is_array, "an array of real numbers or texts"
     if origin is Annotated and isinstance(inner[1], OneOf):
         names = inner[1].names
         return (lambda value: isinstance(value, str) and value in names), str(inner[1])
@@ -228,7 +229,11 @@ def _is_array(value: Any) -> bool:
             value = np.asarray(value)
         except (TypeError, ValueError):
             return False
-    return value.dtype.kind in "biuf"
+    return value.dtype.kind in "biufU" or (
+        value.dtype.kind == "O"
+        and value.ndim > 0
+        and all(isinstance(item, str) for item in value.flat)
+    )
 
 
 def _is_path(value: Any) -> bool:

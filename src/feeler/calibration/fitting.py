@@ -19,7 +19,6 @@ from feeler.shown import Shown
 _Progress = Callable[[int, int, Minimum, float], None]
 
 
-@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit(Shown):
     """The best of several searches, and all of them.

@@ -10,7 +10,6 @@ from feeler.calibration.cost import compute_distance, compute_residuals, compute
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
-from feeler.checked import checked
 from feeler.errors import FeelerError
 from feeler.journal import Journal
 from feeler.provenance import make_key
@@ -20,7 +19,6 @@ from feeler.provenance import make_key
 FAILED = 10.0
 
 
-@checked
 @dataclass(kw_only=True, eq=False)
 class Problem:
     """Residuals of hinges against targets, counted.

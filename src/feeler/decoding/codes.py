@@ -28,14 +28,18 @@ tensors themselves.
 """
 
 
-class Encoder(Protocol):
+class Coder(Protocol):
+    """What has learned bases."""
+
+    def transform(self, tensors: Any, /, code: str) -> Any:
+        """Tensors in the bases that were learned."""
+
+
+class Encoder(Coder, Protocol):
     """What makes codes of tensors: :class:`feeler.encoding.ConvolutiveNMF`, or one like it."""
 
     def fit(self, tensors: Any, /) -> Any:
         """Learn bases of tensors (trial, sensor, time)."""
-
-    def transform(self, tensors: Any, /, code: str) -> Any:
-        """Tensors in the bases that were learned."""
 
 
 @checked
@@ -69,7 +73,7 @@ def make_codes(
 
 @checked
 def encode_with(
-    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Coder | None, kind: str
 ) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":

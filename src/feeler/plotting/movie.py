@@ -16,7 +16,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.plotting.look import fix_layout
 
-WIDTH = 1080
+MOVIE_WIDTH = 1080
 """Pixels across every movie: small text is read, and eight movies stay below 2 MB."""
 SLOWER = 30.0
 """Times slower than life, the same in every movie of a touch, so that fast and slow ones can be
@@ -88,7 +88,7 @@ def write_movie(
     path = Path(path)
     partial = path.with_suffix(".part.mp4")
     canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(WIDTH / figure.get_figwidth())
+    figure.set_dpi(MOVIE_WIDTH / figure.get_figwidth())
     fix_layout(figure)
     size = (np.asarray(canvas.get_width_height()) // 2) * 2  # H.264 needs even sides
     writer = imageio_ffmpeg.write_frames(

@@ -13,7 +13,7 @@ from feeler.plotting.look import NOISE_COLOURS, mark_places, pick_colours, pick_
 from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
-WINDOWS = {"whole touch": "-", "equal distance and samples (dashed, or hollow)": "--"}
+_WINDOWS = {"whole touch": "-", "equal distance and samples (dashed, or hollow)": "--"}
 MARKS: dict[str, dict[str, Any]] = {
     "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
     "common": {"marker": "s", "ms": 2.5},
@@ -44,7 +44,7 @@ def plot_tradeoff(
         ax.set_title(f"noise {levels[kind]} {UNITS_OF_NOISE[kind]}")
     marks = axes[1, 0].get_legend_handles_labels()[0] + [
         Line2D([], [], color="#59636e", ls=line, label=f"bits: {window}")
-        for window, line in WINDOWS.items()
+        for window, line in _WINDOWS.items()
     ]
     figure.legend(handles=marks, loc="outside lower center", ncols=len(marks))
     plot_costs(measured, axes[1, 2])
@@ -85,7 +85,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
 def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
     """Bits against speed: whole touches, and (dashed) at equal distance and samples."""
     matched = data["window"].values[data["kind"].values == "distance and samples"][0]
-    for window, line in zip(("whole touch", matched), WINDOWS.values(), strict=True):
+    for window, line in zip(("whole touch", matched), _WINDOWS.values(), strict=True):
         found = average_sets(data["bits"].sel(level=level, window=window))
         shown = style | ({} if line == "-" else {"label": None})
         ax.errorbar(
