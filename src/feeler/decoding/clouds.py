@@ -16,7 +16,7 @@ from feeler.errors import InvalidInput
 _FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
 _FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
 
-Shown = tuple[np.ndarray, Sequence[Hashable]]
+Others = tuple[np.ndarray, Sequence[Hashable]]
 """Tensors (trial, sensor, time) of strangers, and what each shares with others."""
 
 
@@ -70,7 +70,7 @@ class CloudReader(Reader):
         self.alarm = alarm
 
     def fit(
-        self, X: Any, y: Labels, groups: Any = None, strangers: Shown | None = None
+        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
     ) -> "CloudReader":
         """Learn from tensors (trial, sensor, time); trials of one group (a robot) are held out
         together. ``strangers`` are touches that are not to be known: tensors, and what each shares
@@ -201,12 +201,12 @@ class CloudReader(Reader):
 class _Again(CloudReader):
     """The same reader for another length of touches."""
 
-    def __init__(self, groups: np.ndarray, strangers: Shown | None, **parameters: Any) -> None:
+    def __init__(self, groups: np.ndarray, strangers: Others | None, **parameters: Any) -> None:
         super().__init__(**parameters)
         self.groups, self.strangers = groups, strangers
 
     def fit(
-        self, X: Any, y: Labels, groups: Any = None, strangers: Shown | None = None
+        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
     ) -> "CloudReader":
         """As the reader that it stems from."""
         groups = self.groups if groups is None else groups

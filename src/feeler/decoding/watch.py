@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from feeler.decoding.clouds import CloudReader, Shown
+from feeler.decoding.clouds import CloudReader, Others
 from feeler.decoding.labels import Labels
 from feeler.errors import InvalidInput
 
@@ -37,7 +37,7 @@ class Watch:
         X: np.ndarray,
         y: Labels,
         groups: Sequence[int],
-        strangers: Shown | None = None,
+        strangers: Others | None = None,
         most: int = MOMENTS[-1],
     ) -> "Watch":
         """Learn from tensors (trial, sensor, window) that begin with contact. No moment lies later

@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
-from feeler.decoding.clouds import CloudReader, Shown
+from feeler.decoding.clouds import CloudReader, Others
 from feeler.decoding.decoder import StreamDecoder
 from feeler.progress import show_progress
 from feeler.robot.preset import make_robot
@@ -38,7 +38,7 @@ class Lessons:
     known: list[Touches]
     strangers: list[Touches]
 
-    def gather(self) -> tuple[np.ndarray, list, np.ndarray, Shown]:
+    def gather(self) -> tuple[np.ndarray, list, np.ndarray, Others]:
         """Aligned tensors with contact, their labels and robots, and the strangers."""
         values, labels, robots = _gather(self.known)
         others, names, _ = _gather(self.strangers)
