@@ -177,7 +177,7 @@ class Stream:
         """Ask about the moments that came after sample ``before``; a late sample asks for those
         that it skipped.
         """
-        watch = getattr(self.decoder, "watch_", None)
+        watch: Any = getattr(self.decoder, "watch_", None)
         for since in () if watch is None else range(before + 1, self.felt + 1):
             found = watch.judge(self.tensor[:, : self.felt + 1], since)
             self.strangeness = self.strangeness if found is None else found

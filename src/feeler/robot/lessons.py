@@ -103,7 +103,7 @@ def _replace_objects(trials: Sequence[Trial], seed: np.random.SeedSequence) -> l
 
 def draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:
     """Something else in the place of an object: a box with round edges, or an ellipse."""
-    wide, high = feature.size * np.exp(rng.uniform(*np.log(_SIZES), 2))
+    wide, high = feature.size * np.exp(rng.uniform(np.log(_SIZES[0]), np.log(_SIZES[1]), 2))
     share = rng.uniform(0, 0.99)
     if rng.random() < 0.5:
         angle = 2 * np.pi * (np.arange(_CORNERS) + 0.5) / _CORNERS
