@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing import parent_process
-from threading import current_thread, main_thread
+from threading import Lock, current_thread, main_thread
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ class ProgressBar:
 
     With ``log_json`` one line of JSON per call goes to ``stream``; on a terminal or in a notebook a
     bar is drawn once ``patience`` [s] is over; otherwise nothing. Trials that were already there at
-    the first call do not count towards the rate.
+    the first call do not count towards the rate. A bar that a thread beside the main one made
+    draws nothing; one of the main thread may be called from any.
     """
 
     _on_screen: ClassVar["ProgressBar | None"] = None  # two would write into each other
@@ -61,8 +62,14 @@ class ProgressBar:
         self._first: int | None = None
         self._bar: Progress | None = None
         self._page: Any = None  # what a notebook shows
+        self._own = parent_process() is None and current_thread() is main_thread()
+        self._lock = Lock()
 
     def __call__(self, done: int, total: int) -> None:
+        with self._lock:  # threads of one piece of work may report by themselves
+            self._take(done, total)
+
+    def _take(self, done: int, total: int) -> None:
         if self._first is None:
             self._first = done - 1
         rate, left = self.measure(done, total)
@@ -85,8 +92,7 @@ class ProgressBar:
         """Whether somebody looks, has waited long enough, and sees no other bar."""
         seen = self._stream.isatty() or (self._stream is sys.stderr and _find_notebook())
         waited = self._clock() - self._began >= self._patience if self._patience else True
-        main = parent_process() is None and current_thread() is main_thread()
-        return bool(seen and waited and main and ProgressBar._on_screen is None)
+        return bool(seen and waited and self._own and ProgressBar._on_screen is None)
 
     def tell(self, *, failed: Mapping[str, int], stored: int) -> None:
         """What the next call is to show beside: failures so far by reason, and bytes on disk."""

@@ -2,11 +2,15 @@
 
 import io
 import sys
+import threading
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from feeler import progress
+from feeler.decoding import compute_sweep
+from feeler.encoding import ConvolutiveNMF
 from feeler.progress import ProgressBar, show_progress
 
 
@@ -58,3 +62,49 @@ def test_what_is_handed_in_is_called_instead():
     with show_progress(lambda *numbers: seen.append(numbers), "x") as advance:
         advance(1, 2)
     assert seen == [(1, 2)]
+
+
+def test_threads_may_report_to_a_bar_of_the_main_thread_but_make_none():
+    screen, other = Terminal(), Terminal()
+
+    def work(bar):
+        for done in range(1, 51):
+            bar(done, 100)
+        with ProgressBar("within", stream=other) as own:
+            own(1, 1)
+
+    with ProgressBar("iterations", stream=screen) as bar:
+        threads = [threading.Thread(target=work, args=(bar,)) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    with ProgressBar("after", stream=other):
+        pass
+    assert "iterations" in screen.getvalue() and other.getvalue() == ""
+
+
+def _sweep():
+    codes = np.random.default_rng(0).normal(size=(6, 2, 5))
+    compute_sweep(codes, list("aabbcc"), ratios=(0.0, 0.1), n_repeats=3, n_copies=2)
+
+
+def _encode():
+    tensors = np.random.default_rng(0).random((3, 4, 30))
+    ConvolutiveNMF(2, 5, n_restarts=2, max_iter=3, warn=False, random_state=0).fit(tensors)
+
+
+def _stream():
+    tensors = np.random.default_rng(0).random((4, 4, 30))
+    model = ConvolutiveNMF(2, 5, warn=False, random_state=0)
+    model.fit_stream(tensors, batch_size=2, n_epochs=2)
+
+
+@pytest.mark.parametrize("work", [_sweep, _encode, _stream])
+def test_long_work_of_the_library_draws_its_bar_by_itself(monkeypatch, work):
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    work()
+    word = {_sweep: "noise and repeats", _encode: "iterations", _stream: "batches"}[work]
+    assert word in screen.getvalue()

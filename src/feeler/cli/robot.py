@@ -254,7 +254,7 @@ def classify(
     gaps: Gaps = "bridge",
     robots: Annotated[
         int, typer.Option(min=2, help="surrogate robots whose touches are learned")
-    ] = 12,
+    ] = 24,
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,

@@ -51,10 +51,11 @@ def stream(
     as_json: Json = False,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left
-    out. At the end the touch is judged as a whole, as by classify.
+    out. Each line says if the touch is so far unlike any that was learned; at the end it is judged
+    as a whole, as by classify.
     """
     from feeler.errors import InvalidInput, require_extra
-    from feeler.robot import load_calibration, load_recording, make_decoder
+    from feeler.robot import draw_lessons, load_calibration, load_recording, make_decoder
     from feeler.robot.answer import name_notes
     from feeler.robot.link import Link
     from feeler.robot.samples import open_serial, read_lines, read_samples
@@ -71,7 +72,9 @@ def stream(
         raise InvalidInput(
             f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
         )
+    lessons = draw_lessons(robot.antenna, touches, **how)
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
+    lessons.watch(decoder)
     link = Link(n)
     if recording is None:
         arriving = open_serial(source) if serial else read_lines(sys.stdin.buffer)
@@ -89,7 +92,7 @@ def stream(
     state = _decode(running, samples, lines, every, say, kept.append)
     contact = state is not None and state.since_contact >= 0
     labels = None if recording is None else recording.labels
-    answer = _judge(robot.antenna, touches, kept, labels or {}, how) if contact else None
+    answer = _judge(robot.antenna, touches, kept, labels or {}, lessons) if contact else None
     if as_json:
         sent = {"lost": link.lost, "late": link.late, "broken": link.broken, "truth": labels}
         whole = None if answer is None else answer.to_plain()
@@ -105,7 +108,7 @@ def stream(
         typer.echo(f"page: {write_stream(out, decoder.classes_, list(kept))}", err=True)
 
 
-def _judge(antenna, touches: list, kept, labels: dict, how: dict):
+def _judge(antenna, touches: list, kept, labels: dict, lessons):
     """The whole touch as ``classify`` judges it; None where it was too short to be one."""
     import numpy as np
 
@@ -121,7 +124,7 @@ def _judge(antenna, touches: list, kept, labels: dict, how: dict):
         felt = subtract_rest(repair(felt, gaps="bridge", bad_channels="missing"))
     except InvalidInput:  # a stream may hold what a recording must not
         return None
-    classifier = make_classifier(antenna, touches, **how)
+    classifier = make_classifier(lessons=lessons)
     return judge_recording(classifier, felt, antenna, choose_before(antenna, touches))[0]
 
 
@@ -173,23 +176,27 @@ def _decode(running, samples, lines, every: int, say, keep):
     """The last state; ``say`` is given each change, and every so many samples after contact;
     ``keep`` all of them.
     """
+    import numpy as np
+
     from feeler.robot.answer import describe_touch
 
-    last, state = "waiting", None
+    last, state = ("waiting", False), None
     for time, values in samples:
         angle = values if lines is None else lines.slope * values + lines.offset
         state = running.update(angle, time)
         keep((time, angle, state))
-        if state.state != last or (
+        if (state.state, state.strange) != last or (
             state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"
         ):
             known = {
                 "since_contact": state.since_contact,
                 "state": state.state,
                 "probability": state.probability,
+                "unlike_all": state.strange,
+                "strangeness": None if np.isnan(state.strangeness) else state.strangeness,
             }
             say({**known, "label": describe_touch(state.label) if state.label else None})
-        last = state.state
+        last = (state.state, state.strange)
         if state.state == "over":
             break
     return state
@@ -199,6 +206,8 @@ def _say_state(known) -> None:
     from feeler.robot.answer import name_touch
 
     label = name_touch(tuple(known["label"].values())) if known["label"] else ""
+    if known["unlike_all"]:
+        label = f"so far unlike any touch I know; nearest {label}"
     typer.echo(
         f"{known['since_contact']:6d} ms  {known['state']:8} {known['probability']:5.2f}  {label}"
     )

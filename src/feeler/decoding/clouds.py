@@ -1,5 +1,6 @@
 """Classes as clouds: how likely each is, and whether a touch is like any of them."""
 
+from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,26 +9,33 @@ from scipy.special import log_softmax, softmax
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
+from feeler.decoding.strangers import Strangers
 from feeler.decoding.transfer import TEMPERATURES
 from feeler.errors import InvalidInput
 
-_FOLDS = 4  # [C] parts that are held out in turn for temperature and limit
+_FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
+_FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
+
+Others = tuple[np.ndarray, Sequence[Hashable]]
+"""Tensors (trial, sensor, time) of strangers, and what each shares with others."""
 
 
 class CloudReader(Reader):
     """A multivariate t cloud for each class, all of one shape, on principal components.
 
     The score of class c is −(ν + k)/2 · log(1 + d²_c / ν) for the Mahalanobis distance d_c to its
-    mean among k components. Temperature and limit come from touches that were held out, group by
+    mean among k components. Temperature and limits come from touches that were held out, group by
     group: the temperature makes probabilities as sure as they are right there
-    (arXiv:1706.04599), and beyond the limit lay ``alarm`` of them.
+    (arXiv:1706.04599), and beyond one limit or the other lay ``alarm`` of them. One limit is on the
+    distance to the nearest class. The other, where strangers were shown, is on how much likelier a
+    touch is theirs.
 
     Parameters
     ----------
     n_components
         Principal components k of all training tensors, fewer where they cannot give as many.
     shrinkage
-        Share of the covariance that is its diagonal.
+        Share of the covariance that is its diagonal; None: k/(k + f) for its degrees of freedom f.
     freedom
         ν; small: touches far out are common.
     step
@@ -43,12 +51,14 @@ class CloudReader(Reader):
         T of the probabilities.
     limit_ : float
         Squared distance to the nearest class, beyond which a touch is strange.
+    held_out_ : np.ndarray
+        Strangeness of the lessons (trial,), each judged by clouds that did not learn its group.
     """
 
     def __init__(
         self,
         n_components: int = 80,
-        shrinkage: float = 0.3,
+        shrinkage: float | None = None,
         freedom: float = 5.0,
         step: int = 10,
         alarm: float = 0.05,
@@ -59,9 +69,12 @@ class CloudReader(Reader):
         self.step = step
         self.alarm = alarm
 
-    def fit(self, X: Any, y: Labels, groups: Any = None) -> "CloudReader":
+    def fit(
+        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
+    ) -> "CloudReader":
         """Learn from tensors (trial, sensor, time); trials of one group (a robot) are held out
-        together.
+        together. ``strangers`` are touches that are not to be known: tensors, and what each shares
+        with others (place and speed).
         """
         X = np.asarray(X, dtype=float)
         if len(X) != len(y) or not np.isfinite(X).all():
@@ -71,43 +84,68 @@ class CloudReader(Reader):
             )
         self._keep(X, y)
         self.groups_ = np.asarray(groups if groups is not None else np.arange(len(X)))
+        self.strangers_ = strangers
         self.classes_ = sorted(set(y))
         number = np.array([self.classes_.index(label) for label in y])
+        other = None if strangers is None else self._flatten(strangers[0])
+        flat, squared = self._flatten(X), np.full((len(X), len(self.classes_)), np.inf)
+        likelier = np.full(len(X), -np.inf)
         folds = np.unique(self.groups_, return_inverse=True)[1] % _FOLDS
-        squared = np.full((len(X), len(self.classes_)), np.inf)
         for fold in np.unique(folds):
             held = folds == fold
-            known = set(number[~held])
-            if len(known) == len(self.classes_):
-                self._shape(X[~held], number[~held])
-                squared[held] = self._measure(X[held])
+            if len(set(number[~held])) == len(self.classes_):
+                self._shape(flat[~held], number[~held], other)
+                squared[held], likelier[held] = self._measure(flat[held])
         seen = np.isfinite(squared).all(axis=1)
         if len(self.classes_) < 2 or not seen.any():
             raise InvalidInput(
                 "clouds need 2 classes or more, and each in at least two groups of touches."
             )
         self.temperature_ = _temper(self._score(squared[seen]), number[seen])
-        self.limit_ = float(np.quantile(squared[seen].min(axis=1), 1 - self.alarm))
-        self._shape(X, number)
+        self._limit(squared[seen].min(axis=1), likelier[seen])
+        self.held_out_ = np.full(len(X), np.nan)
+        self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
+        self._shape(flat, number, other)
         return self
 
     def measure_strangeness(self, X: Any, until: float | None = None) -> np.ndarray:
-        """Squared distance to the nearest class over the limit (trial,); > 1 is unlike all of them,
-        NaN without contact.
+        """How strange each touch is (trial,); > 1 is unlike all classes, NaN without contact.
+
+        The greater of two: the squared distance to the nearest class over its limit; and 1 plus by
+        how much it is likelier a stranger's than the limit allows, in standard deviations of the
+        known touches that were held out.
         """
         reader, seen = self._look(X, until)
-        squared = np.full(len(seen), np.nan)
+        strange = np.full(len(seen), np.nan)
         whole = np.isfinite(seen).all(axis=(1, 2))
         if whole.any():
-            squared[whole] = reader._measure(np.asarray(seen)[whole]).min(axis=1)
-        return squared / reader.limit_
+            squared, likelier = reader._measure(reader._flatten(np.asarray(seen)[whole]))
+            strange[whole] = reader._compare(squared.min(axis=1), likelier)
+        return strange
+
+    def _limit(self, nearest: np.ndarray, likelier: np.ndarray) -> None:
+        """Both limits: together they spare all but ``alarm`` of touches held out."""
+        shown = np.isfinite(likelier).all()
+        far = self.alarm * (_FAR if shown else 1.0)
+        self.limit_ = float(np.quantile(nearest, 1 - far))
+        self._odds = (np.inf, 1.0)
+        if shown:
+            near = likelier[nearest <= self.limit_]
+            limit = np.quantile(near, 1 - (self.alarm - far) / (1 - far))
+            self._odds = (float(limit), float(near.std()) or 1.0)
+
+    def _compare(self, nearest: np.ndarray, likelier: np.ndarray) -> np.ndarray:
+        """Strangeness from distances and from how much likelier strangers are (trial,)."""
+        limit, spread = self._odds
+        return np.maximum(nearest / self.limit_, 1 + (likelier - limit) / spread)
 
     def _decide(self, X: Any) -> np.ndarray:
         X = np.asarray(X, dtype=float)
         scores = np.full((len(X), len(self.classes_)), np.nan)
         whole = np.isfinite(X).all(axis=(1, 2))
         if whole.any():
-            scores[whole] = self._score(self._measure(X[whole])) / self.temperature_
+            squared, _ = self._measure(self._flatten(X[whole]))
+            scores[whole] = self._score(squared) / self.temperature_
         return scores
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
@@ -115,33 +153,45 @@ class CloudReader(Reader):
 
     def _renew(self) -> "CloudReader":
         """A copy for shorter tensors, which holds out the same groups."""
-        return _Again(self.groups_, **self.get_params())
+        return _Again(self.groups_, self.strangers_, **self.get_params())
 
     def _score(self, squared: np.ndarray) -> np.ndarray:
         k = self._means.shape[1]
         return -0.5 * (self.freedom + k) * np.log1p(squared / self.freedom)
 
-    def _shape(self, X: np.ndarray, number: np.ndarray) -> None:
-        """Means of the classes, and what makes their common covariance round."""
-        flat = self._flatten(X)
+    def _shape(self, flat: np.ndarray, number: np.ndarray, other: np.ndarray | None) -> None:
+        """Means of the classes, what makes their common covariance round, and strangers there."""
+        everything = flat if other is None else np.concatenate([flat, other])
         count = min(self.n_components, *flat.shape, len(flat) - 1)
-        self._components = PrincipalComponents(count).fit(flat)
+        self._components = PrincipalComponents(count).fit(everything)
         places = np.asarray(self._components.transform(flat))
         classes = range(len(self.classes_))
         self._means = np.array([places[number == c].mean(axis=0) for c in classes])
         off = places - self._means[number]
-        spread = off.T @ off / max(len(off) - len(self._means), 1)
+        freedom = max(len(off) - len(self._means), 1)
+        spread = off.T @ off / freedom
         own = np.diag(np.diag(spread) + 1e-12 * np.trace(spread))
-        mixed = (1 - self.shrinkage) * spread + self.shrinkage * own
-        self._round = np.linalg.inv(np.linalg.cholesky(mixed))
+        share = count / (count + freedom) if self.shrinkage is None else self.shrinkage
+        self._round = np.linalg.inv(np.linalg.cholesky((1 - share) * spread + share * own))
+        self._others = None
+        if other is not None and self.strangers_ is not None:
+            self._others = Strangers(self._place(other), self.strangers_[1])
 
-    def _measure(self, X: np.ndarray) -> np.ndarray:
-        """Squared Mahalanobis distances (trial, class)."""
-        places = np.asarray(self._components.transform(self._flatten(X)))
-        off = (places[:, None] - self._means) @ self._round.T
-        return np.sum(off * off, axis=2)
+    def _place(self, flat: np.ndarray) -> np.ndarray:
+        """Where touches lie among components, in units in which classes are round."""
+        return np.asarray(self._components.transform(flat)) @ self._round.T
 
-    def _flatten(self, X: np.ndarray) -> np.ndarray:
+    def _measure(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Squared Mahalanobis distances (trial, class), and how much likelier strangers are."""
+        places = self._place(flat)
+        off = places[:, None] - self._means @ self._round.T
+        squared = np.sum(off * off, axis=2)
+        if self._others is None:
+            return squared, np.full(len(flat), -np.inf)
+        return squared, self._others.weigh(places, squared.min(axis=1))
+
+    def _flatten(self, X: Any) -> np.ndarray:
+        X = np.asarray(X, dtype=float)
         step = min(self.step, X.shape[2])
         whole = X.shape[2] // step * step
         thin = X[:, :, X.shape[2] - whole :].reshape(len(X), X.shape[1], -1, step).mean(axis=3)
@@ -151,13 +201,19 @@ class CloudReader(Reader):
 class _Again(CloudReader):
     """The same reader for another length of touches."""
 
-    def __init__(self, groups: np.ndarray, **parameters: Any) -> None:
+    def __init__(self, groups: np.ndarray, strangers: Others | None, **parameters: Any) -> None:
         super().__init__(**parameters)
-        self.groups = groups
+        self.groups, self.strangers = groups, strangers
 
-    def fit(self, X: Any, y: Labels, groups: Any = None) -> "CloudReader":
+    def fit(
+        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
+    ) -> "CloudReader":
         """As the reader that it stems from."""
-        return super().fit(X, y, self.groups if groups is None else groups)
+        groups = self.groups if groups is None else groups
+        strangers = strangers or self.strangers
+        if strangers is not None:
+            strangers = np.asarray(strangers[0])[:, :, : np.shape(X)[2]], strangers[1]
+        return super().fit(X, y, groups, strangers)
 
 
 def _temper(scores: np.ndarray, true: np.ndarray) -> float:

@@ -8,7 +8,7 @@ counting as independent witnesses.
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
 from feeler.decoding.stream import OnsetFinder, Stream, StreamState
+from feeler.decoding.watch import Watch
 from feeler.errors import FeelerError, InvalidInput
 from feeler.guard import find_limits
 from feeler.tensors.models import Model, load_model, save_model
@@ -193,6 +194,47 @@ class StreamDecoder(Reader):
         self.constant_ *= best
         self._pack()
         return self
+
+    def watch(
+        self,
+        X: Sequence[np.ndarray],
+        y: Labels,
+        groups: Sequence[int],
+        strangers: tuple[Sequence[np.ndarray], Sequence[Hashable]] | None = None,
+        alarm: float = 0.05,
+    ) -> "StreamDecoder":
+        """Learn to say while a touch goes on that it is unlike any of these, as
+        ``StreamState.strangeness``; of known touches ``alarm`` are called so. A model file does not
+        hold it.
+
+        Parameters
+        ----------
+        X, y, groups
+            Touches (sensor, time), their labels, and whose touches they are (a robot's, say).
+        strangers
+            Touches that are not to be known, and what each shares with others.
+        """
+        self._require()
+        values, kept, most = self._cut_all(X)
+        shown = None
+        if strangers is not None:
+            others, felt, _ = self._cut_all(strangers[0])
+            shown = others, [strangers[1][k] for k in felt]
+        labels, owners = [y[k] for k in kept], [groups[k] for k in kept]
+        self.watch_ = Watch(alarm).fit(values, labels, owners, shown, most)
+        return self
+
+    def _cut_all(self, X: Sequence[np.ndarray]) -> tuple[np.ndarray, list[int], int]:
+        """Touches from contact on, which they are, and how long the shortest lasts after it."""
+        cuts, kept, most = [], [], self.window
+        for k, touch in enumerate(X):
+            cut = self._cut(np.asarray(touch, dtype=float))
+            if cut is not None:
+                cuts.append(cut[:, self.max_lag : self.max_lag + self.window])
+                kept.append(k)
+                still = np.all(cut[:, ::-1] == cut[:, -1:], axis=0)
+                most = min(most, self.window + self.max_lag - int(np.argmin(still)))
+        return np.array(cuts), kept, most
 
     def save(self, path: str | os.PathLike) -> None:
         """Write all that was learned and all settings as a model file; never pickle."""

@@ -57,6 +57,9 @@ class StreamState:
         Samples since contact was noticed; −1 before.
     posterior : np.ndarray
         (class,).
+    strangeness : float
+        At the last moment that was asked about, > 1: so far unlike any touch that was learned; NaN
+        before that, and where the decoder learned no ``watch``.
     """
 
     sample: int
@@ -65,6 +68,12 @@ class StreamState:
     probability: float
     since_contact: int
     posterior: np.ndarray
+    strangeness: float = float("nan")
+
+    @property
+    def strange(self) -> bool:
+        """Whether the touch is so far unlike all that were learned."""
+        return self.strangeness > 1
 
 
 class Stream:
@@ -87,7 +96,8 @@ class Stream:
         )
         self.posterior = np.full(self.n_classes, 1 / self.n_classes)
         self.tensor[:] = np.nan
-        self.slot, self.contact, self.surplus = -1, -1, 0
+        self.strangeness = float("nan")
+        self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
         self.first_time: float | None = None
 
     def update(self, sample: np.ndarray, time: float | None = None) -> StreamState:
@@ -146,7 +156,9 @@ class Stream:
         return True
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
-        self.tensor[:, since] = away
+        before = self.felt
+        self.tensor[:, since], self.felt = away, since
+        self._ask_watch(before)
         if self.decoder.model is not None:
             self.posterior = self._ask(self.decoder.model)
             return
@@ -160,6 +172,15 @@ class Stream:
             np.exp(self.evidence - self.evidence.max()).reshape(self.n_classes, -1).sum(axis=1)
         )
         self.posterior = likelihood / likelihood.sum()
+
+    def _ask_watch(self, before: int) -> None:
+        """Ask about the moments that came after sample ``before``; a late sample asks for those
+        that it skipped.
+        """
+        watch: Any = getattr(self.decoder, "watch_", None)
+        for since in () if watch is None else range(before + 1, self.felt + 1):
+            found = watch.judge(self.tensor[:, : self.felt + 1], since)
+            self.strangeness = self.strangeness if found is None else found
 
     def _ask(self, model: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """The model's probabilities for what has been felt so far."""
@@ -196,6 +217,7 @@ class Stream:
             probability=probability,
             since_contact=since,
             posterior=self.posterior,
+            strangeness=self.strangeness,
         )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count
 from typing import Annotated, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from feeler.decoding.reader import READERS, Reader
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
+from feeler.progress import Advance, show_progress
 from feeler.shown import Shown
 from feeler.task.noise import NOISES, Noise, parse_noise
 
@@ -115,6 +117,7 @@ def compute_sweep(
     rotate: bool = False,
     random_state: Annotated[int, "≥ 0"] = 0,
     n_jobs: int | None = None,
+    progress: Advance | None = None,
 ) -> Sweep:
     """Accuracy of a classifier against the noise ratio.
 
@@ -153,6 +156,8 @@ def compute_sweep(
     n_jobs
         Threads; None: all cores, but one with ``encode``, which is called in a fixed order. Never
         changes the numbers.
+    progress
+        Called with what is done and how much there is; None: a bar that appears after 5 s.
 
     Raises
     ------
@@ -203,11 +208,17 @@ def compute_sweep(
             named = found >= 0
             np.add.at(confusion[r, k], (true[named], found[named]), 1)
             kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
+            advance(next(done), len(noises) * n_repeats)
 
     n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
     # one repeat per thread: the matrices are too small for threads inside BLAS to pay
-    with hold_blas(), ThreadExecutor(n_threads) as pool:
-        list(pool.map(run, range(n_repeats), np.random.SeedSequence(random_state).spawn(n_repeats)))
+    seeds, done = np.random.SeedSequence(random_state).spawn(n_repeats), count(1)
+    with (
+        hold_blas(),
+        show_progress(progress, "noise and repeats") as advance,
+        ThreadExecutor(n_threads) as pool,
+    ):
+        list(pool.map(run, range(n_repeats), seeds))
     return Sweep(
         ratios=np.asarray(ratios, dtype=float),
         classes=classes,

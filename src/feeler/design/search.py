@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,6 +16,7 @@ from feeler.design.space import Design, Space
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, require_extra
 from feeler.journal import Journal
+from feeler.progress import Advance, show_progress
 from feeler.registry import Registry
 from feeler.shown import Shown
 
@@ -106,7 +108,12 @@ def optimise(
     made = DesignProblem(
         task=task, space=space, constraints=constraints or Constraints(), options=options
     )
-    with Journal(journal, made.describe() if journal else "0", "search") as kept:
+    # who watches shows by itself how far it is
+    silent = None if watch is None else lambda _done, _total: None
+    with (
+        Journal(journal, made.describe() if journal else "0", "search") as kept,
+        show_progress(silent, "antennas simulated, at most") as advance,
+    ):
         found = []
         for number in range(starts):
             rng = np.random.default_rng([seed, number])
@@ -119,12 +126,22 @@ def optimise(
                 aim=aim,
                 watch=watch,
             )
-            found.append(_run(problem, search, number == 0 and not far, evaluations, rng))
+            report = partial(_report, advance, number * evaluations, starts * evaluations)
+            found.append(_run(problem, search, number == 0 and not far, evaluations, rng, report))
     return sorted(found, key=lambda one: one.best.cost)
 
 
+def _report(advance: Advance, before: int, total: int, now: DesignProblem) -> None:
+    advance(min(before + now.evaluations, total), total)
+
+
 def _run(
-    problem: DesignProblem, search: Method, near: bool, evaluations: int, rng: np.random.Generator
+    problem: DesignProblem,
+    search: Method,
+    near: bool,
+    evaluations: int,
+    rng: np.random.Generator,
+    report: Callable[[DesignProblem], None],
 ) -> Optimum:
     start = find_start(problem, rng, near)
     history, watch = [], problem.watch
@@ -132,6 +149,7 @@ def _run(
     def note(now: DesignProblem) -> None:
         assert now.best is not None
         history.append((now.evaluations, now.best.cost))
+        report(now)
         if watch:
             watch(now)
 

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from itertools import count
 from pkgutil import resolve_name
 from typing import Any
 
@@ -20,6 +21,7 @@ from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_
 from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
+from feeler.progress import show_progress
 from feeler.shown import show_html
 from feeler.tensors.labels import label_like
 
@@ -187,10 +189,15 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         check_size(tensors, self.n_components, self.n_lags)
         data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
         starts = list(draw_starts(self, tensors, data, components, activations))
-        with open_pool(threads) as run:
+        most, done = len(starts) * self.max_iter, count(1)
+        with show_progress(None, "iterations, at most") as advance, open_pool(threads) as run:
             # threads wait least where each has a start of its own
             outer, inner = (run, map) if len(starts) >= threads else (map, run)
-            found = list(outer(lambda begun: self._fit_from(data, begun, inner), starts))
+
+            def tell(*_: object) -> None:
+                advance(next(done), most)
+
+            found = list(outer(lambda begun: self._fit_from(data, begun, inner, tell), starts))
         self._keep(found, tensors, data.energy)
         return self
 
@@ -313,16 +320,19 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             )
         if hasattr(self, "_sums"):
             del self._sums
-        for _ in range(n_epochs):
-            for start in range(0, source.shape[0], batch_size):
-                batch = source[start : start + batch_size]
+        firsts = [first for _ in range(n_epochs) for first in range(0, source.shape[0], batch_size)]
+        with show_progress(None, "batches") as advance:
+            for k, first in enumerate(firsts, 1):
+                batch = source[first : first + batch_size]
                 self.partial_fit(batch if prepare is None else prepare(batch), forget=forget)
+                advance(k, len(firsts))
         self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
         return self
 
-    def _fit_from(self, data, begun, run) -> Factors:
+    def _fit_from(self, data, begun, run, tell) -> Factors:
         components, activations = begun
-        return _canonical(factorise(data, components, activations, Settings.of(self), run))
+        settings = Settings.of(self)
+        return _canonical(factorise(data, components, activations, settings, run, tell))
 
     def _keep(self, found: list[Factors], tensors, energy) -> None:
         """Set the learned attributes from the restarts."""

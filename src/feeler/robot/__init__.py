@@ -14,6 +14,7 @@ from feeler.robot.factors import (
 )
 from feeler.robot.gap import Gap
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
+from feeler.robot.lessons import Lessons, draw_lessons, make_classifier
 from feeler.robot.mending import find_bad_channels, repair
 from feeler.robot.parts import PARTS, keep_parts, measure_parts
 from feeler.robot.preset import make_robot
@@ -23,7 +24,6 @@ from feeler.robot.reality import (
     align_recordings,
     choose_before,
     draw_robots,
-    make_classifier,
     make_decoder,
     make_training,
     measure_transfer,
@@ -42,6 +42,7 @@ __all__ = [
     "PARTS",
     "Flexures",
     "Gap",
+    "Lessons",
     "Recording",
     "RobotFile",
     "RobotFit",
@@ -54,6 +55,7 @@ __all__ = [
     "compare_tips",
     "compute_comparison",
     "compute_tip",
+    "draw_lessons",
     "draw_robots",
     "find_bad_channels",
     "fit_factors",

@@ -10,7 +10,6 @@ from annotated_types import Len
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
-from feeler.decoding.clouds import CloudReader
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.transfer import (
     AFTER,
@@ -36,8 +35,6 @@ from feeler.robot.touches import (
     simulate_touches,
 )
 from feeler.stimulus import Trial
-
-ROBOTS = 12  # [C] surrogate robots whose touches a reader learns
 
 
 @checked
@@ -212,35 +209,6 @@ def align_recordings(
 
 def _align(antenna: Antenna, motions: Sequence[np.ndarray], before: int) -> np.ndarray:
     return align(motions, [compute_tip(antenna, motion) for motion in motions], before=before)
-
-
-@checked
-def make_classifier(
-    antenna: Antenna | None = None,
-    trials: Sequence[Trial] | None = None,
-    *,
-    robots: Annotated[int, "> 0"] = ROBOTS,
-    seed: Annotated[int, "≥ 0"] = 0,
-    **how: Any,
-) -> CloudReader:
-    """A reader of any antenna's touches, trained on the touches of surrogate robots around it.
-
-    Its probabilities are calibrated on robots that it did not learn, at one reality gap; what your
-    robot's own gap is, they cannot know. ``measure_strangeness`` says what is unlike any touch of
-    ``trials``. The paper's classifier is :class:`feeler.decoding.TransferClassifier`. ``how`` goes
-    to :func:`touch_robots`.
-    """
-    antenna = make_robot() if antenna is None else antenna
-    trials = make_touches() if trials is None else list(trials)
-    children = np.random.SeedSequence([seed, robots]).spawn(robots)
-    drawn = [make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children]
-    read = touch_robots(drawn, trials=trials, antenna=antenna, **how)
-    touched = np.concatenate([touches.touched for touches in read])
-    values = np.concatenate([touches.values for touches in read])[touched]
-    labels = [label for touches in read for label in touches.labels]
-    groups = np.repeat(np.arange(robots), len(trials))[touched]
-    seen = [label for label, felt in zip(labels, touched, strict=True) if felt]
-    return CloudReader().fit(values, seen, groups)
 
 
 @checked
