@@ -376,6 +376,19 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     assert "3 samples were missing" in said
 
 
+def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
+    def read_samples(lines, n_channels, link):
+        link.lost, link.late, link.broken = 4, 3, 2
+        return iter(())
+
+    running = SimpleNamespace(missed=7)
+    monkeypatch.setattr("feeler.robot.samples.read_samples", read_samples)
+    plant(monkeypatch, robot, make_decoder=lambda *_, **__: SimpleNamespace(start=lambda: running))
+    said = json.loads(run("robot", "stream", "-", "--json"))
+    counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2}
+    assert said == {"contact": False, **counts, "truth": None, "whole": None}
+
+
 SHARES = {
     "noise": {"all": (0.81, 0.74, 0.88), "feature": (0.95, 0.9, 1.0)},
     "everything": {"all": (0.4, 0.31, 0.52), "feature": (0.7, 0.6, 0.8)},
