@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from feeler import calibration, tradeoff
@@ -15,10 +16,12 @@ from feeler.calibration.band import Band
 from feeler.cli import calibrate, robot_pages, tracks
 from feeler.cli.app import app
 from feeler.cli.design import _report, _Watcher
+from feeler.cli.wall import _plot_shapes
 from feeler.cli.wall import _save as save_wall
 from feeler.design import page as design_page
 from feeler.physics.engine import get_engine
 from feeler.plotting.movie import SLOWER
+from feeler.plotting.wall import Shapes
 from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.robot import Recording
@@ -223,6 +226,25 @@ def test_maps_of_a_wall_are_listed_in_millimetres(figures, tmp_path, monkeypatch
         "position": [1, 2],
         "r2": 0.98765,
     }
+
+
+def test_shapes_beside_a_wall_have_the_colours_that_the_legend_names():
+    """One antenna in an inverted J, one in contact without, one that touches nothing."""
+    state = {"contact": np.array([1, 1, 0], bool), "inverted": np.array([1, 0, 0], bool)}
+    points = np.arange(24.0).reshape(3, 4, 2)
+    shapes = Shapes(points=points, wall=np.array([9.0, 8, 7]), peak=points[:, 1], **state)
+    _plot_shapes(figure := Figure(), {"a": shapes})
+    (legend,) = figure.legends
+    named = {
+        text.get_text(): to_hex(line.get_color())
+        for text, line in zip(legend.get_texts(), legend.get_lines(), strict=True)
+    }
+    walls, lines = figure.axes[0].collections
+    drawn = [to_hex(colour) for colour in lines.get_colors()]
+    words = ("inverted J in contact", "in contact, no J", "no contact")
+    assert drawn == [named[word] for word in words]
+    assert named["wall"] == to_hex(walls.get_colors()[0])
+    assert named["greatest bend"] == to_hex(figure.axes[0].lines[0].get_color())
 
 
 def test_a_movie_says_how_slow_it_is(monkeypatch, tmp_path):

@@ -104,28 +104,36 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
             np.arange(5.0), np.arange(5.0), np.ones(5, bool), np.zeros(5, bool), resolution=0.1
         )
         return wall.Run(
-            time=np.array([0.0, 123.4]),
-            body=np.zeros((2, 3)),
-            distance=np.array([12.0, 9.0]),
-            estimate=np.array([np.nan, 9.5]),
+            time=np.array([0.0, 61.7, 123.4]),
+            body=np.zeros((3, 3)),
+            distance=np.array([12.0, 9.0, 11.0]),
+            estimate=np.array([np.nan, 9.5, 11.5]),
             target=10.0,
             collided=False,
             map=straight,
         )
 
     plant(monkeypatch, wall, follow=follow)
-    said = run("follow", "--turn", -20, "--speed", 0.3, "--target", 10, "--friction", 0.2)
+    words = ("follow", "--turn", -20, "--speed", 0.3, "--target", 10, "--friction", 0.2)
+    said = run(*words)
     numbers = read(
         r"passed after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)",
         said,
     )
-    assert numbers == pytest.approx([123, np.sqrt((2**2 + 1) / 2), 9.0, 0.5, 1.0], abs=0.006)
+    assert numbers == pytest.approx([123, np.sqrt((2**2 + 1 + 1) / 3), 9.0, 0.5, 1.0], abs=0.006)
     assert (asked["speed"], asked["controller"].target, asked["posture"].friction) == (
         0.3,
         10.0,
         0.2,
     )  # m/s = mm/ms
     assert asked["course"].turns == (-20.0,)
+    known = json.loads(run(*words, "--json"))
+    assert known.pop("collided") is False
+    units = known.pop("units")
+    assert [known[name] for name in ("duration", "error", "nearest", "estimate_error", "r2")] == (
+        pytest.approx([123.4, *numbers[1:]], abs=0.006)
+    )
+    assert units == dict.fromkeys(known, "mm") | {"duration": "ms", "r2": "1"}
 
 
 def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch):
@@ -323,20 +331,20 @@ def test_the_picture_of_tracks_is_in_degrees_over_seconds():
 
 def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
     bend = xr.DataArray(
-        np.deg2rad([[10.0, -30.0], [20.0, 5.0]]),
+        np.deg2rad([[10.0, -30.0], [20.0, 5.0], [np.nan, 15.0]]),
         dims=("time", "joint"),
         coords={"joint": ["p1", "p2"]},
     )
     posture = xr.Dataset({"bend": bend, "piece_length": ("piece", [3.0, 4.5])})
-    posture["position"] = xr.DataArray(np.zeros(2), dims="time", attrs={"units": "mm"})
+    posture["position"] = xr.DataArray(np.zeros(3), dims="time", attrs={"units": "mm"})
     monkeypatch.setattr(feeler.tracking, "measure_posture", lambda *_: posture)
     monkeypatch.setattr(
         feeler.tracking,
         "load_tracks",
-        lambda *_, **__: SimpleNamespace(n_frames=2, landmarks=["base"]),
+        lambda *_, **__: SimpleNamespace(n_frames=3, landmarks=["base"]),
     )
     said = run("tracks", tmp_path / "x.csv", "--points", "base,p1,p2,tip")
-    assert "x.csv: 7.5 mm long, 2 of 2 frames whole; largest bend p1 20.0°, p2 30.0°" in said
+    assert "x.csv: 7.5 mm long, 2 of 3 frames whole; largest bend p1 20.0°, p2 30.0°" in said
 
 
 def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
@@ -366,6 +374,19 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
     assert "3 samples were missing" in said
+
+
+def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
+    def read_samples(lines, n_channels, link):
+        link.lost, link.late, link.broken = 4, 3, 2
+        return iter(())
+
+    running = SimpleNamespace(missed=7)
+    monkeypatch.setattr("feeler.robot.samples.read_samples", read_samples)
+    plant(monkeypatch, robot, make_decoder=lambda *_, **__: SimpleNamespace(start=lambda: running))
+    said = json.loads(run("robot", "stream", "-", "--json"))
+    counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2}
+    assert said == {"contact": False, **counts, "truth": None, "whole": None}
 
 
 SHARES = {

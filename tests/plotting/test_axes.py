@@ -14,8 +14,11 @@ from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.closest import plot_index, plot_kinds
 from feeler.plotting.posture import plot_profiles
+from feeler.plotting.raster import plot_raster
+from feeler.plotting.space import _make_sheet
 from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch
+from feeler.plotting.wall import Shapes, plot_approach
 from feeler.presets import cockroach
 from feeler.studies.paper import fig2b, fig3, fig4, fig6, figS1, figS2
 from feeler.studies.tradeoff.draw import plot_costs, plot_windows
@@ -109,6 +112,39 @@ def test_accuracy_and_noise_are_in_per_cent(ax, points):
     assert len(spread) == (2 if points == 2 else 1)  # two points are not joined, by a band neither
     ends = np.concatenate([path.vertices for path in spread])[:, 1]
     assert (ends.min(), ends.max()) == pytest.approx((40, 100))  # mean ± 1 sd
+
+
+def test_units_of_either_side_are_named_after_the_bending_that_they_answer(ax):
+    times = np.array([[1.0, np.nan], [2.0, 3.0], [4.0, np.nan], [5.0, 6.0]])
+    plot_raster(times, ax, np.array([1, 1, -1, -1]), lead=7.0)
+    drawn = {line.get_label(): read(line).tolist() for line in ax.lines[:2]}
+    assert drawn == {
+        "bent towards +x": [[1, 1], [2, 2], [3, 2]],
+        "bent towards −x": [[4, 1], [5, 2], [6, 2]],
+    }
+    assert name(ax) == ("time [ms]", "unit (base → tip)")
+
+
+@pytest.mark.parametrize("side", [1, -1], ids=["right", "left"])
+def test_a_wall_that_comes_nearer_is_drawn_where_it_stands(ax, side):
+    walls, points = side * np.array([9.0, 7.0, 5.0]), np.arange(18.0).reshape(3, 3, 2)
+    met = np.ones(3, dtype=bool)
+    shapes = Shapes(points=points, wall=walls, peak=points[:, 1], contact=met, inverted=met)
+    plot_approach({"a": shapes}, [ax], every=2)
+    drawn = [line for line in ax.lines if line.get_linestyle() == "--"]
+    assert [line.get_xdata()[0] for line in drawn] == walls[::2].tolist()
+    assert [text.get_text() for text in ax.figure.legends[0].get_texts()] == [
+        *("9", "5"),
+        "greatest bend",
+    ]
+
+
+def test_a_wall_in_space_is_drawn_across_its_own_direction():
+    axes = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])  # forward, left, up
+    origin = np.array([3.0, 4.0, 5.0])
+    points = np.moveaxis(_make_sheet(origin, axes, reach=30.0), 0, -1) - origin
+    np.testing.assert_allclose(points @ axes[0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.abs(points @ axes[1:].T), 10.0)
 
 
 def make_dispersion(values):

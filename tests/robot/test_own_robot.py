@@ -312,6 +312,16 @@ def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(t
     )
 
 
+def test_a_replay_at_twice_the_speed_waits_half_as_long(monkeypatch, tmp_path):
+    one = Recording(time=np.array([0.0, 100.0, 300.0]), values=np.ones((8, 3)), quantity="angle")
+    save_recording(one, tmp_path / "r.csv")
+    waits = []
+    monkeypatch.setattr("time.sleep", waits.append)
+    monkeypatch.setattr("time.monotonic", lambda: 5.0)
+    assert run("robot", "replay", tmp_path / "r.csv", "--speed", 2).exit_code == 0
+    np.testing.assert_allclose(waits, [0.05, 0.15])
+
+
 def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):
     assert run("robot", "board", tmp_path / "b.ino", "--channels", 12, "--rate", 100).exit_code == 0
     text = (tmp_path / "b.ino").read_text()

@@ -25,6 +25,10 @@ def test_figure_3_draws_what_was_computed():
     )
     assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
     assert len(figure.axes) == 6
+    assert [ax.get_title() for ax in figure.axes[1:3]] == [
+        f"{name}\n{fig3.describe_posture(posture)}"
+        for name, posture in ((fig3.LEAD, fig3.get_lead()), (fig3.DEFAULT, Posture()))
+    ]
 
 
 def test_every_distance_is_drawn_with_its_wall():

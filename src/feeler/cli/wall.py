@@ -199,7 +199,8 @@ def follow(
             name: getattr(run, name) for name in ("collided", "error", "nearest", "estimate_error")
         }
         known |= {"duration": run.time[-1], "r2": None if run.map is None else run.map.r2}
-        say_json({**known, "units": {"time": "ms", "*": "mm"}})
+        units = dict.fromkeys(("error", "nearest", "estimate_error"), "mm")
+        say_json({**known, "units": units | {"duration": "ms", "r2": "1"}})
         return
     end = "ran into the wall" if run.collided else "passed"
     words = (

@@ -1,0 +1,284 @@
+"""What a legend, a title, a sentence or a value names is what it holds: sections are shown planted
+numbers of which no two are equal, at scales that the smoke run does not reach too.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from feeler.decoding.sweep import Sweep
+from feeler.dispersion import INDICES, Interval
+from feeler.report import Section
+from feeler.studies.paper import (
+    fig2b,
+    fig2b_fit,
+    fig3,
+    fig4,
+    fig5,
+    fig5_bending,
+    fig5_speed,
+    fig6,
+    figS2,
+    figS5,
+    figS6,
+    open_bounds,
+    story,
+)
+from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
+from feeler.studies.paper.window import WINDOWS
+
+CONTEXT = SimpleNamespace(effort=SimpleNamespace(robot_repeats=2), seed=0, engine="")
+
+
+@pytest.fixture
+def section(monkeypatch):
+    """A section that draws nothing."""
+    monkeypatch.setattr(Section, "figure", lambda *_, **__: None)
+    return Section(name="some", title="Some", folder=None)
+
+
+def list_words(section):
+    return " ".join(block["text"] for block in section.blocks if block["kind"] == "text")
+
+
+def read_curves(ax):
+    """What is drawn, by its name in the legend."""
+    handles, labels = ax.get_legend_handles_labels()
+    return {label: line.get_ydata().tolist() for label, line in zip(labels, handles, strict=True)}
+
+
+def make_sweep(area, **more):
+    """A sweep of two repeats whose accuracy is ``area`` in each of four classes."""
+    counts = 300 * np.where(np.eye(4), area, (1 - area) / 3)[None]
+    parts = {"ratios": np.array([0.2]), "classes": np.arange(4), "hits": np.zeros((1, 2, 4))}
+    parts |= {"confusion": counts, "kept_noisy": counts[0], "kept_clean": counts[0]}
+    return Sweep(**parts | {"noisy": np.full((1, 2), area)} | more)
+
+
+def test_the_decoder_s_curves_have_the_names_of_what_they_show():
+    parts = {"accuracy": [0.1, 0.2, 0.3], "decided": [0.4, 0.5, 0.6]}
+    parts |= {"decided_right": [0.7, 0.8, 0.9], "since_contact": [0, 50, 100]}
+    fig6._plot_early(SimpleNamespace(early=SimpleNamespace(**parts)), ax := Figure().subplots())
+    names = ("best guess right", "decided", "of those, right")
+    assert read_curves(ax) == dict(zip(names, list(parts.values())[:3], strict=True))
+
+
+def test_bases_are_counted_from_one_beside_their_codes():
+    code = np.array([[0.0, 2.0, 4.0], [8.0, 1.0, 0.0]])
+    data = SimpleNamespace(examples={"ball 0.5": code}, sampling=1.0)
+    fig4._plot_examples(data, axes := Figure().subplots(1, 1, squeeze=False))
+    assert read_curves(axes[0, 0]) == {
+        "basis 1": [0.0, 0.25, 0.5],
+        "basis 2": [1.0, 0.125, 0.0],
+    }
+
+
+def test_both_blows_are_drawn_from_their_own_turning_point(monkeypatch):
+    """The lever's and the straight one's, which come at other times."""
+    time = np.arange(40.0)
+    peaks = iter((12.0, 25.0))
+    free = SimpleNamespace(peak_time=3.0)
+    tip = xr.DataArray(np.ones((1, 40, 2)), dims=("trial", "time", "axis"), attrs={"units": "mm"})
+    found = xr.Dataset({"tip": tip}, {"time": ("time", time, {"units": "ms"})})
+    monkeypatch.setattr(fig2b, "release", lambda *_, **__: found)
+    monkeypatch.setattr(fig2b, "measure_free_response", lambda *_: free)
+    monkeypatch.setattr(
+        fig2b,
+        "hit",
+        lambda *_, **__: SimpleNamespace(time=time, tip=np.exp(-np.abs(time - next(peaks)))),
+    )
+    data = fig2b.compute()
+    for at, moved in ((data.impulse_time, data.impulse), (data.slow_time, data.slow)):
+        assert at[np.argmin(moved)] == 0.0
+        assert moved.min() == -1.0
+
+
+def test_axes_say_which_way_is_more_dispersed():
+    one = Interval(estimate=0.5, low=0.4, high=0.6)
+    found = SimpleNamespace(
+        groups=("slow", "fast"),
+        values=lambda index, group: np.array([0.5]),
+        average={index: {"slow": one, "fast": one} for index in INDICES},
+    )
+    figS6.plot(SimpleNamespace(dispersions={"speed": {"raw": found}}), figure := Figure())
+    words = [ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()]
+    assert words == [
+        f"{known.label}\n{'low' if known.is_similarity else 'high'}: more dispersed"
+        for known in INDICES.values()
+    ]
+    assert {known.is_similarity for known in INDICES.values()} == {True, False}
+
+
+def test_boxes_stand_above_the_name_of_their_side():
+    peaks = np.deg2rad([[10.0, 50.0], [20.0, 70.0]]) * 1e-3
+    data = SimpleNamespace(exploration=SimpleNamespace(mean_peak=peaks))
+    figS2._plot_box(data, ax := Figure().subplots())
+    assert [tick.get_text() for tick in ax.get_xticklabels()] == ["left", "right"]
+    dots = {line.get_xdata()[0]: line.get_ydata() for line in ax.lines if line.get_marker() == "."}
+    np.testing.assert_allclose([dots[1.0], dots[2.0]], [[10, 20], [50, 70]])
+
+
+def test_where_a_touch_bends_most_is_drawn_over_where_it_touches():
+    window = SimpleNamespace(share=np.array([[0.2, 0.8], [0.6, 0.4]]), top=np.array([0.3, 0.1]))
+    antenna = SimpleNamespace(hinge_position=np.array([0.0, 5.0]), length=10.0)
+    antenna.sensors = np.array([1, 2])
+    data = {"exponential": dict.fromkeys(WINDOWS, window)}
+    fig5_bending.plot(
+        data, {"exponential": antenna}, np.array([0.5, 0.9]), figure := Figure(figsize=(7, 3))
+    )
+    _, middle, _ = figure.axes
+    (dots,) = (line for line in middle.lines if line.get_label() == "exponential")
+    np.testing.assert_allclose(dots.get_xydata(), [[50, 30], [90, 10]])
+    assert middle.get_xlabel().startswith("contact")
+    assert middle.get_ylabel().startswith("bends most")
+
+
+def test_ratios_stand_below_their_own_names(section):
+    fig2b_fit._show_impactor(section, [(0.2, None, np.array([0.11, 0.22]))])
+    table = section.blocks[-1]
+    row = dict(zip(table["header"], table["rows"][0], strict=True))
+    assert (row["path"], row["speed [m/s]"]) == ("straight", "0.2")
+    assert (row["ratio_71"], row["ratio_86"]) == ("0.11", "0.22")
+
+
+def test_restarts_agree_to_their_own_ends(section):
+    """With shifts and without: four numbers, none of them equal."""
+    planted = {"stability": np.array([0.91, 0.97]), "stability_in_place": np.array([0.42, 0.63])}
+    nothing = {"ranks": (), "residual": (), "entropy": {}, "ranked": None}
+    fig4._show_ranks(section, SimpleNamespace(**planted, **nothing, tensor_sparseness=0.5))
+    words = list_words(section)
+    assert "bases to 0.91…0.97" in words
+    assert "same lags to 0.42…0.63" in words
+
+
+def test_durations_say_the_likeness_along_and_of_the_whole(section, monkeypatch):
+    starts = dict(zip((figS5.ALONG, figS5._ALL), np.array([[0.91], [0.62]]), strict=True))
+    others = dict(zip((figS5.ALONG, figS5._ALL), np.array([[0.33], [0.14]]), strict=True))
+    found = SimpleNamespace(least=starts, others=others, profile_similarity=0, residual=0)
+    found.basis_similarity = 0
+    monkeypatch.setattr(figS5, "list_profiles", lambda _: ["exponential"])
+    monkeypatch.setattr(figS5, "load_tensors", lambda *_: None)
+    monkeypatch.setattr(figS5, "load", lambda _: SimpleNamespace(encoders={}))
+    monkeypatch.setattr(figS5, "compute", lambda *_, **__: found)
+    figS5.show(SimpleNamespace(effort=SimpleNamespace(durations=(10, 40)), seed=0), section)
+    words = list_words(section)
+    assert "at least 0.91 (two different bases of 40 ms to at most 0.33)" in words
+    assert "cosine is at least 0.62 (at most 0.14)" in words
+
+
+def test_walls_that_slid_are_counted_and_told_apart_at_both_limits(section, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        fig3, "_compute_unique_share", lambda touch, apart: asked.append((touch, apart)) or apart
+    )
+    shape = {
+        "wall": 0,
+        "points": 0,
+        "contact": np.array([1, 1, 1]),
+        "inverted": np.array([1, 0, 0]),
+    }
+    monkeypatch.setattr(fig3.Shapes, "of_slides", lambda _: SimpleNamespace(**shape))
+    fig3._show_slides(section, SimpleNamespace(far_slides={"linear": "far"}, default_slides="own"))
+    assert "linear 1 of 3" in list_words(section)
+    tenth, twentieth = fig3.APART, fig3.APART / 2
+    assert asked == [("far", tenth), ("far", twentieth), ("own", tenth), ("own", twentieth)]
+    assert section.values[f"wall.{fig3.DEFAULT}.unique_share.twentieth"] == twentieth
+
+
+def test_the_robot_s_slow_and_fast_touches_keep_their_names(section, monkeypatch):
+    """Speeds are listed from the fastest on, and slow touch is claimed to be the more dispersed."""
+
+    def make(value):
+        return {
+            index: Interval(estimate=value, low=value - 0.01, high=value + 0.01)
+            for index in INDICES
+        }
+
+    found = {
+        "speed": {"0.27 m/s": make(0.8), "0.135 m/s": make(0.5), "0.027 m/s": make(0.2)},
+        "profile": {"constant": make(0.7), "linear": make(0.3)},
+    }
+    monkeypatch.setattr(fig6, "compute_comparison", lambda **_: found)
+    fig6._compare(CONTEXT, section)
+    said = {
+        name: section.values[f"robot.nmi.{name}"]["value"]
+        for name in ("slow", "fast", "graded", "constant")
+    }
+    assert said == {"slow": 0.2, "fast": 0.8, "graded": 0.3, "constant": 0.7}
+    similar = np.mean([known.is_similarity for known in INDICES.values()])
+    assert section.values["robot.agree.speed"]["value"] == similar
+
+
+def test_quiet_is_the_least_of_the_noises():
+    asked = {"relative": (0.1, 0.4), "common": (0.01, 0.05)}
+    keys = [("ball", kind, size) for kind, sizes in asked.items() for size in sizes]
+    squares = {key: np.full((3, 3), (2.0 + k) ** 2) for k, key in enumerate(keys)}
+    bounds = {key: np.ones((3, 3)) for key in keys}
+    swapped = {key: squares[other] for key, other in zip(keys, reversed(keys), strict=True)}
+    for errors, least, quiet in ((squares, 2.0, 2.0), (swapped, 2.0, 3.0)):
+        found = open_bounds._measure(errors, bounds, asked, np.arange(3))
+        assert found["bounds.ratio.size"] == pytest.approx(least)
+        assert found["bounds.ratio.size.quiet"] == pytest.approx(quiet)
+
+
+def test_kept_variance_is_said_of_what_it_was_kept_of():
+    kept = {"kept_clean": np.array([[0.5, 0.6]]), "kept_noisy": np.array([[0.91, 0.93]])}
+    first = make_sweep(0.7, ratios=np.array([fig5.KEPT_AT[0]]), **kept)
+    curves = SimpleNamespace(find=lambda kind: {"slow": first})
+    values = fig5._collect_values({"speed": curves}, {}, 2)
+    said = {
+        name: values[f"classification.pca.{name} at 10 % noise"]["value"]
+        for name in ("clean codes", "noisy copies")
+    }
+    assert said == pytest.approx({"clean codes": 0.55, "noisy copies": 0.92})
+
+
+def test_every_reading_stands_beside_its_own_null(section, monkeypatch):
+    """Complete touches beside identical complete touches, not beside those in the window."""
+    curves = SimpleNamespace(
+        find=lambda kind: {"exponential": make_sweep(0.6)}, find_null=lambda kind: make_sweep(0.2)
+    )
+    monkeypatch.setattr(fig5_speed, "load", lambda _: SimpleNamespace(curves={"profile": curves}))
+    monkeypatch.setattr(fig5_speed, "name_speeds", lambda _: {})
+    section.values |= {
+        "classification.lda.exponential": {"value": 0.5},
+        "classification.null.exponential": {"value": 0.4},
+    }
+    complete = {"exponential": {"value": 0.9}}
+    fig5_speed._keep_values(CONTEXT, section, "profile", complete, {"value": 0.3})
+    readings = (fig5_speed.JOINT_CODES, *fig5_speed.TENSORS)
+    pairs = [
+        tuple(section.values[f"lda.{part}{reading}.exponential"]["value"] for part in ("", "null."))
+        for reading in readings
+    ]
+    np.testing.assert_allclose(pairs, [(0.5, 0.4), (0.6, 0.2), (0.9, 0.3)])
+
+
+def test_only_what_is_evidence_is_counted_and_only_that_can_fail():
+    """The first screen's counts, of claims that are all reproduced but those of one effect."""
+    claims = load_claims()
+    lost = next(c for c in claims if c.whose == "paper" and c.can_fail and c.effect)
+    judged = [
+        Judged(
+            claim=c,
+            verdict="not reproduced" if c.effect == lost.effect else "reproduced",
+            ours="",
+            why="",
+        )
+        if c.can_fail
+        else Judged(claim=c, verdict="by construction", ours="", why="")
+        for c in claims
+    ]
+    shown = {}
+    templates = SimpleNamespace(opening=lambda *_, **parts: shown.update(parts))
+    story.open_report(templates, [], judged)
+    words = judge_statements(judged)
+    told = [word for word in words.values() if word in EVIDENCE]
+    assert len(told) < len(words)
+    assert shown["counted"] == len(told)
+    assert shown["held"] == told.count("reproduced")
+    assert len(shown["failed"]) == len(told) - shown["held"] > 0
