@@ -5,6 +5,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 
 
 class FeelerError(Exception):
@@ -79,23 +80,39 @@ _PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-
 def say_warnings(
     said: set[str] | None = None, put: Callable[[str], str] = lambda words: words
 ) -> None:
-    """From now on print each kind of warning that a result calls for once, as one sentence without
-    file and line: those above, and fits that ended early.
+    """From now on print each kind of warning once, as one sentence without file and line; a
+    library's own begins with its name.
 
     Two warnings are of one kind if they differ in their numbers alone. Those in ``said`` count as
-    printed; what is printed is added to it. All other warnings stay as they are. ``put`` puts the
+    printed; what is printed is added to it. Whoever asks Python for warnings (``python -W``,
+    PYTHONWARNINGS) sees those of libraries as Python shows them. ``put`` puts the
     words into the language of who asked.
     """
     show = warnings.showwarning
     known = set() if said is None else said
 
     def say(message, category, filename, lineno, file=None, line=None) -> None:
-        if not {base.__name__ for base in category.__mro__} & {*_PLAIN}:
+        ours = bool({base.__name__ for base in category.__mro__} & {*_PLAIN})
+        if not ours and sys.warnoptions:
             show(message, category, filename, lineno, file, line)
             return
-        kind = re.sub(r"[\d.]+", "", str(message))
+        words = str(message) if ours else f"{_name_library(filename)}: {_cut(str(message))}"
+        kind = re.sub(r"[\d.]+", "", words)
         if kind not in known:
-            print(f"feeler: warning: {put(str(message))}", file=file or sys.stderr)
+            print(f"feeler: warning: {put(words)}", file=file or sys.stderr)
         known.add(kind)
 
     warnings.showwarning = say
+
+
+def _name_library(file: str) -> str:
+    """The package that a source file belongs to."""
+    parts = Path(file).with_suffix("").parts
+    places = [k for k, part in enumerate(parts) if part in ("site-packages", "src")]
+    return parts[places[-1] + 1] if places and places[-1] + 1 < len(parts) else parts[-1]
+
+
+def _cut(words: str) -> str:
+    """The first 300 characters of a message, in one line."""
+    line = " ".join(words.split())
+    return line if len(line) <= 300 else line[:299] + "…"

@@ -22,7 +22,7 @@ from typing import Any
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from feeler.checked import checked
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import FeelerError, InvalidInput, say_warnings
 from feeler.execute.threads import check_workers
 
 try:
@@ -233,6 +233,7 @@ def _begin(memory_limit: int) -> None:
         "spawn", force=True
     )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
+    say_warnings()  # a worker has no other way to tell
     gc.freeze()  # what was imported stays
     gc.set_threshold(
         50_000
