@@ -1,5 +1,6 @@
 """Errors of feeler: each says what is wrong, what was got, what would be right and what to do."""
 
+import errno
 import re
 import sys
 import warnings
@@ -72,6 +73,21 @@ def require_extra(module: str, extra: str, what: str) -> None:
     """Raise MissingExtra at once if a library is not installed: before anything is computed."""
     if find_spec(module) is None:
         raise MissingExtra(f"{what} needs {module}: pip install 'feeler[{extra}]'.")
+
+
+_SHORT = ("Cannot allocate memory", "failed to map segment", "can't start new thread")
+_SHORT += ("without exception set", "without setting an exception")  # of Python's own C
+
+
+def lacks_memory(error: BaseException | None) -> bool:
+    """Whether this, or what led to it, is a lack of memory: a library that finds no room to load
+    or to start says it otherwise.
+    """
+    if error is None:
+        return False
+    said = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
+    said = said or any(words in str(error) for words in _SHORT)
+    return said or lacks_memory(error.__cause__ or error.__context__)
 
 
 _PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's
