@@ -75,8 +75,10 @@ def require_extra(module: str, extra: str, what: str) -> None:
         raise MissingExtra(f"{what} needs {module}: pip install 'feeler[{extra}]'.")
 
 
-_SHORT = ("Cannot allocate memory", "failed to map segment", "can't start new thread")
-_SHORT += ("without exception set", "without setting an exception")  # of Python's own C
+_SHORT = (
+    *("Cannot allocate memory", "failed to map segment", "can't start new thread"),
+    *("without exception set", "without setting an exception"),  # Python's own C
+)
 
 
 def lacks_memory(error: BaseException | None) -> bool:
