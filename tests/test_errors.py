@@ -7,17 +7,43 @@ import pytest
 from feeler.errors import Doubtful, say_warnings
 
 
+@pytest.fixture
+def others(monkeypatch):
+    """What is shown as Python shows it."""
+    shown = []
+    monkeypatch.setattr(warnings, "showwarning", lambda *told: shown.append(str(told[0])))
+    return shown
+
+
 @pytest.mark.filterwarnings("default")
-def test_a_kind_of_warning_is_said_once_and_without_our_files(capsys, monkeypatch):
-    others = []
-    monkeypatch.setattr(warnings, "showwarning", lambda *told: others.append(str(told[0])))
+def test_a_kind_of_warning_is_said_once_and_without_our_files(capsys, others):
     say_warnings()
     warnings.warn("sank by 0.56 of the radius", Doubtful, stacklevel=1)
     warnings.warn("sank by 12 of the radius", Doubtful, stacklevel=1)
     warnings.warn("moves 3 mm", Doubtful, stacklevel=1)
-    warnings.warn("of another package", UserWarning, stacklevel=1)
     assert capsys.readouterr().err.splitlines() == [
         "feeler: warning: sank by 0.56 of the radius",
         "feeler: warning: moves 3 mm",
     ]
-    assert others == ["of another package"]
+    assert others == []
+
+
+LIBRARY = "/there/site-packages/sklearn/linear_model/_logistic.py"
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_warning_of_a_library_is_one_sentence_unless_python_was_asked_for_warnings(
+    capsys, monkeypatch, others, asked
+):
+    monkeypatch.setattr("sys.warnoptions", ["default"] if asked else [])
+    say_warnings()
+    for number in (3, 4):
+        text = f"lbfgs failed to converge ({number}):\n  see\n https://scikit-learn.org"
+        warnings.showwarning(FutureWarning(text), FutureWarning, LIBRARY, 458)
+    warnings.showwarning(RuntimeWarning("x" * 900), RuntimeWarning, "/there/src/feeler/a.py", 1)
+    said = [
+        "feeler: warning: sklearn: lbfgs failed to converge (3): see https://scikit-learn.org",
+        f"feeler: warning: feeler: {'x' * 299}…",
+    ]
+    assert capsys.readouterr().err.splitlines() == ([] if asked else said)
+    assert len(others) == (3 if asked else 0)

@@ -1,10 +1,12 @@
 """Errors of feeler: each says what is wrong, what was got, what would be right and what to do."""
 
+import errno
 import re
 import sys
 import warnings
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 
 
 class FeelerError(Exception):
@@ -73,29 +75,62 @@ def require_extra(module: str, extra: str, what: str) -> None:
         raise MissingExtra(f"{what} needs {module}: pip install 'feeler[{extra}]'.")
 
 
+_SHORT = (
+    *("Cannot allocate memory", "failed to map segment", "can't start new thread"),
+    *("without exception set", "without setting an exception"),  # Python's own C
+)
+
+
+def lacks_memory(error: BaseException | None) -> bool:
+    """Whether this, or what led to it, is a lack of memory: a library that finds no room to load
+    or to start says it otherwise.
+    """
+    if error is None:
+        return False
+    said = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
+    said = said or any(words in str(error) for words in _SHORT)
+    return said or lacks_memory(error.__cause__ or error.__context__)
+
+
 _PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's
 
 
 def say_warnings(
     said: set[str] | None = None, put: Callable[[str], str] = lambda words: words
 ) -> None:
-    """From now on print each kind of warning that a result calls for once, as one sentence without
-    file and line: those above, and fits that ended early.
+    """From now on print each kind of warning once, as one sentence without file and line; a
+    library's own begins with its name.
 
     Two warnings are of one kind if they differ in their numbers alone. Those in ``said`` count as
-    printed; what is printed is added to it. All other warnings stay as they are. ``put`` puts the
+    printed; what is printed is added to it. Whoever asks Python for warnings (``python -W``,
+    PYTHONWARNINGS) sees those of libraries as Python shows them. ``put`` puts the
     words into the language of who asked.
     """
     show = warnings.showwarning
     known = set() if said is None else said
 
     def say(message, category, filename, lineno, file=None, line=None) -> None:
-        if not {base.__name__ for base in category.__mro__} & {*_PLAIN}:
+        ours = bool({base.__name__ for base in category.__mro__} & {*_PLAIN})
+        if not ours and sys.warnoptions:
             show(message, category, filename, lineno, file, line)
             return
-        kind = re.sub(r"[\d.]+", "", str(message))
+        words = str(message) if ours else f"{_name_library(filename)}: {_cut(str(message))}"
+        kind = re.sub(r"[\d.]+", "", words)
         if kind not in known:
-            print(f"feeler: warning: {put(str(message))}", file=file or sys.stderr)
+            print(f"feeler: warning: {put(words)}", file=file or sys.stderr)
         known.add(kind)
 
     warnings.showwarning = say
+
+
+def _name_library(file: str) -> str:
+    """The package that a source file belongs to."""
+    parts = Path(file).with_suffix("").parts
+    places = [k for k, part in enumerate(parts) if part in ("site-packages", "src")]
+    return parts[places[-1] + 1] if places and places[-1] + 1 < len(parts) else parts[-1]
+
+
+def _cut(words: str) -> str:
+    """The first 300 characters of a message, in one line."""
+    line = " ".join(words.split())
+    return line if len(line) <= 300 else line[:299] + "…"

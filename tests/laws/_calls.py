@@ -22,6 +22,7 @@ import numpy as np
 import xarray as xr
 
 import feeler
+from feeler import calibration
 from feeler.errors import FeelerError
 from feeler.rules import OneOf
 from tests.fuzz._files import make_decoder, make_set
@@ -38,6 +39,16 @@ BY_NAME = {
     "encoder": lambda: make_encoder(),
 }
 """Arguments whose annotation leaves open what they are."""
+
+
+MADE = {
+    "ActiveTask": lambda: feeler.active.TouchTask(),
+    "Feature": lambda: feeler.Ball(radius=1.0),
+    "Shape": lambda: feeler.Ball(radius=1.0),
+    "Hinges": lambda: calibration.make_hinges("scale", feeler.presets.cockroach()),
+    "Targets": lambda: calibration.make_targets(frequency=(0.02, 0.001)),
+}
+"""What cannot be made from its annotations alone."""
 
 
 @cache
@@ -117,10 +128,8 @@ def _make_plain(kind: Any, depth: int) -> Any:
         return make_set()
     if kind is np.random.Generator:
         return np.random.default_rng(0)
-    if getattr(kind, "__name__", "") == "ActiveTask":  # which is abstract
-        return feeler.active.TouchTask()
-    if getattr(kind, "__name__", "") in ("Feature", "Shape"):
-        return feeler.Ball(radius=1.0)
+    if make := MADE.get(getattr(kind, "__name__", "")):
+        return make()
     if not inspect.isclass(kind) or not kind.__module__.startswith("feeler") or depth > 4:
         return _make_foreign(kind)
     try:

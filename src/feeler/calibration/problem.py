@@ -10,7 +10,7 @@ from feeler.calibration.cost import compute_distance, compute_residuals, compute
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
-from feeler.errors import FeelerError
+from feeler.errors import FeelerError, InvalidInput
 from feeler.journal import Journal
 from feeler.provenance import make_key
 
@@ -45,6 +45,13 @@ class Problem:
     seconds: float = 0.0
     journal: Journal = field(default_factory=Journal, repr=False)
     watch: Callable[[int, float], None] | None = None
+
+    def __post_init__(self) -> None:
+        for name, kind in (("hinges", Hinges), ("targets", Targets)):
+            if not isinstance(given := getattr(self, name), kind):
+                raise InvalidInput(
+                    f"Problem.{name} must be {kind.__name__}, got {type(given).__name__}."
+                )
 
     def measure(self, p: Sequence[float] | np.ndarray) -> Measured:
         """Quantities of the antenna with parameters ``p``."""

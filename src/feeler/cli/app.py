@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from feeler.cli.page import Verbs, list_options, say_in_shell
-from feeler.errors import FeelerError, say_warnings
+from feeler.errors import FeelerError, lacks_memory, say_warnings
 from feeler.files import FULL
 
 GROUPS = {
@@ -99,6 +99,12 @@ def main() -> None:
         raise
 
 
+NO_MEMORY = (
+    "there is not enough memory (some 1.5 GiB of addresses are needed). Close other programs, raise"
+    " the limit (ulimit -v), or use fewer workers; what was finished before is on disk."
+)
+
+
 def _run() -> None:
     try:
         app()
@@ -106,7 +112,12 @@ def _run() -> None:
         _fail(_put_in_shell(str(error)), 2)
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
-    except OSError as error:
+    except Exception as error:
+        if lacks_memory(error):
+            print(f"feeler: {NO_MEMORY}", file=sys.stderr)
+            _leave(2)  # what is loaded by half would say more at the end
+        if not isinstance(error, OSError):
+            raise
         _fail(_explain(error), 2)
 
 
@@ -132,10 +143,10 @@ def _fail(message: str, code: int) -> None:
     sys.exit(code)
 
 
-def _leave() -> None:
+def _leave(code: int = INTERRUPTED) -> None:
     """End at once: worker threads may still be inside an engine, which the interpreter's own end
     would pull away.
     """
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(INTERRUPTED)
+    os._exit(code)

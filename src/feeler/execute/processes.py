@@ -1,7 +1,6 @@
 """Processes: workers that may crash or run out of memory without taking the batch with them."""
 
 import contextlib
-import errno
 import gc
 import multiprocessing
 import os
@@ -22,7 +21,7 @@ from typing import Any
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from feeler.checked import checked
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import FeelerError, InvalidInput, lacks_memory, say_warnings
 from feeler.execute.threads import check_workers
 
 try:
@@ -233,6 +232,7 @@ def _begin(memory_limit: int) -> None:
         "spawn", force=True
     )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
+    say_warnings()  # a worker has no other way to tell
     gc.freeze()  # what was imported stays
     gc.set_threshold(
         50_000
@@ -269,11 +269,7 @@ def _lacks_memory(error: BaseException | None) -> bool:
         return False
     if isinstance(error, SyntaxError) and _is_sound(error.filename):
         return True
-    said = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
-    said = said or any(
-        words in str(error) for words in ("Cannot allocate memory", "failed to map segment")
-    )
-    return said or _lacks_memory(error.__cause__ or error.__context__)
+    return lacks_memory(error) or _lacks_memory(error.__cause__ or error.__context__)
 
 
 def _is_sound(file: str | None) -> bool:
