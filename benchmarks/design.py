@@ -236,7 +236,7 @@ def sample_profile(antenna) -> list[float]:
 
 def measure_force(antenna) -> float:
     """Mean peak force [mN] of one touch of each class."""
-    trials = PLAN.task.draw(antenna, "optimiser", PLAN.task.speeds[0])[
+    trials = PLAN.task.draw_classes(antenna, "optimiser", PLAN.task.speeds[0])[
         :: PLAN.task.train + PLAN.task.test
     ]
     force = touch(antenna, trials, duration=PLAN.task.duration, save=("angle", "force"), workers=1)[
