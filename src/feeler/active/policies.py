@@ -9,8 +9,10 @@ import numpy as np
 from feeler.active.observer import MENU, Known, Policy
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.files import read_bytes
 from feeler.registry import Registry
 
+_MAX_BYTES = 2**20  # [C] of a policy's file
 POLICIES: Registry[Callable[..., Policy]] = Registry(
     "policy", {"learned": "feeler.active.learned:make_learned"}
 )
@@ -87,7 +89,7 @@ def _load(path: Path, name: str) -> Policy:
     module = ModuleType(path.stem)
     module.__file__ = str(path)
     # from its text: what Python keeps of a file would hide a change within the same second
-    exec(compile(path.read_bytes(), path, "exec"), vars(module))
+    exec(compile(read_bytes(path, _MAX_BYTES), path, "exec"), vars(module))
     found = getattr(module, name or "policy", None)
     if not callable(found):
         raise InvalidInput(

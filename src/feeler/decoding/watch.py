@@ -8,7 +8,7 @@ from feeler.decoding.clouds import CloudReader, Others
 from feeler.decoding.labels import Labels
 from feeler.errors import InvalidInput
 
-MOMENTS = (50, 100, 200, 400, 800, 1600)  # [C] samples after contact at which it is asked
+_MOMENTS = (50, 100, 200, 400, 800, 1600)  # [C] samples after contact at which it is asked
 
 
 class Watch:
@@ -38,15 +38,15 @@ class Watch:
         y: Labels,
         groups: Sequence[int],
         strangers: Others | None = None,
-        most: int = MOMENTS[-1],
+        most: int = _MOMENTS[-1],
     ) -> "Watch":
         """Learn from tensors (trial, sensor, window) that begin with contact. No moment lies later
         than ``most`` samples after contact, because the shortest recording ends there.
         """
-        moments = [moment for moment in MOMENTS if moment <= min(most, X.shape[2])]
+        moments = [moment for moment in _MOMENTS if moment <= min(most, X.shape[2])]
         if not moments:
             raise InvalidInput(
-                f"a watch needs touches of {MOMENTS[0]} samples after contact, got"
+                f"a watch needs touches of {_MOMENTS[0]} samples after contact, got"
                 f" {min(most, X.shape[2])}."
             )
         self.readers_ = {}
