@@ -352,13 +352,13 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
 
     def state(word, since, probability, label=None):
         fields = {"state": word, "since_contact": since, "probability": probability, "label": label}
-        return SimpleNamespace(**fields)
+        return SimpleNamespace(**fields, strange=since == 1, strangeness=2.5)
 
     states = iter(
         [
             state("waiting", -1, 0.0),
             state("touching", 0, 0.25, ("ball", 0.7, 0.3)),
-            state("touching", 1, 0.5),
+            state("touching", 1, 0.5, ("box", 0.9, 0.3)),
         ]
     )
     running = SimpleNamespace(update=lambda angle, time: next(states))
@@ -373,6 +373,7 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     _say_end(True, 3, "", "")
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
+    assert "0.50  so far unlike any touch I know; nearest box at 0.9 of the length" in said
     assert "3 samples were missing" in said
 
 
