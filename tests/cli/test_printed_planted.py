@@ -384,7 +384,11 @@ def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
 
     running = SimpleNamespace(missed=7)
     monkeypatch.setattr("feeler.robot.samples.read_samples", read_samples)
-    plant(monkeypatch, robot, make_decoder=lambda *_, **__: SimpleNamespace(start=lambda: running))
+    made = {
+        "make_decoder": lambda *_, **__: SimpleNamespace(start=lambda: running),
+        "draw_lessons": lambda *_, **__: SimpleNamespace(watch=lambda decoder: decoder),
+    }
+    plant(monkeypatch, robot, **made)
     said = json.loads(run("robot", "stream", "-", "--json"))
     counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2}
     assert said == {"contact": False, **counts, "truth": None, "whole": None}

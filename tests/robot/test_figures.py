@@ -3,6 +3,7 @@ commands work.
 """
 
 import json
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,12 +13,19 @@ import typer
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
+import feeler.robot
 from feeler.errors import InvalidInput
-from feeler.robot import load_calibration, load_recording, make_decoder
+from feeler.robot import draw_lessons, load_calibration, load_recording, make_decoder
 from feeler.robot.examples import EXAMPLES, get_example
 from feeler.studies.paper import fig6, fig6_data, figS2, figS7
 from feeler.studies.scale import SCALES
 from feeler.tracking import load_tracks
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Streams that learn from few robots, which takes a second in place of ten."""
+    monkeypatch.setattr(feeler.robot, "draw_lessons", partial(draw_lessons, robots=8))
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +153,7 @@ def test_check_and_fit_leave_pages_that_say_what_they_print(run, tmp_path):
     )
 
 
-def test_a_stream_leaves_a_page_of_what_it_thought(run, tmp_path):
+def test_a_stream_leaves_a_page_of_what_it_thought(run, few, tmp_path):
     said = run(
         "robot",
         "stream",
@@ -176,7 +184,7 @@ def test_conversion_gives_a_valid_set(run, tmp_path):
         assert dataset["source"].values.tolist() == ["surrogate"]
 
 
-def test_a_stream_says_what_the_decoder_knows(run, monkeypatch):
+def test_a_stream_says_what_the_decoder_knows(run, few, monkeypatch):
     """From a recording, and from standard input; in words, and as JSON."""
     decoder = make_decoder()
     monkeypatch.setattr("feeler.robot.make_decoder", lambda *_, **__: decoder)
@@ -192,10 +200,13 @@ def test_a_stream_says_what_the_decoder_knows(run, monkeypatch):
     known = {
         state.since_contact: state for state in decoder.replay(recording.values, recording.time)
     }
-    assert [s["since_contact"] for s in states] == [*range(0, max(known) + 1, 50)]
+    turns = [k for k in known if k - 1 in known and known[k].strange != known[k - 1].strange]
+    asked = sorted({*range(0, max(known) + 1, 50), *turns})
+    assert [s["since_contact"] for s in states] == asked
     for said in states:
         state = known[said["since_contact"]]
         assert (said["state"], said["probability"]) == (state.state, state.probability)
+        assert said["unlike_all"] == state.strange
         assert tuple(said["label"].values()) == state.label
     whole = end.pop("whole")
     assert whole["label"]["location"] == 0.9 and not whole["unlike_all"]
