@@ -7,7 +7,7 @@ import pytest
 from matplotlib.image import imread
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-
+QUICK = ("touch_a_ball", "listen_to_a_nerve")  # the others take five seconds and more each
 
 LEAST = {
     "train_a_network": 0.5
@@ -30,7 +30,13 @@ def test_there_are_examples():
     assert len(EXAMPLES) >= 6
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=() if path.stem in QUICK else pytest.mark.long)
+        for path in EXAMPLES
+    ],
+)
 def test_example_runs(path, tmp_path, capsys):
     found = runpy.run_path(str(path))["main"](tmp_path)
     assert path.stem not in LEAST or found > LEAST[path.stem]
