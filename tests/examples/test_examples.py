@@ -7,7 +7,7 @@ import pytest
 from matplotlib.image import imread
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-QUICK = ("touch_a_ball", "listen_to_a_nerve")  # the others take five seconds and more each
+QUICK = ("touch_a_ball", "listen_to_a_nerve", "where_was_i_touched")  # the others take five seconds and more each
 
 LEAST = {
     "train_a_network": 0.5
@@ -23,7 +23,12 @@ def check_whiskers(found):
     assert found["slip_off"] <= 12  # %
 
 
-CHECKS = {"rat_whiskers": check_whiskers}
+def check_place(found):
+    """The moment at the base names the place of a peg to a thousandth of the whisker's length."""
+    assert found["error"] <= 0.04  # mm
+
+
+CHECKS = {"rat_whiskers": check_whiskers, "where_was_i_touched": check_place}
 
 
 def test_there_are_examples():
