@@ -7,7 +7,8 @@ import pytest
 from matplotlib.image import imread
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-QUICK = ("touch_a_ball", "listen_to_a_nerve", "where_was_i_touched")  # the others take five seconds and more each
+# the others take five seconds and more each
+QUICK = ("touch_a_ball", "listen_to_a_nerve", "where_was_i_touched")
 
 LEAST = {
     "train_a_network": 0.5
