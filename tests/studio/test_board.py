@@ -231,6 +231,7 @@ def test_a_fast_board_is_judged_at_the_pace_of_what_was_learned(studied):
 def test_the_contact_of_a_long_recording_is_that_of_what_is_shown(studied, monkeypatch):
     monkeypatch.setattr(opening, "MAX_SHOWN", 150)
     rows = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
+    rows += 1e-6 * np.sin(np.arange(len(rows)))[:, None]  # a channel that rests is alive
     head = ",".join(["time_ms", *(f"hinge{n}_rad" for n in range(1, 9))])
     lines = [",".join([str(k), *(f"{v:.9g}" for v in row)]) for k, row in enumerate(rows)]
     message = {"name": "r.csv", "text": "\n".join([head, *lines])}

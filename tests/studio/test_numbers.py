@@ -184,6 +184,18 @@ def test_the_scale_is_the_greatest_angle_or_curvature(page, touched):
     assert read(words.partition(": ")[2].replace("/mm", "")) == [shown(curvature), 91]
 
 
+def test_the_line_of_contact_lies_on_the_sensor_at_which_the_object_is(page, touched):
+    page.run("app.showContact = true; app.refresh()")
+    page.draw()
+    _, top, _, high = page.drawn("tensor", "rects")[0]
+    (line,) = (one for one in page.drawn("tensor", "strokes") if one["dash"] == [3, 3])
+    place = touched["contact_place"].values[0]
+    sensor = np.searchsorted(touched["position"].values, place[np.isfinite(place)])
+    expected = top + high * (1 - (np.minimum(sensor, 22) + 0.5) / 23)
+    np.testing.assert_allclose([y for _, y in line["points"]], expected, atol=0.01)
+    assert np.unique(sensor).size > 1
+
+
 def test_spikes_follow_the_rates_of_sensilla_that_feel_this_touch(page, touched):
     page.run("document.querySelector('.spike-panel details').open = true; app.refresh()")
     page.draw()
