@@ -11,8 +11,10 @@ from gymnasium.utils.env_checker import check_env
 
 import feeler
 from feeler.active import Arena, FollowTask, LocaliseTask, TouchTask
+from feeler.active.arena import _compute_energy
 from feeler.active.environment import TASKS, TouchEnv, TouchVectorEnv
 from feeler.errors import InvalidInput
+from feeler.physics.scene import Scene
 
 OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 
@@ -175,6 +177,17 @@ def test_work_is_never_gained():
     energy = 0.5e3 * arena.task.antenna.segment_mass.sum() * 0.8**2
     assert works[5][0] == pytest.approx(energy, rel=1e-9)
     assert np.min(works) >= 0
+
+
+def test_a_turning_body_s_antenna_has_the_energy_of_its_moving_pieces():
+    """By how far each segment's middle goes in a moment."""
+    antenna, (vx, vy, turn), moment = feeler.presets.cockroach(), (0.3, -0.2, 0.01), 1e-6
+    scene = Scene(antenna=antenna, base=(1.0, 2.0, 0.4))
+    shapes = [antenna.shape(antenna.rest_angle, 0.4 + turn * t) for t in (-moment, moment)]
+    before, after = ((points[:-1] + points[1:]) / 2 for points in shapes)
+    velocity = (after - before) / (2 * moment) + [vx, vy]
+    expected = 0.5e3 * antenna.segment_mass @ (velocity**2).sum(axis=1)
+    assert _compute_energy(scene, (vx, vy, turn)) == pytest.approx(expected, rel=1e-6)
 
 
 def test_who_decides_ends_the_episode():

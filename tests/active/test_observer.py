@@ -150,6 +150,12 @@ def test_an_observer_that_was_asked_before_answers_as_a_fresh_one(observer):
             np.testing.assert_array_equal(getattr(again, name), getattr(fresh, name))
 
 
+def test_a_policy_is_told_the_time_that_is_left_of_what_was_asked_for(observer):
+    told = []
+    observer.run(lambda known: told.append((known.time, known.left)) or 1.2, 1, duration=15.0)
+    assert told == [(0.0, 15.0), (5.0, 10.0), (10.0, 5.0)]
+
+
 def test_bodies_may_feel_some_touches_only(observer):
     some = observer.run(parse_policy("fixed:1.2"), copies=20, touches=[5, 2])
     assert some.target.tolist() == [observer.label[5]] * 20 + [observer.label[2]] * 20

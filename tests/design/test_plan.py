@@ -105,8 +105,12 @@ def test_what_is_left_is_whole(made):
     assert [test.bits for test in found.tests] == sorted(
         (test.bits for test in found.tests), reverse=True
     )
-    fewer = found.compare()[0]
-    assert fewer == pytest.approx(1 - found.final.errors / found.reference_final.errors)
+    for purpose, mine, other in (
+        ("final", found.final, found.reference_final),
+        ("test", found.tests[0], found.reference_test),
+    ):
+        fewer = found.compare(purpose)[0]
+        assert fewer == pytest.approx(1 - mine.errors / other.errors), purpose
 
 
 def test_a_second_look_at_the_final_draws_is_counted(made):

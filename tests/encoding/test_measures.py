@@ -147,6 +147,15 @@ def test_a_perfect_map_scores_its_ceiling_and_beats_chance():
     np.testing.assert_array_equal(score.share.argmax(axis=1), [0, 1, 2])
 
 
+def test_no_code_tells_more_than_it_has_components_or_there_are_locations():
+    rng, places = np.random.default_rng(3), np.array([0.2, 0.5, 0.8])
+    for count, ceiling in ((6, np.log2(3)), (2, 1.0)):
+        locations = np.repeat(np.arange(count), 4)
+        codes = make_codes(locations % 3, rng)
+        score = map_locations(codes, locations, places, n_shuffles=9)
+        assert score.ceiling == pytest.approx(ceiling)
+
+
 @pytest.mark.parametrize("turn", [1, -1])
 def test_a_map_the_other_way_round_is_as_unlikely(turn):
     """p of the correlation is two-sided, as SciPy's permutation test of Spearman's is."""

@@ -172,6 +172,38 @@ def test_error_by_hand():
     assert accuracy.compute_error(scene, RuntimeError(), motion) == np.inf
 
 
+def test_peaks_are_how_far_a_run_goes_from_where_it_began():
+    """Of a bent antenna, too, whose tip does not begin at the origin."""
+    angle = np.array([[0.5, -0.2], [0.6, -0.2], [0.5, -0.5]])
+    tip = np.array([[3.0, 40.0], [3.0, 41.0], [1.0, 40.0]])
+    np.testing.assert_allclose(refine.compute_peaks((angle, tip)), [0.3, 2.0])
+
+
+@pytest.fixture
+def still():
+    """A scene, and a run of it."""
+    scene = touch("ball", 1.0, contact="smooth")
+    return scene, run_scene(scene, Clock(duration=2.0, timestep=0.1))
+
+
+def test_of_two_widths_the_narrower_s_error_counts_and_twice_what_they_differ_by(
+    still, monkeypatch
+):
+    (scene, motion), errors = still, iter((1e-3, 4e-3))
+    monkeypatch.setattr(accuracy, "run_in_time", lambda *_: [replace(motion, error=next(errors))])
+    monkeypatch.setattr(accuracy, "compute_error", lambda *_: 5e-4)
+    (found,) = accuracy.run_accurately([scene], 2.0, 1.0, "chain-consistent", 0.01)
+    assert found.error == pytest.approx(5e-3)
+
+
+@pytest.mark.parametrize(("apart", "error"), [(1e-4, 3e-3), (1e-3, 5e-3)])
+def test_held_against_a_finer_run_the_greater_error_counts(still, monkeypatch, apart, error):
+    scene, motion = still
+    monkeypatch.setattr(accuracy, "compute_error", lambda *_: apart)
+    found = accuracy._hold_against(scene, replace(motion, error=3e-3), motion)
+    assert found.error == pytest.approx(error)
+
+
 @pytest.mark.parametrize(
     ("contact", "interval", "expected"),
     [

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from awkward_touches import list_trials, make_antenna
 
 import feeler
 from feeler.physics.mjcf import write_mjcf
@@ -21,6 +22,14 @@ def test_what_there_is_to_feel_and_to_move(model):
     assert names == [f"{what}{n}" for n in (2, 5, 8) for what in ("angle", "velocity", "touch")]
     assert [model.actuator(k).name for k in range(model.nu)] == ["base_x", "base_y", "base_turn"]
     assert (model.nmocap, model.nq) == (1, 3 + 8)
+
+
+def test_it_starts_in_the_antenna_s_own_shape(tmp_path):
+    antenna, trial = make_antenna(), list_trials()[1]
+    write_mjcf(antenna, trial, tmp_path / "c.xml", control=True)
+    bent = mujoco.MjModel.from_xml_path(str(tmp_path / "c.xml"))
+    assert np.abs(antenna.rest_angle).max() > 1e-3
+    np.testing.assert_allclose(bent.key("start").qpos[3:], antenna.rest_angle, atol=1e-6)
 
 
 def test_the_base_goes_where_it_is_told_and_stays_there(model):

@@ -10,6 +10,7 @@ from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.stimulus import Ball, Box, Triangle
+from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.object import Object
 
 from .mesh import run_like_mujoco
@@ -21,6 +22,24 @@ SHAPES = {
     "rounded box": Box(half_width=0.4, half_height=0.3, rounding=0.1),
     "rounded triangle": Triangle(half_width=0.5, rounding=0.1),
 }
+
+
+def test_what_only_turns_is_as_fast_as_its_farthest_corner():
+    """Half a width to the side, and a whole height behind its front."""
+    scene = touch("ball", 1.0)
+    far = np.hypot(0.5, 0.6)
+    box = Object(feature=SHAPES["box"], place=(5.0, 5.0), turn=0.02)
+    assert far < scene.antenna.length
+    assert replace(scene, objects=(box,)).speed == pytest.approx(0.02 * far)
+
+
+def test_a_path_is_as_fast_as_between_those_of_its_samples_that_lie_farthest_apart():
+    """Its samples need not be even."""
+    time, pose = np.array([0.0, 1.0, 2.0, 10.0, 20.0]), np.zeros((5, 3))
+    pose[:, 0] = [0.0, 1.0, 1.5, 2.0, 2.5]
+    still = Object(feature=SHAPES["ball"], place=(5.0, 5.0))
+    scene = replace(touch("ball", 1.0), objects=(still,))
+    assert replace(scene, base_motion=BaseMotion(time=time, pose=pose)).speed == pytest.approx(1.0)
 
 
 def surround(scene: Scene, shape: str, **fields: object) -> Scene:

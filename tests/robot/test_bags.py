@@ -58,6 +58,7 @@ def write(
     topics=("/joint_states", "/antenna/touch"),
     period=2_000_000,
     begin=SENT + 125,
+    delay=0,
 ):
     """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
     for part in range(parts):
@@ -86,9 +87,8 @@ def write(
                     "dim": dims * [{"label": label, "size": 3, "stride": 3}],
                     "data_offset": 0,
                 }
-                bag.write_message(
-                    "/antenna/touch", array, {"layout": layout, "data": CAPACITANCE[k].tolist()}, at
-                )
+                row = {"layout": layout, "data": CAPACITANCE[k].tolist()}
+                bag.write_message("/antenna/touch", array, row, at + delay * k, at)
             if metadata:
                 bag.add_metadata("feeler", metadata)
     return path
@@ -124,6 +124,20 @@ def test_one_clock_is_taken_for_all_messages(tmp_path, begin, late):
     time = read_bag(str(path), "joint_states").values[:, 0]
     expected = 2.0 * np.arange(50) + late * (np.arange(50) % 2)
     np.testing.assert_allclose(time, expected, atol=1e-9)
+
+
+def test_numbers_without_a_stamp_have_the_time_at_which_they_were_sent(tmp_path):
+    """Not that at which somebody wrote them down, which comes later and later."""
+    path = write(tmp_path / "run.mcap", delay=300_000)
+    time = read_bag(str(path), "antenna/touch").values[:, 0]
+    np.testing.assert_allclose(time, 2.0 * np.arange(50), atol=1e-9)
+
+
+def test_a_bag_says_its_span_and_how_often_each_topic_speaks(tmp_path):
+    """101 messages in 98.9 ms: 50 of each topic of numbers, and a text."""
+    told = describe_bag(str(write(tmp_path / "run.mcap")))
+    assert told[0].split() == ["span", "0.0989", "s,", "101", "messages"]
+    assert [line.rsplit(", ", 1)[1] for line in told[1:3]] == ["506/s", "506/s"]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ they are.
 import json
 from dataclasses import replace
 from time import monotonic
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -200,6 +201,26 @@ def reader():
     """The paper's robot and four touches, learned from six surrogates."""
     trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
     return make_classifier(trials=trials, robots=6), make_robot(), trials
+
+
+def test_a_touch_is_known_where_one_class_is_all_that_the_notes_say():
+    """A ball was trained, and that speed too, but no ball of that speed."""
+    classes = [("ball", 0.6, 0.27), ("box", 0.9, 0.135)]
+    some = SimpleNamespace(
+        classes_=classes,
+        predict_proba=lambda tensors, until: np.array([[0.3, 0.7]]),
+        measure_strangeness=lambda tensors, until: np.array([0.1]),
+    )
+
+    def judge(**notes):
+        return judge_touch(some, np.zeros((2, 3)), notes)
+
+    assert judge(feature="ball", speed=0.27).known
+    assert judge(feature="ball").known
+    assert not judge(feature="ball", speed=0.135).known
+    plain = judge(feature="ball").to_plain()
+    for name, label in (("label", classes[1]), ("runner_up", classes[0])):
+        assert tuple(plain[name].values()) == label
 
 
 def test_an_answer_compares_itself_with_the_notes(reader):

@@ -41,6 +41,8 @@ def test_pynwb_reads_each_unit_on_the_session_s_clock(file, drawn):
                 own = times[(times > start - 0.1) & (times < stop + 0.1)] - start
                 train = drawn["spike_time"].values[trial, number]
                 np.testing.assert_allclose(own * 1e3, train[np.isfinite(train)], atol=1e-9)
+            whole = [[trials["start_time"][0], trials["stop_time"][2]]]
+            np.testing.assert_allclose(units["obs_intervals"][number], whole)
         np.testing.assert_allclose(units["unit_position"][:], drawn["unit_position"])
         assert units["unit_name"][0] == "1"
 

@@ -54,6 +54,14 @@ def test_a_train_that_no_known_touch_can_give_has_no_answer():
     assert np.isfinite(PoissonReader(floor=1.0).fit(rates, labels).predict_proba(counts)).all()
 
 
+def test_a_floor_is_a_rate_that_all_known_touches_have_besides():
+    rates, labels = make_rates()
+    counts = np.random.default_rng(4).poisson(rates * 4e-3)
+    lifted = PoissonReader(step=4.0, floor=70.0).fit(rates, labels)
+    by_hand = PoissonReader(step=4.0).fit(rates + 70.0, labels)
+    np.testing.assert_allclose(lifted.predict_proba(counts), by_hand.predict_proba(counts))
+
+
 def make_rasters(seed, n_each=40):
     """Three classes: which of two units fires first, or both late; told apart by their timing."""
     rng = np.random.default_rng(seed)

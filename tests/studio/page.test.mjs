@@ -6,6 +6,7 @@ import { findDecision, readVerdict } from "./charts.js";
 import { Decoder, readExpected } from "./decoder.js";
 import { raise, write } from "./dom.js";
 import { findHandles, readCurve, sumCompliance } from "./editor.js";
+import { Host } from "./host.js";
 import { TouchRecord, unpack } from "./record.js";
 import { Nerve, SENSILLUM } from "./spikes.js";
 import { Store, decodeState, encodeState, makeState, makeWish } from "./state.js";
@@ -152,6 +153,13 @@ test("a state travels in an address, is undone and redone, and makes its own wis
   store.redo();
   assert.equal(store.state.touch.speed, 0.3);
   assert.deepEqual(makeWish(store.state, "B", true), { antenna: { preset: "matched" }, ...store.state.touch, preview: true });
+});
+
+test("a page that computes by itself draws each object at its own size", () => {
+  const unit = { rounding: 0, rims: [[[1, 0], [0, 1]]], parts: [], planes: [], unbounded: false };
+  const host = Object.assign(Object.create(Host.prototype), { config: { shapes: { ball: unit, box: unit } } });
+  const said = host.describe({ drawn: ANTENNA }, { kind: "ball", size: 2, objects: [{ kind: "box", size: 3 }, { kind: "ball", size: 5 }] });
+  assert.deepEqual(said.rims, [2, 3, 5].map((size) => [[[size, 0], [0, size]]]));
 });
 
 test("a number's source is that of its own antenna", () => {

@@ -17,9 +17,10 @@ from feeler.presets import make_preset
 from feeler.robot import SensorCalibration, load_calibration_table, load_recording, save_calibration
 from feeler.robot.examples import get_example
 from feeler.robot.link import frame_sample
-from feeler.studio import Boards, study
+from feeler.studio import Boards, alone, opening, study
 from feeler.studio.board import LEAST_STEP, WINDOW, listen
 from feeler.studio.listener import Judge
+from feeler.studio.wish import AntennaWish
 
 from .test_session import Page
 
@@ -81,6 +82,13 @@ def test_what_is_missing_is_held_and_counted():
     assert join(heard) == pytest.approx(expected, abs=1e-6)
     assert heard[-1][0]["missing"] == 3
     assert heard[-1][0]["damaged"] == 1
+
+
+def test_samples_lost_at_the_very_beginning_do_not_slow_the_clock():
+    times = np.delete(np.arange(40.0), [4, 5])
+    heard, _ = hear(write_lines(np.tile(HALF, (38, 1)), times))
+    assert heard[0][0]["interval"] == 1.0
+    assert heard[-1][0]["missing"] == 2
 
 
 def test_numbered_lines_are_read_as_the_sketch_sends_them():
@@ -200,12 +208,58 @@ def test_touches_are_judged_one_after_the_other_as_each_alone(studied):
         assert said[begin + len(first) - 1] == label
 
 
+def find_contact(studied, rows, interval=1.0):
+    """The sample with which a decoder of its own notices contact, and what it says in the end."""
+    judge = Judge(studied, interval)
+    beliefs, noticed = zip(
+        *(judge.update(r, k * interval) for k, r in enumerate(rows)), strict=True
+    )
+    return noticed.index(True), beliefs[-1]
+
+
+def test_a_fast_board_is_judged_at_the_pace_of_what_was_learned(studied):
+    """Two samples a millisecond: each second one counts."""
+    touch = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
+    slow, fast = (
+        find_contact(studied, touch),
+        find_contact(studied, np.repeat(touch, 2, axis=0), 0.5),
+    )
+    assert fast[0] == 2 * slow[0] + 1
+    np.testing.assert_allclose(fast[1], slow[1], atol=1e-9)
+
+
+def test_the_contact_of_a_long_recording_is_that_of_what_is_shown(studied, monkeypatch):
+    monkeypatch.setattr(opening, "MAX_SHOWN", 150)
+    rows = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
+    rows += 1e-6 * np.sin(np.arange(len(rows)))[:, None]  # a channel that rests is alive
+    head = ",".join(["time_ms", *(f"hinge{n}_rad" for n in range(1, 9))])
+    lines = [",".join([str(k), *(f"{v:.9g}" for v in row)]) for k, row in enumerate(rows)]
+    message = {"name": "r.csv", "text": "\n".join([head, *lines])}
+    header, _ = opening.open_text(message, None, lambda antenna: studied)
+    every = -(-len(rows) // 150)
+    assert header["interval"] == every > 1
+    assert header["contact"] == find_contact(studied, rows)[0] // every
+
+
 def test_the_verdict_comes_once_there_is_a_study(studied):
     rows = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
     heard, _ = hear(write_lines(rows, np.arange(float(len(rows)))), find=lambda antenna: studied)
     last, arrays = heard[-1]
-    assert last["contact"] >= 60
+    assert last["contact"] == find_contact(studied, rows)[0] >= 60
     assert studied.labels[int(arrays["posterior"][-1].argmax())] == studied.labels[25]
+
+
+def test_sure_touches_are_counted_by_the_names_of_their_kinds(studied):
+    """A decoder's classes stand in another order than the touches that taught it."""
+    posterior = studied.decoder.decide(list(studied.loudness * studied.tensors))
+    classes = studied.decoder.classes_
+    assert classes != list(studied.labels)
+    sure = 0
+    for (kind, *_), row in zip(studied.labels, posterior, strict=True):
+        right = sum(p for label, p in zip(classes, row, strict=True) if label[0] == kind)
+        sure += right >= alone._SURE
+    found = alone._teach.__wrapped__(AntennaWish(preset="robot"), 0.3, study.UNSURE)
+    assert found.sure == sure > 0
 
 
 @pytest.fixture

@@ -19,13 +19,21 @@ from feeler.wall import FOLLOWING, calibrate, follow, make_turn
 
 APP = "const app = document.getElementById('studio').studio; "
 LISTEN = """const plain = CanvasRenderingContext2D.prototype;
-for (const name of ['fillText', 'clearRect']) {
+const keep = {
+    clearRect(c) { Object.assign(c.canvas, { texts: [], inks: [], strokes: [], rects: [] }); },
+    fillText(c, words) { (c.canvas.texts ||= []).push(words);
+        (c.canvas.inks ||= []).push([words, c.fillStyle]); },
+    fillRect(c, ...box) { (c.canvas.rects ||= []).push(box); },
+    beginPath(c) { c.points = []; },
+    moveTo(c, ...place) { (c.points ||= []).push(place); },
+    lineTo(c, ...place) { (c.points ||= []).push(place); },
+    arc(c, x, y, radius) { (c.points ||= []).push([x, y, radius]); },
+    stroke(c) { (c.canvas.strokes ||= []).push(
+        { ink: c.strokeStyle, dash: c.getLineDash(), points: c.points || [] }); },
+};
+for (const [name, note] of Object.entries(keep)) {
     const before = plain[name];
-    plain[name] = function (...given) {
-        if (name === 'fillText') (this.canvas.texts ||= []).push(given[0]);
-        else this.canvas.texts = [];
-        return before.apply(this, given);
-    };
+    plain[name] = function (...given) { note(this, ...given); return before.apply(this, given); };
 }"""
 SPEED, PLACE, SIZE = 0.37, 0.83, 2.2
 WISH = (
@@ -110,9 +118,9 @@ class Page:
         self.run(f"app.play(false); app.seek({ms})")
         self.draw()
 
-    def drawn(self, css):
-        """What is written on a canvas."""
-        return self.ask(f"document.querySelector('canvas.{css}').texts")
+    def drawn(self, css, what="texts"):
+        """What is written on a canvas, or its ``strokes``, ``rects`` or ``inks``."""
+        return self.ask(f"document.querySelector('canvas.{css}').{what}")
 
     def text(self, css):
         return " ".join(self.browser.find_element("css selector", css).text.split())
@@ -165,9 +173,27 @@ def test_the_scale_is_the_greatest_angle_or_curvature(page, touched):
     page.run("app.quantity = 'curvature'; app.refresh()")
     page.draw()
     text = page.text(".tensor-panel .scale")
-    page.run("app.quantity = 'angle'; app.refresh()")
+    page.run("app.setHover({ slot: 'A', sensor: 17 })")
+    page.seek(91)
+    words = next(text for text in page.drawn("tensor") if "sensor" in text)
+    page.run("app.setHover(null); app.quantity = 'angle'; app.refresh()")
     assert text.endswith(" /mm")
     assert read(text)[1] == shown(np.abs(touched["curvature"].values).max())
+    assert words.startswith("sensor 18, hinge ") and " /mm at " in words
+    curvature = float(touched["curvature"].values[0, 17, 91])
+    assert read(words.partition(": ")[2].replace("/mm", "")) == [shown(curvature), 91]
+
+
+def test_the_line_of_contact_lies_on_the_sensor_at_which_the_object_is(page, touched):
+    page.run("app.showContact = true; app.refresh()")
+    page.draw()
+    _, top, _, high = page.drawn("tensor", "rects")[0]
+    (line,) = (one for one in page.drawn("tensor", "strokes") if one["dash"] == [3, 3])
+    place = touched["contact_place"].values[0]
+    sensor = np.searchsorted(touched["position"].values, place[np.isfinite(place)])
+    expected = top + high * (1 - (np.minimum(sensor, 22) + 0.5) / 23)
+    np.testing.assert_allclose([y for _, y in line["points"]], expected, atol=0.01)
+    assert np.unique(sensor).size > 1
 
 
 def test_spikes_follow_the_rates_of_sensilla_that_feel_this_touch(page, touched):
@@ -178,7 +204,15 @@ def test_spikes_follow_the_rates_of_sensilla_that_feel_this_touch(page, touched)
     assert greatest == shown(rated.max())
     expected = rated.sum() * 1e-3
     assert abs(spikes - expected) < 5 * np.sqrt(expected)
+    (_, top, _, high), *marks = page.drawn("raster", "rects")
     page.run("document.querySelector('.spike-panel details').open = false; app.refresh()")
+    row = high / 23
+    sensor = np.round((top + high - np.array([y for _, y, wide, _ in marks if wide == 1])) / row)
+    counts = np.bincount(sensor.astype(int) - 1, minlength=23)  # from the base below to the tip
+    of_sensor = rated[0].sum(axis=-1).reshape(2, 23).sum(axis=0) * 1e-3
+    assert np.all(np.abs(counts - of_sensor) < 6 * np.sqrt(of_sensor + 1))
+    turned = of_sensor[::-1]  # the raster upside down would be seen
+    assert np.any(np.abs(turned - of_sensor) > 12 * np.sqrt(of_sensor + 1))
 
 
 def test_the_force_is_in_micronewtons_and_the_clock_in_milliseconds(page, touched):
@@ -191,6 +225,20 @@ def test_the_force_is_in_micronewtons_and_the_clock_in_milliseconds(page, touche
         assert page.text(".clock") == f"{ms} ms"
     page.seek(0)
     assert not [text for text in page.drawn("stage") if "N" in text.split()]
+
+
+def test_the_force_is_that_of_all_objects_together(page, touched):
+    ball = "{ kind: 'ball', size: 2, x: -4, y: 14, heading: 90, speed: 0.3, friction: 1 }"
+    page.change(f"s.touch.objects = [{ball}];")
+    try:
+        force = np.array(page.ask("[...app.records.A.data.force]")).reshape(-1, 2, 2)
+        both = np.flatnonzero((np.abs(force).max(axis=2) > 1e-7).all(axis=1))
+        ms = int(both[both.size // 2])
+        page.seek(ms)
+        words = next(text for text in page.drawn("stage") if text.endswith("µN"))
+        assert read(words) == [shown(1e6 * np.hypot(*force[ms].sum(axis=0)))]
+    finally:
+        page.change("s.touch.objects = [];")
 
 
 def test_facts_of_the_antenna(page, touched):
@@ -214,6 +262,8 @@ def test_facts_of_the_antenna(page, touched):
     for name, (value, unit) in expected.items():
         number, _, rest = facts[name].partition(" ")
         assert (read(number), rest) == ([shown(value)], unit), name
+    tags = page.ask("[...document.querySelectorAll('.antenna-panel dd')].map(e => e.dataset.tag)")
+    assert tags[:2] == ["linear_stiffness_base", "linear_stiffness_tip"]
 
 
 def test_sliders_say_what_was_asked_for_with_its_unit(page, touched):
@@ -301,6 +351,25 @@ def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touche
     assert {"0 ms", "380"} <= {*page.drawn("chart")}
 
 
+def test_the_verdict_s_lines_are_dashed_as_its_legend_says(page, learned):
+    page.seek(200)
+    marks = page.ask(
+        "[...document.querySelectorAll('.verdict-panel .legend i')].map(e =>"
+        " [e.parentNode.textContent, e.style.borderTopStyle, e.style.borderTopColor])"
+    )
+    drawn = {one["ink"]: one["dash"] for one in page.drawn("chart", "strokes")}
+    looks = {
+        "solid": lambda dash: not dash,
+        "dashed": lambda dash: dash and dash[0] > dash[1],
+        "dotted": lambda dash: dash and dash[0] < dash[1],
+    }
+    assert [kind for kind, *_ in marks] == ["ball", "box", "triangle"]
+    assert len({style for _, style, _ in marks}) == 3
+    for kind, style, colour in marks:
+        ink = "#" + "".join(f"{int(part):02x}" for part in re.findall(r"\d+", colour))
+        assert looks[style](drawn[ink]), kind
+
+
 def test_the_set_s_numbers_are_those_of_thirty_touches(page, learned):
     made = list_ninety(speeds=[SPEED])
     tensors = scale_common(rectify(feeler.touch(make_antenna(), made)["angle"].values))
@@ -367,6 +436,28 @@ def test_a_wall_s_run_is_calibrated_at_its_own_speed(page, speed):
     assert "20 mm" in words and "0 ms" in words
     sent = np.array(page.ask("[...app.walls.A.end.distance]"))
     np.testing.assert_allclose(sent, run.distance, rtol=1e-6)
+    felt = np.array(page.ask("[...app.walls.A.end.estimate]"), dtype=float)
+    np.testing.assert_allclose(felt, run.estimate, rtol=1e-6)
+    assert np.nanmax(np.abs(felt - sent)) > 0.1
+    chart = "[...document.querySelectorAll('canvas.tensor')].at(-1)"
+    inks = dict(page.ask(f"{chart}.inks"))
+    curves = {one["ink"]: one["points"] for one in page.ask(f"{chart}.strokes")}
+    for words, values in (("true distance", sent), ("felt, from the point", felt)):
+        ink = next(ink for text, ink in inks.items() if text.startswith(words))
+        heights = np.array([y for _, y in curves[ink]])
+        known = values[np.isfinite(values)]
+        assert heights.size == known.size
+        assert np.corrcoef(heights, -np.minimum(known, 22.0))[0, 1] > 0.999, words
+    bent = np.array(page.ask("app.walls.A.angle.map(a => [...a])"))
+    bent = np.abs(bent - np.array(page.ask("app.walls.A.header.antenna.rest")))
+    tops = bent.argmax(axis=1), (bent / antenna.segment_length).argmax(axis=1)
+    page.seek(int(np.argmax((tops[0] != tops[1]) & (bent.max(axis=1) > 1e-4))))
+    at = int(page.ask("Math.round(app.time)"))
+    stage = "[...document.querySelectorAll('canvas.stage')].at(-1)"
+    strokes = page.ask(f"{stage}.strokes")
+    (ring,) = (k for k, one in enumerate(strokes) if [p[2:] for p in one["points"]] == [[7]])
+    after = len(strokes) - 1 - ring  # the segments beyond, a stroke each
+    assert antenna.n_segments - 1 - after == tops[1][at] != tops[0][at]
     assert page.ask("app.walls.A.header.heading") == FOLLOWING.base_angle
 
 
@@ -428,4 +519,10 @@ def test_a_recording_says_its_rate_and_its_degrees(page):
     assert read(words.partition(": ")[2]) == [shown(np.degrees(turn[56, 5])), 140]
     facts = page.text(".board-panel .facts")
     assert "samples a second 400" in facts and "recording mine.csv" in facts
+    board = "{ live: true, interval: 4, missing: 7, damaged: 3 }"  # as a board's record has them
+    page.run(f"Object.assign(app.records.A, {board}); app.refresh()")
+    page.draw()
+    facts = page.text(".board-panel .facts")
+    assert facts == "samples a second 250 missing 7 lines that are none 3"
+    assert page.ask("app.duration() / app.records.A.total") == 4
     page.run("app.setHover(null); app.store.change(s => { s.mode = 'touch'; })")

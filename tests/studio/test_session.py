@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.studio import Session
-from feeler.studio.hand import replay
+from feeler.studio.hand import _hold_all, apply, replay
 from feeler.studio.messages import unpack
-from feeler.studio.touching import hash_tensor
+from feeler.studio.touching import Readings, hash_tensor, make_simulation
 from feeler.studio.wish import TouchWish
 
 SHORT = {"duration": 30.0, "speed": 0.3}
@@ -129,6 +129,37 @@ def test_several_objects_and_a_wall_are_felt():
     alone = Page().ask({"type": "touch", "wish": {"antenna": {}, **SHORT}})
     alone.wait()
     assert not np.array_equal(page.join("angle"), alone.join("angle"))
+
+
+OBJECTS = [
+    {"kind": "box", "x": 6.0, "y": 25.0, "heading": -60.0, "speed": 0.2},
+    {"kind": "ball", "x": -7.0, "y": 12.0, "heading": 80.0, "speed": 0.3},
+]
+
+
+def make_read(**wish):
+    """A simulation of a wish, and what a page is shown of its beginning."""
+    wish = TouchWish.from_plain({"antenna": {}, **SHORT, **wish})
+    simulation, readings = make_simulation(wish), Readings()
+    readings.add(simulation)
+    return wish, simulation, readings.take()
+
+
+def test_objects_are_shown_turned_as_they_face():
+    """By the angle from +y towards +x, as an antenna's hinges turn."""
+    _, simulation, shown = make_read(approach=70.0, objects=OBJECTS)
+    turn = shown["place"][0, :, 2]
+    facing = np.stack([np.sin(turn), np.cos(turn)], axis=1)
+    np.testing.assert_allclose(facing, simulation.state.forward[0], atol=1e-12)
+    assert np.degrees(turn[1:]) == pytest.approx([-60.0, 80.0])
+
+
+def test_by_hand_nothing_moves_by_itself():
+    wish, simulation, _ = make_read(objects=OBJECTS)
+    before = simulation.state.place.copy()
+    apply(simulation, _hold_all(wish))
+    simulation.step(20.0)
+    np.testing.assert_array_equal(simulation.state.place, before)
 
 
 def test_a_diverging_antenna_is_said_and_the_next_wish_goes_on():

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.errors import InvalidInput
+from feeler.studio.catalogue import describe_original
 from feeler.studio.messages import pack, read_message, unpack
 from feeler.studio.script import _write_antenna
 from feeler.studio.wish import AntennaWish, TouchWish, compute_compliance, sample_handles
@@ -29,6 +30,17 @@ def test_a_script_holds_the_antennas_text_whatever_it_ends_in(end):
     tree = ast.parse("\n".join(_write_antenna(AntennaWish(toml=text))))
     (call,) = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
     assert ast.literal_eval(call.args[0]) == text
+
+
+@pytest.mark.parametrize("name", ["linear", "robot"])
+def test_handles_lie_on_the_profile_from_its_first_hinge_to_its_last(name):
+    antenna = feeler.presets.make_preset(name)
+    for quantity, handles in describe_original(antenna)["handles"].items():
+        profile, (place, value) = getattr(antenna, quantity), np.transpose(handles)
+        assert (place[0], place[-1]) == (0.0, 1.0)
+        hinge = place * (len(profile) - 1)
+        np.testing.assert_allclose(hinge, np.round(hinge), atol=1e-9)
+        np.testing.assert_allclose(value, profile[np.round(hinge).astype(int)], rtol=1e-3)
 
 
 def test_matched_keeps_the_total_compliance():

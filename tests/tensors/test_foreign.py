@@ -59,6 +59,9 @@ def test_scipy_holds_every_variable_of_a_matlab_file(tensors, tmp_path):
     np.testing.assert_array_equal(found["segment"], [SENSORS])
     np.testing.assert_array_equal(found["speed"], [[0.37, 0.61, 0.23]])
     assert [text.strip() for text in found["feature"]] == ["triangle", "ball", "box"]
+    save(tensors.isel(trial=[1]), tmp_path / "one.mat")
+    one = loadmat(tmp_path / "one.mat")["angle"]
+    np.testing.assert_array_equal(one, tensors["angle"].values[1:2])
     units = json.loads(found["feeler_description"][0])["variables"]
     assert units["curvature"]["attributes"]["units"] == "1/mm"
 
@@ -83,8 +86,10 @@ def test_zarr_holds_every_variable(tensors, tmp_path, way):
 def test_pynwb_finds_each_touch_at_its_rate_with_its_labels(tensors, tmp_path):
     pynwb = pytest.importorskip("pynwb")
     pytest.importorskip("ndx_pose")
-    start = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)
-    save(tensors, tmp_path / "a.nwb", session_start=start, identifier="a")
+    start, late = datetime(2026, 3, 4, 5, 6, tzinfo=UTC), 5.7  # ms, at which recording began
+    time = ("time", TIME + late, tensors["time"].attrs)
+    made = tensors.assign_coords(time=time)
+    save(made, tmp_path / "a.nwb", session_start=start, identifier="a")
     with pynwb.NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
         file = io.read()
         for k in range(3):
@@ -93,9 +98,11 @@ def test_pynwb_finds_each_touch_at_its_rate_with_its_labels(tensors, tmp_path):
                 np.testing.assert_array_equal(series.data[:], _pick(tensors, name, k))
                 assert series.unit == tensors[name].attrs.get("units", "unknown")
                 assert series.rate == pytest.approx(1e3 / INTERVAL, rel=1e-9)
-                assert series.starting_time == pytest.approx(k * (1 + TIME[-1] * 1e-3), rel=1e-12)
+                begun = late * 1e-3 + k * (1 + TIME[-1] * 1e-3)
+                assert series.starting_time == pytest.approx(begun, rel=1e-12)
             row = file.trials.to_dataframe().iloc[k]
             assert [row[name] for name in LABELS] == [tensors[n].values[k] for n in LABELS]
+            assert row["start_time"] == pytest.approx(begun, rel=1e-12)
             length = row["stop_time"] - row["start_time"]
             assert length == pytest.approx(TIME[-1] * 1e-3, rel=1e-9)
 

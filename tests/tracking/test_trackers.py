@@ -262,6 +262,8 @@ def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():
     )
     np.testing.assert_allclose(found["curvature"], [[0.4 / 4, -0.2 / 6.5]] * 2)
     np.testing.assert_allclose(found["piece_length"], length)
+    np.testing.assert_allclose(found["heading"], [heading] * 2)
+    assert found["joint"].values.tolist() == ["b", "c"]
 
 
 @pytest.mark.parametrize("n", [3, 9])

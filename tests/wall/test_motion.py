@@ -14,6 +14,7 @@ from feeler.wall import (
     Posture,
     calibrate,
     drive,
+    fit_distance,
     follow,
     following,
     make_turn,
@@ -266,6 +267,35 @@ def test_a_map_is_read_after_the_antenna_has_settled(monkeypatch):
     found = calibrate(cockroach(), distances=(12.0, 10.0))
     times = np.arange(SETTLING, SETTLING + LISTENING + 1.0, 2.0)
     np.testing.assert_allclose(found.position, 0.01 * np.median(times))
+
+
+def test_who_feels_nothing_turns_towards_the_wall_as_at_the_farthest_known_distance():
+    class Deaf:
+        """A body that runs, and whose antenna touches nothing."""
+
+        period, speed = 1.0, 0.45
+
+        def __init__(self):
+            self.turns, self.x = [], -12.0
+
+        @property
+        def body(self):
+            return np.array([self.x, 0.0, 0.0])
+
+        def go(self, turn):
+            self.turns.append(turn)
+
+        def feel(self):
+            return np.nan
+
+    place, every = np.arange(6.0, 22.1, 2.0), np.ones(9, dtype=bool)
+    known = fit_distance(place, 30 - place, every, ~every, resolution=0.1)
+    deaf = Deaf()
+    run = following._run(deaf, Course(lengths=(40.0,), turns=()), Controller(delay=0.0), known)
+    told = Controller(delay=0.0).begin(0.45, 1.0, 12.0)
+    expected = [0.0, *(told(22.0) for _ in range(len(deaf.turns) - 1))]
+    np.testing.assert_allclose(deaf.turns, expected)
+    assert expected[-1] > 0 and np.isnan(run.estimate).all()
 
 
 def test_steering_by_the_truth_needs_no_map():

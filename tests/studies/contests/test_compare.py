@@ -162,12 +162,13 @@ def test_what_was_chosen_is_confirmed_on_fresh_sets_alone(comparison):
 
 
 def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
+    # steered[0] is the best on the sets that choose, and not the best of all sets
     lucky = make_measured(
-        comparison, [[0.5, 0.5, 0.5, 0.5], [0.9, 0.4, 0.9, 0.4], [0.6, 0.6, 0.6, 0.6]]
+        comparison, [[0.5, 0.5, 0.5, 0.5], [0.9, 0.2, 0.9, 0.2], [0.6, 0.6, 0.6, 0.6]]
     )
     found = judge_steering(lucky, comparison).sel(deadline=10.0)
     assert found["steered"] == comparison.steered[0]
-    assert float(found["gain"]) == pytest.approx(-10)
+    assert float(found["gain"]) == pytest.approx(-30)
     assert not bool(found["pays"])
     sure = make_measured(comparison, [[0.5, 0.5, 0.5, 0.5], [0.6, 0.61, 0.6, 0.6], [0.1] * 4])
     found = judge_steering(sure, comparison).sel(deadline=20.0)

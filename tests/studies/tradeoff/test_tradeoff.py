@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.special import stdtrit
 from typer.testing import CliRunner
 
 import feeler
@@ -126,6 +127,9 @@ def test_best_and_what_is_not_told_from_it():
     ]  # 0.2 is best at x, but three sets do not tell it from 0.1
     assert found["most"].values.tolist() == [0.2, 0.1]
     assert found["gain"].values == pytest.approx([0.15, 0.6])
+    paired = np.array([[0.1, 0.4, -0.05], [0.7, 0.7, 0.4]])  # of the best over the second, by set
+    half = stdtrit(2, 0.975) * paired.std(axis=1, ddof=1) / np.sqrt(3)
+    assert found["gain_half"].values == pytest.approx(half)
 
 
 def test_the_interval_is_students():
