@@ -72,6 +72,11 @@ def stream(
         raise InvalidInput(
             f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
         )
+    if recording is not None and recording.quantity == "angle":
+        lines = None
+    elif recording is not None:
+        lines = require(lines, source, recording.quantity)
+        recording.to_angles(lines, outside="extend")  # refused now where it does not fit
     lessons = draw_lessons(robot.antenna, touches, **how)
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
     lessons.watch(decoder)
@@ -81,11 +86,6 @@ def stream(
         samples = read_samples(arriving, n, link)
     else:
         samples = zip(recording.time, recording.values.T, strict=True)
-        if recording.quantity == "angle":
-            lines = None
-        else:
-            lines = require(lines, source, recording.quantity)
-            recording.to_angles(lines, outside="extend")  # refused now where it does not fit
     running = decoder.start()
     kept: list[tuple] | deque[tuple] = [] if out is not None else deque(maxlen=_KEPT)
     say = say_json if as_json else _say_state
