@@ -13,7 +13,23 @@ import feeler
 from . import _calls
 from .test_arguments import PUBLIC
 
-MOST = 0.02  # 1.3 % in these calls since arrays of texts pass again; the goal is 0.5 %
+MOST = 0.01  # raw errors among all calls of the slow run; the goal is half of it
+NEW = 0.005  # of the long one, beside those that are known and wait to be mended: it only shrinks
+STILL_RAW = {
+    ("active.Observer", "period"),
+    ("antenna.compute_base_response", "frequency"),
+    ("calibration.Hinges", "low"),
+    ("calibration.analyse_directions", "step"),
+    ("calibration.compute_distance", "simulated | target"),
+    ("calibration.walk_loose", "steps"),
+    ("decoding.explain_confusion", "confusion"),
+    ("design.write_design", "out"),
+    ("dispersion.bootstrap_difference", "b"),
+    ("dispersion.bootstrap_difference", "n_resamples"),
+    ("dispersion.compute_dispersion", "tensors"),
+    ("robot.save_recording", "path"),
+    ("spikes.attach_trains", "units"),
+}
 N_LONG = 1000
 SEEDS = {"long": 5, "slow": 6}
 THINGS = {
@@ -58,13 +74,23 @@ def test_a_raw_error_is_counted_and_one_of_ours_is_not():
     assert (log.ends["refused"], log.ends["raw"], log.share) == (1, 1, 0.5)
 
 
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize(
-    "n", [pytest.param(N_LONG, marks=pytest.mark.long), pytest.param(0, marks=pytest.mark.slow)]
-)
-def test_nearly_no_wrong_call_gives_a_foreign_error(n, desk, request, capfd):
-    kind = "long" if n else "slow"
-    log = run_calls(n or request.config.getoption("--inputs"), SEEDS[kind])
+def print_calls(capfd, kind, n):
+    """The calls of a kind of run, which say on the screen what came of them."""
+    log = run_calls(n, SEEDS[kind])
     with capfd.disabled():
         print(f"\nseed {SEEDS[kind]}, {os.cpu_count()} threads: {log}")
-    assert log.share < MOST
+    return log
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+def test_nearly_no_wrong_call_gives_a_foreign_error_that_is_not_known(desk, capfd):
+    log = print_calls(capfd, "long", N_LONG)
+    new = {key: count for key, count in log.raw.items() if key[:2] not in STILL_RAW}
+    assert sum(new.values()) <= NEW * sum(log.ends.values()), new
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_nearly_no_wrong_call_gives_a_foreign_error(desk, request, capfd):
+    assert print_calls(capfd, "slow", request.config.getoption("--inputs")).share < MOST
