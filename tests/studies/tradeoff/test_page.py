@@ -8,8 +8,10 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from feeler.plotting.look import style
 from feeler.report import Section
 from feeler.studies.tradeoff import average_sets, find_best, load_declared, write_tradeoff
 from feeler.studies.tradeoff.draw import plot_tradeoff
@@ -141,3 +143,20 @@ def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, 
         )
         for line, speed in zip(ax.lines, SPEEDS, strict=True):
             np.testing.assert_allclose(line.get_ydata(), 100 * chosen.sel(speed=speed))
+
+
+@pytest.mark.parametrize(
+    "names", [["exponential"], ["exponential", "linear", "constant", "matched"]]
+)
+def test_the_legend_fits_into_the_figure(declared, measured, names):
+    with style():
+        figure = Figure(figsize=(7.2, 4.6), layout="constrained")
+        levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
+        shown = measured.assign_attrs(antenna=names[0])
+        plot_tradeoff(dict.fromkeys(names, shown), levels, figure)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    box, page = figure.legends[0].get_window_extent(canvas.get_renderer()), figure.bbox
+    assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert said[: len(names)] == names and len(said) == len(names) + 2

@@ -229,7 +229,7 @@ def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
     ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="of those, right")
     ax.set_xscale("symlog", linthresh=20)
     ax.set_xticks([0, 20, 100, 1000], ["0", "20", "100", "1000"])
-    _label_share(ax, "while it streams", "since contact [ms], logarithmic from 20 on")
+    _label_share(ax, "while it streams", "since contact [ms],\nlogarithmic from 20 on")
 
 
 def _label_share(ax: Axes, title: str, xlabel: str) -> None:

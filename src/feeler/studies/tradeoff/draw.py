@@ -46,7 +46,7 @@ def plot_tradeoff(
         Line2D([], [], color="#59636e", ls=line, label=f"bits: {window}")
         for window, line in _WINDOWS.items()
     ]
-    figure.legend(handles=marks, loc="outside lower center", ncols=len(marks))
+    figure.legend(handles=marks, loc="outside lower center", ncols=3)
     plot_costs(measured, axes[1, 2])
 
 
