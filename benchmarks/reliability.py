@@ -35,6 +35,7 @@ SEED, ROBOTS = 20261125, 30
 STRANGERS, SHOWN = 12, 4  # robots that feel each object; parts of which one is held out in turn
 SIZES = (1.0, 2.0, 8.0, 12.0, 20.0)
 ALARM = 0.05
+STREAM_SEED, STREAM_ROBOTS, STREAM_NOISE = 20261201, 4, 40
 
 
 def make_hexagon(size):
@@ -166,26 +167,44 @@ def say(name, reader, felt, count, shown=None):
 
 
 def stream():
-    """What a stream says before touches are over: shares ever called unlike all, and when first."""
+    """What a stream says while recordings go on: how many it notices, calls unlike all, and names
+    with certainty without ever calling them so; and when it first calls them so.
+    """
     lessons, touches = draw_lessons(), make_touches()
     decoder = lessons.watch(make_decoder())
+    for name, values in make_untouched(np.random.default_rng(STREAM_SEED)):
+        say_stream(decoder, name, values[:STREAM_NOISE])
     kinds = {"known touches": touches, "taps beside": make_touches(locations=(0.2, 0.3, 0.35))}
-    chosen = ("ball 20", "box 12", "triangle 8", "ball 2")
-    kinds |= {name: make_touches(features=[make_family()[name]]) for name in chosen}
-    for name, trials in kinds.items():
-        read = touch_robots(draw_robots(1.0, 5, SEED + 1), trials=trials)
-        firsts = [find_first(decoder, motion) for one in read for motion in one.motions]
-        felt = [first for first in firsts if first is not None]
-        strange = [first for first in felt if np.isfinite(first)]
-        when = f", first after {np.median(strange):.0f} ms" if strange else ""
-        print(f"{name:16} {len(felt)} felt: {len(strange) / max(len(felt), 1):.1%}{when}")
+    kinds |= {name: make_touches(features=[one]) for name, one in make_family().items()}
+    for number, (name, trials) in enumerate(kinds.items()):
+        count = ROBOTS if name == "known touches" else STREAM_ROBOTS
+        read = touch_robots(draw_robots(1.0, count, STREAM_SEED + number), trials=trials)
+        say_stream(decoder, name, [motion for one in read for motion in one.motions])
 
 
-def find_first(decoder, motion):
-    """Time since contact when a touch is first called strange, inf for never, None unfelt."""
+def say_stream(decoder, name, motions):
+    """One line on recordings (sensor, time) of a kind."""
+    found = [listen(decoder, motion) for motion in motions]
+    felt = [one for one in found if one is not None]
+    strange = [when for when, _ in felt if np.isfinite(when)]
+    named = sum(sure and not np.isfinite(when) for when, sure in felt)
+    when = f", first after {np.median(strange):.0f} ms" if strange else ""
+    print(
+        f"{name:28} {len(found):4d}: {len(felt):4d} noticed, {len(strange) / max(len(felt), 1):.1%}"
+        f" unlike all, {named / max(len(felt), 1):.1%} named{when}",
+        flush=True,
+    )
+
+
+def listen(decoder, motion):
+    """Time since contact when a touch is first called strange (inf: never), and whether its last
+    answer is a decided one; None where no contact is noticed.
+    """
     states = [state for state in decoder.replay(motion) if state.since_contact >= 0]
+    if not states:
+        return None
     strange = [state.since_contact for state in states if state.strange]
-    return (strange or [np.inf])[0] if states else None
+    return (strange or [np.inf])[0], states[-1].probability >= decoder.threshold
 
 
 if __name__ == "__main__":
