@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-PATIENCE = 5.0  # s; shorter work needs no bar
+_PATIENCE = 5.0  # s; shorter work needs no bar
 Advance = Callable[[int, int], object]
 
 
@@ -24,7 +24,7 @@ def show_progress(progress: Advance | None, title: str) -> Iterator[Advance]:
     if progress is not None:
         yield progress
         return
-    with ProgressBar(title, patience=PATIENCE) as bar:
+    with ProgressBar(title, patience=_PATIENCE) as bar:
         yield bar
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.experiment.impulse import LEAD, hit
+from feeler.experiment.impulse import IMPULSE_LEAD, hit
 
 from .small_antenna import make_small
 
@@ -35,7 +35,7 @@ def test_the_cylinder_goes_where_it_is_sent(lever):
     way = 0.4 * (result.time[-1] - result.time[0])
     ends = {
         None: (way, 0.0),
-        15.0: (0.4 * LEAD + 15.0, 0.4 * result.time[-1] - 15.0 * (np.pi / 2 - 1)),
+        15.0: (0.4 * IMPULSE_LEAD + 15.0, 0.4 * result.time[-1] - 15.0 * (np.pi / 2 - 1)),
     }
     (x, y), end = result.object[-1] - result.object[0], ends[lever]
     assert x == pytest.approx(end[0], rel=1e-3)

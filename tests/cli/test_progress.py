@@ -49,7 +49,7 @@ def test_a_notebook_gets_one_bar_that_moves(monkeypatch):
     monkeypatch.setattr(ipython, "get_ipython", lambda: SimpleNamespace(kernel=1))
     monkeypatch.setattr("IPython.display.display", display)
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    monkeypatch.setattr(progress, "PATIENCE", 1e-9)
+    monkeypatch.setattr(progress, "_PATIENCE", 1e-9)
     with show_progress(None, "animals") as advance:
         for done in (1, 2, 3):
             advance(done, 3)
@@ -104,7 +104,7 @@ def _stream():
 def test_long_work_of_the_library_draws_its_bar_by_itself(monkeypatch, work):
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress, "_PATIENCE", 0.0)
     work()
     word = {_sweep: "noise and repeats", _encode: "iterations", _stream: "batches"}[work]
     assert word in screen.getvalue()

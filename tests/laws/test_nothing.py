@@ -214,7 +214,7 @@ def _find_wall_values(rng):
         )
         values[name] = fig3._compute_unique_share(wall)
     most = max(values.pop("white"), values.pop("one"))
-    return values | {f"wall.{name}.unique_share": most for name in (fig3.LEAD, fig3.DEFAULT)}
+    return values | {f"wall.{name}.unique_share": most for name in (fig3.LEADING, fig3.DEFAULT)}
 
 
 @pytest.fixture(scope="module", params=["white", "one"])

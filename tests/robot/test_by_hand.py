@@ -16,7 +16,7 @@ from feeler.robot import Gap, draw_robots, make_robot, make_touches, parts
 from feeler.robot.gap import draw_antenna, draw_trial
 from feeler.robot.mending import find_bad_channels, repair
 from feeler.robot.parts import QUIET
-from feeler.robot.preset import FACTS
+from feeler.robot.preset import ROBOT_FACTS
 from feeler.robot.recording import Recording
 from feeler.robot.sensing import Sensing, draw_sensing
 from feeler.robot.sensor import fit_sensors
@@ -291,7 +291,7 @@ def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_d
     assert found.damping[0] / found.stiffness[0] == pytest.approx(
         robot.damping[0] / robot.stiffness[0]
     )
-    assert found.segment_mass.sum() == pytest.approx(FACTS["mass"].number)
+    assert found.segment_mass.sum() == pytest.approx(ROBOT_FACTS["mass"].number)
     for name in ("segment_length", "segment_mass", "radius", "stiffness", "damping", "rest_angle"):
         np.testing.assert_array_equal(getattr(found, name)[1:], getattr(robot, name))
     np.testing.assert_array_equal(found.sensors, robot.sensors + 1)

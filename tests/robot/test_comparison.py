@@ -15,7 +15,7 @@ from feeler.robot.comparison import (
     make_profiles,
     simulate_comparison,
 )
-from feeler.robot.touches import SPEEDS, make_touches
+from feeler.robot.touches import ROBOT_SPEEDS, make_touches
 
 
 def test_profiles_have_one_compliance_and_one_damping_time():
@@ -39,7 +39,7 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
     """
     planted = {}
 
-    def touch(antenna, *, speeds=SPEEDS, engine):
+    def touch(antenna, *, speeds=ROBOT_SPEEDS, engine):
         assert engine == "mujoco"
         trials = make_touches(speeds=speeds)
         rng = np.random.default_rng(len(planted))
@@ -75,7 +75,7 @@ def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
     monkeypatch.setattr(
         comparison, "simulate_touches", lambda _, trials, **how: asked.update(how) or motions
     )
-    tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=SPEEDS[:1])
+    tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=ROBOT_SPEEDS[:1])
     np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
     assert asked == {"duration": _DURATION, "engine": "chain-consistent"}
     assert {trial.speed for trial in trials} == {0.27}

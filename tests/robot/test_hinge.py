@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.robot import FACTS, make_flexures, make_robot
+from feeler.robot import ROBOT_FACTS, make_flexures, make_robot
 
 
 def test_stiffness_of_a_worked_example():
@@ -34,16 +34,16 @@ def test_geometry_of_the_preset():
     assert robot.n_segments == 8
     np.testing.assert_array_equal(robot.sensors, np.arange(1, 9))
     assert robot.length == pytest.approx(7 * 7.85 + 7.5)
-    assert robot.length + FACTS["mount"].value < FACTS["body"].value[0]
-    assert robot.segment_mass.sum() < FACTS["mass"].value
+    assert robot.length + ROBOT_FACTS["mount"].value < ROBOT_FACTS["body"].value[0]
+    assert robot.segment_mass.sum() < ROBOT_FACTS["mass"].value
     steps = np.diff(robot.stiffness)
     assert np.all(steps < 0)
     np.testing.assert_allclose(steps, steps.mean(), rtol=0.5)  # [P] falls about linearly
 
 
 def test_every_number_has_a_source_tag():
-    assert {fact.tag for fact in FACTS.values()} <= {"P", "A", "B", "C", "D"}
-    assert {FACTS[name].tag for name in ("thickness", "hinge_length")} == {
+    assert {fact.tag for fact in ROBOT_FACTS.values()} <= {"P", "A", "B", "C", "D"}
+    assert {ROBOT_FACTS[name].tag for name in ("thickness", "hinge_length")} == {
         "C"
     }  # never to be claimed
 

@@ -27,7 +27,7 @@ def test_figure_3_draws_what_was_computed():
     assert len(figure.axes) == 6
     assert [ax.get_title() for ax in figure.axes[1:3]] == [
         f"{name}\n{fig3.describe_posture(posture)}"
-        for name, posture in ((fig3.LEAD, fig3.get_lead()), (fig3.DEFAULT, Posture()))
+        for name, posture in ((fig3.LEADING, fig3.get_lead()), (fig3.DEFAULT, Posture()))
     ]
 
 

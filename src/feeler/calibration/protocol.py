@@ -8,7 +8,7 @@ import numpy as np
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.execute.threads import ThreadExecutor, count_cores
-from feeler.experiment.impulse import LEAD, Impulse, make_impulse_scene, measure_impulse
+from feeler.experiment.impulse import IMPULSE_LEAD, Impulse, make_impulse_scene, measure_impulse
 from feeler.experiment.release import hold
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, get_engine
@@ -78,7 +78,9 @@ class Protocol(Record):
             experiments.append((self._step_scene, durations, self._read_step))
         if any(name in _IMPULSE_POINTS for name in names):
             length = max(antenna.length for antenna in antennas)
-            durations = [LEAD + share * length / self.speed + 5.0 for share in _IMPULSE_TRAVEL]
+            durations = [
+                IMPULSE_LEAD + share * length / self.speed + 5.0 for share in _IMPULSE_TRAVEL
+            ]
             experiments.append((self._impulse_scene, durations, self._read_impulse))
         with ThreadExecutor(
             min(len(experiments), count_cores()) or 1

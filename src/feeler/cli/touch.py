@@ -26,7 +26,7 @@ cut the same command
 goes on where it stopped, and ends with the same numbers.
 """
 
-MANY = "; repeat it with --store"
+_MANY = "; repeat it with --store"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,16 +37,16 @@ class TouchOptions:
         list[str],
         typer.Option(
             help="ball, peg, box, triangle, outline or wall, or as in"
-            f" box:half_height=3,rounding=0.2{MANY}"
+            f" box:half_height=3,rounding=0.2{_MANY}"
         ),
     ] = field(default_factory=lambda: ["ball"])
     size: Annotated[
-        list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{MANY}")
+        list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{_MANY}")
     ] = field(default_factory=lambda: [1.53])
     location: Annotated[
-        list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{MANY}")
+        list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{_MANY}")
     ] = field(default_factory=lambda: [0.5])
-    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{MANY}")] = field(
+    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{_MANY}")] = field(
         default_factory=lambda: [0.6]
     )
     outline: Annotated[

@@ -10,14 +10,14 @@ from feeler.design.page import write_design
 from feeler.design.plan import DesignPlan, load_plan
 from feeler.design.problem import Candidate, DesignProblem
 from feeler.design.scoring import Score, score
-from feeler.design.search import METHODS, Optimum, optimise
+from feeler.design.search import SEARCHES, Optimum, optimise
 from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
 from feeler.design.space import Design, Space, match_compliance
 from feeler.design.task import DesignTask
 
 __all__ = [
     "CHOICES",
-    "METHODS",
+    "SEARCHES",
     "Candidate",
     "Constraints",
     "Design",

@@ -10,7 +10,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.design.scoring import Score, score
 from feeler.design.task import DesignTask
-from feeler.robot.hinge import FACTS, Flexures
+from feeler.robot.hinge import ROBOT_FACTS, Flexures
 
 SHEETS = (
     0.0075,
@@ -33,7 +33,7 @@ def make_strips(
     Each hinge takes the thickest sheet of which a strip at least ``length`` wide is soft enough, so
     that widths can be cut; otherwise the thinnest.
     """
-    modulus, stocks = FACTS["modulus"].number, np.array(sorted(sheets))
+    modulus, stocks = ROBOT_FACTS["modulus"].number, np.array(sorted(sheets))
     widths = 12 * antenna.stiffness[:, None] * length / (modulus * stocks**3)
     fits = (widths >= length) & (widths <= WIDEST)
     chosen = np.where(

@@ -20,7 +20,7 @@ from feeler.plotting.look import PALETTE
 from feeler.report import Section, write_page
 from feeler.stimulus.trial import Trial
 
-LEAD = (
+_LEAD = (
     "The search saw the optimiser's touches, the tests chose among its ends, and the final touches"
     " were looked at when all was decided. Bits are a lower bound on what a reader can know of"
     " object and place: those of a stated decoder on touches it never met."
@@ -61,7 +61,7 @@ def write_design(
     if tolerance:
         _say_making(found, section, tolerance)
     section.text(conditions)
-    return write_page(out / "design.html", "Which antenna should I build?", LEAD, section)
+    return write_page(out / "design.html", "Which antenna should I build?", _LEAD, section)
 
 
 def _say_result(found: DesignOutcome, section: Section) -> None:

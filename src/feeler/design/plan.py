@@ -11,7 +11,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.file import load_antenna
 from feeler.checked import checked
 from feeler.design.constraints import Constraints
-from feeler.design.search import METHODS
+from feeler.design.search import SEARCHES
 from feeler.design.space import Space
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
@@ -89,7 +89,7 @@ class DesignPlan(Record):
             if type(value) is not SEARCH.get(key):
                 words = f"must be {SEARCH[key].__name__}" if key in SEARCH else "is not known"
                 raise InvalidInput(f"[search] {key} {words}, got {value!r}.")
-        METHODS[self.search.get("method", "cma")]
+        SEARCHES[self.search.get("method", "cma")]
 
     @property
     def reference(self) -> Antenna:

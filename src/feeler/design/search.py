@@ -52,7 +52,7 @@ class Optimum(Shown):
 
 Method = Callable[[DesignProblem, np.ndarray, int, np.random.Generator], None]
 """``method(problem, x, evaluations, rng)`` searches from x; the problem itself keeps the best."""
-METHODS: Registry[Method] = Registry("method of design")
+SEARCHES: Registry[Method] = Registry("method of design")
 """Every known method by its name."""
 
 
@@ -77,7 +77,7 @@ def optimise(
     Parameters
     ----------
     method
-        ``cma`` (CMA-ES, Hansen 2016, arXiv:1604.00772), or another one of :data:`METHODS`.
+        ``cma`` (CMA-ES, Hansen 2016, arXiv:1604.00772), or another one of :data:`SEARCHES`.
     evaluations
         Candidates simulated from each start.
     starts, far
@@ -101,7 +101,7 @@ def optimise(
         A task at which nothing is to be gained, constraints that exclude all, or a journal of
         another search.
     """
-    search = METHODS[method]
+    search = SEARCHES[method]
     if method == "cma":
         require_extra("cma", "design", "designing by CMA-ES")
     check_task(score(space.reference, task, "optimiser", **options), task, aim)
@@ -213,7 +213,7 @@ def _make_strategy(x: np.ndarray, step: float, rng: np.random.Generator) -> Any:
     return cma.CMAEvolutionStrategy(np.clip(x, -0.999, 0.999), step, options)
 
 
-@METHODS.register("cma")
+@SEARCHES.register("cma")
 def _evolve(
     problem: DesignProblem, x: np.ndarray, evaluations: int, rng: np.random.Generator
 ) -> None:

@@ -18,7 +18,7 @@ from feeler.execute.processes import CRASHES, OutOfMemory
 from feeler.execute.threads import ThreadExecutor
 
 RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
-WINDOW = 2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
+_WINDOW = 2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
 UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they have
 
 
@@ -89,7 +89,7 @@ def run_batch(
 
 def _window(executor: Any) -> int:
     workers = getattr(executor, "workers", None) or getattr(executor, "_max_workers", None)
-    return WINDOW * (workers if isinstance(workers, int) and workers > 0 else UNKNOWN_WORKERS)
+    return _WINDOW * (workers if isinstance(workers, int) and workers > 0 else UNKNOWN_WORKERS)
 
 
 def _name_memory(error: Exception) -> Exception:

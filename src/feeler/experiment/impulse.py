@@ -23,7 +23,7 @@ SPEED = (
     0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
 )
 POINTS = (0.71, 0.86)  # [P] share of the length
-LEAD = 2.0  # [C] ms before contact
+IMPULSE_LEAD = 2.0  # [C] ms before contact
 LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
 
 
@@ -114,7 +114,7 @@ def hit(
     )
     duration = 0.6 * antenna.length / speed + 80.0 if duration is None else duration
     clock = Clock(
-        duration=duration + LEAD,
+        duration=duration + IMPULSE_LEAD,
         sample_interval=sample_interval,
         timestep=choose_timestep(timestep, engine),
     )
@@ -131,13 +131,17 @@ def make_impulse_scene(
     friction: float = FRICTION,
     contact: Contact | str | None = None,
 ) -> Scene:
-    """The scene of ``hit``; first contact after ``LEAD`` ms."""
+    """The scene of ``hit``; first contact after ``IMPULSE_LEAD`` ms."""
     if lever is not None and not (np.isfinite(lever) and lever > 0):
         raise InvalidInput(
             f"lever must be a length > 0 mm, or None for a straight path, got {lever}."
         )
     trial = Trial(
-        feature=Ball(radius=radius), location=location, speed=speed, lead=LEAD, friction=friction
+        feature=Ball(radius=radius),
+        location=location,
+        speed=speed,
+        lead=IMPULSE_LEAD,
+        friction=friction,
     )
     scene = make_scene(antenna, trial, contact)
     return scene if lever is None else _swing(scene, speed, lever)
@@ -155,7 +159,7 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     forward, distal = np.asarray(scene.objects[0].forward), np.array([0.0, 1.0])
     legs = speed * (np.cos(middle)[:, None] * forward + np.sin(middle)[:, None] * distal)
     velocity = [speed * forward, *legs, speed * distal]
-    end = LEAD + edges * lever / speed
+    end = IMPULSE_LEAD + edges * lever / speed
     path = Path(
         velocity=tuple((float(x), float(y)) for x, y in velocity), end=tuple(map(float, end))
     )
@@ -177,7 +181,7 @@ def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = PO
     centre = np.asarray(cylinder.place) - cylinder.feature.rounding * forward
     path = (scene.paths[0] if scene.paths else None) or Path(velocity=(cylinder.velocity,))
     return Impulse(
-        time=motion.time - LEAD,
+        time=motion.time - IMPULSE_LEAD,
         points=tuple(points),
         deflection=deflection,
         tip=tip,

@@ -27,7 +27,7 @@ from feeler.tensors.dataset import choose_quantities, reduce_motion, stack_readi
 from feeler.tensors.group import StoredGroup, write_group
 from feeler.tensors.quantities import find_dims
 
-LABELS = (
+_LABELS = (
     "location",
     "speed",
     "approach",
@@ -176,7 +176,7 @@ class Job:
         self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]
     ) -> xr.Dataset:
         """The Dataset of these trials from their readings."""
-        labels = (*LABELS, "azimuth") if self.antenna.spatial else LABELS
+        labels = (*_LABELS, "azimuth") if self.antenna.spatial else _LABELS
         coordinates = {
             "trial": indices,
             "feature": [trial.name for trial in trials],

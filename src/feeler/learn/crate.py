@@ -15,7 +15,7 @@ from feeler.tensors.disk import write_atomic
 from feeler.tensors.formats import load
 
 _MAX_BYTES = 16 * 2**20  # [C]
-PAPER = "https://doi.org/10.1101/2025.10.20.683587"
+_PAPER = "https://doi.org/10.1101/2025.10.20.683587"
 LICENCES = {
     "CC0-1.0": "https://creativecommons.org/publicdomain/zero/1.0/",
     "CC-BY-4.0": "https://creativecommons.org/licenses/by/4.0/",
@@ -80,7 +80,7 @@ def _make_crate(
         "datePublished": _find_date(),
         "license": {"@id": LICENCES.get(licence, licence)},
         "hasPart": [{"@id": f"{store}/"}],
-        "citation": {"@id": PAPER},
+        "citation": {"@id": _PAPER},
     }
     people = [{"@id": "#author", "@type": "Person", "name": author}] if author else []
     root |= {"author": {"@id": "#author"}} if author else {}
@@ -106,9 +106,9 @@ def _make_crate(
             *variables,
             *_make_origin(store, str(tensors.attrs.get("versions", ""))),
             {
-                "@id": PAPER,
+                "@id": _PAPER,
                 "@type": "ScholarlyArticle",
-                "url": PAPER,
+                "url": _PAPER,
                 "name": "The paper that feeler follows",
             },
             {"@id": LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
@@ -134,7 +134,7 @@ def _make_origin(store: str, versions: str) -> list[dict[str, Any]]:
             "@type": "SoftwareApplication",
             "name": "feeler",
             "version": find_version("feeler"),
-            "citation": {"@id": PAPER},
+            "citation": {"@id": _PAPER},
         },
     ]
 

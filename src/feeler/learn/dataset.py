@@ -17,7 +17,7 @@ from feeler.tensors.formats import load
 
 torch: Any = import_torch()
 
-BLOCK = 256  # trials read at once: a shard of a large store
+_BLOCK = 256  # trials read at once: a shard of a large store
 MIX = 4  # [C] blocks whose trials are shuffled among each other
 
 
@@ -126,7 +126,7 @@ class TouchDataset(torch.utils.data.IterableDataset):
         rows = self.rows[places]
         low, high = int(rows.min()), int(rows.max()) + 1
         item = self._open()[self.variable]
-        near = high - low <= MIX * BLOCK  # read whole and picked from: zarr picks far slower
+        near = high - low <= MIX * _BLOCK  # read whole and picked from: zarr picks far slower
         values = item[low:high].values if near else item[rows].values
         if near and high - low > len(rows):
             values = values[rows - low]
@@ -151,7 +151,7 @@ class TouchDataset(torch.utils.data.IterableDataset):
 
     def _make_blocks(self, rng: np.random.Generator) -> list[slice]:
         """Places in ``rows`` of each block, in the order of reading: the same in every worker."""
-        ends = np.searchsorted(self.rows, np.arange(0, self.rows[-1] + BLOCK + 1, BLOCK))
+        ends = np.searchsorted(self.rows, np.arange(0, self.rows[-1] + _BLOCK + 1, _BLOCK))
         blocks = [slice(int(a), int(b)) for a, b in pairwise(ends) if a < b]
         return [blocks[k] for k in rng.permutation(len(blocks))] if self.shuffle else blocks
 

@@ -19,11 +19,11 @@ from feeler.learn.split import check_coordinate
 from feeler.tensors.formats import load
 from feeler.tensors.unit import in_unit
 
-BLOCK = 256  # trials read at once
+_BLOCK = 256  # trials read at once
 EPISODES = 2048  # [C] touches in one file: 45 MB of 56 sensors and 100 samples
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 META = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
-CHUNK = 1000  # files in one folder, as LeRobot has them
+_CHUNK = 1000  # files in one folder, as LeRobot has them
 SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
 
 
@@ -97,7 +97,7 @@ def _write_tables(
     sums: list[np.ndarray] = []
     for number, first in enumerate(range(0, n, EPISODES)):
         rows = range(first, min(first + EPISODES, n))
-        place = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
+        place = {"chunk_index": number // _CHUNK, "file_index": number % _CHUNK}
         blocks = _make_rows(pa, tensors, variable, rows, codes, sums)
         _write(pa, folder / DATA.format(**place), blocks)
         episodes = _make_episodes(pa, tensors, rows, tasks[codes], place)
@@ -132,8 +132,8 @@ def _make_rows(
     """Tables of all samples; each block's least, greatest, sum and squares join ``sums``."""
     n_sensors, n_samples = tensors.sizes["sensor"], tensors.sizes["time"]
     time = in_unit(tensors["time"], "s").values
-    for start in range(rows.start, rows.stop, BLOCK):
-        trials = np.arange(start, min(start + BLOCK, rows.stop))
+    for start in range(rows.start, rows.stop, _BLOCK):
+        trials = np.arange(start, min(start + _BLOCK, rows.stop))
         values = tensors[variable][start : trials[-1] + 1].values.astype(np.float32)
         state = np.ascontiguousarray(values.transpose(0, 2, 1)).reshape(-1, n_sensors)
         exact = state.astype(float)
@@ -194,7 +194,7 @@ def _describe_features(tensors: xr.Dataset, variable: str, task: str) -> dict[st
         "total_episodes": n,
         "total_frames": n * n_samples,
         "total_tasks": np.unique(tensors[task].values).size,
-        "chunks_size": CHUNK,
+        "chunks_size": _CHUNK,
         "fps": (n_samples - 1) / float(time[-1] - time[0]) if n_samples > 1 else 1000.0,
         "splits": {"train": f"0:{n}"},
         "data_path": DATA,

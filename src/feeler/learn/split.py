@@ -10,7 +10,7 @@ import xarray as xr
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-SHARES = {"train": 0.8, "validate": 0.1, "test": 0.1}  # [C]
+_SHARES = {"train": 0.8, "validate": 0.1, "test": 0.1}  # [C]
 # what two touches share that differ in nothing but noise
 TWIN = (
     "feature",
@@ -54,7 +54,7 @@ def split_trials(
     InvalidInput
         No such coordinate, shares that are no shares, or fewer groups than sides.
     """
-    shares = dict(shares or SHARES)
+    shares = dict(shares or _SHARES)
     if (
         not shares
         or not all(value > 0 for value in shares.values())

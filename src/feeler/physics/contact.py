@@ -41,8 +41,7 @@ from feeler.stimulus.object import Object
 
 # Greatest d_max: from 0.999 on MuJoCo's solver, at its tightest, is no longer exact to 1e-9
 HARDEST = 0.99
-
-
+MIN_FRICTION = 1e-5  # MuJoCo's smallest; without any, contacts have a normal force only
 EVEN = 0.5  # [C] from this d_min on a contact has no rise that a timestep should follow
 DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 

@@ -16,7 +16,7 @@ from feeler.physics.run import list_turns, make_motion, record_some
 from feeler.physics.scene import Motion, Scene
 from feeler.physics.stepper import Stepper, make_row
 
-WINDOW = 5  # [C] samples that are gone through with one timestep
+_WINDOW = 5  # [C] samples that are gone through with one timestep
 SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may part in a window
 HELPS = (
     0.8  # [C] steps are halved again while that brings what they part by below this share of itself
@@ -93,8 +93,8 @@ class _Pair:
         row, ends = make_row(first.read()), [first.save(0)] * 2
         tapes = [np.repeat(row[:, None], self.clock.n_samples, axis=1) for _ in range(2)]
         level, finest, apart = 0, 0, 0.0
-        for start in range(1, self.clock.n_samples, WINDOW):
-            stop = min(start + WINDOW, self.clock.n_samples)
+        for start in range(1, self.clock.n_samples, _WINDOW):
+            stop = min(start + _WINDOW, self.clock.n_samples)
             level, ends, gap = self._pass(
                 tapes, start, stop, max(level - 1, 0), ends, apart + share, peaks
             )

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from feeler.physics.contact import MIN_FRICTION
 from feeler.physics.scene import Scene
 from feeler.stimulus.base import lift
 from feeler.stimulus.object import Object
@@ -23,8 +24,7 @@ SOLVER_ITERATIONS = (
     25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad
 )
 # mm; half thickness of prisms across the plane; any value beyond the collision radius is the same
-DEPTH = 5.0
-MIN_FRICTION = 1e-5  # MuJoCo's smallest; without any, contacts have a normal force only (condim 1)
+_DEPTH = 5.0
 
 
 def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjSpec:
@@ -176,7 +176,7 @@ def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str,
             }
         elif len(part) == 4 and all(np.unique(part[:, axis]).size == 2 for axis in (0, 1)):
             place = {"pos": [*(middle @ turn), 0], "quat": quat, "margin": feature.rounding}
-            yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [*size, DEPTH], **place}
+            yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [*size, _DEPTH], **place}
         elif len(part) == 2:
             ends = [*(part[0] @ turn), 0.0, *(part[1] @ turn), 0.0]
             yield {
@@ -190,7 +190,7 @@ def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str,
 
 
 def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
-    points = [[x, y, z] for z in (-DEPTH, DEPTH) for x, y in corners]
+    points = [[x, y, z] for z in (-_DEPTH, _DEPTH) for x, y in corners]
     mesh = spec.add_mesh(name=name)
     mesh.uservert = np.ravel(points)
     return name

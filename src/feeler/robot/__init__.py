@@ -13,7 +13,7 @@ from feeler.robot.factors import (
     solve_factors,
 )
 from feeler.robot.gap import Gap
-from feeler.robot.hinge import FACTS, Flexures, make_flexures
+from feeler.robot.hinge import ROBOT_FACTS, Flexures, make_flexures
 from feeler.robot.lessons import Lessons, draw_lessons, make_classifier
 from feeler.robot.mending import find_bad_channels, repair
 from feeler.robot.parts import PARTS, keep_parts, measure_parts
@@ -38,8 +38,8 @@ from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches, 
 from feeler.robot.touches import compute_tip, get_label, make_touches, simulate_touches
 
 __all__ = [
-    "FACTS",
     "PARTS",
+    "ROBOT_FACTS",
     "Flexures",
     "Gap",
     "Lessons",

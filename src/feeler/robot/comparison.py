@@ -9,7 +9,13 @@ from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.robot.preset import make_robot
-from feeler.robot.touches import LOCATIONS, SPEEDS, get_label, make_touches, simulate_touches
+from feeler.robot.touches import (
+    ROBOT_LOCATIONS,
+    ROBOT_SPEEDS,
+    get_label,
+    make_touches,
+    simulate_touches,
+)
 from feeler.stimulus import Trial
 from feeler.tensors.scaling import rectify
 
@@ -44,13 +50,13 @@ def make_profiles() -> dict[str, Antenna]:
 
 
 def simulate_comparison(
-    antenna: Antenna, *, speeds: Sequence[float] = SPEEDS, engine: str = DEFAULT_ENGINE
+    antenna: Antenna, *, speeds: Sequence[float] = ROBOT_SPEEDS, engine: str = DEFAULT_ENGINE
 ) -> tuple[np.ndarray, list[Trial]]:
     """Rectified tensors (trial, sensor, time) [rad], 4 ms apart, and their trials: 10 per speed.
 
     All have one duration; they are not aligned.
     """
-    trials = make_touches(speeds=speeds, locations=LOCATIONS)
+    trials = make_touches(speeds=speeds, locations=ROBOT_LOCATIONS)
     motions = simulate_touches(antenna, trials, duration=_DURATION, engine=engine)
     return rectify(np.stack(motions)[:, :, ::_STRIDE]), trials
 
@@ -74,13 +80,16 @@ def compute_comparison(
     robot, trials = simulate_comparison(profiles["linear"], engine=engine)
     speeds = np.array([trial.speed for trial in trials])
     slow = {
-        name: simulate_comparison(profiles[name], speeds=SPEEDS[-1:], engine=engine)[0]
+        name: simulate_comparison(profiles[name], speeds=ROBOT_SPEEDS[-1:], engine=engine)[0]
         for name in ("exponential", "constant")
     }
-    slow["linear"] = robot[speeds == SPEEDS[-1]]
+    slow["linear"] = robot[speeds == ROBOT_SPEEDS[-1]]
     labels = [get_label(trial)[:2] for trial in trials]
     by_speed = _compare(
-        {f"{s:g} m/s": robot[speeds == s] for s in SPEEDS}, labels[:10], n_repeats, random_state
+        {f"{s:g} m/s": robot[speeds == s] for s in ROBOT_SPEEDS},
+        labels[:10],
+        n_repeats,
+        random_state,
     )
     by_profile = _compare(
         {name: slow[name] for name in _PROFILES}, labels[:10], n_repeats, random_state

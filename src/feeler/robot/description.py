@@ -12,7 +12,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.files import read_start
 from feeler.record import Ge, Gt, Le, Of, Record, Unit
-from feeler.robot.hinge import FACTS, Flexures
+from feeler.robot.hinge import ROBOT_FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
 from feeler.toml import make_record, read_toml
 
@@ -111,8 +111,8 @@ class _Factors(Record):
         p2 [ms]: c = p2·k_th.
     """
 
-    stiffness: Annotated[float, Gt(0)] = FACTS["stiffness_factor"].number
-    damping: Annotated[float, Gt(0), Unit("ms")] = FACTS["damping_factor"].number
+    stiffness: Annotated[float, Gt(0)] = ROBOT_FACTS["stiffness_factor"].number
+    damping: Annotated[float, Gt(0), Unit("ms")] = ROBOT_FACTS["damping_factor"].number
 
 
 class _Sensors(Record):

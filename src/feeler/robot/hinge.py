@@ -9,7 +9,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Gt, Record, Unit, freeze
 
-FACTS: dict[str, Fact] = {
+ROBOT_FACTS: dict[str, Fact] = {
     "n_hinges": Fact(value=8, unit="1", tag="P", note="capacitive hinges"),
     "body": Fact(
         value=(73.0, 16.0, 2.0),
@@ -97,5 +97,5 @@ def make_flexures(**changes: float | np.ndarray) -> Flexures:
     ``thickness``, ``length``, ``width`` and ``modulus`` replace the defaults.
     """
     facts = {"length": "hinge_length", **{key: key for key in ("width", "thickness", "modulus")}}
-    values: dict[str, Any] = {name: FACTS[fact].value for name, fact in facts.items()}
+    values: dict[str, Any] = {name: ROBOT_FACTS[fact].value for name, fact in facts.items()}
     return Flexures(**values | changes)

@@ -6,9 +6,9 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
-from feeler.robot.hinge import FACTS, Flexures, make_flexures
+from feeler.robot.hinge import ROBOT_FACTS, Flexures, make_flexures
 
-MOUNT = FACTS["mount"].number
+MOUNT = ROBOT_FACTS["mount"].number
 """Rigid part before hinge 1 [mm]. The model starts at hinge 1: a clamped rigid mount does not move,
 so it has no place in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to
 get places on the device.
@@ -19,10 +19,10 @@ get places on the device.
 def make_robot(
     *,
     hinges: Flexures | None = None,
-    stiffness_factor: Annotated[float, "> 0"] = FACTS["stiffness_factor"].number,
-    damping_factor: Annotated[float, "> 0"] = FACTS["damping_factor"].number,
-    mass: Annotated[float, "> 0"] = FACTS["mass"].number,
-    radius: float = FACTS["radius"].number,
+    stiffness_factor: Annotated[float, "> 0"] = ROBOT_FACTS["stiffness_factor"].number,
+    damping_factor: Annotated[float, "> 0"] = ROBOT_FACTS["damping_factor"].number,
+    mass: Annotated[float, "> 0"] = ROBOT_FACTS["mass"].number,
+    radius: float = ROBOT_FACTS["radius"].number,
     name: str = "robot",
 ) -> Antenna:
     """The robotic antenna: k = p1·k_th and c = p2·k_th, k_th from each flexure's geometry.
@@ -51,7 +51,9 @@ def make_robot(
     """
     hinges = make_flexures() if hinges is None else hinges
     n = hinges.stiffness.size
-    segment_length = np.append(np.full(n - 1, FACTS["spacing"].number), FACTS["last_link"].number)
+    segment_length = np.append(
+        np.full(n - 1, ROBOT_FACTS["spacing"].number), ROBOT_FACTS["last_link"].number
+    )
     return Antenna(
         segment_length=segment_length,
         segment_mass=_share_mass(mass, segment_length, hinges.width),
@@ -68,7 +70,7 @@ def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> n
 
     The mount takes the device's remaining length at full width.
     """
-    length, body_width, _ = FACTS["body"].numbers
+    length, body_width, _ = ROBOT_FACTS["body"].numbers
     link_area = segment_length * width
     mount_area = max(length - segment_length.sum(), MOUNT) * body_width
     return mass * link_area / (link_area.sum() + mount_area)

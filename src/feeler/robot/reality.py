@@ -26,7 +26,7 @@ from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
 from feeler.robot.touches import (
-    SPEEDS,
+    ROBOT_SPEEDS,
     Label,
     compute_tip,
     get_label,
@@ -146,7 +146,9 @@ def choose_before(antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)]) 
     The paper's window, longer where slower touches or a longer antenna need it.
     """
     slowest = min(trial.speed for trial in trials)
-    return math.ceil(BEFORE * max(1.0, antenna.length / make_robot().length * SPEEDS[-1] / slowest))
+    return math.ceil(
+        BEFORE * max(1.0, antenna.length / make_robot().length * ROBOT_SPEEDS[-1] / slowest)
+    )
 
 
 @checked

@@ -14,16 +14,23 @@ from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
-from feeler.robot.hinge import FACTS
+from feeler.robot.hinge import ROBOT_FACTS
 from feeler.robot.mending import repair
 from feeler.robot.preset import MOUNT, make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.sensing import Sensing, draw_sensing
 from feeler.robot.sensor import SensorCalibration
-from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, make_touches, simulate_pairs
+from feeler.robot.touches import (
+    INTERVAL,
+    ROBOT_LEAD,
+    ROBOT_LOCATIONS,
+    ROBOT_SPEEDS,
+    make_touches,
+    simulate_pairs,
+)
 from feeler.stimulus import Trial
 
-_RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
+_RESTING = 0.75 * ROBOT_LEAD  # ms before contact whose mean is taken as the resting angle
 
 
 @checked
@@ -137,7 +144,7 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
     if gap.play == 0:
         return antenna
     spring = antenna.stiffness[0] / gap.play
-    mass = FACTS["mass"].number - antenna.segment_mass.sum()
+    mass = ROBOT_FACTS["mass"].number - antenna.segment_mass.sum()
     return Antenna(
         segment_length=np.append(MOUNT, antenna.segment_length),
         segment_mass=np.append(max(mass, antenna.segment_mass[0]), antenna.segment_mass),
@@ -171,4 +178,4 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 @checked
 def make_tip_touches(repeats: int = 1) -> list[Trial]:
     """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
-    return make_touches(locations=LOCATIONS[-1:], speeds=SPEEDS) * repeats
+    return make_touches(locations=ROBOT_LOCATIONS[-1:], speeds=ROBOT_SPEEDS) * repeats

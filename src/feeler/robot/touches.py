@@ -12,8 +12,8 @@ from feeler.execute import Executor
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.stimulus import Ball, Box, Feature, Trial
 
-SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
-LOCATIONS = (
+ROBOT_SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
+ROBOT_LOCATIONS = (
     0.5,
     0.6,
     0.7,
@@ -21,7 +21,7 @@ LOCATIONS = (
     0.9,
 )  # [C] five from middle to tip [P], as for the insect; the last is "the tip"
 _SIZE = 4.0  # [C] mm; radius of the ball, half-width and half-height of the box
-LEAD = 20.0  # [C] ms before contact, enough to see the resting level
+ROBOT_LEAD = 20.0  # [C] ms before contact, enough to see the resting level
 _TAIL = 400.0  # [C] ms kept after contact can last
 _SWEEP = (
     60.0,
@@ -38,8 +38,8 @@ Label = tuple[str, float, float]
 def make_touches(
     *,
     features: Sequence[Feature] | None = None,
-    locations: Sequence[float] = LOCATIONS,
-    speeds: Sequence[float] = SPEEDS,
+    locations: Sequence[float] = ROBOT_LOCATIONS,
+    speeds: Sequence[float] = ROBOT_SPEEDS,
     size: float = _SIZE,
     friction: float = 1.0,
 ) -> list[Trial]:
@@ -50,7 +50,7 @@ def make_touches(
     if features is None:
         features = (Ball(radius=size), Box(half_width=size, half_height=size))
     return [
-        Trial(feature=feature, location=location, speed=speed, lead=LEAD, friction=friction)
+        Trial(feature=feature, location=location, speed=speed, lead=ROBOT_LEAD, friction=friction)
         for speed in speeds
         for location in locations
         for feature in features

@@ -18,9 +18,9 @@ from feeler.files import read_text
 from feeler.guard import Limits, find_limits, open_guarded
 from feeler.stimulus.outline import MAX_CORNERS
 
-MAX_BYTES = 8 * 2**20  # [C]
+_MAX_BYTES = 8 * 2**20  # [C]
 _MAX_MEMORY = 2**30  # [C] bytes that reading a drawing may take
-MAX_HALVINGS = 16
+_MAX_HALVINGS = 16
 _SIZING = 64  # times more corners than an outline has may be looked at for its width
 UNITS = {
     "mm": 1.0,
@@ -67,7 +67,7 @@ def read_outline(
 def _check_file(path: str | os.PathLike) -> Path:
     try:
         path = Path(path)
-        usable = path.is_file() and path.stat().st_size <= MAX_BYTES
+        usable = path.is_file() and path.stat().st_size <= _MAX_BYTES
     except (TypeError, ValueError, OSError) as error:
         raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
     library = LIBRARIES.get(path.suffix.lower())
@@ -76,7 +76,9 @@ def _check_file(path: str | os.PathLike) -> Path:
             f"{path.name!r} is none of {', '.join(LIBRARIES)}; save the drawing as one of these."
         )
     if not usable:
-        raise InvalidInput(f"{path} must be a file of at most {MAX_BYTES:,} bytes. Check the path.")
+        raise InvalidInput(
+            f"{path} must be a file of at most {_MAX_BYTES:,} bytes. Check the path."
+        )
     if library and find_spec(library) is None:
         raise MissingExtra("outlines from SVG and DXF files need: pip install 'feeler[outlines]'")
     return path
@@ -186,7 +188,7 @@ def _bisect(
     share = np.array([0.25, 0.5, 0.75])
     gap = [abs(curve(start + t * (stop - start)) - (first + t * (last - first))) for t in share]
     far = max(gap) > tolerance or (depth == 0 and max(gap) > 1e-12 * abs(last - first))
-    if depth >= MAX_HALVINGS or not far:  # not far is also what is no number
+    if depth >= _MAX_HALVINGS or not far:  # not far is also what is no number
         yield first
     else:
         middle = (start + stop) / 2
@@ -216,7 +218,7 @@ def _trace(points: Iterable[complex]) -> Curve:
 
 
 def _read_csv(path: str) -> tuple[Paths, float | None]:
-    lines = read_text(path, MAX_BYTES).splitlines()
+    lines = read_text(path, _MAX_BYTES).splitlines()
     start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
     rows = [
         re.split(r"[,;\t]\s*|\s+", line.strip())

@@ -217,13 +217,13 @@ BEYOND: dict[str, Any] = {
 """The questions beyond the paper below paper scale, where the kept run does not answer them: for
 another antenna, engine or seed.
 """
-PAPER = Scale(name="paper")
+_PAPER = Scale(name="paper")
 _REST = (
     *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
     *("spikes", "cnn"),
 )
 PUBLISHED = replace(
-    PAPER,
+    _PAPER,
     name="published",
     minutes=7.5,
     vector=False,
@@ -235,7 +235,7 @@ PUBLISHED = replace(
     refits=0,
     draws=200,
     sweep={
-        **PAPER.sweep,
+        **_PAPER.sweep,
         "control_repeats": 3,
         "other_copies": (),
         "before_repeats": 0,
@@ -340,4 +340,4 @@ SMOKE = replace(
 SCALES.register("smoke", SMOKE)
 SCALES.register("quick", QUICK)
 SCALES.register("published", PUBLISHED)
-SCALES.register("paper", PAPER)
+SCALES.register("paper", _PAPER)

@@ -23,7 +23,7 @@ from feeler.studio.study import LOUDNESS, UNSURE, find_study, teach
 from feeler.studio.touching import describe_antenna, draw_feature
 from feeler.studio.wish import AntennaWish, TouchWish, make_shape
 
-PAPER = (
+_PAPER = (
     "Meng, McDonnell, Jayaram & Mongeau 2025, Physically intelligent soft antennae enhance tactile"
     " perception by active touch"
 )
@@ -90,7 +90,7 @@ def write_touch_page(
         "shapes": _pack_shapes(wish.antenna.make()),
         "commands": None if commands is None else list(commands),
         "samples": samples,
-        "paper": PAPER,
+        "paper": _PAPER,
         "doi": DOI,
     }
     for step in _STEPS:

@@ -18,13 +18,13 @@ from feeler.robot.link import Link
 from feeler.robot.samples import open_serial, split_sample, take_line
 from feeler.studio.listener import Listener
 from feeler.studio.study import AntennaStudy
-from feeler.studio.touching import INTERVAL, describe_antenna, find_sensed
+from feeler.studio.touching import SAMPLE_INTERVAL, describe_antenna, find_sensed
 
 WINDOW = 2000  # [C] samples that the page keeps
-FRAME = 1 / 30  # s between messages to the page
+_FRAME = 1 / 30  # s between messages to the page
 PROBE = 12  # [C] lines by which a board is known: how many numbers, how far apart
 LEAST_STEP = 0.2  # [C] ms; twelve readings in a row that rise faster are a clock and no hinge
-PATIENCE = 50  # [C] lines in a row that are no samples
+_PATIENCE = 50  # [C] lines in a row that are no samples
 BAUDRATE = 115_200
 Say = Callable[..., None]
 
@@ -113,7 +113,7 @@ def listen(
             damaged += 1
             continue
         listener.take(*sample)
-        if monotonic() - sent > FRAME:
+        if monotonic() - sent > _FRAME:
             tell()
             sent = monotonic()
     tell()
@@ -130,9 +130,9 @@ def _read(
             continue
         samples = _parse(line, n_channels, link)
         bad = 0 if samples is not None else bad + 1
-        if bad >= PATIENCE:
+        if bad >= _PATIENCE:
             raise InvalidInput(
-                f"{PATIENCE} lines in a row are no samples, such as {line[:60]!r}: a sample is"
+                f"{_PATIENCE} lines in a row are no samples, such as {line[:60]!r}: a sample is"
                 f" {n_channels} numbers, the time in ms before them, or a line as feeler's sketch"
                 " sends it."
             )
@@ -202,4 +202,4 @@ def _find_interval(known: list[bytes], n_channels: int) -> float:
     times = np.array([time for time, _ in samples if time is not None], dtype=float)
     steps = np.diff(times)
     steps = steps[steps > 0]
-    return float(steps[steps < 1.5 * np.median(steps)].mean()) if steps.size else INTERVAL
+    return float(steps[steps < 1.5 * np.median(steps)].mean()) if steps.size else SAMPLE_INTERVAL

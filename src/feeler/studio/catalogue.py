@@ -10,7 +10,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import FACTS
 from feeler.antenna.fact import SOURCE_TAGS
 from feeler.presets import PRESETS, make_preset
-from feeler.robot.hinge import FACTS as ROBOT_FACTS
+from feeler.robot.hinge import ROBOT_FACTS
 from feeler.stimulus.ninety import HALF_SIZES, LOCATIONS, SPEEDS
 from feeler.studio.touching import describe_antenna
 from feeler.studio.wish import AntennaWish, compute_compliance

@@ -12,7 +12,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.trial import Trial
-from feeler.studio.touching import INTERVAL, find_sensed
+from feeler.studio.touching import SAMPLE_INTERVAL, find_sensed
 from feeler.studio.wish import TouchWish
 
 _LABELS = {"angle": "hinge angle [°]", "curvature": "curvature [1/mm]"}
@@ -38,7 +38,7 @@ class PageView(NamedTuple):
     @property
     def time(self) -> np.ndarray:
         """ms."""
-        return INTERVAL * np.arange(self.values.shape[1])
+        return SAMPLE_INTERVAL * np.arange(self.values.shape[1])
 
 
 def read_shown(

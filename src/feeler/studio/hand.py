@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.physics.lanes import Simulations
 from feeler.studio.touching import (
-    INTERVAL,
+    SAMPLE_INTERVAL,
     Readings,
     describe_scene,
     find_sensed,
@@ -18,9 +18,9 @@ from feeler.studio.touching import (
 )
 from feeler.studio.wish import TouchWish, read_number
 
-FRAME = 1 / 60  # s
+_FRAME = 1 / 60  # s
 LONGEST = 4000  # [C] samples of one recording; then time stands still, so that memory stays bounded
-MAX_SPEED, MAX_TURN = 1.2, 0.03  # [C] mm/ms and rad/ms; the hand is not followed faster than that
+MAX_SPEED, _MAX_TURN = 1.2, 0.03  # [C] mm/ms and rad/ms; the hand is not followed faster than that
 GLIDE = 6.0  # [C] ms in which a hand at rest would be reached
 STILL = 2e-5  # rad/ms; slower than this everywhere, with nothing in motion, time stands still
 Say = Callable[..., None]
@@ -73,15 +73,15 @@ class Hand:
         done, sent, due = 1, 0, 1.0
         while not (stop.is_set() or ended.is_set()):
             began = time.monotonic()
-            due = min(due + pace * 1e3 * FRAME / INTERVAL, done + 40)
+            due = min(due + pace * 1e3 * _FRAME / SAMPLE_INTERVAL, done + 40)
             while done < min(int(due), LONGEST) and not stop.is_set():
-                new = self._steer(simulation, done, max(GLIDE, 1.5e3 * FRAME * pace))
+                new = self._steer(simulation, done, max(GLIDE, 1.5e3 * _FRAME * pace))
                 commands += new
                 apply(simulation, new)
                 if _is_still(simulation, commands):
                     due = float(done)
                     break
-                simulation.step(INTERVAL)
+                simulation.step(SAMPLE_INTERVAL)
                 readings.add(simulation)
                 sensed.append(readings.angle[find_sensed(antenna)])
                 done += 1
@@ -90,7 +90,7 @@ class Hand:
                 sent = done
             if done >= LONGEST:
                 break
-            ended.wait(max(0.0, FRAME - (time.monotonic() - began)))
+            ended.wait(max(0.0, _FRAME - (time.monotonic() - began)))
         if not stop.is_set():
             tensor = np.array(sensed).T
             end = {
@@ -114,7 +114,7 @@ class Hand:
             fast = float(np.hypot(*way))
             way *= min(1.0, MAX_SPEED / fast) if fast > 1e-4 else 0.0
             spin = (
-                float(np.clip((turn - here[2]) / glide, -MAX_TURN, MAX_TURN)) if what < 0 else 0.0
+                float(np.clip((turn - here[2]) / glide, -_MAX_TURN, _MAX_TURN)) if what < 0 else 0.0
             )
             found.append(
                 (sample, what, float(way[0]), float(way[1]), spin if abs(spin) > 1e-5 else 0.0)
@@ -144,7 +144,7 @@ def replay(wish: TouchWish, commands: list[Command], n_samples: int) -> dict[str
     for k in range(1, n_samples):
         while waiting and waiting[0][0] <= k:
             apply(simulation, [waiting.pop(0)])
-        simulation.step(INTERVAL)
+        simulation.step(SAMPLE_INTERVAL)
         readings.add(simulation)
     return readings.take()
 

@@ -9,10 +9,10 @@ from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import find_sensed
 from feeler.tensors.posture import spread_angles
 
-PAUSE = (
+_PAUSE = (
     2000  # [C] samples; a longer gap is a pause, and a clock that steps back is one that began anew
 )
-REST = 100  # [C] samples at rest after which the next touch may begin
+_REST = 100  # [C] samples at rest after which the next touch may begin
 
 
 class Judge:
@@ -46,7 +46,7 @@ class Judge:
             away = np.abs(sample - self._stream.finder.level)
             rests = state.state == "over" and not (away > self._stream.finder.onset).any()
             self._rest = self._rest + 1 if rests else 0
-            if self._rest >= REST:
+            if self._rest >= _REST:
                 self.restart()
         return self._stream.posterior[self._order], noticed
 
@@ -91,7 +91,7 @@ class Listener:
         angle, first = self._convert(values), np.isnan(self._time)
         time = (0.0 if first else self._time + self._interval) if time is None else time
         gap = 0 if first else round((time - self._time) / self._interval) - 1
-        anew = not -1 <= gap < PAUSE
+        anew = not -1 <= gap < _PAUSE
         if not anew:
             self.missing += max(gap, 0)
             self._rows += [self._last] * gap

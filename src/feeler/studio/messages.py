@@ -15,7 +15,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 
-MAX_BYTES = 8 * 2**20  # [C] of one message from the page: a recording dropped on it
+MAX_MESSAGE = 8 * 2**20  # [C] of one message from the page: a recording dropped on it
 
 
 def pack(header: Mapping[str, Any], **arrays: np.ndarray) -> bytes:
@@ -49,8 +49,8 @@ def read_message(text: str | bytes) -> dict[str, Any]:
     InvalidInput
         No JSON object with a ``type``, or too long.
     """
-    if len(text) > MAX_BYTES:
-        raise InvalidInput(f"a message may have at most {MAX_BYTES:,} bytes, got {len(text):,}.")
+    if len(text) > MAX_MESSAGE:
+        raise InvalidInput(f"a message may have at most {MAX_MESSAGE:,} bytes, got {len(text):,}.")
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:

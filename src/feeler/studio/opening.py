@@ -23,8 +23,8 @@ from feeler.studio.touching import describe_antenna, find_sensed
 from feeler.studio.wish import AntennaWish
 from feeler.tensors.posture import spread_angles
 
-MAX_TEXT = 6 * 2**20  # [C] characters
-NAME = re.compile(r"\w[\w .()+-]{0,80}")  # what messages may call a file
+_MAX_TEXT = 6 * 2**20  # [C] characters
+_NAME = re.compile(r"\w[\w .()+-]{0,80}")  # what messages may call a file
 MAX_SHOWN = 8000  # [C] samples; of longer recordings every second, third … is shown
 
 
@@ -60,9 +60,9 @@ def read_file(message: dict[str, Any]) -> tuple[str, str]:
         not isinstance(name, str)
         or not isinstance(text, str)
         or len(name) > 200
-        or len(text) > MAX_TEXT
+        or len(text) > _MAX_TEXT
     ):
-        raise InvalidInput(f"a file needs a name and a text of at most {MAX_TEXT:,} characters.")
+        raise InvalidInput(f"a file needs a name and a text of at most {_MAX_TEXT:,} characters.")
     return name, text
 
 
@@ -135,6 +135,6 @@ def _open_recording(
 def _as_file(name: str, text: str) -> Iterator[Path]:
     """A text as a file, which is how recordings and calibrations are read."""
     with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
-        path = Path(folder) / (name if NAME.fullmatch(name) else f"dropped{Path(name).suffix}")
+        path = Path(folder) / (name if _NAME.fullmatch(name) else f"dropped{Path(name).suffix}")
         path.write_text(text, encoding="utf-8", errors="replace")
         yield path

@@ -11,7 +11,7 @@ from feeler.studio.study import Stopped
 from feeler.studio.touching import describe_antenna
 from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
 
-PIECE = 20  # periods of 1 ms
+_PIECE = 20  # periods of 1 ms
 FACES = (120.0, 150.0)  # [C] mm before and after the turn
 
 
@@ -35,9 +35,9 @@ def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: 
         if stop.is_set():
             raise Stopped
         rows.append((body, angle))
-        if len(rows) == PIECE:
+        if len(rows) == _PIECE:
             say({"part": "piece", "first": sent}, **_take(rows))
-            sent += PIECE
+            sent += _PIECE
 
     known = _find_map(antenna, speed, stop)
     run = follow(antenna, course, speed=speed, distance_map=known, watch=watch)

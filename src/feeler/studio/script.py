@@ -3,7 +3,7 @@
 import re
 
 from feeler.studio.hand import Command
-from feeler.studio.touching import INTERVAL
+from feeler.studio.touching import SAMPLE_INTERVAL
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
 HEAD = '''"""What feeler studio showed: {title}. Needs feeler {version}."""
@@ -36,8 +36,8 @@ def write_script(wish: TouchWish, commands: list[Command] | None = None, n_sampl
             *_write_objects(wish.objects),
             f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})",
             "rows = [simulation.angle]",
-            f"for _ in range({round(wish.duration / INTERVAL) - 1}):",
-            f"    simulation.step({INTERVAL})  # ms",
+            f"for _ in range({round(wish.duration / SAMPLE_INTERVAL) - 1}):",
+            f"    simulation.step({SAMPLE_INTERVAL})  # ms",
             "    rows.append(simulation.angle)",
             "angle = np.array(rows)[:, antenna.sensors - 1].T",
         ]
@@ -148,7 +148,7 @@ def _write_hand(wish: TouchWish, commands: list[Command], n_samples: int) -> lis
         "            simulation.move_base((vx, vy), turn)",
         "        else:",
         "            simulation.move_object(what, (vx, vy), turn)",
-        f"    simulation.step({INTERVAL})  # ms",
+        f"    simulation.step({SAMPLE_INTERVAL})  # ms",
         "    rows.append(simulation.angle)",
         "angle = np.array(rows)[:, antenna.sensors - 1].T",
     ]

@@ -20,7 +20,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.studio.board import Boards
 from feeler.studio.catalogue import make_catalogue
 from feeler.studio.exporting import PAGE, read_page
-from feeler.studio.messages import MAX_BYTES
+from feeler.studio.messages import MAX_MESSAGE
 from feeler.studio.session import Session
 from feeler.studio.touching import simulate_pieces
 from feeler.studio.wish import AntennaWish, TouchWish
@@ -127,7 +127,7 @@ class Studio:
         options: dict[str, Any] = {
             "process_request": self._answer,
             "compression": None,
-            "max_size": MAX_BYTES,
+            "max_size": MAX_MESSAGE,
             "logger": quiet,
             "server_header": None,
             "close_timeout": 1.0,

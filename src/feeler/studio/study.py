@@ -25,7 +25,7 @@ from feeler.studio.touching import find_sensed
 from feeler.task.nuisances import Nuisances
 from feeler.tensors.scaling import rectify, scale_common
 
-DURATION, INTERVAL = 380.0, 1.0  # ms [P]
+_DURATION, _INTERVAL = 380.0, 1.0  # ms [P]
 INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}
 ENCODER: dict[str, Any] = {
     "n_components": 3,
@@ -194,7 +194,7 @@ def teach(
         "onset": LOUDNESS * ONSET,
         "max_lag": 4,
         "lag_step": 2,
-        "interval": INTERVAL,
+        "interval": _INTERVAL,
     }
     decoder = StreamDecoder(**options, noise=0.0, correlation=CORRELATION).fit(
         list(LOUDNESS / peak * angle), labels
@@ -212,7 +212,9 @@ def teach(
 def _simulate(antenna: Antenna, touches: list[Trial], tell: Tell, stop: Event) -> np.ndarray:
     """Angles (trial, sensor, time) of all touches, in lanes, with looks at ``stop`` in between."""
     clock = Clock(
-        duration=DURATION, sample_interval=INTERVAL, timestep=choose_timestep(None, DEFAULT_ENGINE)
+        duration=_DURATION,
+        sample_interval=_INTERVAL,
+        timestep=choose_timestep(None, DEFAULT_ENGINE),
     )
     scenes = [make_scene(antenna, touch) for touch in touches]
     angle = np.empty((len(scenes), find_sensed(antenna).size, clock.n_samples))

@@ -18,12 +18,12 @@ from feeler.stimulus.feature import Feature
 from feeler.stimulus.trial import Trial
 from feeler.studio.wish import PREVIEW, TouchWish
 
-INTERVAL = 1.0  # ms between samples
+SAMPLE_INTERVAL = 1.0  # ms between samples
 FIRST, PIECE = (
     12,
     46,
 )  # samples; the first is short, so that something is seen at once; each costs 2 ms on its way
-REACH = 400.0  # mm; faces without end are drawn as far as this
+_REACH = 400.0  # mm; faces without end are drawn as far as this
 
 
 class Readings:
@@ -91,7 +91,7 @@ def simulate_pieces(wish: TouchWish, stop: Event) -> Iterator[tuple[int, dict[st
         if stop.is_set():
             return
         if k:
-            simulation.step(INTERVAL)
+            simulation.step(SAMPLE_INTERVAL)
         readings.add(simulation)
         if len(readings.rows) == size or k == n_samples - 1:
             yield done, readings.take()
@@ -105,7 +105,7 @@ def find_sensed(antenna: Antenna) -> np.ndarray:
 
 def count_samples(wish: TouchWish) -> int:
     """Samples of a whole touch."""
-    return round(wish.duration / INTERVAL)
+    return round(wish.duration / SAMPLE_INTERVAL)
 
 
 def describe_antenna(antenna: Antenna) -> dict[str, Any]:
@@ -150,7 +150,7 @@ def draw_feature(feature: Feature) -> list[list[list[float]]]:
     to the left.
     """
     rims = (trace_rim(part, feature.rounding) for part in feature.parts)
-    return [np.clip(rim, -REACH, REACH).round(4).tolist() for rim in rims]
+    return [np.clip(rim, -_REACH, _REACH).round(4).tolist() for rim in rims]
 
 
 def hash_tensor(tensor: np.ndarray) -> str:

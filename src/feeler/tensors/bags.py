@@ -21,8 +21,8 @@ from feeler.files import read_start
 from feeler.guard import open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
 
-MAGIC = b"\x89MCAP0\r\n"
-_STARTS = {MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}
+_MAGIC = b"\x89MCAP0\r\n"
+_STARTS = {_MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}
 JOINTS = "sensor_msgs/msg/JointState"
 NUMBERS = re.compile(r"std_msgs/msg/(Float|U?Int|Byte)\d*MultiArray")
 NOTES = "feeler"  # the metadata record of a bag that says what a CSV's notes say

@@ -19,8 +19,8 @@ from feeler.tensors.plain import complete, describe_whole, restore_whole
 from feeler.tensors.table import parse_table
 
 MAGIC = "# feeler tensor"
-DESCRIPTION = "# description: "
-MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
+_DESCRIPTION = "# description: "
+_MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
 COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
@@ -54,7 +54,7 @@ def save_csv(
     rest = one.drop_vars([variable, "time"])
     roles = {"variable": variable, "attributes": make_plain(dict(one[variable].attrs))}
     content = describe_whole(rest) | {"time": make_plain(dict(one.time.attrs)), **roles}
-    text.write(f"{DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
+    text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
     unit = COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
@@ -69,9 +69,9 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
     """
     text, source = read_text(path, MAX_TEXT), Path(path).name
     # before anything is split: each piece costs ten times its bytes
-    if text.count(",") + text.count("\n") > MAX_CELLS:
+    if text.count(",") + text.count("\n") > _MAX_CELLS:
         raise InvalidInput(
-            f"{source} has more than {MAX_CELLS:,} cells. Keep large sets as NetCDF."
+            f"{source} has more than {_MAX_CELLS:,} cells. Keep large sets as NetCDF."
         )
     find_limits(limits).check_bytes(text.count(",") * 8, source)
     start, _, rest = text.partition("\n")
@@ -80,13 +80,13 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
             f"{source} is no tensor of feeler (line 1 is not {MAGIC!r}). Read recordings with"
             " load_recording."
         )
-    notes = [line for line in rest.split("\n") if line.startswith(DESCRIPTION)]
+    notes = [line for line in rest.split("\n") if line.startswith(_DESCRIPTION)]
     if len(notes) != 1:
-        raise InvalidInput(f"{source} is damaged: it needs one line {DESCRIPTION.strip()!r}.")
+        raise InvalidInput(f"{source} is damaged: it needs one line {_DESCRIPTION.strip()!r}.")
     content = parse_json(
-        notes[0][len(DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}"
+        notes[0][len(_DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}"
     )
-    values = parse_table(text, source=source, max_cells=MAX_CELLS).values
+    values = parse_table(text, source=source, max_cells=_MAX_CELLS).values
     if not len(values):
         raise InvalidInput(f"{source} is damaged: it holds no samples.")
     try:

@@ -17,7 +17,7 @@ from feeler.guard import Limits, open_guarded
 from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
 
-FORMAT = "feeler.model/1"
+_FORMAT = "feeler.model/1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
             f"a model has a kind (a name) and a whole version, got {model.kind!r},"
             f" {model.version!r}."
         )
-    notes = {"format": FORMAT, "kind": model.kind, "version": str(model.version)}
+    notes = {"format": _FORMAT, "kind": model.kind, "version": str(model.version)}
     notes |= {
         name: json.dumps(make_plain(getattr(model, name))) for name in ("settings", "versions")
     }
@@ -125,10 +125,10 @@ def read_model(
         "feeler.tensors.readers:read_safetensors", path, limits, trusted=trusted
     )
     name = Path(path).name
-    if notes.get("format") != FORMAT:
+    if notes.get("format") != _FORMAT:
         raise InvalidInput(
             f"{name} is no model of feeler (format {str(notes.get('format'))[:40]!r}, not"
-            f" {FORMAT!r})."
+            f" {_FORMAT!r})."
         )
     number, kind = notes.get("version", ""), notes.get("kind", "")
     if not (number.isascii() and number.isdigit() and len(number) < 10 and NAME.fullmatch(kind)):

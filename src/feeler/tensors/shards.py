@@ -22,7 +22,7 @@ from feeler.record import Record
 # write
 INNER = 32
 # [C] trials in one chunk of a label, so that the file need not change its shape as a store grows
-LABELS = 65_536
+_LABELS = 65_536
 LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 
 
@@ -68,7 +68,7 @@ def label_trials(
     item = Variable(
         dims=dims, shape=(), dtype="str" if text else values.dtype.str, attributes=attrs
     )
-    chunk = (LABELS,) if dims == ("trial",) else values.shape
+    chunk = (_LABELS,) if dims == ("trial",) else values.shape
     _create(files, name, values.shape, item, chunk, None)[...] = values
 
 

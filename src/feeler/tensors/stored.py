@@ -20,7 +20,7 @@ from feeler.tensors.shards import find_key, open_array
 
 MAX_LISTED = 1000  # trials, above which what each was made with stays in the records
 MANY = 64  # groups, above which the labels come from their arrays instead of the records
-WIDEST = 1000  # [C] characters; labels with longer texts are read when the store is opened
+_WIDEST = 1000  # [C] characters; labels with longer texts are read when the store is opened
 TEXT = np.dtypes.StringDType()
 
 
@@ -201,7 +201,7 @@ def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Varia
         )
         copies = {}
         for name, kind in label.layout.labels.items():  # type: ignore[union-attr]
-            if kind == "str" and 0 < int(widths.get(name, 0)) <= WIDEST:
+            if kind == "str" and 0 < int(widths.get(name, 0)) <= _WIDEST:
                 width = int(widths[name])
                 read = partial(_read_texts, path, name, label, width)
                 texts = _Later((label.n_trials,), np.dtype(f"U{width}"), read)

@@ -21,7 +21,7 @@ from feeler.tensors.heading import Heading, find_heading, is_numeral, split_line
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
 MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 MAX_COLUMNS = 1024  # [C]
-MAX_LINE = 65_536  # [C] characters
+_MAX_LINE = 65_536  # [C] characters
 MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
 MISSING = ("", "nan", "na", "null", "none", "-")
 _LOOKED_AT = 1000  # rows in which a column's first word or number is looked for
@@ -134,9 +134,9 @@ def _list_lines(text: str) -> Iterator[tuple[int, str]]:
 
 def _check_names(names: list[str], source: str) -> tuple[str, ...]:
     columns = tuple(names)
-    if sum(map(len, columns)) > MAX_LINE:
+    if sum(map(len, columns)) > _MAX_LINE:
         raise InvalidInput(
-            f"{source}: the header has more than {MAX_LINE:,} characters. Is it a table?"
+            f"{source}: the header has more than {_MAX_LINE:,} characters. Is it a table?"
         )
     if len(columns) > MAX_COLUMNS:
         raise InvalidInput(
@@ -223,7 +223,7 @@ def _read_rows(
     taken = [k for k, name in enumerate(columns) if name not in words]
     for row, (number, line) in enumerate(_list_rows(text, heading.start)):
         numbers[row] = number
-        cells = split_line(line, heading.delimiter) if len(line) <= MAX_LINE else []
+        cells = split_line(line, heading.delimiter) if len(line) <= _MAX_LINE else []
         if len(cells) == width + 1 and cells[-1] == "":
             cells = cells[:-1]
         if len(cells) != width:

@@ -8,12 +8,11 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics.chain import fields as f
-from feeler.physics.contact import Contact, find_invweight, find_radius
+from feeler.physics.chain.narrow import MIN_VALUE
+from feeler.physics.contact import MIN_FRICTION, Contact, find_invweight, find_radius
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 
-MIN_FRICTION = 1e-5  # MuJoCo's smallest friction, but for none at all
-MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 MARGIN = 1e-5  # mm; [C] what the search for near segments allows for rounding
 
 Part = tuple[int, np.ndarray]

@@ -9,7 +9,7 @@ from feeler.physics.rod import fields as f
 from feeler.physics.rod.contact import place_faces
 from feeler.physics.rod.newton import take
 
-TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
+_TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
 MAX_SPLITS = 9  # [C] how often a step or a part of it that fails is quartered
 MAX_JUMPS = 5  # [C] so many for a part in which an object comes to the antenna's other side
 CAREFUL = 1  # [C] from so many quarterings on each iteration must lower the potential
@@ -107,7 +107,7 @@ def _advance(model, lane, timestep, inertia, bold):
             )
             item[f.O_FORWARD_X], item[f.O_FORWARD_Y] = c * x + s * y, c * y - s * x
     place_faces(model, lane)
-    done, _, _, _ = take(model, lane, before, timestep, inertia, bold, TOLERANCE)
+    done, _, _, _ = take(model, lane, before, timestep, inertia, bold, _TOLERANCE)
     if done:
         _add_work(model, lane, timestep)
     return done

@@ -16,7 +16,7 @@ from feeler.stimulus.object import Object
 # 1e-3 mm, in motion, where
 # a harder contact would cost more iterations than it is worth, by some 0.02 mm.
 FIRMNESS, SOFT = 1e3, 20.0
-FAR = 1e4  # mm; half length of a face without end
+_FAR = 1e4  # mm; half length of a face without end
 
 
 class _RodModel(NamedTuple):
@@ -154,7 +154,7 @@ def _make_table(antenna: Antenna, firmness: float) -> np.ndarray:
 def _list_rims(feature: Feature) -> list[np.ndarray]:
     """The faces (face, column) of every part; a point is a face of no length."""
     if feature.unbounded:
-        return [np.array([[0.0, FAR, 1.0, 0.0, 2 * FAR, 0.0, 0.0]])]
+        return [np.array([[0.0, _FAR, 1.0, 0.0, 2 * _FAR, 0.0, 0.0]])]
     return [_make_rim(part) for part in feature.parts]
 
 

@@ -22,8 +22,8 @@ from feeler.compiled import compiled
 from feeler.physics.rod import fields as f
 from feeler.physics.rod.contact import add_forces, move_anchors
 
-MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
-MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
+_MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
+_MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
 
 
 @compiled
@@ -142,7 +142,7 @@ def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
     worst, energy, count = _potential(
         model, lane, now, place, past, rate, inertia, force, stiffness, residual
     )
-    for _ in range(BOLD_ITERATIONS if bold else MAX_ITERATIONS):
+    for _ in range(BOLD_ITERATIONS if bold else _MAX_ITERATIONS):
         if worst < tolerance:
             break
         if not _newton(model.table, place, rate, force, stiffness, residual, True, work, change):
@@ -150,7 +150,7 @@ def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
         largest, slope = 0.0, 0.0
         for i in range(n):
             largest, slope = max(largest, abs(change[i])), slope + change[i] * residual[i]
-        scale = min(1.0, MAX_TURN / largest) if largest > 0.0 else 1.0
+        scale = min(1.0, _MAX_TURN / largest) if largest > 0.0 else 1.0
         better = False
         for _ in range(MAX_HALVINGS):
             for i in range(n):
@@ -178,7 +178,7 @@ def _coast(table, base, heading, points, target, now):
         dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
         ex, ey = target[i, 0] - x, target[i, 1] - y
         turn = (ex * dy - ey * dx) / table[i, f.R_LENGTH] ** 2
-        now[i] = heading[i] + min(max(turn, -MAX_TURN), MAX_TURN)
+        now[i] = heading[i] + min(max(turn, -_MAX_TURN), _MAX_TURN)
         x, y = target[i, 0], target[i, 1]
 
 

@@ -31,7 +31,7 @@ from feeler.wall import (
     slide,
 )
 
-LEAD, DEFAULT = "leading set-up", "default set-up"
+LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
 STRAIGHT = {"prebend": "none"}
 APART = 0.1  # [C] of a tensor's own root mean square: what tells two sliding tensors apart
@@ -105,7 +105,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     top.suptitle("A  wall approaching: equilibrium at some of the distances", x=0.02, ha="left")
     left, right = middle.subplots(1, 2, sharey=True)
     for ax, maps, name, sweeps in (
-        (left, data.maps, LEAD, data.sweeps),
+        (left, data.maps, LEADING, data.sweeps),
         (right, data.default_maps, DEFAULT, data.default_sweeps),
     ):
         plot_maps(maps, ax)
@@ -202,7 +202,7 @@ def _show_slides(section: Section, data: SimpleNamespace) -> None:
     )
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     for name, touched in (
-        (LEAD, next(iter(data.far_slides.values()))),
+        (LEADING, next(iter(data.far_slides.values()))),
         (DEFAULT, data.default_slides),
     ):
         for part, apart in (("", APART), (".twentieth", APART / 2)):
@@ -216,7 +216,7 @@ def _show_slides(section: Section, data: SimpleNamespace) -> None:
 
 
 def _list_maps(section: Section, data: SimpleNamespace) -> None:
-    rows = [_row(f"{name}, {LEAD}", found) for name, found in data.maps.items()]
+    rows = [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
     rows += [_row(f"{name}, {DEFAULT}", found) for name, found in data.default_maps.items()]
     rows += [_row(f"{name}, not pre-bent", found) for name, found in data.straight.items()]
     section.table(

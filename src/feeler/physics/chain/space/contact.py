@@ -7,8 +7,8 @@ import numpy as np
 from feeler.compiled import inlined
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.contact import MAX_NEWTON, compute_impedance, improve, recall, weigh
+from feeler.physics.chain.narrow import MIN_VALUE
 from feeler.physics.chain.space import fields as s
-from feeler.physics.chain.space.narrow import MIN_VALUE
 from feeler.physics.chain.space.sweep import fold_in_space, unfold_in_space
 
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from feeler.compiled import inlined
 from feeler.physics.chain import fields as f
+from feeler.physics.chain.narrow import MIN_VALUE
 from feeler.physics.chain.space import fields as s
 
-MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 PARALLEL = 1e-8  # squared sine of the angle from which MuJoCo 4 takes capsules for parallel
 
 
