@@ -20,6 +20,11 @@ def write_kept(path: Path, text: str) -> None:
     """Write a result of the script that runs, and note when and with which code it was made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
+    note_kept(path)
+
+
+def note_kept(path: Path) -> None:
+    """Note when, and with which code, the script that runs has written this file."""
     script = Path(sys.argv[0]).resolve()
     stamps = read_stamps()
     stamps[path.resolve().relative_to(ROOT).as_posix()] = {
@@ -36,10 +41,14 @@ def read_stamps() -> dict[str, dict[str, str]]:
 
 
 def fingerprint(script: Path) -> str:
-    """Of a script with all of feeler that it can run; comments and documentation do not count."""
+    """Of a script with all of feeler that it can run and the data files that this reads, but not
+    what scripts keep; comments and documentation do not count.
+    """
     own = sources.parse_module("script", script)
     found = sources.find_modules(*{home for home, _ in own.imports if home.startswith("feeler")})
     digests = [own.digest, *(f"{name} {module.digest}" for name, module in found.items())]
+    data = sorted(path for path in sources.find_data(found) if path.suffix != ".json")
+    digests += [f"{path.name} {sources.compute_hash(path.read_bytes())}" for path in data]
     return hashlib.sha256("\n".join(digests).encode()).hexdigest()[:16]
 
 

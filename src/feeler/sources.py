@@ -24,7 +24,8 @@ from pathlib import Path
 from typing import Any
 
 SOURCE = Path(__file__).parent
-_DATA = (".toml", ".csv", ".npz", ".safetensors")  # files of the package that hold numbers
+_FOUND = ".json"  # results of feeler's own, kept beside the module that shows them
+_DATA = (".toml", ".csv", ".npz", ".safetensors", _FOUND)  # files that hold numbers
 HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
 
 Wanted = tuple[str, str | None]
@@ -92,18 +93,22 @@ def find_modules(*modules: str) -> dict[str, Module]:
 
 def find_data(modules: dict[str, Module]) -> set[Path]:
     """Data files that modules name: by the whole name wherever they lie, with something filled in
-    if beside them.
+    if beside them or below. A kept result counts in its own folder alone: many share a name.
     """
     return {
         path
         for module in modules.values()
         for path in (_list_data(SOURCE) if module.texts else ())
-        if path.name in module.texts
-        or (
-            Path(module.path).parent in path.parents
-            and any(fnmatchcase(path.name, text) for text in module.texts)
-        )
+        if _is_read(path, Path(module.path).parent, module.texts)
     }
+
+
+def _is_read(path: Path, home: Path, texts: tuple[str, ...]) -> bool:
+    """Whether a module in ``home`` with these texts names the file."""
+    beside = home == path.parent if path.suffix == _FOUND else home in path.parents
+    if beside:
+        return any(fnmatchcase(path.name, text) for text in texts)
+    return path.suffix != _FOUND and path.name in texts
 
 
 def _find_file(module: str) -> Path | None:

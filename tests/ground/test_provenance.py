@@ -17,6 +17,7 @@ from feeler.errors import InvalidInput, StoreError
 from feeler.provenance import compute_digest, describe_code, make_key, make_plain
 from feeler.sources import find_data, find_modules, parse_module, resolve
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.kept import fingerprint
 from feeler.studies.paper.reproduce import STAGES
 from feeler.tracking import read_table
 
@@ -83,6 +84,34 @@ def test_a_constant_of_the_compiler_wrapper_changes_all_that_run_compiled_code(c
 def test_targets_change_the_stage_that_reads_them(copied):
     path = copied / "calibration" / "data" / "cockroach.toml"
     assert find_changed(path, "value = ", "value = 1") == {"calibration"}
+
+
+@pytest.mark.parametrize(
+    ("file", "stage"),
+    [
+        ("paper/open_design.json", "design"),
+        ("paper/open_receptor.json", "receptor"),
+        ("paper/open_unseen.json", "unseen"),
+        ("spiking/measured.json", "spikes"),
+        ("contests/measured.json", "tradeoff"),
+    ],
+)
+def test_a_kept_result_changes_the_section_that_shows_it_alone(copied, file, stage):
+    fingerprints = {one.name: fingerprint(one) for one in STAGES}
+    path = copied / "studies" / file
+    assert find_changed(path, "{", "{ ") == {stage}
+    path.write_text(path.read_text() + "\n")
+    changed = {one.name for one in STAGES if fingerprint(one) != fingerprints[one.name]}
+    path.write_text(path.read_text()[:-1])
+    assert changed == {stage}
+
+
+def test_every_data_file_of_the_studies_is_in_a_key():
+    read = {path for stage in STAGES for path in find_data(find_modules(*stage.modules))}
+    told = {"findings.toml", "statements.toml", "story.toml", "places.toml"}  # words of the page
+    folder = sources.SOURCE / "studies"
+    held = {path for path in (*folder.glob("*/*.json"), *folder.glob("*/*.toml"))}
+    assert {path.name for path in held - read} == told
 
 
 def test_a_word_changes_no_key(copied):

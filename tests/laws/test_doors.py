@@ -44,7 +44,7 @@ OWN = {
     "cli/robot.py:example": "ships with feeler",
     "cli/robot_live.py:board": "ships with feeler",
     "studies/contests/contest.py:load_contest": "ships with feeler",
-    "studies/contests/contest.py:load_stored": "ships with feeler",
+    "studies/contests/measured.py:load_stored": "ships with feeler",
     "studies/paper/calibration_report.py:_load_searches": "ships with feeler",
     "studies/paper/declared.py:read_declared": "ships with feeler",
     "studies/paper/open_design.py:_load_stored": "ships with feeler",

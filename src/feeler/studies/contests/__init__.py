@@ -2,13 +2,14 @@
 beforehand in declared.toml.
 """
 
-from feeler.studies.contests.contest import Contest, load_contest, load_stored
+from feeler.studies.contests.contest import Contest, load_contest
 from feeler.studies.contests.judge import (
     confirm_steering,
     judge_energy,
     judge_learned,
     judge_steering,
 )
+from feeler.studies.contests.measured import load_stored
 from feeler.studies.contests.page import write_active
 
 __all__ = [

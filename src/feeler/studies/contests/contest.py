@@ -2,7 +2,6 @@
 costs.
 """
 
-import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.resources import files
@@ -25,7 +24,6 @@ from feeler.provenance import compute_digest, describe_code, make_key
 from feeler.record import Ge, Gt, Len, Record, Unit
 from feeler.toml import parse_toml
 
-_FOLDER = files("feeler.studies.contests")
 _FIELDS = ("accuracy", "hits", "work")
 
 
@@ -205,32 +203,5 @@ def _describe_own(policy: str) -> str:
 
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
-    found = parse_toml(_FOLDER.joinpath("declared.toml").read_text(encoding="utf-8"))
-    return Contest(**found | changes)
-
-
-def load_stored(contest: Contest) -> dict[str, Any]:
-    """What benchmarks/active.py measured, kept because it takes too long for every report.
-
-    Returns
-    -------
-    dict
-        ``measured`` and ``learned`` as Datasets, and what else there is, as plain data.
-
-    Raises
-    ------
-    InvalidInput
-        They were made with other choices than are declared now.
-    """
-    found = json.loads(_FOLDER.joinpath("measured.json").read_text(encoding="utf-8"))
-    for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
-        if found["declared"][name] != getattr(contest, name):
-            raise InvalidInput(
-                f"the stored results were made with {name} {found['declared'][name]}, declared is"
-                f" {getattr(contest, name)}. Run: python benchmarks/active.py compare write"
-            )
-    for name in {"measured", "learned"} & {*found}:
-        found[name] = xr.Dataset.from_dict(found[name]).map(
-            lambda v: v.astype(float)
-        )  # null is NaN
-    return found
+    text = files("feeler.studies.contests").joinpath("declared.toml").read_text(encoding="utf-8")
+    return Contest(**parse_toml(text) | changes)

@@ -62,9 +62,12 @@ def find_shipped(stage: Stage, context: Context, folder: Path = SHIPPED) -> Sect
 
 
 def fingerprint(stage: Stage) -> str:
-    """Of the code that makes a stage's section, whatever versions of packages it runs with."""
+    """Of the code that makes a stage's section and of the data files that it reads, whatever
+    versions of packages it runs with.
+    """
     code = describe_code(*stage.modules)
-    return compute_digest({name: d for name, d in code.items() if name.startswith("feeler")})[:16]
+    own = {name: d for name, d in code.items() if name.startswith("feeler") or "/" in name}
+    return compute_digest(own)[:16]
 
 
 def _keep_block(block: dict[str, object], source: Path, target: Path) -> dict[str, object]:

@@ -4,6 +4,7 @@ the paper).
 
 from collections.abc import Mapping, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -97,10 +98,10 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
     )
 
 
-def store_found(found: Mapping[str, xr.Dataset]) -> None:
+def store_found(found: Mapping[str, xr.Dataset]) -> Path:
     """Store it for the section, which computes a part of it at most."""
     plain = {name: data.to_dict() for name, data in found.items()}
-    store("open_receptor", plain, __name__, read_declared("open_receptor.toml")["seed"])
+    return store("open_receptor.json", plain, read_declared("open_receptor.toml")["seed"])
 
 
 def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> None:
@@ -176,7 +177,7 @@ def collect_values(found: Mapping[str, xr.Dataset], resamples: int) -> dict[str,
 def show(context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
     asked = read_declared("open_receptor.toml")
-    plain, said = load_stored("open_receptor")
+    plain, said = load_stored("open_receptor.json")
     found = {name: xr.Dataset.from_dict(one) for name, one in plain.items()}
     if fresh := context.effort.questions:
         found |= compute(context.antenna, fresh, **context.physics)

@@ -3,6 +3,7 @@ paper).
 """
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -139,10 +140,10 @@ def compute(reference: Antenna, **options: Any) -> dict[str, Any]:
     }
 
 
-def store_found(found: Mapping[str, Any]) -> None:
+def store_found(found: Mapping[str, Any]) -> Path:
     """Store it for the section, which computes nothing of it."""
     seed = read_declared("open_unseen.toml")["task"]["seeds"]["final"]
-    store("open_unseen", found, __name__, seed)
+    return store("open_unseen.json", found, seed)
 
 
 def average(values: Any) -> dict[str, float]:
@@ -213,7 +214,7 @@ def _plot_kinds(values: Mapping[str, Any], part: str, names: tuple[str, ...], ax
 
 def show(context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
-    found, said = load_stored("open_unseen")
+    found, said = load_stored("open_unseen.json")
     section.text(
         "A reader learns what shape touches it, ball, box or triangle, from touches of three sizes"
         " at three places, and is then asked about sizes and places in between. Splines of"
