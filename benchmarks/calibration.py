@@ -4,9 +4,12 @@ every optimiser's fit.
 Run: python benchmarks/calibration.py
 """
 
+import csv
 import json
 import time
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from kept import write_kept
@@ -17,15 +20,24 @@ from feeler.calibration import Problem, Protocol, load_targets, make_hinges, mak
 from feeler.studies.paper.calibration_report import (
     KEPT_SEARCHES,
     PAPER_P,
+    SEARCH_COLUMNS,
     list_searches,
     run_methods,
-    write_searches,
 )
 
 RESULTS = Path(__file__).parent / "results" / "calibration.json"
 SHIPPED = Path(feeler.calibration.__file__).parent / "data" / KEPT_SEARCHES
 N_STARTS = 3
 FINE = 0.005  # ms; reference for the timestep's error
+
+
+def write_searches(searches: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Keep a comparison as a table."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(SEARCH_COLUMNS))
+        writer.writeheader()
+        for row in searches:
+            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
 
 
 def make_problem(name: str = "exponential", **protocol: object) -> Problem:

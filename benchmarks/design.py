@@ -26,6 +26,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+from front import compute_settling, find_front
 from kept import write_kept
 from scipy.special import stdtrit
 
@@ -35,8 +36,6 @@ from feeler.design import (
     Constraints,
     Space,
     choose_sensors,
-    compute_settling,
-    find_front,
     load_plan,
     measure_sensors,
     optimise,

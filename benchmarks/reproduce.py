@@ -12,10 +12,10 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from keep import keep_sections
 from kept import write_kept
 
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import keep_sections
 from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.stage import find_kept
 

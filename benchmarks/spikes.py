@@ -24,6 +24,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from keep import keep_sections
 from kept import write_kept
 from matplotlib.figure import Figure
 from scipy.io import loadmat
@@ -38,7 +39,6 @@ from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import step_units
 from feeler.studies import spiking
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import keep_sections
 from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.stage import run_stage
 from feeler.studies.spiking import SpikeStudy, load_spiking

@@ -1,6 +1,5 @@
 """Draws: numbers within ranges or of distributions; each is the same however many are drawn."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -81,7 +80,7 @@ def spread_out(spread: Spread, name: str, share: np.ndarray) -> np.ndarray:
 
 def _evaluate(spread: Spread, share: np.ndarray) -> np.ndarray:
     if isinstance(spread, list | np.ndarray):
-        return _pick_choice(spread, share)
+        return np.asarray(spread, dtype=float)[(share * len(spread)).astype(int)]
     if isinstance(spread, tuple):
         low, high = map(float, spread)
         if low > high:
@@ -90,11 +89,6 @@ def _evaluate(spread: Spread, share: np.ndarray) -> np.ndarray:
     if hasattr(spread, "ppf"):
         return np.asarray(spread.ppf(share), dtype=float)
     return np.full(share.shape, float(spread))
-
-
-def _pick_choice(choices: Sequence | np.ndarray, share: np.ndarray) -> np.ndarray:
-    """One of the choices for each share, all equally likely."""
-    return np.asarray(choices, dtype=float)[(share * len(choices)).astype(int)]
 
 
 def _explain(spread: Spread, name: str) -> str:

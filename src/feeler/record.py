@@ -204,16 +204,16 @@ def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
     by_place = [f.name for f in known if not f.kw_only]
     unknown = [name for name in kwargs if name not in names]
     given = {*kwargs, *by_place[: len(args)]}
-    missing = [f.name for f in known if f.name not in given and _is_needed(f)]
+    missing = [
+        f.name
+        for f in known
+        if f.name not in given and (f.default is f.default_factory is dataclasses.MISSING)
+    ]
     if unknown:
         return f"has no {unknown[0]!r}; valid: {', '.join(names)}"
     if len(args) > len(by_place):
         return f"takes its fields by name: {', '.join(names)}"
     return f"needs {', '.join(missing)}" if missing else ""
-
-
-def _is_needed(field: dataclasses.Field) -> bool:
-    return field.default is field.default_factory is dataclasses.MISSING
 
 
 @functools.cache

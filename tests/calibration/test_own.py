@@ -15,7 +15,6 @@ from feeler.calibration import (
     load_traces,
     make_synthetic_traces,
     measure_trace,
-    save_traces,
 )
 from feeler.calibration.trace import _smooth
 from feeler.errors import InvalidInput
@@ -145,6 +144,14 @@ def test_one_animal_has_an_interval_from_its_residuals():
     cost = np.sum((hinges_tip(one, x) - goal) ** 2)
     deviation = np.sqrt(cost / (90 - 3) * np.diag(np.linalg.inv(slope.T @ slope)))
     np.testing.assert_allclose(wide / student.ppf(0.995, 88), deviation, rtol=0.01)
+
+
+def save_traces(traces, path):
+    rows = np.column_stack([traces.time, traces.displacement.T])
+    lines = [",".join(f"{value:.6g}" for value in row) for row in rows]
+    path.write_text(
+        "\n".join(["# synthetic: simulated", ",".join(["time_ms", *traces.names]), *lines])
+    )
 
 
 def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):

@@ -20,8 +20,8 @@ from feeler.calibration import (
     make_hinges,
     own,
 )
-from feeler.calibration.band import Band
-from feeler.calibration.onset import find_rest
+from feeler.calibration.hinges import Band
+from feeler.calibration.trace import find_rest
 from feeler.errors import InvalidInput
 from tests.cli._command import run
 

@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from feeler import calibration, tradeoff
-from feeler.calibration.band import Band
+from feeler.calibration.hinges import Band
 from feeler.cli import calibrate, robot_pages, tracks
 from feeler.cli.app import app
 from feeler.cli.design import _report, _Watcher

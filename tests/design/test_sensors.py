@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.design.front import compute_settling, find_front
 from feeler.design.scoring import touch_classes
 from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
 from feeler.errors import InvalidInput
 from tests.design.test_design import ANTENNA, TASK
+from tests.scripts import load_script
+
+front = load_script("benchmarks", "front")
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +59,7 @@ def test_more_sensors_than_there_are_are_refused():
 
 def test_the_front_holds_what_nothing_beats():
     costs = np.array([[1.0, 5.0], [2.0, 2.0], [3.0, 3.0], [5.0, 1.0], [2.0, 2.5]])
-    assert list(find_front(costs)) == [0, 1, 3]
+    assert list(front.find_front(costs)) == [0, 1, 3]
 
 
 @pytest.mark.parametrize("damping", [0.2, 30.0])
@@ -72,4 +74,4 @@ def test_one_hinge_settles_as_the_closed_form_says(damping):
     )
     inertia = 1e-3 * 10.0**2 / 3
     roots = np.roots([inertia, damping, 0.5])
-    assert compute_settling(one) == pytest.approx(np.log(20) / np.abs(roots.real).min())
+    assert front.compute_settling(one) == pytest.approx(np.log(20) / np.abs(roots.real).min())

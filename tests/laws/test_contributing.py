@@ -90,9 +90,7 @@ def test_a_command(copy):
     copy.write(
         "cli/greet.py",
         '"""``feeler greet``: say hello."""\n\nimport typer\n\n\n'
-        "def register(app: typer.Typer) -> None:\n"
-        '    """Add ``greet`` to the command line."""\n'
-        '    app.command("greet")(lambda: typer.echo("hello"))\n',
+        'def greet() -> None:\n    """Say hello."""\n    typer.echo("hello")\n',
     )
     copy.replace("cli/app.py", '("touch", ', '("touch", "greet", ')
     command = "import sys; sys.argv = ['feeler', 'greet']"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import feeler
-from feeler.design.files import DESIGN_FILES
+from feeler.design.plan import DESIGN_FILES
 from feeler.robot.files import ROBOT_FILES
 from feeler.stimulus.drawing import LIBRARIES
 from feeler.tensors.formats import FORMATS

@@ -3,10 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.design import find_front
-from feeler.plotting.front import HEIGHT, WIDTH, plot_profile_points
+from feeler.plotting.posture import HEIGHT, WIDTH, plot_profile_points
 from feeler.presets import cockroach
 from feeler.studies.paper.open_design import _load_stored, _plot_fronts
+from tests.scripts import load_script
+
+front = load_script("benchmarks", "front")
 
 
 def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
@@ -25,7 +27,7 @@ def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
     stored, reference, figure = _load_stored(), cockroach(), Figure()
     costs = np.array(stored["front"]["costs"])
     assert (
-        len(find_front(costs))
+        len(front.find_front(costs))
         == len(costs)
         == len(stored["front"]["profiles"])
         == len(stored["front"]["x"])

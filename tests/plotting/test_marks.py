@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from feeler.plotting.marks import find_unnamed
+from feeler.plotting.words import find_unnamed
 
 
 def draw(how):

@@ -7,7 +7,7 @@ import pytest
 
 import feeler
 from feeler.calibration import TraceFit
-from feeler.calibration.band import Band
+from feeler.calibration.hinges import Band
 from feeler.decoding.sweep import Sweep
 from feeler.design.problem import Candidate
 from feeler.design.search import Optimum

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import typer
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
@@ -102,12 +101,9 @@ def test_example_files_are_labelled():
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    from feeler.cli import robot, tracks
+    from feeler.cli.app import app
 
     monkeypatch.chdir(tmp_path)
-    app = typer.Typer()
-    robot.register(app)
-    tracks.register(app)
 
     def invoke(*words, **options):
         return CliRunner().invoke(app, list(words), **options)

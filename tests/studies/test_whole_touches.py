@@ -6,7 +6,7 @@ import pytest
 import feeler
 from feeler.errors import Doubtful
 from feeler.experiment.touch import DURATION
-from feeler.studies.comparison import whole
+from feeler.studies.comparison import compare
 from feeler.studies.paper.window import complete_tensors
 
 BALL = feeler.Ball(radius=1.5)
@@ -16,7 +16,7 @@ BALL = feeler.Ball(radius=1.5)
 def test_they_are_what_the_paper_calls_complete(name, speed):
     antenna = feeler.presets.cockroach(name)
     trials = [feeler.Trial(feature=BALL, location=at, speed=speed) for at in (0.55, 0.8)]
-    found, end = whole.touch_whole(antenna, trials, seed=3)
+    found, end = compare.touch_whole(antenna, trials, seed=3)
     longer = feeler.touch(antenna, trials, duration=1.7 * 48.0 / speed, seed=3)
     expected = complete_tensors(longer)
     assert found.sizes["time"] == round(DURATION) == expected.sizes["time"]
@@ -26,9 +26,9 @@ def test_they_are_what_the_paper_calls_complete(name, speed):
 
 
 def test_a_touch_that_does_not_end_is_cut_and_said(monkeypatch):
-    monkeypatch.setattr(whole, "_FACTORS", (1,))
-    monkeypatch.setattr(whole, "_DISTANCE", 4.0)
+    monkeypatch.setattr(compare, "_FACTORS", (1,))
+    monkeypatch.setattr(compare, "_DISTANCE", 4.0)
     trial = feeler.Trial(feature=BALL, location=0.5, speed=0.3)
     with pytest.warns(Doubtful, match="still touched when the recording ends"):
-        _, end = whole.touch_whole(feeler.presets.cockroach(), [trial])
+        _, end = compare.touch_whole(feeler.presets.cockroach(), [trial])
     assert end == pytest.approx(round(4.0 / 0.3), abs=1.0)

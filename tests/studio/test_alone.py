@@ -15,9 +15,9 @@ from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
 from feeler.physics.simulation import build_scene
 from feeler.studio import alone, study
+from feeler.studio.alone import pack_antenna, pack_contact, pack_shape
 from feeler.studio.exporting import bundle
 from feeler.studio.leaving import make_file
-from feeler.studio.packing import pack_antenna, pack_contact, pack_shape
 from feeler.studio.wish import AntennaWish, TouchWish
 
 DECLARED = json.loads(Path(__file__).with_name("declared_touches.json").read_text())

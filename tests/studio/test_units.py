@@ -14,10 +14,10 @@ from feeler.decoding import StreamDecoder
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import TABLE, encode_touch
+from feeler.studio.alone import pack_expected
 from feeler.studio.catalogue import describe_original
 from feeler.studio.exporting import bundle
 from feeler.studio.messages import pack
-from feeler.studio.packing import pack_expected
 from feeler.studio.study import LOUDNESS, ONSET
 from feeler.studio.wish import AntennaWish
 

@@ -5,22 +5,17 @@ import json
 
 import numpy as np
 import pytest
-import typer
 import xarray as xr
 from typer.testing import CliRunner
 
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.file import load_antenna
-from feeler.cli import antenna, convert, info, validate
+from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.progress import ProgressBar
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import Model, save_model
-
-app = typer.Typer()
-for module in (antenna, convert, info, validate):
-    module.register(app)
 
 
 def call(*arguments):

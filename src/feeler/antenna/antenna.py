@@ -10,7 +10,7 @@ from feeler.antenna.space import SPACE_PLANES, check_planes, find_points, list_f
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record, Unit, freeze
-from feeler.svg import make_picture
+from feeler.shown import make_picture
 
 MAX_SEGMENTS = 1000
 HINGE = ("stiffness", "damping", "rest_angle")

@@ -1,9 +1,7 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
 
-from feeler.calibration.band import Band, compute_band
-from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
 from feeler.calibration.fitting import Fit, fit, make_starts
-from feeler.calibration.hinges import FAMILIES, Hinges, make_hinges
+from feeler.calibration.hinges import FAMILIES, Band, Hinges, compute_band, make_hinges
 from feeler.calibration.identify import (
     Directions,
     Profiles,
@@ -12,14 +10,18 @@ from feeler.calibration.identify import (
     compute_profiles,
     walk_loose,
 )
-from feeler.calibration.onset import find_release, find_rest
 from feeler.calibration.optimise import METHODS, Minimum, search
 from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces
-from feeler.calibration.problem import Problem
+from feeler.calibration.problem import (
+    Problem,
+    compute_distance,
+    compute_residuals,
+    compute_symmetric_accuracy,
+)
 from feeler.calibration.protocol import Measured, Protocol
-from feeler.calibration.recording import Traces, load_traces, save_traces
+from feeler.calibration.recording import Traces, load_traces
 from feeler.calibration.targets import Target, Targets, load_targets, make_targets
-from feeler.calibration.trace import measure_trace
+from feeler.calibration.trace import find_release, find_rest, measure_trace
 
 __all__ = [
     "FAMILIES",
@@ -55,7 +57,6 @@ __all__ = [
     "make_synthetic_traces",
     "make_targets",
     "measure_trace",
-    "save_traces",
     "search",
     "walk_loose",
 ]

@@ -10,8 +10,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from feeler.antenna.antenna import Antenna
-from feeler.calibration.band import Band, compute_band
-from feeler.calibration.hinges import Hinges, make_scale
+from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
 from feeler.calibration.identify import Directions, decompose
 from feeler.calibration.optimise import search
 from feeler.calibration.problem import Problem

@@ -1,4 +1,6 @@
-"""A calibration problem: hinges to search, targets to meet, and the protocol between them."""
+"""A calibration problem: hinges to search, targets to meet, the protocol between them, and how far
+simulated quantities are from their targets.
+"""
 
 import time
 from collections.abc import Callable, Sequence
@@ -6,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
+from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.journal import Journal
 from feeler.provenance import make_key
@@ -130,3 +132,41 @@ class Problem:
             compute_distance(measured.values, values),
             compute_symmetric_accuracy(measured.values, values),
         )
+
+
+@checked
+def compute_residuals(simulated: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Relative deviations (target,) = (target − simulated) / target, of the paper's cost."""
+    simulated, target = np.asarray(simulated, dtype=float), np.asarray(target, dtype=float)
+    if simulated.shape != target.shape:
+        raise InvalidInput(
+            f"one simulated value per target is needed, got {simulated.shape} and {target.shape}."
+        )
+    if not (np.isfinite(simulated).all() and np.isfinite(target).all()):
+        raise InvalidInput(
+            f"a cost of missing numbers is no number: simulated {simulated}, targets {target}."
+        )
+    if np.any(target == 0):
+        raise InvalidInput(
+            "a target of 0 has no relative deviation; choose a quantity that is not 0."
+        )
+    return (target - simulated) / target
+
+
+@checked
+def compute_distance(simulated: np.ndarray, target: np.ndarray) -> float:
+    """Normalised Euclidean distance ``√ Σ ((target − simulated) / target)²`` (Methods)."""
+    return float(np.linalg.norm(compute_residuals(simulated, target)))
+
+
+@checked
+def compute_symmetric_accuracy(simulated: np.ndarray, target: np.ndarray) -> float:
+    """Median symmetric accuracy ``exp(median |ln(simulated / target)|) − 1``, as a fraction.
+
+    Morley et al. 2018, doi:10.1002/2017SW001669; infinite where half the simulated quantities or
+    more have no logarithm.
+    """
+    compute_residuals(simulated, target)
+    ratio = np.asarray(simulated, dtype=float) / np.asarray(target, dtype=float)
+    size = np.where(ratio > 0, np.abs(np.log(np.where(ratio > 0, ratio, 1.0))), np.inf)
+    return float(np.expm1(np.median(size)))

@@ -1,13 +1,12 @@
 """Recorded free responses: tip displacement of several animals over time, from a CSV file."""
 
-import csv
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
-from feeler.calibration.onset import find_release, find_rest
+from feeler.calibration.trace import find_release, find_rest
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import ALLOW_NAN, OneOf, Record
@@ -172,15 +171,3 @@ def _cut_at_release(traces: Traces) -> Traces:
     count = min(map(len, parts.values()))
     together = np.array([parts[name][:count] for name in traces.names])
     return traces.replace(time=traces.time[:count], displacement=together, found=True)
-
-
-@checked
-def save_traces(traces: Traces, path: Path) -> None:
-    """Write traces as ``load_traces`` reads them."""
-    with Path(path).open("w", encoding="utf-8", newline="") as file:
-        if traces.source == "synthetic":
-            file.write("# synthetic: simulated free responses with noise, not animal data\n")
-        writer = csv.writer(file)
-        writer.writerow(["time_ms", *traces.names])
-        for time, values in zip(traces.time, traces.displacement.T, strict=True):
-            writer.writerow([f"{time:.6g}", *(f"{value:.6g}" for value in values)])

@@ -1,13 +1,6 @@
-"""``feeler active``: how to move an antenna in order to know what it touches."""
+"""``feeler active``: how to move an antenna in order to know what it touches.
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler active --out out/active
 
@@ -20,6 +13,13 @@ learned:SEED,DEADLINE (speeds in m/s, times in ms), or file.py:function, where t
 what is known so far and returns
 the speed. After Ctrl-C the same command goes on where it stopped.
 """
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from feeler.cli.say import Json, say_json
 
 
 def active(
@@ -53,7 +53,7 @@ def active(
     from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.cli.progress import say_what_stays
+    from feeler.cli.say import say_what_stays
     from feeler.errors import MissingExtra
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
@@ -91,8 +91,3 @@ def active(
         say_json({**measured.to_dict(), "page": page})
     else:
         typer.echo(f"page: {page}")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``active`` to the command line."""
-    app.command("active", epilog=_EXAMPLES)(active)

@@ -1,11 +1,6 @@
-"""``feeler antenna``: write a preset as a TOML file to start from."""
+"""``feeler antenna``: write a preset as a TOML file to start from.
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler antenna mine.toml
 
@@ -15,6 +10,11 @@ _EXAMPLES = """Examples:
 
   feeler info mine.toml
 """
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 
 def antenna(
@@ -45,8 +45,3 @@ def antenna(
         )
     save_antenna(found.antenna, file, found.sources)
     typer.echo(f"wrote {file}")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``antenna`` to the command line."""
-    app.command("antenna", epilog=_EXAMPLES)(antenna)

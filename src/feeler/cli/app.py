@@ -3,13 +3,12 @@
 import os
 import sys
 import warnings
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from feeler.cli.page import Verbs, list_options, say_in_shell
+from feeler.cli.page import Verbs, add_verb, list_options, say_in_shell
 from feeler.errors import FeelerError, lacks_memory, say_warnings
 from feeler.files import FULL
 
@@ -63,9 +62,7 @@ app = Verbs(
     rich_markup_mode=None,
 )
 for verb in VERBS:
-    if verb == "follow":  # which wall brings along
-        continue
-    import_module(f"feeler.cli.{verb}").register(app)
+    add_verb(app, verb)
 
 
 def _show_version(asked: bool) -> None:

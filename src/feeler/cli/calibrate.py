@@ -1,5 +1,15 @@
 """``feeler calibrate``: find the mechanics that fit an animal, from targets or from recorded
 traces.
+
+Examples:
+
+  feeler calibrate --profile exponential --starts 4 --checkpoint fit.jsonl
+
+  feeler calibrate --data synthetic_step --out out/calibration    (simulated example data that \
+ship with feeler)
+
+  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 \
+--out out/cricket
 """
 
 import json
@@ -11,20 +21,10 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import EngineName, add_verb
+from feeler.cli.page import EngineName
 from feeler.cli.say import Json, say_json
 
 BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
-_EXAMPLES = """Examples:
-
-  feeler calibrate --profile exponential --starts 4 --checkpoint fit.jsonl
-
-  feeler calibrate --data synthetic_step --out out/calibration    (simulated example data that \
-ship with feeler)
-
-  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 \
---out out/cricket
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -376,8 +376,3 @@ def _report_interrupt(best: float, checkpoint: Path | None) -> None:
         )
     )
     typer.echo(f"feeler: interrupted at a best error of {best:.4g}; {kept}", err=True)
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``calibrate`` to the command line."""
-    add_verb(app, "calibrate", CalibrateOptions, calibrate, _EXAMPLES)

@@ -1,4 +1,13 @@
-"""``feeler compare``: antennas side by side on the same touches."""
+"""``feeler compare``: antennas side by side on the same touches.
+
+Examples:
+
+  feeler compare exponential constant
+
+  feeler compare cricket mine.toml --objects objects.toml --speed 0.3 --out mine.html --scale quick
+
+  feeler compare exponential cricket --scale smoke --reader svm --json
+"""
 
 import tempfile
 from pathlib import Path
@@ -7,15 +16,6 @@ from typing import Annotated
 import typer
 
 from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
-
-  feeler compare exponential constant
-
-  feeler compare cricket mine.toml --objects objects.toml --speed 0.3 --out mine.html --scale quick
-
-  feeler compare exponential cricket --scale smoke --reader svm --json
-"""
 
 
 def compare(
@@ -93,8 +93,3 @@ def compare(
         say_json({**data.to_plain(), "page": page})
     else:
         typer.echo(f"page: {page}")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``compare`` to the command line."""
-    app.command("compare", epilog=_EXAMPLES)(compare)

@@ -1,11 +1,6 @@
-"""``feeler convert``: the same tensors in another format."""
+"""``feeler convert``: the same tensors in another format.
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler convert set.zarr set.nc
 
@@ -21,6 +16,11 @@ robot check FILE names them
     --species "Periplaneta americana" --sex F --age P90D --experimenter "Doe, Jane" --institution \
 "Insect lab"
 """
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 
 def convert(
@@ -99,8 +99,3 @@ def _convert_bag(source: Path, target: Path) -> None:
     recording = load_recording(source, n_channels=None)
     save_recording(recording, target, digits=9)
     typer.echo(f"wrote {target}: {recording.n_sensors} channels, {recording.time.size} samples")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``convert`` to the command line."""
-    app.command("convert", epilog=_EXAMPLES)(convert)

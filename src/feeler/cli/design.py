@@ -1,13 +1,6 @@
-"""``feeler design``: which antenna to build for a task."""
+"""``feeler design``: which antenna to build for a task.
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler design task.toml --new                      a commented task file to be edited
 
@@ -17,6 +10,13 @@ and again: goes on
   feeler design task.toml --out out/design --robot   also as widths and sheet thicknesses, and \
 what 5 % errors cost
 """
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from feeler.cli.say import Json, say_json
 
 
 def design(
@@ -57,7 +57,7 @@ def design(
     the search has not seen.
     """
     from feeler.cli.choose import choose_executor
-    from feeler.cli.progress import say_what_stays
+    from feeler.cli.say import say_what_stays
     from feeler.design.outcome import JOURNAL, carry_out
     from feeler.design.plan import TEMPLATE, load_plan
     from feeler.errors import InvalidInput
@@ -150,8 +150,3 @@ class _Watcher:
 
     def __exit__(self, *_: object) -> None:
         self._bar.close()
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``design`` to the command line."""
-    app.command("design", epilog=_EXAMPLES)(design)

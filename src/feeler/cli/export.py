@@ -1,11 +1,6 @@
-"""``feeler export``: the compiled scene as MJCF, for MuJoCo's own viewer."""
+"""``feeler export``: the compiled scene as MJCF, for MuJoCo's own viewer.
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler export scene.xml --feature box --size 3 --location 0.7 --speed 0.3
 
@@ -13,6 +8,11 @@ _EXAMPLES = """Examples:
 
   python -m mujoco.viewer --mjcf=scene.xml
 """
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 
 def export(
@@ -48,8 +48,3 @@ def export(
         f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set"
         " it moving"
     )
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``export`` to the command line."""
-    app.command("export", epilog=_EXAMPLES)(export)

@@ -1,4 +1,13 @@
-"""``feeler info``: what a file holds."""
+"""``feeler info``: what a file holds.
+
+Examples:
+
+  feeler info set.zarr
+
+  feeler info tensor.nc antenna.toml
+
+  feeler walkDLC.h5                                    a file alone asks the same
+"""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,15 +31,6 @@ _NEXT = {
     "design": "feeler design {0} takes it",
 }
 """What to do with a file, by the kind of what is in it."""
-
-_EXAMPLES = """Examples:
-
-  feeler info set.zarr
-
-  feeler info tensor.nc antenna.toml
-
-  feeler walkDLC.h5                                    a file alone asks the same
-"""
 
 
 def info(
@@ -101,14 +101,9 @@ def list_rooms() -> dict[str, Any]:
     """The formats that stand beside tensors' own: what designs, robots and trackers write, and
     tables that no verb reads as they are.
     """
-    from feeler.design.files import DESIGN_FILES
+    from feeler.design.plan import DESIGN_FILES
     from feeler.robot.files import ROBOT_FILES
-    from feeler.tensors.plain_table import PLAIN_TABLES
+    from feeler.tensors.kinds import PLAIN_TABLES
     from feeler.tracking.files import TRACK_FILES
 
     return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **PLAIN_TABLES}
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``info`` to the command line."""
-    app.command("info", epilog=_EXAMPLES)(info)

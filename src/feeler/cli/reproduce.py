@@ -1,4 +1,13 @@
-"""``feeler reproduce``: the whole paper in one command."""
+"""``feeler reproduce``: the whole paper in one command.
+
+Examples:
+
+  feeler reproduce
+
+  feeler reproduce --scale paper --out paper-run
+
+  feeler reproduce --antenna mine.toml --set stiffness=0.5
+"""
 
 import json
 import sys
@@ -13,15 +22,6 @@ from feeler.execute.processes import USUAL, prepare_workers
 
 PREPARED = ("feeler.studies.paper.reproduce", "feeler.studies.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
-
-_EXAMPLES = """Examples:
-
-  feeler reproduce
-
-  feeler reproduce --scale paper --out paper-run
-
-  feeler reproduce --antenna mine.toml --set stiffness=0.5
-"""
 
 
 def reproduce(
@@ -65,7 +65,7 @@ def reproduce(
         prepare_workers([*USUAL, *PREPARED])  # while this process imports what it needs itself
 
     from feeler.cli.choose import change_antenna, choose_antenna
-    from feeler.cli.progress import say_what_stays
+    from feeler.cli.say import say_what_stays
     from feeler.physics.engine import choose_timestep, get_engine
     from feeler.studies.paper.context import Context
     from feeler.studies.paper.reproduce import STAGES
@@ -165,8 +165,3 @@ def _summarise(context, made, seconds: float, log_json: bool) -> None:
         typer.echo(summarise_counts(judged))
     pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
     typer.echo(f"report: {report}   figures: {figures}{pdf}   ({seconds:.1f} s)")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``reproduce`` to the command line."""
-    app.command("reproduce", epilog=_EXAMPLES)(reproduce)

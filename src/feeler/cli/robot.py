@@ -1,37 +1,7 @@
 """``feeler robot``: calibrate, check, convert, fit and classify the recordings of a robotic
 antenna.
-"""
 
-from pathlib import Path
-from typing import Annotated
-
-import numpy as np
-import typer
-
-from feeler.cli.page import Verbs
-from feeler.cli.robot_live import board, replay, stream
-from feeler.cli.robot_options import (
-    AntennaName,
-    Calibration,
-    ChannelUnit,
-    Engine,
-    Files,
-    Gaps,
-    Numbers,
-    Objects,
-    Out,
-    Outside,
-    Robot,
-    Speeds,
-    Timestep,
-    TimeUnit,
-    Workers,
-    make_touches,
-    tell,
-)
-from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler robot example .
 
@@ -71,12 +41,41 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
   feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from feeler.cli.page import Verbs, list_examples
+from feeler.cli.robot_live import board, replay, stream
+from feeler.cli.robot_options import (
+    AntennaName,
+    Calibration,
+    ChannelUnit,
+    Engine,
+    Files,
+    Gaps,
+    Numbers,
+    Objects,
+    Out,
+    Outside,
+    Robot,
+    Speeds,
+    Timestep,
+    TimeUnit,
+    Workers,
+    make_touches,
+    tell,
+)
+from feeler.cli.say import Json, say_json
+
 app = Verbs(
     help=(
         "Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify,"
         " stream."
     ),
-    epilog=_EXAMPLES,
     no_args_is_help=True,
 )
 
@@ -343,6 +342,7 @@ def gap(
 
 for verb in (stream, board, replay):
     app.command()(verb)
+_EXAMPLES = list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own
     own = [
         line
@@ -350,8 +350,4 @@ for command in app.registered_commands:  # each shows the examples that are its 
         if f"feeler robot {getattr(command.callback, '__name__', '')} " in f"{line} "
     ]
     command.epilog = "\n\n".join(["Examples:", *own])
-
-
-def register(parent: typer.Typer) -> None:
-    """Add ``robot`` with its commands to the command line."""
-    parent.add_typer(app, name="robot")
+app.info.epilog = _EXAMPLES

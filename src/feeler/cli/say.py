@@ -1,6 +1,10 @@
-"""What a verb says with ``--json``: the same numbers, and nothing beside them."""
+"""What a verb says with ``--json``: the same numbers, and nothing beside them; and what one says
+that was interrupted.
+"""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated
 
 import typer
@@ -13,3 +17,13 @@ def say_json(value: object) -> None:
     from feeler.report.section import to_json
 
     typer.echo(json.dumps(to_json(value)))
+
+
+@contextmanager
+def say_what_stays(words: str) -> Iterator[None]:
+    """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted; {words}, and the same command goes on from there", err=True)
+        raise typer.Exit(130) from None

@@ -1,15 +1,6 @@
-"""``feeler spikes``: what the nerve of an antenna says of a touch."""
+"""``feeler spikes``: what the nerve of an antenna says of a touch.
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
-
-import typer
-
-from feeler.cli.options import add_verb
-from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler spikes --feature ball --location 0.7 --speed 0.06
 
@@ -19,6 +10,14 @@ _EXAMPLES = """Examples:
 
 The last one also writes spikes.nwb, whose table of units pynwb and pynapple read.
 """
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from feeler.cli.say import Json, say_json
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,8 +184,3 @@ def _tell(said: SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None
         f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
     )
     typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``spikes`` to the command line."""
-    add_verb(app, "spikes", SpikeOptions, spikes, _EXAMPLES)

@@ -1,14 +1,6 @@
-"""``feeler studio``: an antenna in your browser."""
+"""``feeler studio``: an antenna in your browser.
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
-
-if TYPE_CHECKING:
-    from feeler.studio import AntennaWish
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler studio
 
@@ -21,6 +13,14 @@ _EXAMPLES = """Examples:
 The address holds a token: who knows it can use this studio, and nobody else. Nothing is loaded \
 from any other host.
 """
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from feeler.studio import AntennaWish
 
 
 def studio(
@@ -85,8 +85,3 @@ def _write(file: Path, antenna: "AntennaWish") -> None:
     file.write_text(text, encoding="utf-8")
     size = len(text.encode()) / 1000
     typer.echo(f"{file}: {size:.0f} kB; open it in any browser, no server is needed")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``studio`` to the command line."""
-    app.command("studio", epilog=_EXAMPLES)(studio)

@@ -1,17 +1,6 @@
-"""``feeler touch``: one touch in seconds: tensor, picture and movie; or many, kept in a store."""
+"""``feeler touch``: one touch in seconds: tensor, picture and movie; or many, kept in a store.
 
-import sys
-from dataclasses import dataclass, field
-from itertools import product
-from pathlib import Path
-from typing import Annotated, Any
-
-import typer
-
-from feeler.cli.options import EngineName, add_verb
-from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
+Examples:
 
   feeler touch --feature ball --size 1.53 --location 0.5 --speed 0.6
 
@@ -25,6 +14,17 @@ The last one simulates every combination of the repeated options. After Ctrl-C, 
 cut the same command
 goes on where it stopped, and ends with the same numbers.
 """
+
+import sys
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from feeler.cli.page import EngineName
+from feeler.cli.say import Json, say_json
 
 _MANY = "; repeat it with --store"
 
@@ -142,7 +142,7 @@ def touch(said: TouchOptions) -> None:
 def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
-    from feeler.cli.progress import say_what_stays
+    from feeler.cli.say import say_what_stays
     from feeler.experiment.touch import touch as simulate
     from feeler.progress import ProgressBar
 
@@ -244,8 +244,3 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
         f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
         f" tensor.pdf{', movie.mp4' if movie else ''}"
     )
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``touch`` to the command line."""
-    add_verb(app, "touch", TouchOptions, touch, _EXAMPLES)

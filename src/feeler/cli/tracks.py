@@ -1,21 +1,7 @@
 """``feeler tracks``: how fast an animal moves its antennae, and how they bend, from tracked
 landmarks.
-"""
 
-import json
-from dataclasses import dataclass
-from itertools import pairwise
-from pathlib import Path
-from typing import Annotated, Any
-
-import numpy as np
-import typer
-
-from feeler.cli.options import add_verb
-from feeler.cli.say import Json, say_json
-
-HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
-_EXAMPLES = """Examples:
+Examples:
 
   feeler tracks trial1_xypts.csv trial2_xypts.csv --frame-rate 30
 
@@ -33,6 +19,19 @@ _EXAMPLES = """Examples:
   feeler tracks walk.csv --frame-rate 60 --origin bottom-left --landmarks \
 left_tip,right_tip,head,abdomen
 """
+
+import json
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from feeler.cli.say import Json, say_json
+
+HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -372,8 +371,3 @@ def _check_tips(tips: tuple[str, str], trials: list) -> None:
                 f"no landmark {missing!r}; the tracks hold {', '.join(trial.landmarks)}. To"
                 f" measure one antenna alone: --tips {alone}"
             )
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``tracks`` to the command line."""
-    add_verb(app, "tracks", TrackOptions, tracks, _EXAMPLES)

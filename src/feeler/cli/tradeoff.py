@@ -1,4 +1,12 @@
-"""``feeler tradeoff``: how fast to touch, given how much time there is."""
+"""``feeler tradeoff``: how fast to touch, given how much time there is.
+
+Examples:
+
+  feeler tradeoff --out out/tradeoff
+
+  feeler tradeoff --antenna mine.toml --antenna exponential --objects ball:radius=1 --objects \
+box:half_width=2,half_height=1
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,14 +14,6 @@ from typing import Annotated
 import typer
 
 from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
-
-  feeler tradeoff --out out/tradeoff
-
-  feeler tradeoff --antenna mine.toml --antenna exponential --objects ball:radius=1 --objects \
-box:half_width=2,half_height=1
-"""
 
 
 def tradeoff(
@@ -85,8 +85,3 @@ def tradeoff(
         )
     else:
         typer.echo(f"page: {page}")
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``tradeoff`` to the command line."""
-    app.command("tradeoff", epilog=_EXAMPLES)(tradeoff)

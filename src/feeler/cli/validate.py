@@ -1,4 +1,11 @@
-"""``feeler validate``: what is wrong with a file."""
+"""``feeler validate``: what is wrong with a file.
+
+Examples:
+
+  feeler validate set.zarr
+
+  feeler validate *.nc
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,13 +13,6 @@ from typing import Annotated
 import typer
 
 from feeler.cli.say import Json, say_json
-
-_EXAMPLES = """Examples:
-
-  feeler validate set.zarr
-
-  feeler validate *.nc
-"""
 
 
 def validate(
@@ -47,8 +47,3 @@ def validate(
             typer.echo(f"  - {problem}")
     if any(found.values()):
         raise typer.Exit(1)
-
-
-def register(app: typer.Typer) -> None:
-    """Add ``validate`` to the command line."""
-    app.command("validate", epilog=_EXAMPLES)(validate)

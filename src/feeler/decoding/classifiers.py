@@ -12,7 +12,7 @@ from sklearn.svm import SVC
 from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.reader import Reader
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 
 N_COMPONENTS = 30  # [P] "selected the first 30 features"
 

@@ -17,7 +17,7 @@ from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.task.noise import Relative
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 
 CODES = ("joint", "sparse", "ridge", "raw")
 """Kinds of code; ``feeler.encoding.LABELS`` has a label for each.

@@ -7,7 +7,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 
 _PRECISION = 1e-12
 

@@ -14,8 +14,7 @@ from feeler.decoding.reader import READERS, Reader
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.task.noise import NOISES, Common
-from feeler.tensors.labels import label_like
-from feeler.tensors.scaling import rectify
+from feeler.tensors.scaling import label_like, rectify
 
 MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""

@@ -12,7 +12,7 @@ from feeler.checked import checked
 from feeler.decoding.labels import Labels, write_label
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 
 NO_CONTACT = ("no contact", float("nan"), float("nan"))
 """What a touch without contact is called."""

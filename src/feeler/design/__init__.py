@@ -3,7 +3,6 @@ constraints, and a search.
 """
 
 from feeler.design.constraints import Constraints
-from feeler.design.front import compute_settling, find_front
 from feeler.design.making import make_strips, measure_tolerance
 from feeler.design.outcome import DesignOutcome, carry_out
 from feeler.design.page import write_design
@@ -30,8 +29,6 @@ __all__ = [
     "Space",
     "carry_out",
     "choose_sensors",
-    "compute_settling",
-    "find_front",
     "load_plan",
     "make_strips",
     "match_compliance",

@@ -18,6 +18,7 @@ from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
 from feeler.record import Record
 from feeler.rules import show
+from feeler.tensors.formats import Format
 from feeler.toml import make_record, read_toml
 
 NO_CONSTRAINTS = Constraints()
@@ -115,3 +116,26 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     antenna = make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
     content = {"task": {}, **content, "space": {**space, "reference": antenna}}
     return make_record(DesignPlan, content, path.name)
+
+
+def _describe(plan: DesignPlan) -> list[str]:
+    task = plan.task
+    return [
+        f"objects     {', '.join(item.name for item in task.objects)}",
+        f"locations   {', '.join(f'{place:g}' for place in task.locations)}",
+        f"speeds      {', '.join(f'{speed:g}' for speed in task.speeds)} m/s",
+        f"deadline    {task.deadline} ms",
+        f"noise       {task.noise}",
+        f"begins at   {plan.reference.name}",
+    ]
+
+
+DESIGN_FILES = {
+    "design": Format(
+        words="design (TOML)",
+        kind="design",
+        detect=lambda path, start: b"feeler.design/" in start,
+        load=lambda path, limits, trusted: load_plan(path),
+        tell=_describe,
+    ),
+}

@@ -8,7 +8,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.dispersion.index import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
 from feeler.errors import InvalidInput
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,8 +11,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
-from feeler.tensors.labels import label_like
-from feeler.tensors.scaling import fold_planes
+from feeler.tensors.scaling import fold_planes, label_like
 
 BLOCK_SIZE = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
 

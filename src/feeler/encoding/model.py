@@ -23,7 +23,7 @@ from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.progress import show_progress
 from feeler.shown import show_html
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 
 _SHOWN = ("relative_residual_", "stability_", "n_iter_", "n_sensors_in_")
 

@@ -14,7 +14,6 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
 from feeler.checked import checked
-from feeler.draw import check_seed
 from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
 from feeler.experiment.gather import Gathering, Made, Progress
@@ -201,7 +200,7 @@ def _make_job(
         accuracy=accuracy,
         save=save,
         dtype=dtype,
-        seed=check_seed(seed),
+        seed=int(seed),
         attrs=_describe_attributes(antenna, clock, contact, engine, seed, accuracy, recipes),
         sampled="trials" in recipes,
         code=fingerprint_code(modules) if stored else "",

@@ -13,11 +13,11 @@ from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.lanes import Simulations, Snapshot, Turn
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import MICRO, Contacts
+from feeler.shown import make_picture
 from feeler.stimulus.base import BaseMotion, Vector, check_vector, read_base
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.object import Object, check_clear, make_objects
 from feeler.stimulus.trial import Trial
-from feeler.svg import make_picture
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

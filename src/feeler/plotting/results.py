@@ -1,13 +1,36 @@
-"""Pictures of results, as notebooks show them: each function takes one and gives a figure."""
+"""What notebooks show: a figure that shows itself, pictures of results, and one trial of a Dataset
+as picture and movie.
+"""
 
+import io
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 
+from feeler.antenna import Antenna
+from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.plotting.bases import plot_bases
-from feeler.plotting.picture import Picture
+from feeler.plotting.tensor import plot_tensor
+from feeler.plotting.touch import write_touch_movie
+from feeler.tensors.unit import in_unit
 
+_DPI = 110
 _QUANTITIES = ("stiffness [N·mm/rad]", "damping [N·mm·ms/rad]")
+
+
+class Picture(Figure):
+    """A matplotlib Figure that is shown where it is the last line of a notebook's cell."""
+
+    def _repr_png_(self) -> bytes:
+        kept = io.BytesIO()
+        self.savefig(kept, format="png", dpi=_DPI)
+        return kept.getvalue()
 
 
 def _open(width: float, height: float = 2.8) -> Picture:
@@ -85,3 +108,57 @@ def draw_encoder(encoder: Any) -> Picture:
     figure = _open(1.6 + 1.5 * len(bases))
     plot_bases({"bases": bases}, 1.0, figure.subplots())
     return figure
+
+
+@checked
+def plot_trial(
+    tensors: xr.Dataset, trial: int = 0, variable: str = "curvature", ax: Axes | None = None
+) -> Axes:
+    """One trial's (sensor, time) as an image with its colour bar; negative values are drawn too."""
+    values = _take(tensors, trial, variable).transpose("sensor", "time").values
+    ax = Picture(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
+    largest = max(float(np.nanmax(np.abs(values))), 1e-12)
+    unit = str(tensors[variable].attrs.get("units", ""))
+    image = plot_tensor(
+        values,
+        in_unit(tensors["time"], "ms").values,
+        ax,
+        Normalize(min(0.0, float(np.nanmin(values))), largest),
+        unit=unit,
+    )
+    ax.figure.colorbar(image, ax=ax, label=f"{variable} [{unit}]")
+    return ax
+
+
+@checked
+def write_trial_movie(
+    tensors: xr.Dataset, antenna: Antenna, path: Path, trial: int = 0, **how: Any
+) -> Path:
+    """The antenna as the sensors tell it beside the tensor as it grows; ``how`` as for
+    ``write_touch_movie``.
+    """
+    return write_touch_movie(
+        antenna, None, tensors.isel(trial=[_check_trial(tensors, trial)]), path, **how
+    )
+
+
+def _take(tensors: xr.Dataset, trial: int, variable: str) -> xr.DataArray:
+    if variable not in tensors.data_vars or not {"trial", "sensor", "time"} <= set(
+        tensors[variable].dims
+    ):
+        valid = [
+            name
+            for name, item in tensors.data_vars.items()
+            if {"trial", "sensor", "time"} <= set(item.dims)
+        ]
+        raise InvalidInput(
+            f"no tensor {variable!r} in this Dataset; valid:"
+            f" {', '.join(map(str, valid)) or 'none'}."
+        )
+    return tensors[variable].isel(trial=_check_trial(tensors, trial))
+
+
+def _check_trial(tensors: xr.Dataset, trial: int) -> int:
+    if not 0 <= trial < tensors.sizes["trial"]:
+        raise InvalidInput(f"trial must be from 0 to {tensors.sizes['trial'] - 1}, got {trial}.")
+    return trial

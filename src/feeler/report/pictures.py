@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from feeler.plotting.look import DOUBLE, fix_layout, style, unjoin
-from feeler.plotting.marks import find_unnamed
 from feeler.plotting.tensor import list_tensors
-from feeler.plotting.words import measure_words
+from feeler.plotting.words import find_unnamed, measure_words
 
 
 class Pictures:

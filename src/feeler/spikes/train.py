@@ -13,7 +13,7 @@ from feeler.record import Ge, Record, Unit
 from feeler.spikes.kernel import fire_touch
 from feeler.spikes.population import find_step
 from feeler.tensors.dataset import label_units
-from feeler.tensors.labels import label_like
+from feeler.tensors.scaling import label_like
 from feeler.tensors.unit import in_unit
 
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.record import Ge, Gt, Le, Lt, Record, Unit
+from feeler.shown import make_picture
 from feeler.stimulus.base import BaseMotion, read_base
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
-from feeler.svg import make_picture
 
 FRICTION = 1.0  # [D] fits the published video best
 LEAD = 5.0  # [C] ms before contact

@@ -10,7 +10,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 
-VIEWS = "feeler.plotting.dataset"  # named, not imported: who only analyses needs no pictures
+VIEWS = "feeler.plotting.results"  # named, not imported: who only analyses needs no pictures
 
 
 @xr.register_dataset_accessor("feeler")

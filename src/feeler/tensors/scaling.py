@@ -1,4 +1,6 @@
-"""On the way to an encoder: non-negative, scaled tensors. Never baked into what is stored."""
+"""On the way to an encoder: non-negative, scaled tensors, never baked into what is stored; and the
+labels of what comes back.
+"""
 
 from typing import Any, TypeVar
 
@@ -50,3 +52,20 @@ def scale_common(tensors: xr.DataArray | np.ndarray) -> xr.DataArray | np.ndarra
             " place?"
         )
     return tensors / largest
+
+
+def label_like(
+    values: np.ndarray, given: Any, dims: tuple[str, ...], name: str, **attrs: object
+) -> Any:
+    """``values`` with these dims and the coordinates of ``given`` along them; plain where ``given``
+    is plain.
+    """
+    if not isinstance(given, xr.DataArray):
+        return values
+    sizes = dict(zip(dims, values.shape, strict=True))
+    coords = {
+        key: item
+        for key, item in given.coords.items()
+        if item.dims and all(sizes.get(str(dim)) == given.sizes[dim] for dim in item.dims)
+    }
+    return xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)

@@ -9,9 +9,12 @@ from feeler.report.section import Section
 from feeler.studies.paper import kept
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import find_shipped, keep_sections
+from feeler.studies.paper.kept import find_shipped
 from feeler.studies.paper.stage import Stage
 from feeler.studies.paper.verdicts import judge_claims
+from tests.scripts import load_script
+
+keep_sections = load_script("benchmarks", "keep").keep_sections
 
 
 def show(context, section):

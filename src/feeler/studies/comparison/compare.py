@@ -1,11 +1,17 @@
-"""Any antennas side by side: dispersion, entropy, accuracy against noise."""
+"""Any antennas side by side, on touches recorded until the last has let go: dispersion, entropy,
+accuracy against noise.
+"""
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+import xarray as xr
+from annotated_types import Len
 
+from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
@@ -18,10 +24,14 @@ from feeler.dispersion import (
     compute_dispersion,
 )
 from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
-from feeler.errors import InvalidInput
+from feeler.errors import Doubtful, InvalidInput
+from feeler.experiment.touch import DURATION, touch
+from feeler.stimulus.trial import Trial
 from feeler.tensors.unit import in_unit
 
 COMPARED_CODES = ("sparse", "raw")
+_DISTANCE = 48.0  # mm that an object goes at first; the last slow touch of the paper ends before 42
+_FACTORS = (1, 2, 4, 8)
 
 
 @checked
@@ -173,3 +183,37 @@ def _compute_differences(
                 measure = f"accuracy, {LABELS[kind]}, {noise} noise"
                 found[measure, name] = bootstrap_difference(reference.area, sweep.area, rng)
     return found
+
+
+@checked
+def touch_whole(
+    antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)], *, seed: Annotated[int, "≥ 0"] = 0
+) -> tuple[xr.Dataset, float]:
+    """Touches over the shortest stretch that holds all of them whole.
+
+    Returns
+    -------
+    angle : xr.Dataset
+        ``angle`` (trial, sensor, time) [rad] at as many moments as the paper's window has, by
+        linear interpolation.
+    end : float
+        Where the stretch ends [ms]: one sample after the last contact. A touch that still holds
+        after eight times the usual way is cut there, with a warning.
+    """
+    slowest = min(trial.speed for trial in trials)
+    for factor in _FACTORS:
+        recorded = touch(antenna, trials, duration=factor * _DISTANCE / slowest, seed=seed)
+        held = (recorded["force"] != 0).any(("trial", "axis")).values
+        if not held[-1]:
+            break
+    else:
+        warnings.warn(
+            f"{antenna.name} is still touched when the recording ends; what follows is cut.",
+            Doubtful,
+            stacklevel=2,
+        )
+    time = recorded["time"].values
+    end = float(time[held].max(initial=time[1]) + time[1] - time[0])
+    moments = np.linspace(0.0, end, round(DURATION), endpoint=False)
+    angle = recorded[["angle"]].transpose("trial", "sensor", "time")
+    return angle.interp(time=moments), end

@@ -3,9 +3,8 @@ determined.
 """
 
 import csv
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from importlib.resources import files
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -39,7 +38,7 @@ _FAMILIES = ("exponential", "linear", "constant")
 
 COMPARED = ("powell", "nelder-mead", "least-squares")
 KEPT_SEARCHES = "optimisers.csv"
-_COLUMNS: dict[str, Callable[[str], Any]] = {
+SEARCH_COLUMNS: dict[str, Callable[[str], Any]] = {
     "method": str,
     "start": int,
     "evaluations": int,
@@ -61,9 +60,8 @@ def compute(
     SimpleNamespace
         ``scores``: quantities, error and symmetric accuracy of the published constants, the shipped
         presets and every refit, by name. ``refits`` (:class:`~feeler.calibration.Fit` or None):
-        least squares from the perturbed starts. ``compared``: a row (``_COLUMNS``) per optimiser
-        and
-        start, ``kept`` from the benchmark or measured in this run. ``directions``
+        least squares from the perturbed starts. ``compared``: a row (``SEARCH_COLUMNS``) per
+        optimiser and start, ``kept`` from the benchmark or measured in this run. ``directions``
         (:class:`~feeler.calibration.Directions`). ``walked``: parameters (step, parameter) and
         errors (step,) along the loosest direction from the published constants. ``profiles``
         (:class:`~feeler.calibration.Profiles` or None). ``draws``: bootstrapped parameters (draw,
@@ -150,7 +148,7 @@ def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str,
 
 
 def list_searches(problem: Problem, fits: Mapping[str, Fit]) -> list[dict[str, Any]]:
-    """A row (``_COLUMNS``) per optimiser and start."""
+    """A row (``SEARCH_COLUMNS``) per optimiser and start."""
     return [
         {
             "method": method,
@@ -165,20 +163,11 @@ def list_searches(problem: Problem, fits: Mapping[str, Fit]) -> list[dict[str, A
     ]
 
 
-def write_searches(searches: Iterable[Mapping[str, Any]], path: Path) -> None:
-    """Keep a comparison as a table (``benchmarks/calibration.py`` writes the one that ships)."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(_COLUMNS))
-        writer.writeheader()
-        for row in searches:
-            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
-
-
 def _load_searches() -> list[dict[str, Any]]:
     """The comparison that the benchmark kept."""
     text = (files("feeler.calibration") / "data" / KEPT_SEARCHES).read_text(encoding="utf-8")
     return [
-        {name: kind(row[name]) for name, kind in _COLUMNS.items()}
+        {name: kind(row[name]) for name, kind in SEARCH_COLUMNS.items()}
         for row in csv.DictReader(text.splitlines())
     ]
 

@@ -3,14 +3,9 @@ does not compute them, or not yet.
 """
 
 import json
-import shutil
-from collections.abc import Iterable
 from dataclasses import replace
-from datetime import date
 from importlib.resources import files
 from pathlib import Path
-
-from PIL import Image
 
 from feeler.provenance import compute_digest, describe_code
 from feeler.report.section import MARKER, Section
@@ -19,29 +14,7 @@ from feeler.studies.paper.stage import Stage
 
 SHIPPED = Path(str(files("feeler.studies.paper") / "kept"))
 _SCALE = "paper"
-_LABEL = "kept.json"
-_WIDTH, _QUALITY = 1400, 72  # of a kept picture: enough to read at the width of a page
-
-
-def keep_sections(
-    sections: Iterable[tuple[Stage, Section]], context: Context, folder: Path = SHIPPED
-) -> None:
-    """Keep these sections of a run, with the day, the seed and the fingerprint of their code.
-
-    Pictures become small, a movie its still; their numbers stay with the run that made them.
-    """
-    for stage, section in sections:
-        shutil.rmtree(target := folder / stage.name, ignore_errors=True)
-        target.mkdir(parents=True)
-        blocks = [_keep_block(block, section.folder, target) for block in section.blocks]
-        replace(section, folder=target, blocks=blocks, vector=False).save()
-        label = {
-            "date": date.today().isoformat(),
-            "seed": context.seed,
-            "seconds": round(section.seconds),
-            "code": fingerprint(stage),
-        }
-        (target / _LABEL).write_text(json.dumps(label, sort_keys=True) + "\n")
+KEPT_LABEL = "kept.json"
 
 
 def find_shipped(stage: Stage, context: Context, folder: Path = SHIPPED) -> Section | None:
@@ -51,7 +24,7 @@ def find_shipped(stage: Stage, context: Context, folder: Path = SHIPPED) -> Sect
     same = context.describe(reads) == Context(scale=context.scale).describe(reads)
     if not (same and context.is_cockroach and (path / MARKER).exists()):
         return None
-    label = json.loads((path / _LABEL).read_text())
+    label = json.loads((path / KEPT_LABEL).read_text())
     words = (
         f"Kept from a run at {_SCALE} scale of {label['date']} (seed {label['seed']},"
         f" {label['seconds']} s)."
@@ -68,18 +41,3 @@ def fingerprint(stage: Stage) -> str:
     code = describe_code(*stage.modules)
     own = {name: d for name, d in code.items() if name.startswith("feeler") or "/" in name}
     return compute_digest(own)[:16]
-
-
-def _keep_block(block: dict[str, object], source: Path, target: Path) -> dict[str, object]:
-    name = {"figure": f"{block.get('name')}.png", "movie": block.get("still")}.get(
-        str(block["kind"])
-    )
-    if not name:
-        return block
-    picture = Image.open(source / str(name)).convert("RGB")
-    picture.thumbnail((_WIDTH, 10 * _WIDTH))
-    file = f"{Path(str(name)).stem}.webp"
-    picture.save(target / file, quality=_QUALITY, method=6)
-    size = block.get("size") or [picture.width // 2, picture.height // 2]
-    shown = {key: block[key] for key in ("name", "caption")}
-    return {"kind": "figure", "size": size, "hover": [], "file": file} | shown

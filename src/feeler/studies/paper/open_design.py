@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
 from feeler.experiment.touch import touch
-from feeler.plotting.front import plot_profile_points
 from feeler.plotting.look import NOISE_COLOURS, PALETTE
+from feeler.plotting.posture import plot_profile_points
 from feeler.report import Section, make_interval
 from feeler.stimulus import Ball, Trial
 from feeler.studies.paper.context import Context

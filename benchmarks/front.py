@@ -8,12 +8,10 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
-from feeler.checked import checked
 
 REST = 0.05  # of the deflection, at which an antenna is said to be at rest
 
 
-@checked
 def find_front(costs: Annotated[np.ndarray, "design cost"]) -> np.ndarray:
     """Numbers (…,) of the designs that no other beats in one cost without being worse in another,
     by rising first cost.
@@ -24,7 +22,6 @@ def find_front(costs: Annotated[np.ndarray, "design cost"]) -> np.ndarray:
     return front[np.lexsort(costs[front].T[::-1])]
 
 
-@checked
 def compute_settling(antenna: Antenna) -> float:
     """Time [ms] in which the slowest motion of the straight antenna falls to 5 %: ln(1 / 0.05) /
     min |Re λ|.
