@@ -1,10 +1,13 @@
 """How much to compute of accuracy against noise."""
 
-from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from feeler.record import Ge, Gt, Len, Record
+
+Count = Annotated[int, Ge(1)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Plan:
+class Plan(Record):
     """Ratios, repeats and copies of every noise sweep of a study.
 
     Attributes
@@ -38,17 +41,17 @@ class Plan:
         Groups whose touches are fitted twice: all, the ends of each comparison, or none.
     """
 
-    ratios: tuple[float, ...]
-    n_repeats: int
-    control_repeats: int | None = None
-    n_copies: int = 10
-    other_copies: tuple[int, ...] = (3, 30)
+    ratios: Annotated[tuple[Annotated[float, Ge(0)], ...], Len(1)]
+    n_repeats: Count
+    control_repeats: Count | None = None
+    n_copies: Count = 10
+    other_copies: tuple[Count, ...] = (3, 30)
     other_kinds: tuple[str, ...] = ("joint", "sparse", "ridge", "raw")
-    probe: float = 0.2
-    other_repeats: int = 1
-    before_copies: int = 10
-    before_repeats: int = 1
+    probe: Annotated[float, Gt(0)] = 0.2
+    other_repeats: Count = 1
+    before_copies: Count = 10
+    before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
-    n_restarts: int = 3
-    null_iter: int = 100
-    twins: str = "all"
+    n_restarts: Count = 3
+    null_iter: Count = 100
+    twins: Literal["all", "ends", "none"] = "all"

@@ -4,12 +4,12 @@ An index works on two slices of a set at a time, so that memory does not grow wi
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.record import Record
 from feeler.registry import Registry
 from feeler.tensors.scaling import fold_planes, label_like
 
@@ -19,8 +19,7 @@ Block = Callable[[slice, slice], np.ndarray]
 """Similarities of the tensors in one slice with those in another, (row, column)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Index:
+class Index(Record):
     """One way to say how alike two tensors are.
 
     Attributes

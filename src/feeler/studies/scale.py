@@ -3,10 +3,10 @@ asks which scale it is.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Any
 
+from feeler.record import Ge, Gt, Record, Unit
 from feeler.registry import Registry
 from feeler.stimulus.ninety import LOCATIONS
 
@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     from feeler.encoding.model import ConvolutiveNMF
 
 SCALES: Registry["Scale"] = Registry("scale")
+Count = Annotated[int, Ge(1)]
+Number = Annotated[int, Ge(0)]
+Speed = Annotated[float, Gt(0), Unit("mm/ms")]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Scale:
+class Scale(Record):
     """How much is computed. The defaults are paper scale; below it everything that is changed is
     said.
 
@@ -92,7 +94,7 @@ class Scale:
     """
 
     name: str
-    minutes: float = 50.0
+    minutes: Annotated[float, Gt(0)] = 50.0
     vector: bool = True
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
@@ -108,65 +110,66 @@ class Scale:
     locations: tuple[float, ...] = LOCATIONS
     shapes: tuple[str, ...] = ("ball", "box", "triangle")
     movie_speeds: tuple[str, ...] = ("fast", "medium", "slow")
-    fps: int = 25
+    fps: Count = 25
 
     # calibration
-    fit_starts: int = 3
-    control_starts: int = 2
-    error_places: int = 9
-    draws: int = 100
-    refits: int = 4
-    impact_speeds: tuple[float, ...] = (0.1, 0.2, 0.4, 0.6)
+    fit_starts: Number = 3
+    control_starts: Number = 2
+    error_places: Number = 9
+    draws: Count = 100
+    refits: Number = 4
+    impact_speeds: tuple[Speed, ...] = (0.1, 0.2, 0.4, 0.6)
 
     # wall
     wall_part: str = ""
-    drives: int | None = None
-    far_slides: int | None = None
-    followers: int | None = None
+    drives: Number | None = None
+    far_slides: Number | None = None
+    followers: Number | None = None
 
     # encoder
-    ranks: tuple[int, ...] = (2, 3, 4, 5)  # [P]
-    durations: tuple[int, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
-    restarts: int = 10  # [P] Fig. 4B
-    side_restarts: int = 2
-    max_iter: int = 60
-    tol: float = 3e-4
+    ranks: tuple[Count, ...] = (2, 3, 4, 5)  # [P]
+    durations: tuple[Count, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
+    restarts: Count = 10  # [P] Fig. 4B
+    side_restarts: Count = 2
+    max_iter: Count = 60
+    tol: Annotated[float, Gt(0)] = 3e-4
     warn: bool = True
 
     # reading
     sweep: Mapping[str, Any] = field(
-        default_factory=lambda: MappingProxyType(
-            {
-                "ratios": (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
-                "n_repeats": 10,
-                "other_repeats": 3,
-                "before_copies": 3,
-                "before_all": True,
-            }
-        )
+        default_factory=lambda: {
+            "ratios": (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
+            "n_repeats": 10,
+            "other_repeats": 3,
+            "before_copies": 3,
+            "before_all": True,
+        }
     )
     jitters: bool = True
     choices: bool = True
     network: Mapping[str, Any] = field(
-        default_factory=lambda: MappingProxyType(
-            {"ratios": (0.1, 0.2, 0.3), "n_repeats": 3, "n_copies": 4, "max_epochs": 10}
-        )
+        default_factory=lambda: {
+            "ratios": (0.1, 0.2, 0.3),
+            "n_repeats": 3,
+            "n_copies": 4,
+            "max_epochs": 10,
+        }
     )
 
     # open questions: what these change of tradeoff/declared.toml and paper/open_questions.toml
     trade_profiles: tuple[str, ...] = ()
-    trade: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-    gradient: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-    regression: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    trade: Mapping[str, Any] = field(default_factory=dict)
+    gradient: Mapping[str, Any] = field(default_factory=dict)
+    regression: Mapping[str, Any] = field(default_factory=dict)
     questions: tuple[str, ...] = ("main",)
 
     # robot
-    gaps: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
-    robots: int = 20
-    variants: tuple[int, ...] = (1, 2, 5, 10)
-    shots: tuple[int, ...] = (0, 1, 2, 4)
-    shot_robots: int = 10
-    robot_repeats: int = 10
+    gaps: tuple[Annotated[float, Ge(0)], ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
+    robots: Count = 20
+    variants: tuple[Count, ...] = (1, 2, 5, 10)
+    shots: tuple[Number, ...] = (0, 1, 2, 4)
+    shot_robots: Number = 10
+    robot_repeats: Number = 10
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -222,8 +225,7 @@ _REST = (
     *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
     *("spikes", "cnn"),
 )
-PUBLISHED = replace(
-    _PAPER,
+PUBLISHED = _PAPER.replace(
     name="published",
     minutes=7.5,
     vector=False,
@@ -296,8 +298,7 @@ QUICK = Scale(
     shot_robots=0,
     robot_repeats=1,
 )
-SMOKE = replace(
-    QUICK,
+SMOKE = QUICK.replace(
     name="smoke",
     minutes=0.5,
     kept=(),
