@@ -214,7 +214,7 @@ def test_costs_are_means_over_the_sets(ax):
     assert (*name(ax), right.get_ylabel()) == (
         "speed [m/s]",
         "work of a touch [µJ]",
-        "peak force [mN] (dashed, or hollow)",
+        "dashed or open: peak force [mN]",
     )
 
 

@@ -11,7 +11,7 @@ from feeler.plotting.look import (
     BASIS_COLOURS,
     FEATURE_COLOURS,
     NOISE_COLOURS,
-    OTHER_COLOURS,
+    PALETTE,
     PROFILE_COLOURS,
     pick_colours,
 )
@@ -21,7 +21,7 @@ MEANINGS = {
     "features": {*FEATURE_COLOURS.values()},
     "bases": {*BASIS_COLOURS},
     "noise": {*NOISE_COLOURS.values()},
-    "others": {*OTHER_COLOURS},
+    "others": {*PALETTE},
     "speeds": {to_hex(shade) for shade in mpl.colormaps["viridis"](np.linspace(0, 0.85, 3))},
 }
 

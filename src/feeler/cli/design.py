@@ -130,15 +130,15 @@ class _Watcher:
     def _draw(self, problem) -> None:
         from matplotlib.figure import Figure
 
-        from feeler.plotting import plot_profiles, style
+        from feeler.plotting import PALETTE, plot_profiles, style
 
         with style():
             figure = Figure(figsize=(7.2, 2.0), layout="constrained")
             axes = figure.subplots(1, 4)
             for antenna in (self._plan.reference, problem.space.build(problem.best.x).antenna):
                 plot_profiles(antenna, axes)
-            axes[2].lines[1].set_color("#D55E00")
-            axes[3].lines[1].set_color("#D55E00")
+            axes[2].lines[1].set_color(PALETTE[0])
+            axes[3].lines[1].set_color(PALETTE[0])
             figure.suptitle(
                 f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
                 fontsize=8,

@@ -110,7 +110,7 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
 
 def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     """wall.html with the antennae beside the wall and the maps, their pictures, and wall.json."""
-    from feeler.plotting.wall import Shapes, plot_maps
+    from feeler.plotting.wall import Shapes, plot_maps, plot_shapes
     from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)
@@ -118,7 +118,12 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     shapes = {name: Shapes.of_sweep(sweep) for name, sweep in sweeps.items()}
     caption = "Each antenna beside the wall, farthest first, in equilibrium."
     height = 0.8 + 1.2 * len(shapes)
-    section.figure("shapes", caption, lambda figure: _plot_shapes(figure, shapes), height=height)
+    section.figure(
+        "shapes",
+        caption,
+        lambda figure: plot_shapes(shapes, figure.subplots()),
+        height=height,
+    )
     caption = (
         "Wall distance against the point of greatest curvature, with the straight line that reads"
         " one from the other."
@@ -144,20 +149,3 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     typer.echo(
         f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON", err=True
     )
-
-
-def _plot_shapes(figure: Any, shapes: dict[str, Any]) -> None:
-    from matplotlib.lines import Line2D
-
-    from feeler.plotting.look import PALETTE
-    from feeler.plotting.wall import plot_shapes
-
-    plot_shapes(shapes, figure.subplots())
-    named = {
-        "inverted J in contact": Line2D([], [], color="#000000"),
-        "in contact, no J": Line2D([], [], color="#D55E00"),
-        "no contact": Line2D([], [], color="#999999"),
-        "wall": Line2D([], [], color="#009E73"),
-        "greatest bend": Line2D([], [], color=PALETTE[0], marker="o", ls="", ms=3),
-    }
-    figure.legend([*named.values()], [*named], loc="outside lower center", ncols=len(named))

@@ -19,14 +19,18 @@ from feeler.checked import checked
 
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PALETTE, strict=False))
-# Tol's muted scheme and two of the palette that no profile has: other meanings, other colours
+PROFILE_COLOURS = {
+    "exponential": "#0072B2",
+    "linear": "#D55E00",
+    "constant": "#009E73",
+    "matched": "#CC79A7",
+}
+# Tol's muted scheme and two of Okabe & Ito's that no profile has: other meanings, other colours
 BASIS_COLOURS = ("#882255", "#999933", "#44AA99", "#332288", "#DDCC77")
 FEATURE_COLOURS = {"ball": "#56B4E9", "box": "#E69F00", "triangle": "#000000"}
 NOISE_COLOURS = {"relative": "#117733", "common": "#AA4499"}
 # what has no colour of its own: one's own antennas beside the paper's, say
-OTHER_COLOURS = ("#CC6677", "#88CCEE", "#661100", "#6699CC", "#888888")
+PALETTE = ("#CC6677", "#661100", "#6699CC", "#AA8866", "#88CCEE", "#445566", "#888888")
 # quantities that shade a row of marks, each with colours of its own
 _SHADES = {"speed": "viridis", "wall distance": "cividis", "bend": "plasma", "hinge": "copper"}
 _SPEED, _SPEEDS = " m/s", ("slow", "medium", "fast")
@@ -71,7 +75,7 @@ def style() -> Iterator[None]:
 def pick_colours(names: Iterable[str]) -> dict[str, Any]:
     """A colour for each name, the same in every figure: profiles and features have theirs, and of
     speeds ("0.06 m/s", "slow") the slower is the darker. Any other takes the next that means
-    nothing else; the sixth has the first one's again.
+    nothing else; the eighth has the first one's again.
     """
     names = list(dict.fromkeys(names))
     named = {*names} <= {*_SPEEDS}
@@ -80,7 +84,7 @@ def pick_colours(names: Iterable[str]) -> dict[str, Any]:
             names, key=_SPEEDS.index if named else lambda name: float(name.removesuffix(_SPEED))
         )
         return dict(zip(ordered, pick_shades("speed", len(ordered)), strict=True))
-    known, others = PROFILE_COLOURS | FEATURE_COLOURS, cycle(OTHER_COLOURS)
+    known, others = PROFILE_COLOURS | FEATURE_COLOURS, cycle(PALETTE)
     return {name: known.get(name) or next(others) for name in names}
 
 

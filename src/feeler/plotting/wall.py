@@ -12,6 +12,13 @@ from matplotlib.patches import Ellipse
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS, pick_shades
 from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_peak
 
+_WALL = "#59636e"
+_STATES = {
+    "hook": ("#000000", "inverted J in contact"),
+    "met": (PALETTE[0], "in contact, no J"),
+    "free": ("#BBBBBB", "no contact"),
+}
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shapes:
@@ -70,28 +77,22 @@ class Shapes:
 def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)) -> None:
     """Every shape beside its wall: a row per antenna, a column per distance; ``cell`` [mm].
 
-    Black: inverted J in contact; red: in contact, but no inverted J; grey: no contact. Dots:
-    greatest bend.
+    The figure gets the legend.
     """
     lines, colours, walls, dots = [], [], [], []
     for row, shapes in enumerate(rows.values()):
         for column, points in enumerate(shapes.points):
             shift = np.array([column * cell[0], -row * cell[1]])
             lines.append(points + shift)
-            colours.append(
-                "#000000"
-                if shapes.inverted[column]
-                else "#D55E00"
-                if shapes.contact[column]
-                else "#999999"
-            )
+            kind = "free" if not shapes.contact[column] else "met"
+            colours.append(_STATES["hook" if shapes.inverted[column] else kind][0])
             walls.append(
                 np.array([[shapes.wall[column], -18.0], [shapes.wall[column], 38.0]]) + shift
             )
             dots.append(shapes.peak[column] + shift)
-    ax.add_collection(LineCollection(walls, colors="#009E73", linewidths=0.8))
+    ax.add_collection(LineCollection(walls, colors=_WALL, linewidths=0.8))
     ax.add_collection(LineCollection(lines, colors=colours, linewidths=0.9))
-    ax.plot(*np.array(dots).T, "o", color=PALETTE[0], ms=2)
+    ax.plot(*np.array(dots).T, "o", color=PALETTE[2], ms=2)
     first = next(iter(rows.values()))
     columns = cell[0] * np.arange(len(first.wall))
     ax.set(xticks=columns + 0.4 * cell[0], xticklabels=[f"{abs(x):.3g}" for x in first.wall])
@@ -100,6 +101,10 @@ def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.
     ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
     ax.tick_params(length=0)
     ax.spines[["left", "bottom"]].set_visible(False)
+    marks = [Line2D([], [], color=colour, label=words) for colour, words in _STATES.values()]
+    marks.append(Line2D([], [], color=_WALL, label="wall"))
+    marks.append(Line2D([], [], color=PALETTE[2], marker="o", ls="", ms=3, label="greatest bend"))
+    ax.get_figure().legend(handles=marks, loc="outside lower center", ncols=len(marks))
 
 
 def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int = 4) -> None:
@@ -159,8 +164,8 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     ax.set(
         xlabel="point of greatest curvature [mm from base]",
         ylabel="wall distance [mm]",
-        ylim=(3, 46),
+        ylim=(3, 56),
         xlim=(-1.5, 43),
     )
     ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
-    ax.legend(loc="upper center")
+    ax.legend(loc="upper center", ncols=2, columnspacing=1.0)

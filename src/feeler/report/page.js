@@ -35,7 +35,7 @@ addEventListener("hashchange", reveal);
 addEventListener("load", reveal);
 // On paper the first screen and the story stand by themselves; a page without a story is open.
 addEventListener("beforeprint", () => {
-  if (!document.querySelector(".record")) for (const one of document.querySelectorAll("details")) one.open = true;
+  for (const one of document.querySelectorAll(document.querySelector(".record") ? ".failure" : "details")) one.open = true;
   for (const one of document.images) one.loading = "eager";
 });
 // Values under the pointer: the picture's own colours, read back through its colour scale.

@@ -13,6 +13,7 @@ from feeler.studies.paper.findings import (
     list_findings,
     list_headlines,
     list_screens,
+    list_unmet,
 )
 from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.verdicts import Judged
@@ -88,7 +89,18 @@ def test_a_headline_needs_its_numbers_and_its_claims():
 def test_the_abstract_s_words_stand_beside_their_verdicts():
     shown = list_abstract(judge_all("reproduced", "sparsity-speed"))
     assert [one["verdict"] for one in shown] == ["partly", *["reproduced"] * 5]
+    assert {one["open"] for one in shown} == {""}
+    hang = list_abstract(judge_all("depends on a definition"))
+    assert all(one["open"] for one in hang)
     assert list_abstract([]) == []
+
+
+def test_what_is_not_reproduced_is_said_in_a_line_each_and_why():
+    found = list_unmet(judge_all("not reproduced"))
+    told = [one for one in found if one["why"]]
+    assert len(told) == len(STORY["unmet"]) < len(found)
+    assert all(len(f"{one['words']} {one['why']}".split()) <= 30 for one in told)
+    assert list_unmet(judge_all("reproduced")) == []
 
 
 def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():

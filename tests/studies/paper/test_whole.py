@@ -147,7 +147,7 @@ def test_the_page_opens_with_the_verdicts_that_were_given(whole, sections):
     words = " ".join(re.sub("<[^>]+>", " ", page).split())
     every = sum(counts[verdict] for verdict in EVIDENCE)
     assert (
-        f"{counts['reproduced']} of {every} statements of the paper that can be tested here are"
+        f"{counts['reproduced']} of {every} statements of the paper that this run can decide are"
         " reproduced" in words
     )
     for verdict in (verdict for verdict in EVIDENCE if counts[verdict]):

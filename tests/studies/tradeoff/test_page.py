@@ -109,7 +109,7 @@ def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, 
     )
     assert (work.get_ylabel(), force.get_ylabel()) == (
         "work of a touch [µJ]",
-        "peak force [mN] (dashed, or hollow)",
+        "dashed or open: peak force [mN]",
     )
     for ax, level, unit in (
         (common, levels["common"], "rad"),

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.cockroach import FACTS
 from feeler.antenna.fact import SOURCE_TAGS
-from feeler.plotting.look import ANTENNA_COLOURS
+from feeler.plotting.look import ANTENNA_COLOURS, PALETTE
 from feeler.plotting.posture import plot_posture, plot_profiles
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
@@ -23,7 +23,7 @@ def plot(antenna: Antenna, figure: Figure) -> None:
         points[antenna.sensors - 1, 0],
         points[antenna.sensors - 1, 1],
         ".",
-        color="#D55E00",
+        color=PALETTE[0],
         markersize=3,
         label="sensor",
     )

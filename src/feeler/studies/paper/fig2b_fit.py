@@ -17,6 +17,9 @@ from feeler.studies.paper.context import Context
 _LEVEL = 95.0  # % of the draws
 N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach
 _SCALE = {"frequency": 1e3}  # kHz → Hz
+_UNITS = dict(
+    zip(("p1", "p2", "p3", "p4"), ("N·mm/rad", "N·mm·ms/rad", "1/joint", "1/joint"), strict=True)
+)
 
 
 def plot(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
@@ -30,7 +33,7 @@ def plot(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
         _plot_band(found.draws[:, base], found.draws[:, rate], ax)
         ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate]), color=PALETTE[1], label="published")
         ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
-    for letter, ax in zip("abcd", axes, strict=True):
+    for letter, ax in zip("ABCD", axes, strict=True):
         ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
         ax.set_title("")
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
@@ -64,7 +67,7 @@ def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
         _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
     )
     ax.fill_between(
-        hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{_LEVEL:g} % of draws"
+        hinge, low, high, color=PALETTE[0], alpha=0.25, linewidth=0, label=f"{_LEVEL:g} % of draws"
     )
     ax.plot(hinge, middle, color=PALETTE[0], label="median")
     set_decades(ax)
@@ -82,9 +85,10 @@ def _plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
         axes, profiles.names, profiles.value, profiles.error, strict=True
     ):
         ax.plot(value, np.where(error < FAILED, error, np.nan), "o-", ms=3, color=PALETTE[0])
-        ax.axhline(PAPER_ERROR, color="#888888", ls="--", lw=0.8)
-        ax.set(xlabel=name, yscale="log")
+        ax.axhline(PAPER_ERROR, color="#888888", ls="--", lw=0.8, label="the paper's least error")
+        ax.set(xlabel=f"{name} [{_UNITS[name]}]", yscale="log")
     axes[0].set_ylabel("error, the others refitted")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")
 
 
 def show(context: Context, section: Section) -> None:

@@ -194,8 +194,7 @@ def _show_slides(section: Section, data: SimpleNamespace) -> None:
     section.figure(
         "fig3_slides",
         "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at"
-        " every distance, leading set-up. Black: an inverted J in contact; red: in contact without"
-        " one; grey: no contact; dots: greatest bend.",
+        " every distance, leading set-up.",
         lambda figure: plot_shapes(shapes, figure.subplots()),
         height=3.2,
         numbers={name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()},

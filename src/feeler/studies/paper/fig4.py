@@ -204,19 +204,19 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
     top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
     _plot_ranks(data, top.subplots())
-    top.suptitle("B", x=0.02, ha="left", weight="bold")
+    top.suptitle("B", x=0.02, ha="left")
     sets = {
         f"M = {len(encoder.components_)}": encoder.components_ for encoder in data.encoders.values()
     }
     plot_bases(sets, data.sampling, bottom.subplots())
-    bottom.suptitle("C", x=0.02, ha="left", weight="bold")
+    bottom.suptitle("C", x=0.02, ha="left")
     n_rows = (
         max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1) or 1
     )
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
     _plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    right.suptitle("D", x=0.02, ha="left", weight="bold")
+    right.suptitle("D", x=0.02, ha="left")
 
 
 def show(context: Context, section: Section) -> None:

@@ -35,7 +35,7 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     for (comparison, curves), block in zip(data.curves.items(), blocks, strict=True):
         letter = "C" if comparison == "speed" else "D"
         axes = block.subplots(len(curves.noises), len(CODES), sharex=True, sharey=True)
-        block.suptitle(f"{letter}  LDA accuracy by {comparison}", x=0.02, ha="left", fontsize=9)
+        block.suptitle(f"{letter}  LDA accuracy by {comparison}", x=0.02, ha="left", fontsize=8)
         for noise, line in zip(curves.noises, axes, strict=True):
             for kind, ax in zip(CODES, line, strict=True):
                 plot_curves(curves, kind, noise, ax)
@@ -61,7 +61,7 @@ def _plot_top(data: SimpleNamespace, figure: SubFigure) -> None:
         found = [data.dispersions[comparison][kind] for kind in MAIN]
         plot_kinds(found, "nmi", ax)
         name_kinds(found, [LABELS[kind] for kind in MAIN], ax)
-        ax.set_title(f"{letter}  by {comparison}", fontsize=7)
+        ax.set_title(f"{letter}  by {comparison}", loc="left")
         ax.tick_params(labelsize=7)
         ax.legend(fontsize=7, handletextpad=0)
     axes[0].set_ylabel("NMI with closest match", fontsize=7)
@@ -71,7 +71,7 @@ def _plot_top(data: SimpleNamespace, figure: SubFigure) -> None:
         for name, group in members.items()
     }
     _plot_examples(examples, right.subplots())
-    right.suptitle(f"E  one tensor per condition ({UNIT})", fontsize=7)
+    right.suptitle(f"E  one tensor per condition ({UNIT})", fontsize=8)
 
 
 def _plot_examples(examples: Mapping[str, np.ndarray], ax: Axes) -> None:
@@ -82,7 +82,6 @@ def _plot_examples(examples: Mapping[str, np.ndarray], ax: Axes) -> None:
     image = plot_tensor_grid(
         [[tensor] for tensor in tensors], time, ax, norm, list(examples), [""], UNIT
     )
-    image.set_cmap("cividis")
     if (figure := ax.get_figure(root=False)) is not None:
         figure.colorbar(image, ax=ax, pad=0.02)
     ax.tick_params(labelsize=7)

@@ -168,9 +168,9 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
         data.sampling,
         left.subplots(),
     )
-    left.suptitle("F", x=0.02, ha="left", weight="bold")
+    left.suptitle("F", x=0.02, ha="left")
     _plot_entropy(data, right.subplots())
-    right.suptitle("G", x=0.02, ha="left", weight="bold")
+    right.suptitle("G", x=0.02, ha="left")
 
 
 def show(context: Context, section: Section) -> None:

@@ -26,7 +26,7 @@ PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
 N_TOUCHES = 10  # of each group that is compared
 RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
 BALL, BOX = FEATURE_COLOURS["ball"], FEATURE_COLOURS["box"]
-SIMULATED, SURROGATE = "#000000", PALETTE[3]
+SIMULATED, SURROGATE = "#000000", PALETTE[0]
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.decoding import Relative, Sweep, compute_sweep, list_groups, make_labels
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.look import pick_colours
+from feeler.plotting.look import PALETTE, pick_colours
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
@@ -126,7 +126,7 @@ def _plot_layers(data: SimpleNamespace, ax) -> None:
             ha="center",
             va="center",
             fontsize=7,
-            bbox={"boxstyle": "round", "fc": "#DDEEFF", "ec": "#0072B2"},
+            bbox={"boxstyle": "round", "fc": "#DDEEFF", "ec": PALETTE[2]},
         )
     ax.axis("off")
 

@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
+from feeler.studies.paper.claims import load_effects
 from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.verdicts import Judged, judge_statements
+from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
 FINDINGS, STORY = "findings.toml", "story.toml"
+OPEN = "depends on a definition"
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 """``{key of a value:format}``"""
 
@@ -36,13 +38,27 @@ def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[
 
 def list_abstract(judged: Sequence[Judged]) -> list[dict[str, str]]:
     """What the paper's abstract says of touch and gradient: its ``words``, each with its
-    ``verdict`` in this run.
+    ``verdict`` in this run, and where this depends on a definition what it hangs on (``open``).
     """
     found = judge_statements(judged)
+    shown = [one for one in read_declared(STORY)["abstract"] if one["statement"] in found]
+    verdicts = [found[one["statement"]] for one in shown]
     return [
-        {"words": one["words"], "verdict": found[one["statement"]]}
-        for one in read_declared(STORY)["abstract"]
-        if one["statement"] in found
+        {"words": one["words"], "verdict": word, "open": one["open"] * (word == OPEN)}
+        for one, word in zip(shown, verdicts, strict=True)
+    ]
+
+
+def list_unmet(judged: Sequence[Judged]) -> list[dict[str, str]]:
+    """Statements of the paper that are not reproduced, or only in part: ``words`` and ``why``, in
+    the claim's own words where ``story.toml`` has none.
+    """
+    told = {one["statement"]: one for one in read_declared(STORY)["unmet"]}
+    long = load_effects() | {one.claim.id: one.claim.says for one in judged}
+    return [
+        told.get(name) or {"words": long[name], "why": ""}
+        for name, word in judge_statements(judged).items()
+        if word in EVIDENCE and word != "reproduced"
     ]
 
 

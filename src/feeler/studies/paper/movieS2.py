@@ -29,9 +29,9 @@ def show(context: Context, section: Section) -> None:
     write_touches_movie(context.antenna, titles, path, fps=fps)
     section.movie(
         path,
-        f"One ball of 1.53 mm touches the middle of the antenna at {len(touches)} speeds on one"
-        f" clock, {SLOWER:g} times slower than life; colours: curvature, on one scale; dots:"
-        " sensors. Slow touch fills its tensor, fast touch is over in a few samples. (Movie S2)",
+        f"One ball of 1.53 mm touches the antenna at {len(touches)} speeds, {SLOWER:g} times slower"
+        " than life. Below: the curvature that its sensors feel, the tensor. A slow touch fills it,"
+        " a fast one is over in a few samples. (Movie S2)",
     )
     for speed in context.effort.movie_speeds:
         trial, everything = touches[speed]

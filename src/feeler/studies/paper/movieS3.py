@@ -19,6 +19,7 @@ from feeler.errors import InvalidInput
 from feeler.plotting import (
     FPS,
     OBJECT_COLOUR,
+    PALETTE,
     MovingAntenna,
     choose_frames,
     say_clock,
@@ -134,7 +135,7 @@ def _write_following(
         figure.colorbar(shown.colours, ax=left, label="curvature beyond rest [1/mm]", shrink=0.8)
         (true,) = right.plot([], [], color="#1b1f24", label="true distance")
         (felt,) = right.plot(
-            [], [], ".", ms=2, color="#D55E00", label="felt, from the point of greatest curvature"
+            [], [], ".", ms=2, color=PALETTE[0], label="felt, from the point of greatest curvature"
         )
         right.axhline(run.target, ls="--", lw=0.8, color="#59636e", label="to be kept")
         both = np.concatenate([run.distance, run.estimate])

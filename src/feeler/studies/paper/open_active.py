@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from feeler.active import parse_policy
 from feeler.antenna.cockroach import cockroach
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import pick_colours
 from feeler.report import Section, make_interval
 from feeler.studies.contests import judge_steering, load_contest, load_stored
 from feeler.studies.contests.page import CONTEST_LEAD, fill_comparison
@@ -135,8 +136,9 @@ def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
     """A panel for each speed: delay against gain, a marker for each profile."""
     asked = load_contest().wall
     axes = figure.subplots(1, len(asked["speeds"]), sharey=True)
+    colours = pick_colours((*asked["profiles"], "told the distance"))
     for ax, speed in zip(axes, asked["speeds"], strict=True):
-        for k, name in enumerate((*asked["profiles"], "told the distance")):
+        for k, (name, colour) in enumerate(colours.items()):
             entry = walls.get(f"{name} {speed:g}")
             if entry is None or entry.get("undefined"):
                 continue
@@ -147,13 +149,17 @@ def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
                 x,
                 np.array(asked["frequencies"])[j],
                 s=14,
-                label=name,
-                edgecolors=PALETTE[k],
-                facecolors=np.where(stable, PALETTE[k], "none"),
+                edgecolors=colour,
+                facecolors=np.where(stable, colour, "none"),
                 lw=0.7,
             )
         ax.set(yscale="log", xlabel="delay [ms]", title=f"{speed:g} m/s")
     axes[0].set_ylabel("gain: ω [rad/ms]")
-    figure.legend(
-        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6.5
-    )
+    marks = [
+        Line2D([], [], color=colour, marker="o", ls="", ms=3.5, label=name)
+        for name, colour in colours.items()
+        if not walls.get(f"{name} {asked['speeds'][0]:g}", {"undefined": True}).get("undefined")
+    ]
+    for words, face in (("comes to rest", "#59636e"), ("does not", "none")):
+        marks.append(Line2D([], [], color="#59636e", marker="o", ls="", mfc=face, label=words))
+    figure.legend(handles=marks, loc="outside lower center", ncols=len(marks), fontsize=6.5)

@@ -64,7 +64,7 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     for colour, one in zip(PALETTE, final["seeds"].values(), strict=False):
         axes[1].plot(x, 100 * np.array(one["errors"]), "o", ms=3, color=colour)
     axes[1].set_xticks(x, [f"{v:g}" for v in final["speeds"]])
-    axes[1].set(xlabel="speed [m/s]", ylabel="wrong on final draws [%]")
+    axes[1].set(xlabel="speed [m/s]", ylabel="wrong on fresh touches [%]")
     axes[1].legend()
     for noise, family in stored.get("family", {}).items():
         colour = NOISE_COLOURS[noise]
@@ -82,12 +82,12 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
         axes[2].plot(-0.0827, family["paper"]["bits"], "x", color=colour)
     for marker, words in (("|", "start"), ("o", "end of a search"), ("x", "the paper's")):
         axes[2].plot([], [], marker, color="#59636e", label=words)
-    axes[2].set(xlabel="stiffness rate p3 [1/joint]", ylabel="bits, optimiser's draws")
+    axes[2].set(xlabel="stiffness rate p3 [1/joint]", ylabel="bits, touches of the search")
     axes[2].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     for colour, one in zip(PALETTE, stored["spline"].values(), strict=False):
         count, cost = np.array(one["history"]).T
         axes[3].step(count, cost, where="post", color=colour)
-    axes[3].set(xlabel="antennas simulated", ylabel="missing bits, optimiser's draws")
+    axes[3].set(xlabel="antennas simulated", ylabel="missing bits, touches of the search")
 
 
 def _plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
@@ -111,9 +111,9 @@ def _plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> 
     for name, color in (("exponential", "black"), ("spline", PALETTE[0])):
         bits = np.array(sensors[name]["d-optimal"]["bits"])
         axes[2].plot(sensors["counts"], np.log2(N_CLASSES) - bits, "o-", ms=3, color=color)
-    axes[0].set(xlabel="settling time [ms]", ylabel="missing bits, optimiser's draws")
+    axes[0].set(xlabel="settling time [ms]", ylabel="missing bits, touches of the search")
     axes[1].set(xlabel="peak force [mN]")
-    axes[2].set(xlabel="sensors", xscale="log", ylabel="missing bits, test draws")
+    axes[2].set(xlabel="sensors", xscale="log", ylabel="missing bits, test touches")
     axes[2].set_xticks((1, 3, 10, 30, 56), ("1", "3", "10", "30", "56"), minor=False)
     axes[2].minorticks_off()
     axes[0].legend()

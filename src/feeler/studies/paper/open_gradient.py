@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from feeler.antenna.antenna import Antenna
 from feeler.design import match_compliance
@@ -24,6 +25,7 @@ from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
 from feeler.tensors.unit import in_unit
 
 CONTACT = "contact"
+_GREY = "#888888"  # of what belongs to no speed
 
 
 def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -144,13 +146,19 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
                 )
                 if field == "within" and CONTACT in data["rate"].values:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
-            ax.axvline(-0.0827, color="#888888", ls=":", lw=0.8)
+            ax.axvline(-0.0827, color=_GREY, ls=":", lw=0.8)
             level = f"{study.headline[kind]:g} {UNITS_OF_NOISE[kind]}"
             told = "bits" if field == "bits" else "bits, place known"
             ax.set_ylabel(f"{told} (noise: {level})")
             ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
             ax.locator_params(axis="x", nbins=5)
-    figure.axes[0].legend()
+    marks = figure.axes[0].get_legend_handles_labels()[0] + [
+        Line2D([], [], color=_GREY, ls=":", label="published rate")
+    ]
+    if CONTACT in data["rate"].values:
+        cross = "even, as soft at the contact as the graded one"
+        marks.append(Line2D([], [], color=_GREY, marker="x", ls="", label=cross))
+    figure.legend(handles=marks, loc="outside lower center", ncols=4)
 
 
 def _collect_values(data: xr.Dataset) -> dict[str, Any]:
@@ -187,7 +195,7 @@ def show(context: Context, section: Section) -> None:
         " against the gradient; dotted: the published rate; crosses: even, with the contact's"
         " compliance matched.",
         lambda figure: plot(data, study, figure),
-        height=4.6,
+        height=4.9,
         numbers=data.to_dict(),
     )
     columns = ("bits", "noise75", "within")

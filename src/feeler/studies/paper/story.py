@@ -1,6 +1,6 @@
 """How the report begins: the first screen, then the paper in its own order, a figure a screen."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -9,12 +9,13 @@ from markupsafe import Markup
 
 from feeler.report.page import embed, open_templates
 from feeler.report.section import Section
-from feeler.studies.paper.claims import load_effects
 from feeler.studies.paper.findings import (
+    OPEN,
     choose_answer,
     list_abstract,
     list_headlines,
     list_screens,
+    list_unmet,
 )
 from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
@@ -26,19 +27,17 @@ OPENING_MOVIE = "movieS2_speeds.mp4"
 
 def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged]) -> Markup:
     """The first screen: the question, its answer, a movie, three findings, and what holds."""
-    words = load_effects() | {one.claim.id: one.claim.says for one in claims}
-    judged = judge_statements(claims)
-    found = {name: word for name, word in judged.items() if word in EVIDENCE}
+    words = Counter(judge_statements(claims).values())
     return templates.opening(
         QUESTION,
         choose_answer(claims),
         OPENING_MOVIE.removesuffix(".mp4"),
         headlines=list_headlines(_collect_values(sections), claims),
-        held=sum(word == "reproduced" for word in found.values()),
-        counted=len(found),
-        depends=list(judged.values()).count("depends on a definition"),
+        held=[words[word] for word in EVIDENCE],
+        depends=words[OPEN],
+        stated=words.total(),
         abstract=list_abstract(claims),
-        failed=[words[name] for name, word in found.items() if word != "reproduced"],
+        failed=list_unmet(claims),
         **_find_movie(sections),
     )
 

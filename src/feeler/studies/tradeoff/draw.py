@@ -13,7 +13,7 @@ from feeler.plotting.look import NOISE_COLOURS, mark_places, pick_colours, pick_
 from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
-_WINDOWS = {"whole touch": "-", "equal distance and samples (dashed, or hollow)": "--"}
+_WINDOWS = {"whole touch": "-", "equal distance and samples": "--"}
 MARKS: dict[str, dict[str, Any]] = {
     "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
     "common": {"marker": "s", "ms": 2.5},
@@ -103,7 +103,7 @@ def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
 
 
 def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
-    """Work on the antenna and (dashed, right) peak force against speed."""
+    """Work on the antenna and (dashed, or open marks; right) peak force against speed."""
     right = ax.twinx()
     colours = pick_colours(measured)
     for name, data in measured.items():
@@ -114,5 +114,5 @@ def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
         )
     ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
     mark_places(ax.xaxis, data["speed"].values)
-    right.set_ylabel("peak force [mN] (dashed, or hollow)")
+    right.set_ylabel("dashed or open: peak force [mN]")
     right.spines["right"].set_visible(True)
