@@ -14,7 +14,7 @@ from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.closest import plot_index, plot_kinds
 from feeler.plotting.posture import plot_profiles
-from feeler.plotting.raster import plot_raster
+from feeler.plotting.raster import plot_raster, plot_touch_spikes
 from feeler.plotting.space import _make_sheet
 from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch
@@ -23,7 +23,7 @@ from feeler.presets import cockroach
 from feeler.studies.paper import fig2b, fig3, fig4, fig6, figS1, figS2
 from feeler.studies.tradeoff.draw import plot_costs, plot_windows
 from feeler.tensors.dataset import label_units
-from feeler.wall import fit_distance
+from feeler.wall import Posture, WallTouch, fit_distance
 
 
 @pytest.fixture
@@ -123,6 +123,37 @@ def test_units_of_either_side_are_named_after_the_bending_that_they_answer(ax):
         "bent towards −x": [[4, 1], [5, 2], [6, 2]],
     }
     assert name(ax) == ("time [ms]", "unit (base → tip)")
+
+
+def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
+    time, rng = 3.0 + 0.5 * np.arange(6), np.random.default_rng(0)
+    tensor, rate = rng.normal(size=(2, 6)), rng.uniform(5, 90, size=(4, 6))
+    times = np.array([[3.5], [np.nan], [4.5], [5.0]])
+    plot_touch_spikes(tensor, times, rate, time, np.array([1, 1, -1, -1]), figure := Figure())
+    felt, _, mean, bar = figure.axes
+    np.testing.assert_array_equal(felt.images[0].get_array(), tensor)
+    assert felt.images[0].get_extent() == [3.0, 5.5, 0.5, 2.5]
+    assert felt.images[0].get_clim() == (-np.abs(tensor).max(), np.abs(tensor).max())
+    np.testing.assert_allclose(read(mean.lines[0]), np.column_stack([time, rate.sum(axis=0) / 4]))
+    assert (bar.get_ylabel(), mean.get_ylabel()) == ("angle [°]", "mean rate [Hz]")
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_wall_that_slid_has_left_the_antenna_as_it_is_in_the_end(side):
+    """Two motions of three samples: the last ones, and no place of a bend without contact."""
+    antenna, rng = cockroach(), np.random.default_rng(1)
+    angles = rng.uniform(-0.02, 0.03, (2, 3, antenna.n_segments))
+    motions = tuple(SimpleNamespace(angle=angle) for angle in angles)
+    distance = np.array([[9.0, 8.0, 7.0], [6.0, 5.0, 4.0]])
+    posture = Posture(side=side, prebend="none")
+    touch = WallTouch(
+        antenna=antenna, posture=posture, motions=motions, distance=distance, speed=0.3
+    )
+    shapes = Shapes.of_slides(touch)
+    np.testing.assert_array_equal(shapes.points, touch.points[:, -1])
+    np.testing.assert_array_equal(shapes.wall, posture.sign * distance[:, -1])
+    np.testing.assert_array_equal(shapes.contact, touch.contact[:, -1])
+    np.testing.assert_array_equal(np.isfinite(shapes.peak).all(axis=1), touch.contact[:, -1])
 
 
 @pytest.mark.parametrize("side", [1, -1], ids=["right", "left"])

@@ -1,6 +1,7 @@
 """What notebooks show: every result has a picture or a table of its own, and films play."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from feeler.design.problem import Candidate
 from feeler.design.search import Optimum
 from feeler.design.space import Design
 from feeler.encoding import ConvolutiveNMF
+from feeler.plotting.results import draw_traces
 from feeler.robot import fit_sensors
 from feeler.shown import show_html, tell_value
 
@@ -81,6 +83,17 @@ def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
     html = result._repr_html_()
     assert '<img alt="' in html and "data:image/png;base64,iVBOR" in html
     assert f"<b>{type(result).__name__}</b>" in html
+
+
+def test_an_interval_reaches_from_its_own_low_to_its_own_high():
+    """Of uneven length: 0.1 down, 0.7 up."""
+    ends = {"p": np.array([1.2, 3.0]), "low": np.array([1.1, 2.5]), "high": np.array([1.9, 3.1])}
+    simulated = np.array([[1.0, 0.2], [1.0, 0.3]])
+    fitted = SimpleNamespace(animals=("a", "b"), simulated=simulated, names=("k", "c"), **ends)
+    _, profile = draw_traces(SimpleNamespace(**vars(fitted), band=None)).axes
+    (bars,) = profile.collections
+    spans = [segment[:, 1].tolist() for segment in bars.get_segments()]
+    np.testing.assert_allclose(spans, np.column_stack([ends["low"], ends["high"]]))
 
 
 def test_an_encoder_shows_its_settings_and_then_its_bases():

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from mcap_ros2.writer import Writer
 from typer.testing import CliRunner
 
@@ -162,6 +163,21 @@ def test_a_bag_in_several_files_is_read_in_their_order(tmp_path):
     (tmp_path / "bag").mkdir()
     read = load_recording(f"{write(tmp_path / 'bag', parts=12)}:/antenna/touch", n_channels=3)
     np.testing.assert_array_equal(read.values, CAPACITANCE.T)
+    table = read_bag(str(tmp_path / "bag"), "antenna/touch")
+    assert table.columns == ("time_ms", "hinge1", "hinge2", "hinge3")
+
+
+def test_several_files_span_as_long_as_all_of_them_together(tmp_path):
+    """By the statistics that MCAP's own reader finds in each of three."""
+    (tmp_path / "bag").mkdir()
+    write(tmp_path / "bag", parts=3)
+    spans = []
+    for part in sorted((tmp_path / "bag").iterdir()):
+        with part.open("rb") as stream:
+            counted = make_reader(stream).get_summary().statistics
+        spans.append((counted.message_end_time - counted.message_start_time) * 1e-9)
+    assert len(spans) == 3 and min(spans) > 0.01
+    assert describe_bag(str(tmp_path / "bag"))[0].split()[1] == f"{sum(spans):.4g}"
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,8 @@ def test_the_way_from_a_table_to_an_answer(run):
     recording = EXAMPLES["recording"]
     checked = run("robot", "check", recording, "--calibration", "calibration.json")
     assert "8 channels" in checked.output and "source surrogate" in checked.output
-    said = run("robot", "classify", recording, "--calibration", "calibration.json").output
+    asked = ("--calibration", "calibration.json", "--robots", 8)
+    said = run("robot", "classify", recording, *map(str, asked)).output
     assert "at 0.9 of the length, 0.27 m/s" in said
     fitted = run("robot", "fit", EXAMPLES["release"]).output
     assert "p1 = " in fitted and "source: surrogate" in fitted
@@ -149,28 +150,6 @@ def test_check_and_fit_leave_pages_that_say_what_they_print(run, tmp_path):
     )
 
 
-def test_a_stream_leaves_a_page_of_what_it_thought(run, few, tmp_path):
-    said = run(
-        "robot",
-        "stream",
-        EXAMPLES["recording"],
-        "--calibration",
-        "calibration.json",
-        "--json",
-        "--out",
-        "s",
-    )
-    answers = [json.loads(line) for line in said.stdout.splitlines()]
-    kept = json.loads((tmp_path / "s/robot.json").read_text())
-    last = [answer for answer in answers if "probability" in answer][-1]
-    belief = np.array(kept["posterior"])
-    assert belief.shape == (len(kept["time"]), len(kept["classes"])) and np.allclose(
-        belief.sum(axis=1), 1
-    )
-    assert np.isclose(belief.max(axis=1), last["probability"], rtol=1e-9).any()
-    assert (tmp_path / "s/robot.html").read_text().count("data:image/") == 1
-
-
 def test_conversion_gives_a_valid_set(run, tmp_path):
     xarray = pytest.importorskip("xarray")
     result = run("robot", "convert", EXAMPLES["release"], "--out", "set.nc")
@@ -180,15 +159,14 @@ def test_conversion_gives_a_valid_set(run, tmp_path):
         assert dataset["source"].values.tolist() == ["surrogate"]
 
 
-def test_a_stream_says_what_the_decoder_knows(run, few, monkeypatch):
-    """From a recording, and from standard input; in words, and as JSON."""
+def test_a_stream_says_what_the_decoder_knows(run, few, monkeypatch, tmp_path):
+    """From a recording, and from standard input; in words, as JSON, and on a page."""
     decoder = make_decoder()
     monkeypatch.setattr("feeler.robot.make_decoder", lambda *_, **__: decoder)
     still = "\n".join(f"{t},0,0,0,0,0,0,0,0" for t in range(50))
     assert run("robot", "stream", "-", input=still).output.endswith("no contact\n")
-    said = run(
-        "robot", "stream", EXAMPLES["recording"], "--calibration", "calibration.json", "--json"
-    ).stdout
+    asked = ("--calibration", "calibration.json", "--json", "--out", "s")
+    said = run("robot", "stream", EXAMPLES["recording"], *asked).stdout
     *states, end = map(json.loads, said.splitlines())
     recording = load_recording(EXAMPLES["recording"]).to_angles(
         load_calibration("calibration.json")
@@ -204,6 +182,12 @@ def test_a_stream_says_what_the_decoder_knows(run, few, monkeypatch):
         assert (said["state"], said["probability"]) == (state.state, state.probability)
         assert said["unlike_all"] == state.strange
         assert tuple(said["label"].values()) == state.label
+    kept = json.loads((tmp_path / "s/robot.json").read_text())
+    belief = np.array(kept["posterior"])
+    assert belief.shape == (len(kept["time"]), len(kept["classes"]))
+    np.testing.assert_allclose(belief.sum(axis=1), 1)
+    assert np.isclose(belief.max(axis=1), states[-1]["probability"], rtol=1e-9).any()
+    assert (tmp_path / "s/robot.html").read_text().count("data:image/") == 1
     whole = end.pop("whole")
     assert whole["label"]["location"] == 0.9 and not whole["unlike_all"]
     assert end == {

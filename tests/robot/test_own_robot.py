@@ -223,6 +223,19 @@ def test_a_touch_is_known_where_one_class_is_all_that_the_notes_say():
         assert tuple(plain[name].values()) == label
 
 
+def test_the_second_likeliest_has_a_probability_of_its_own():
+    """Of three, so that it is not all the rest."""
+    classes = [("ball", 0.5, 0.1), ("box", 0.6, 0.1), ("ball", 0.9, 0.1)]
+    planted = SimpleNamespace(
+        classes_=classes,
+        predict_proba=lambda *_: np.array([[0.2, 0.5, 0.3]]),
+        measure_strangeness=lambda *_: np.array([0.4]),
+    )
+    answer = judge_touch(planted, np.zeros((2, 3)), {})
+    assert (answer.label, answer.probability) == (classes[1], 0.5)
+    assert (answer.runner_up, answer.runner_up_probability) == (classes[2], 0.3)
+
+
 def test_an_answer_compares_itself_with_the_notes(reader):
     classifier, _, trials = reader
     touched = touch_robots(draw_robots(0.0, 1, 5), trials=trials)[0]

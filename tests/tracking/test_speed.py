@@ -189,6 +189,22 @@ def test_peaks_lie_between_frames_at_their_times_and_heights(phase):
     assert found.missing == found.bridged == 0
 
 
+def test_a_peak_is_when_it_is_whatever_was_lost_before_it():
+    """A second without a place, in the middle: peaks away from it keep their times and heights."""
+    time = 10.0 * np.arange(1000)
+    angle = 0.7 * np.sin(2 * np.pi * 0.5e-3 * time + 0.4)
+    whole, lost = find_sweeps(angle, 10.0), np.where(np.abs(time - 4000) < 500, np.nan, angle)
+    found = find_sweeps(lost, 10.0)
+    away = [np.abs(one.peak_time - 5000) < 4500 for one in (whole, found)]
+    away = [
+        mask & (np.abs(one.peak_time - 4000) > 1000)
+        for mask, one in zip(away, (whole, found), strict=True)
+    ]
+    assert away[0].sum() == 7
+    np.testing.assert_allclose(found.peak_time[away[1]], whole.peak_time[away[0]], atol=2.0)
+    np.testing.assert_allclose(found.peak_speed[away[1]], whole.peak_speed[away[0]], rtol=0.01)
+
+
 def test_peaks_below_the_prominence_are_no_sweeps():
     """Swings of 3 and of 0.5 mrad/ms: a threshold between them keeps the great ones, one above them
     none.

@@ -1,5 +1,7 @@
 """Planted bases and codes: when and where they act, and which contacts drive them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,19 @@ def test_every_start_says_when_and_where_its_bases_act():
     np.testing.assert_allclose(found.place, [[0.0, 0.5, 1.0]] * 2)
     np.testing.assert_allclose(found.margin, 1.0)
     assert max(one.p_information for one in found.mappings) < 0.01
+
+
+def test_the_table_of_bases_is_the_best_start_s_which_comes_first():
+    one = SimpleNamespace(share=np.array([[0.7, 0.3], [0.2, 0.8]]), locations=(0.5, 0.9))
+    mappings = [SimpleNamespace(**vars(one), p_information=p) for p in (0.01, 0.2)]
+    starts = {"lag": [[1.0, 2.0], [3.0, 5.0]], "place": [[0.1, 0.4], [0.6, 0.9]]}
+    arrays = {name: np.array(values) for name, values in starts.items()}
+    found = SimpleNamespace(**arrays, span=np.ones((2, 2)), margin=np.ones(2), mappings=mappings)
+    keep_values(section := Section(name="some", title="Some", folder=None), found)
+    assert section.blocks[-1]["rows"] == [
+        ["1", "1", "0.1", "0.7", "0.2"],
+        ["2", "2", "0.4", "0.3", "0.8"],
+    ]
 
 
 @pytest.mark.parametrize("basis", [0, 1, 2])

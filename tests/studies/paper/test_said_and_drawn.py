@@ -15,6 +15,7 @@ from feeler.report import Section
 from feeler.studies.paper import (
     fig2b,
     fig2b_fit,
+    fig2e,
     fig3,
     fig4,
     fig5,
@@ -69,8 +70,9 @@ def test_the_decoder_s_curves_have_the_names_of_what_they_show():
 
 def test_bases_are_counted_from_one_beside_their_codes():
     code = np.array([[0.0, 2.0, 4.0], [8.0, 1.0, 0.0]])
-    data = SimpleNamespace(examples={"ball 0.5": code}, sampling=1.0)
+    data = SimpleNamespace(examples={"ball 0.5": code}, sampling=0.7)
     fig4._plot_examples(data, axes := Figure().subplots(1, 1, squeeze=False))
+    np.testing.assert_allclose(axes[0, 0].lines[1].get_xdata(), [0, 0.7, 1.4])  # ms, not samples
     assert read_curves(axes[0, 0]) == {
         "basis 1": [0.0, 0.25, 0.5],
         "basis 2": [1.0, 0.125, 0.0],
@@ -148,9 +150,11 @@ def test_ratios_stand_below_their_own_names(section):
 def test_restarts_agree_to_their_own_ends(section):
     """With shifts and without: four numbers, none of them equal."""
     planted = {"stability": np.array([0.91, 0.97]), "stability_in_place": np.array([0.42, 0.63])}
-    nothing = {"ranks": (), "residual": (), "entropy": {}, "ranked": None}
+    planted["ranked"] = np.array([0.83, 0.71, 0.64]), np.array([0.21, 0.35, 0.48])
+    nothing = {"ranks": (), "residual": (), "entropy": {}}
     fig4._show_ranks(section, SimpleNamespace(**planted, **nothing, tensor_sparseness=0.5))
     words = list_words(section)
+    assert "cosine of at least 0.83; two different ones of it are alike to at most 0.21." in words
     assert "bases to 0.91…0.97" in words
     assert "same lags to 0.42…0.63" in words
 
@@ -211,6 +215,33 @@ def test_the_robot_s_slow_and_fast_touches_keep_their_names(section, monkeypatch
     assert said == {"slow": 0.2, "fast": 0.8, "graded": 0.3, "constant": 0.7}
     similar = np.mean([known.is_similarity for known in INDICES.values()])
     assert section.values["robot.agree.speed"]["value"] == similar
+
+
+def test_indices_agree_only_where_intervals_lie_apart(section, monkeypatch):
+    """The first index lies apart in the order that is claimed, the others' intervals overlap."""
+    signs = {name: 1 if known.is_similarity else -1 for name, known in INDICES.items()}
+    apart, *_ = INDICES
+
+    def make(middle):
+        half = {name: 0.1 if name == apart else 0.4 for name in INDICES}
+        return {
+            name: Interval(
+                estimate=sign * middle,
+                low=sign * middle - half[name],
+                high=sign * middle + half[name],
+            )
+            for name, sign in signs.items()
+        }
+
+    ends = {"slow": make(0.2), "fast": make(0.8)}
+    fig6._keep_agreement(section, "speed", ends)
+    assert section.values["robot.agree.speed"]["value"] == 1 / len(INDICES)
+    fig6._keep_agreement(section, "speed", dict(zip(ends, [*ends.values()][::-1], strict=True)))
+    assert section.values["robot.agree.speed"]["value"] == 0
+
+
+def test_what_is_negative_is_a_share_of_all():
+    assert fig2e._negative_share(np.array([-1.0, 0.0, 2.0])) == pytest.approx(1 / 5)
 
 
 def test_quiet_is_the_least_of_the_noises():

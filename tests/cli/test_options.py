@@ -1,0 +1,135 @@
+"""What is said on the command line reaches the functions that do the work, each option its own."""
+
+import importlib
+import json
+
+import numpy as np
+import pytest
+from awkward_touches import SENSORS, make_antenna, make_set
+from typer.testing import CliRunner
+
+import feeler
+from feeler.cli.app import app
+from feeler.errors import InvalidInput
+from feeler.tensors.formats import save
+
+HEARD = "this is as far as it goes"
+SHAPE = ("--feature", "box", "--size", 2.2, "--location", 0.83, "--speed", 0.37)
+TRIAL = {"location": 0.83, "speed": 0.37}
+NEAR = ("--approach", 81, "--side", "right", "--friction", 0.4)
+RUN = ("--duration", 33, "--timestep", 0.05, "--engine", "chain", "--contact", "hard")
+WORK = {"duration": 33.0, "timestep": 0.05, "engine": "chain", "contact": "hard"}
+FILM = ("--frame-rate", 123, "--origin", "bottom-left", "--min-likelihood", 0.3)
+FILMED = {"frame_rate": 123.0, "origin": "bottom-left", "min_likelihood": 0.3}
+HOW = ("--length", 33, "--cutoff", 4.5, "--max-gap", 7, "--tips", "a,b", "--body", "c,d")
+MEASURED = {"length": 33.0, "cutoff": pytest.approx(0.0045), "max_gap": 7}
+NWB = ("--session-start", "2026-05-01T09:00:00+02:00", "--subject", "c 17")
+
+
+def hear(monkeypatch, place, *words):
+    """What a function is told by a command line that ends there: its arguments by position and by
+    name.
+    """
+    module, name = place.rsplit(".", 1)
+    told = {}
+
+    def listen(*given, **named):
+        told.update(enumerate(given), **named)
+        raise InvalidInput(HEARD)
+
+    monkeypatch.setattr(importlib.import_module(module), name, listen)
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert HEARD in str(result.exception), result.output
+    return told
+
+
+@pytest.mark.parametrize("way", ["shown", "stored"])
+def test_a_touch_is_the_one_that_was_asked_for(monkeypatch, tmp_path, way):
+    store = ("--store", tmp_path / "a.zarr", "--seed", 7) if way == "stored" else ()
+    words = ("touch", "--antenna", "linear", *SHAPE, *NEAR, *RUN, "--out", tmp_path / "o", *store)
+    told = hear(monkeypatch, "feeler.experiment.touch.touch", *words)
+    trial = told[1] if way == "shown" else told[1][0]
+    expected = {**TRIAL, "approach": 81.0, "side": "right", "friction": 0.4}
+    assert {name: getattr(trial, name) for name in expected} == expected
+    assert trial.feature == feeler.Box(half_width=2.2, half_height=2.2)
+    assert told[0] == feeler.presets.make_preset("linear")
+    kept = {"seed": 7, "store": tmp_path / "a.zarr"} if store else {}
+    assert {name: told[name] for name in (*WORK, *kept)} == {**WORK, **kept}
+
+
+def test_the_touch_of_spikes_is_the_one_that_was_asked_for(monkeypatch, tmp_path):
+    words = ("spikes", "--antenna", "linear", *SHAPE, "--out", tmp_path / "o")
+    told = hear(monkeypatch, "feeler.experiment.touch.touch", *words)
+    assert {name: getattr(told[1], name) for name in TRIAL} == TRIAL
+    assert told[0] == feeler.presets.make_preset("linear")
+    assert told[1].feature == feeler.Box(half_width=2.2, half_height=2.2)
+
+
+def test_an_exported_scene_is_the_one_that_was_asked_for(monkeypatch, tmp_path):
+    words = ("export", tmp_path / "a.xml", "--antenna", "linear", *SHAPE, "--control")
+    told = hear(monkeypatch, "feeler.physics.mjcf.write_mjcf", *words)
+    assert {name: getattr(told[1], name) for name in TRIAL} == TRIAL
+    assert (told[0], told["control"]) == (feeler.presets.make_preset("linear"), True)
+    assert told[1].feature == feeler.Box(half_width=2.2, half_height=2.2)
+
+
+def test_tracks_are_read_and_measured_as_asked(monkeypatch, tmp_path):
+    (tmp_path / "a.csv").write_text("a_x,a_y\n1,2\n")
+    words = ("tracks", tmp_path / "a.csv", *FILM, *HOW)
+    told = hear(monkeypatch, "feeler.tracking.load_tracks", *words)
+    assert {name: told[name] for name in FILMED} == FILMED
+    names = dict.fromkeys("abcd", (0.0, 1.0))
+    places = np.array([[(k, k**2) for k, _ in enumerate(names)]] * 5, dtype=float)
+    tracks = feeler.tracking.Tracks(position=places, landmarks=tuple(names), interval=8.0)
+    monkeypatch.setattr("feeler.tracking.load_tracks", lambda *_, **__: tracks)
+    told = hear(monkeypatch, "feeler.tracking.measure_exploration", *words)
+    assert {name: told[name] for name in MEASURED} == MEASURED
+    asked = {"tips": ("a", "b"), "bases": None, "head": "c", "abdomen": "d"}
+    assert told["landmarks"] == asked
+    told = hear(monkeypatch, "feeler.tracking.save_poses", *words, "--out", tmp_path / "o", *NWB)
+    assert (told["subject"], told["session_start"].isoformat()) == ("c 17", NWB[1])
+    assert told["edges"] == [("c", "a"), ("c", "b"), ("c", "d")]
+
+
+@pytest.mark.parametrize(
+    ("verb", "place", "at"),
+    [("info", "tensors.inspect.describe_file", 1), ("convert", "tensors.formats.load", 1)],
+)
+def test_as_much_is_read_as_was_allowed(monkeypatch, tmp_path, verb, place, at):
+    make_set().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    target = [tmp_path / "b.mat"] if verb == "convert" else []
+    words = (verb, tmp_path / "a.nc", *target, "--max-gib", 0.25)
+    module, name = f"feeler.{place}".rsplit(".", 1)
+    told = {}
+
+    def listen(*given, **_):
+        told.update(enumerate(given))
+        raise InvalidInput(HEARD)
+
+    monkeypatch.setattr(importlib.import_module(module), name, listen)
+    CliRunner().invoke(app, [str(word) for word in words])
+    assert told[at].max_bytes == 2**28
+
+
+def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
+    """Its own touch is shown, its places are between its sensors, and its rate is the median's."""
+    save(make_set(), tmp_path / "set.nc")
+    words = ("spikes", "--touches", tmp_path / "set.nc", "--show", 2, "--sensors", 4)
+    more = ("--gain", 12, "--seed", 3, "--order", 2, "--refractory", 0.4, "--out", tmp_path / "o")
+    done = CliRunner().invoke(app, [str(word) for word in (*words, *more, "--json")])
+    assert done.exit_code == 0, done.output
+    drawn, known = feeler.load(tmp_path / "o" / "spikes.nc"), json.loads(done.stdout)
+    antenna = make_antenna()
+    ends = antenna.hinge_position[[SENSORS[0] - 1, SENSORS[-1] - 1]] / antenna.length
+    np.testing.assert_allclose(drawn["unit_position"], [*np.linspace(*ends, 4)] * 2)
+    most = drawn["rate"].values.max(axis=(1, 2))
+    assert np.unique(most).size == 3 and known["greatest_rate"] == pytest.approx(np.median(most))
+    counts = np.isfinite(drawn["spike_time"].values).sum(axis=(1, 2))
+    assert np.unique(counts).size > 1
+    assert known["spikes_per_touch"] == pytest.approx(counts.mean())
+    shown = json.loads((tmp_path / "o" / "spikes.json").read_text())
+    np.testing.assert_allclose(shown["rate"], drawn["rate"].values[2])
+    assert (known["touches"], known["units"], known["gain"]) == (3, 8, 12)
+    page = (tmp_path / "o" / "spikes.html").read_text()
+    assert f"{drawn['feature'].values[2]} at {drawn['location'].values[2]:.2g}" in page
+    assert drawn.attrs["spike_seed"] == 3 and "'order': 2" in drawn.attrs["firing"]
