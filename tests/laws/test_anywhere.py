@@ -26,6 +26,8 @@ EXTRAS = {
     "pynwb",
     "svgpathtools",
     "ezdxf",
+    "trimesh",
+    "coacd",
     "dask",
     "distributed",
     "IPython",

@@ -12,6 +12,7 @@ import feeler
 from feeler.design.plan import DESIGN_FILES
 from feeler.robot.files import ROBOT_FILES
 from feeler.stimulus.drawing import LIBRARIES
+from feeler.stimulus.meshing import MESHES
 from feeler.tensors.formats import FORMATS
 from feeler.tracking.files import TRACK_FILES
 
@@ -33,7 +34,18 @@ LIBRARIES_THAT_OPEN = {
     *("h5py", "h5netcdf", "zarr", "safetensors", "svgpathtools", "ezdxf", "mcap", "mcap_ros2"),
     *("pyarrow", "tomllib", "pickle", "pandas", "xml", "pynwb", "ndx_pose", "netCDF4", "PIL"),
     *("scipy.io", "imageio", "yaml", "torch", "neo", "sqlite3", "zipfile", "tarfile", "shelve"),
-    *("marshal", "configparser", "lxml", "datasets", "cv2", "sleap_io", "nbformat", "rosbags"),
+    *(
+        "trimesh",
+        "coacd",
+        "marshal",
+        "configparser",
+        "lxml",
+        "datasets",
+        "cv2",
+        "sleap_io",
+        "nbformat",
+        "rosbags",
+    ),
 }
 ENDINGS = (".h5", ".nc", ".nwb", ".mcap", ".db3", ".bag")
 """Of files that feeler reads and info names by what they hold."""
@@ -221,7 +233,7 @@ def test_a_new_opener_would_be_noticed(planted):
 def list_kinds():
     """What ``feeler info`` calls each kind of file, and the endings of others."""
     formats = {**FORMATS, **ROBOT_FILES, **TRACK_FILES, **DESIGN_FILES}
-    return {form.words for form in formats.values()} | {*LIBRARIES, *ENDINGS}
+    return {form.words for form in formats.values()} | {*LIBRARIES, *MESHES, *ENDINGS}
 
 
 def test_security_lists_every_kind_of_file_beside_its_guard():

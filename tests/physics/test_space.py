@@ -16,7 +16,7 @@ from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Motion, Scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.spec import compile_model
-from feeler.stimulus import Ball, Box, Wall
+from feeler.stimulus import Ball, Wall
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.object import Object
 from feeler.stimulus.shapes import Peg
@@ -225,11 +225,6 @@ def test_a_mirrored_base_moves_as_a_mirror_shows_it():
     assert base == BaseMotion(velocity=(-1.0, 2.0, 3.0), turn=(0.1, -0.2, -0.3))
     path = shake(5.0)
     assert np.array_equal(path.mirror().mirror().pose, path.pose)
-
-
-def test_what_has_no_solid_is_refused():
-    with pytest.raises(InvalidInput, match="box 'box' has no solid in space yet"):
-        Scene(antenna=make(), objects=(Object(feature=Box(half_width=1, half_height=1)),))
 
 
 @pytest.mark.parametrize("left", [(1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.6, 0.6)])

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from feeler.antenna.beam import Along, compute_beam
+from feeler.antenna.follicle import Follicle
 from feeler.antenna.profile import sample_quantity
 from feeler.antenna.space import SPACE_PLANES, check_planes, find_points, list_frustum
 from feeler.checked import checked
@@ -57,6 +58,8 @@ class Antenna(Record):
     taper : np.ndarray
         Radius at each segment's distal end over that at its proximal end, as far as its mass and
         inertia go: 1 is a cylinder, 0 ends in a point. Only in space.
+    follicle : Follicle | None
+        Springs and dampers against which the base slides; default: it is clamped. Only in space.
     sensors : np.ndarray
         Numbers (1 = base) of the hinges that carry a sensor, rising; default 56 spread evenly.
     name : str
@@ -76,6 +79,7 @@ class Antenna(Record):
     damping: Annotated[np.ndarray, "plane? segment?", Ge(0), Unit("N·mm·ms/rad")]
     rest_angle: Annotated[np.ndarray, "plane? segment?", Unit("rad")] = 0.0  # type: ignore[assignment]  # one number stands for as many as segments
     taper: Annotated[np.ndarray, "segment?", Ge(0)] = 1.0  # type: ignore[assignment]
+    follicle: Follicle | None = None
     sensors: Annotated[np.ndarray, "sensor?"] = None  # type: ignore[assignment]  # chosen when the segments are known
     name: str = "custom"
 
@@ -95,11 +99,12 @@ class Antenna(Record):
                 )
             rows = (planes,) if planes > 1 and name in HINGE else ()
             vars(self)[name] = freeze(np.broadcast_to(values, (*rows, n)))
-        if planes == 1 and np.any(self.taper != 1):
-            raise InvalidInput(
-                "taper is for antennas in space: give stiffness a row for each plane, or leave"
-                " taper out."
-            )
+        for name in ("taper", "follicle") if planes == 1 else ():
+            if np.any(self.taper != 1) if name == "taper" else self.follicle is not None:
+                raise InvalidInput(
+                    f"{name} is for antennas in space: give stiffness a row for each plane, or"
+                    f" leave {name} out."
+                )
         if not np.any(self.stiffness > 0):
             raise InvalidInput(
                 "stiffness is 0 in every hinge: nothing holds the antenna. Give at least one hinge"
@@ -199,11 +204,9 @@ class Antenna(Record):
         return make_picture(repr(self), [(self.shape()[:, :2], 2 * float(self.radius.mean()))])
 
     def to_plain(self) -> dict[str, Any]:
-        """The fields as plain data; an antenna in one plane, which has no taper, says nothing of
-        it.
-        """
-        plain = super().to_plain()
-        return plain if self.spatial else {k: v for k, v in plain.items() if k != "taper"}
+        """The fields as plain data, without a taper in one plane, and a follicle where is none."""
+        absent = {"taper": not self.spatial, "follicle": self.follicle is None}
+        return {k: v for k, v in super().to_plain().items() if not absent.get(k)}
 
     @property
     def planes(self) -> tuple[str, ...]:
@@ -238,11 +241,11 @@ class Antenna(Record):
         return np.maximum(own, 2e-15)
 
     def flatten(self) -> "Antenna":
-        """The planar antenna of its first plane, its segments cylinders; itself, if it lies in
-        one.
+        """The planar antenna of its first plane, its segments cylinders and its base clamped;
+        itself, if it lies in one.
         """
         first = {name: getattr(self, name)[0] for name in HINGE}
-        return self.replace(**first, taper=1.0) if self.spatial else self
+        return self.replace(**first, taper=1.0, follicle=None) if self.spatial else self
 
     @property
     def n_segments(self) -> int:

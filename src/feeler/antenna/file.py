@@ -20,6 +20,9 @@ may stand beside them. An antenna by its making has, in the place of these, [bea
 [beam.radius] (or width and thickness), [beam.modulus], [beam.density], [beam.damping_time] and, for
 torsion, [beam.shear_modulus], each with ``unit`` and ``value`` or a ``formula`` of the place x; see
 :meth:`feeler.Antenna.from_beam`.
+
+An antenna in space may stand on a follicle: [follicle.stiffness] and [follicle.damping], each with
+``unit`` and three ``values``; see :class:`feeler.antenna.follicle.Follicle`.
 """
 
 import os
@@ -33,6 +36,7 @@ from feeler.antenna.parse import (
     ANTENNA_SCHEMA,
     BEAM_UNITS,
     FILE_UNITS,
+    FOLLICLE_UNITS,
     OF_BEAM,
     SOURCE_KEYS,
     AntennaFile,
@@ -117,6 +121,9 @@ def _describe(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Any]:
         values = {"formula": formula} if formula else _describe_values(getattr(antenna, name))
         unit = {"unit": next(iter(units))}
         content[name] = unit | _describe_source(sources.get(name)) | values
+    for name, units in FOLLICLE_UNITS.items() if antenna.follicle else ():
+        values = {"values": list(getattr(antenna.follicle, name))}
+        content.setdefault("follicle", {})[name] = {"unit": next(iter(units)), **values}
     hinges = {"hinges": antenna.sensors.tolist()}
     return content | {"sensors": _describe_source(sources.get("sensors")) | hinges}
 

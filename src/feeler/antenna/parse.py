@@ -12,6 +12,7 @@ import numpy as np
 from feeler.antenna.antenna import HINGE, MAX_SEGMENTS, Antenna
 from feeler.antenna.beam import compute_beam
 from feeler.antenna.fact import SourceTag
+from feeler.antenna.follicle import Follicle
 from feeler.antenna.formula import evaluate
 from feeler.antenna.profile import PROFILES, sample_quantity
 from feeler.errors import InvalidInput
@@ -41,6 +42,11 @@ BEAM_UNITS: dict[str, dict[str, float]] = {
     "shear_modulus": {"MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6},
 }
 """The same for the tables of a beam, [beam.radius] and so on."""
+FOLLICLE_UNITS: dict[str, dict[str, float]] = {
+    "stiffness": {"N/mm": 1.0, "N/m": 1e-3, "mN/mm": 1e-3, "µN/mm": 1e-6},
+    "damping": {"N·ms/mm": 1.0, "N·s/m": 1.0, "mN·s/m": 1e-3, "µN·ms/mm": 1e-6},
+}
+"""The same for [follicle.stiffness] and [follicle.damping], three values each."""
 OF_BEAM = ("segment_length", "segment_mass", "radius", "stiffness", "damping", "taper")
 _OPTIONAL = ("rest_angle", "taper")
 SOURCE_KEYS = ("tag", "reference", "note")
@@ -131,9 +137,17 @@ class _Reader:
             self.fail(
                 "", "schema", f"must be {ANTENNA_SCHEMA!r}, got {str(content.get('schema'))[:60]!r}"
             )
-        self.check_keys(
-            "", content, ("schema", "name", "n_segments", "planes", "beam", *FILE_UNITS, "sensors")
+        known = (
+            "schema",
+            "name",
+            "n_segments",
+            "planes",
+            "beam",
+            *FILE_UNITS,
+            "follicle",
+            "sensors",
         )
+        self.check_keys("", content, (*known, "sensors"))
         self._planes = self.whole("", "planes", content.get("planes", 1), 1, 3)
         n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
         name = self.text("", "name", content.get("name", "custom"))
@@ -156,6 +170,8 @@ class _Reader:
                     quantity,
                     f"is missing; a file has the tables {', '.join(FILE_UNITS)} and sensors",
                 )
+        if "follicle" in content:
+            values["follicle"] = self.follicle(self.table("follicle", content["follicle"]))
         sensors = self.table("sensors", content.get("sensors", {}))
         self.check_keys("sensors", sensors, ("hinges", *SOURCE_KEYS))
         values["sensors"] = self.hinges(sensors.get("hinges"), n)
@@ -266,6 +282,19 @@ class _Reader:
                 formula = self.scale(self.text(name, form, table.get(form)), factor)
             sources[name] = self.source(name, table, formula)
         return self.attempt("beam", "", lambda: make_beam(sources, n, self._planes)), sources
+
+    def follicle(self, tables: dict[str, Any]) -> Follicle:
+        """What [follicle.stiffness] and [follicle.damping] say."""
+        self.check_keys("follicle", tables, tuple(FOLLICLE_UNITS))
+        found = {}
+        for key, raw in tables.items():
+            name = f"follicle.{key}"
+            table = self.table(name, raw)
+            self.check_keys(name, table, ("unit", "values"))
+            factor = self.unit(name, table, FOLLICLE_UNITS[key])
+            numbers = self.numbers(name, "values", table.get("values"), 3)
+            found[key] = tuple(factor * number for number in numbers)
+        return self.attempt("follicle", "", lambda: Follicle(**found))  # type: ignore[arg-type]  # the record says what is wrong
 
     @staticmethod
     def scale(formula: str, factor: float) -> str:

@@ -196,7 +196,9 @@ def find_invweight(antenna: Antenna) -> np.ndarray:
     if not antenna.spatial:
         return compute_invweight(antenna.segment_length, antenna.segment_mass)
     frustum = antenna.mass_centre / antenna.segment_length, antenna.inertia
-    return 2 * compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum)
+    loose = antenna.follicle is not None
+    found = compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum, loose)
+    return 2 * found + (1 / (3 * antenna.segment_mass.sum()) if loose else 0.0)
 
 
 def compute_invweight(
@@ -204,10 +206,12 @@ def compute_invweight(
     mass: np.ndarray,
     centre: np.ndarray | None = None,
     inertia: np.ndarray | None = None,
+    loose: bool = False,
 ) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹
     Jᵀ at each segment's centre, straight chain, where only motion across the chain is possible.
-    ``centre`` is that of mass, over the length, and ``inertia`` that about it; default: rods.
+    ``centre`` is that of mass, over the length, and ``inertia`` that about it; default: rods. The
+    base of a ``loose`` chain slides across.
 
     One articulated sweep towards the base and one outwards, O(n): Ω_i = X Ω_(i−1) Xᵀ + S D⁻¹ Sᵀ.
     """
@@ -224,7 +228,7 @@ def compute_invweight(
         carried = mass[i] + carried - coupling**2 / whole
         lever[i], inverse[i] = coupling / whole, 1 / whole
     # inverse inertia across the chain at this hinge, and its couplings with the turn of the segment
-    hinge = 0.0
+    hinge = 1 / carried if loose else 0.0
     for i in range(n):
         turn, mixed = inverse[i] + lever[i] ** 2 * hinge, -lever[i] * hinge
         across[i] = hinge + 2 * share[i] * length[i] * mixed

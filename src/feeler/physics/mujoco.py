@@ -139,16 +139,10 @@ class MujocoStepper(Stepper):
             self.object_work[o] += self.timestep * float(push @ [vx + turn * y, vy - turn * x])
 
     def _forward(self) -> None:
-        """MuJoCo's forward dynamics, with the contact points of rounded parts put between the
-        rounded surfaces.
-        """
+        """MuJoCo's forward dynamics."""
         model, data = self.model, self.data
         mujoco.mj_fwdPosition(model, data)
-        if model.geom_margin.any() and data.ncon:
-            contact = data.contact
-            contact.pos[:] += 0.5 * contact.includemargin[:, None] * self._find_normals()
-            mujoco.mj_makeConstraint(model, data)
-            mujoco.mj_projectConstraint(model, data)
+        round_contacts(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
@@ -167,7 +161,7 @@ class MujocoStepper(Stepper):
                 np.zeros((0, 2)),
             )
         contact, wrench, force = data.contact, np.zeros(6), np.zeros((count, 2))
-        geom, flipped = contact.geom, self._find_flipped()
+        geom, flipped = contact.geom, _find_flipped(model, data)
         own = np.where(flipped, geom[:, 1], geom[:, 0])
         other = np.where(flipped, geom[:, 0], geom[:, 1])
         first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
@@ -177,16 +171,6 @@ class MujocoStepper(Stepper):
         segment = model.geom_bodyid[own] - first
         pair = model.geom_bodyid[other] - first - self.scenes[0].antenna.n_segments
         return pair, segment, contact.pos[:, :2].copy(), force
-
-    def _find_flipped(self) -> np.ndarray:
-        """Whether the antenna is a contact's second geom (contact,): then MuJoCo's normal points to
-        it.
-        """
-        return self.model.geom_contype[self.data.contact.geom[:, 1]] != 0
-
-    def _find_normals(self) -> np.ndarray:
-        """Unit vectors (contact, 3) from the objects to the antenna."""
-        return np.where(self._find_flipped()[:, None], 1.0, -1.0) * self.data.contact.frame[:, :3]
 
     def _find_contacts(
         self, pair: np.ndarray, segment: np.ndarray, point: np.ndarray, force: np.ndarray
@@ -206,7 +190,7 @@ class MujocoStepper(Stepper):
             segment=segment + 1,
             place=arc / antenna.length,
             point=point,
-            normal=self._find_normals()[:, :2],
+            normal=_find_normals(self.model, self.data)[:, :2],
             distance=contact.dist - contact.includemargin,
             force=force,
         )
@@ -291,6 +275,28 @@ class MujocoStepper(Stepper):
         vars(self).update(
             {name: copy(value) if name != "model" else value for name, value in kept.items()}
         )
+
+
+def round_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Put the contact points of rounded parts between the rounded surfaces."""
+    if model.geom_margin.any() and data.ncon:
+        contact = data.contact
+        contact.pos[:] += 0.5 * contact.includemargin[:, None] * _find_normals(model, data)
+        mujoco.mj_makeConstraint(model, data)
+        mujoco.mj_projectConstraint(model, data)
+
+
+def _find_flipped(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Whether the antenna is a contact's second geom (contact,): then MuJoCo's normal points to
+    it.
+    """
+    return model.geom_contype[data.contact.geom[:, 1]] != 0
+
+
+def _find_normals(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Unit vectors (contact, 3) from the objects to the antenna."""
+    flipped = _find_flipped(model, data)
+    return np.where(flipped[:, None], 1.0, -1.0) * data.contact.frame[:, :3]
 
 
 def _make(scenes: Sequence[Scene], timestep: float) -> Stepper:

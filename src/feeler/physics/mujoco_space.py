@@ -4,13 +4,14 @@ let move.
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import Any
+from typing import Any, cast
 
 import mujoco
 import numpy as np
 
 from feeler.antenna.space import to_vector
 from feeler.physics.contact import find_radius
+from feeler.physics.mujoco import round_contacts
 from feeler.physics.scene import Scene
 from feeler.physics.spec import ROOTED, compile_model
 from feeler.physics.spec_space import to_quaternion
@@ -38,8 +39,8 @@ class SpaceMujocoStepper(Stepper):
         self.sink, self.planes = 0.0, len(antenna.planes)
         self.base_wrench, self.contacts = np.zeros((2, 3)), _list_none()
         self._thin = [np.minimum(antenna.radius, find_radius(item)) for item in scene.objects]
-        n = self.planes * antenna.n_segments
-        self._q, self._v = slice(7, 7 + n), slice(6, 6 + n)
+        n, loose = self.planes * antenna.n_segments, 3 * (antenna.follicle is not None)
+        self._q, self._v = slice(7 + loose, 7 + loose + n), slice(6 + loose, 6 + loose + n)
         self.data.qpos[3:7] = to_quaternion(scene.base_pose[3:])
         self.data.qpos[self._q] = scene.initial_angle.T.ravel()
         self.data.qvel[self._v] = scene.initial_velocity.T.ravel()
@@ -74,25 +75,97 @@ class SpaceMujocoStepper(Stepper):
         data.qfrc_applied[:6] = ROOTED * change
         self._move_walls()
         mujoco.mj_fwdPosition(model, data)
+        round_contacts(model, data)
         mujoco.mj_fwdVelocity(model, data)
+        rods = self._list_rods() if self.scenes[0].flow is not None else []
+        self._drag(rods, data.qvel)
         self._carry_walls()
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)
         self.contacts = self._find_contacts()
         self._count_work()
-        rates, place = data.qvel.copy(), data.qpos[:3].copy() + self.scenes[0].base_pose[:3]
+        rates, place, moving = data.qvel.copy(), self._root, self._root_rate()
+        self._drag(rods, data.qvel + h * self._ease(rods, change))
         mujoco.mj_Euler(model, data)
         data.qacc[:] = (data.qvel - rates) / h  # not MuJoCo's: damping is implicit
         self._react(place, rates)
-        middle = 0.5 * (before + drive)
-        self.base_work += h * float(self.base_wrench.ravel() @ middle)
         self.drive = np.array(drive, dtype=float)
         self._command()
+        middle = 0.5 * (moving + self._root_rate())
+        self.base_work += h * float(self.base_wrench.ravel() @ middle)
 
     def _base_rate(self) -> np.ndarray:
         rate = self.data.qvel[:6]
         return np.concatenate([rate[:3], self._rotate(0) @ rate[3:]])
+
+    @property
+    def _root(self) -> np.ndarray:
+        """Where hinge 1 is (3,): the base, and what its follicle gives."""
+        given = self._slides @ self.data.qpos[7 : self._q.start]
+        return self.data.qpos[:3] + self.scenes[0].base_pose[:3] + given
+
+    @property
+    def _slides(self) -> np.ndarray:
+        """The follicle's axes in the world (3, slide); none without one."""
+        return self._rotate(0)[:, : self._v.start - 6]
+
+    def _root_rate(self) -> np.ndarray:
+        """Velocity of hinge 1 and angular velocity of the base (6,)."""
+        rate, data = self._base_rate(), self.data
+        slide = self._slides @ data.qvel[6 : self._v.start]
+        swept = np.cross(rate[3:], self._slides @ data.qpos[7 : self._q.start])
+        return np.concatenate([rate[:3] + swept + slide, rate[3:]])
+
+    def _list_rods(self) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Body of each segment, how it turns the rates of all into those of its middle (velocity,
+        turn; 6, rate), and its drag over these (6, 6).
+        """
+        model, data, scene = self.model, self.data, self.scenes[0]
+        first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
+        rods = []
+        for n, length in enumerate(scene.antenna.segment_length):
+            along = data.xmat[first + n].reshape(3, 3)[:, 1]
+            rows, drag = np.zeros((6, model.nv)), np.zeros((6, 6))
+            middle = data.xpos[first + n] + 0.5 * length * along
+            mujoco.mj_jac(model, data, rows[:3], rows[3:], middle, first + n)
+            straight, across = np.outer(along, along), np.eye(3) - np.outer(along, along)
+            flow: Any = scene.flow
+            drag[:3, :3] = length * (flow.drag * across + flow.along * straight)
+            drag[3:, 3:] = length**3 / 12 * flow.drag * across
+            rods.append((first + n, rows, drag))
+        return rods
+
+    def _drag(self, rods: list, rate: np.ndarray) -> None:
+        """Apply the drag of the flow at these rates of all joints."""
+        data, flow = self.data, cast(Any, self.scenes[0].flow)
+        for body, rows, drag in rods:
+            push = -drag @ (rows @ rate - [*flow.velocity, 0, 0, 0])
+            along = data.xmat[body].reshape(3, 3)[:, 1]
+            n = body - rods[0][0]
+            arm = data.xpos[body] - data.xipos[body]
+            arm = arm + 0.5 * self.scenes[0].antenna.segment_length[n] * along
+            push[3:] += np.cross(arm, push[:3])
+            data.xfrc_applied[body] = push
+
+    def _ease(self, rods: list, change: np.ndarray) -> np.ndarray:
+        """Accelerations of all joints with a drag that is implicit, as the hinges' damping is, for
+        MuJoCo's step to find: (M + h (C + Jᵀ D J)) q̈ = τ, the base's being known.
+        """
+        model, data, h = self.model, self.data, self.timestep
+        found = np.zeros(model.nv)
+        if not rods:
+            return found
+        whole = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, whole)
+        own = slice(6, self._v.stop)
+        plain = whole[own] + h * np.diag(model.dof_damping)[own]
+        eased = plain + h * sum(rows.T @ drag @ rows for _, rows, drag in rods)[own]
+        torque = (data.qfrc_smooth + data.qfrc_constraint)[own]
+        found[:6] = change
+        found[own] = np.linalg.solve(eased[:, own], torque - eased[:, :6] @ change)
+        data.qfrc_smooth[own] += plain @ found - torque
+        return found
 
     def _react(self, place: np.ndarray, rates: np.ndarray) -> None:
         """Force and moment of the base on the antenna, by Newton's and Euler's laws over it, with
@@ -162,10 +235,11 @@ class SpaceMujocoStepper(Stepper):
             n = body - first
             along, length = data.xmat[body].reshape(3, 3)[:, 1], antenna.segment_length[n]
             share = np.clip((contact.pos - data.xpos[body]) @ along / length, 0.0, 1.0)
-            self.sink = max(self.sink, float(-contact.dist / self._thin[o][n]))
+            distance = contact.dist - contact.includemargin
+            self.sink = max(self.sink, float(-distance / self._thin[o][n]))
             arc = (antenna.hinge_position[n] + share * length) / antenna.length
             force = sign * (frame.T @ wrench[:3])
-            rows.append((o, n + 1, arc, contact.pos.copy(), sign * frame[0], contact.dist, force))
+            rows.append((o, n + 1, arc, contact.pos.copy(), sign * frame[0], distance, force))
         return _list_contacts(rows) if rows else _list_none()
 
     def _count_work(self) -> None:
@@ -186,7 +260,7 @@ class SpaceMujocoStepper(Stepper):
         push = np.sum(self.contacts.force * self.contacts.normal, axis=1)
         place = push @ self.contacts.place / push.sum() if push.sum() > 0 else np.nan
         turned = to_vector(self._rotate(0))
-        base = np.concatenate([data.qpos[:3] + scene.base_pose[:3], turned])
+        base = np.concatenate([self._root, turned])
         forward = [self._rotate(o + 1) @ item.forward for o, item in enumerate(scene.objects)]
         return State(
             angle=data.qpos[self._q].reshape(shape).T[None].copy(),

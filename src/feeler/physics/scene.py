@@ -10,6 +10,7 @@ from feeler.antenna.space import to_matrix, to_vector
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.stimulus.base import BaseMotion, Vector, lift
+from feeler.stimulus.flow import Flow
 from feeler.stimulus.object import Object, make_object
 from feeler.stimulus.solid import list_solids
 from feeler.stimulus.trial import Trial
@@ -47,6 +48,8 @@ class Scene:
         and rotation vector. An antenna in space lifts all that is given in the plane.
     base_motion : BaseMotion | None
         How the base moves; default: not at all.
+    flow : Flow | None
+        What drags an antenna in space along.
     """
 
     antenna: Antenna
@@ -56,6 +59,7 @@ class Scene:
     gravity: Vector = (0.0, 0.0)
     base: tuple[float, ...] = (0.0, 0.0, 0.0)
     base_motion: BaseMotion | None = None
+    flow: Flow | None = None
     angle: np.ndarray | None = None
     velocity: np.ndarray | None = None
     label: str = ""
@@ -66,6 +70,18 @@ class Scene:
             return
         moved = self.base_motion is not None and self.base_motion.spatial
         wide = [o.name for o in self.objects if o.spatial]
+        if self.flow is not None:
+            raise InvalidInput(
+                f"flow drags antennae in space only, and {self.antenna.name!r} lies in the plane:"
+                " leave flow= out, or give stiffness a row for each plane."
+            )
+        for item in self.objects:
+            if item.feature.only_in_space:
+                raise InvalidInput(
+                    f"the {item.feature.kind} {item.name!r} is a solid in space, but"
+                    f" {self.antenna.name!r} lies in the plane: use an outline, or an antenna in"
+                    " space (a row of stiffness for each plane)."
+                )
         if wide or moved or len(self.gravity) == 3:
             what = wide[0] if wide else "base" if moved else "gravity"
             raise InvalidInput(

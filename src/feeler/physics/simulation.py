@@ -16,6 +16,7 @@ from feeler.physics.stepper import MICRO, Contacts
 from feeler.shown import make_picture
 from feeler.stimulus.base import BaseMotion, Vector, check_vector, read_base
 from feeler.stimulus.convex import trace_rim
+from feeler.stimulus.flow import Flow
 from feeler.stimulus.object import Object, check_clear, make_objects
 from feeler.stimulus.trial import Trial
 
@@ -46,6 +47,7 @@ def build_scene(
     contact: Contact | str | None = None,
     gravity: Vector = (0.0, 0.0),
     base: BaseMotion | None = None,
+    flow: Flow | None = None,
     angle: np.ndarray | None = None,
     velocity: np.ndarray | None = None,
     label: str = "",
@@ -77,6 +79,7 @@ def build_scene(
         contact=get_contact(contact),
         gravity=check_vector(gravity, "gravity", (2, 3)),
         base_motion=moved[0] if moved else read_base(base),
+        flow=None if flow is None else Flow.from_plain(flow),
         angle=start,
         velocity=_check_hinges(antenna, velocity, "velocity"),
         label=label or ", ".join(o.name for o in found) or antenna.name,
@@ -124,6 +127,8 @@ class Simulation:
         (x, y) [mm/ms²].
     base
         How the base moves from time 0 on; steer it later by :meth:`move_base`.
+    flow
+        What drags an antenna in space along: a :class:`feeler.stimulus.flow.Flow`.
     angle, velocity
         Hinge angles [rad] and rates [rad/ms] at time 0 (segment,); default: at rest.
 
@@ -154,6 +159,7 @@ class Simulation:
         contact: Contact | str | None = None,
         gravity: Vector = (0.0, 0.0),
         base: BaseMotion | None = None,
+        flow: Flow | None = None,
         angle: np.ndarray | None = None,
         velocity: np.ndarray | None = None,
     ) -> None:
@@ -163,6 +169,7 @@ class Simulation:
             contact=contact,
             gravity=gravity,
             base=base,
+            flow=flow,
             angle=angle,
             velocity=velocity,
         )

@@ -7,11 +7,12 @@ A wall without end is a plane of the world, which MuJoCo does not let move: the 
 import mujoco
 import numpy as np
 
+from feeler.antenna.follicle import Follicle
 from feeler.physics.contact import Softness
 from feeler.physics.scene import Scene
 from feeler.physics.spec import HEAVY, ROOTED, soften
 from feeler.stimulus.object import Object
-from feeler.stimulus.solid import list_solids
+from feeler.stimulus.solid import is_box, list_solids
 
 AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
 """What the hinges of each plane turn about, in the segment's frame."""
@@ -37,6 +38,8 @@ def _add_segment(
     before = antenna.segment_length[n - 1] if n else 0.0
     length, centre = antenna.segment_length[n], antenna.mass_centre[n]
     body = parent.add_body(name=f"segment{n + 1}", pos=[0, before, 0])
+    if n == 0 and antenna.follicle is not None:
+        _add_follicle(body, antenna.follicle)
     for k, plane in enumerate(antenna.planes):
         body.add_joint(
             name=f"hinge{n + 1}{plane}",
@@ -61,6 +64,18 @@ def _add_segment(
         **soften(scene, 0.0, float(soft.d_max[n]), width),
     )
     return body
+
+
+def _add_follicle(body: mujoco.MjsBody, follicle: Follicle) -> None:
+    """Three slides along the base's axes."""
+    for k, axis in enumerate("xyz"):
+        body.add_joint(
+            name=f"follicle_{axis}",
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
+            axis=np.eye(3)[k],
+            stiffness=[follicle.stiffness[k], 0.0, 0.0],
+            damping=[follicle.damping[k], 0.0, 0.0],
+        )
 
 
 def _add_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
@@ -90,13 +105,31 @@ def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None
             **shared,
         )
         return
-    for start, end in list_solids(item.feature) @ item.axes:
-        size = [item.feature.rounding, 0, 0]
-        if np.array_equal(start, end):
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, pos=start, **shared)
-        else:
-            ends = [*start, *end]
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=size, fromto=ends, **shared)
+    for number, corners in enumerate(list_solids(item.feature)):
+        name = f"object{o + 1}part{number}"
+        body.add_geom(**_describe_solid(spec, name, corners, item), **shared)
+
+
+def _describe_solid(
+    spec: mujoco.MjSpec, name: str, corners: np.ndarray, item: Object
+) -> dict[str, object]:
+    """Geom fields of a convex solid; the rounding of what has faces is the geom's margin."""
+    rounding, world = item.feature.rounding, corners @ item.axes
+    if len(corners) == 1:
+        return {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [rounding, 0, 0], "pos": world[0]}
+    if len(corners) == 2:
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        return {"type": kind, "size": [rounding, 0, 0], "fromto": world.ravel()}
+    turned = _read_quaternion(item.axes.T)
+    if is_box(corners):
+        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2 @ item.axes
+        size = np.ptp(corners, axis=0) / 2
+        place = {"pos": middle, "quat": turned, "margin": rounding}
+        return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, **place}
+    mesh = spec.add_mesh(name=name)
+    mesh.uservert = corners.ravel()
+    place = {"quat": turned, "margin": rounding}
+    return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, **place}
 
 
 def to_quaternion(vector: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+from scipy.spatial import ConvexHull
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import TENSOR_COLOURS
@@ -50,12 +51,19 @@ class SpaceScene:
         """A feature whose frame stands at ``origin`` [mm] with ``axes`` (3, 3)."""
         for artist in self._drawn:
             artist.remove()
+        self._drawn = []
         sheets = [_make_sheet(origin, axes, self.antenna.length)]
         if not feature.unbounded:
-            solids = np.asarray(origin) + list_solids(feature) @ axes
-            sheets = [_make_surface(a, b, feature.rounding) for a, b in solids]
+            sheets = []
         options = {"color": OBJECT_COLOUR, "alpha": 0.45, "linewidth": 0, "shade": True}
-        self._drawn = [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
+        for corners in list_solids(feature):
+            own = np.asarray(origin) + corners @ axes
+            if len(own) > 2:
+                triangles = ConvexHull(own).simplices
+                self._drawn.append(self.ax.plot_trisurf(*own.T, triangles=triangles, **options))
+            else:
+                sheets.append(_make_surface(own[0], own[-1], feature.rounding))
+        self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
 
 
 def add_space(figure: Figure, ax: Axes) -> Any:

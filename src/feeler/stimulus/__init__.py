@@ -4,6 +4,8 @@ from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.catalogue import load_objects
 from feeler.stimulus.convex import split_convex
 from feeler.stimulus.feature import SHAPES, Feature, make_feature, parse_feature
+from feeler.stimulus.flow import Flow
+from feeler.stimulus.mesh import Mesh
 from feeler.stimulus.object import Object, check_clear, make_object, make_objects
 from feeler.stimulus.outline import Outline
 from feeler.stimulus.placement import Placement, place
@@ -18,6 +20,8 @@ __all__ = [
     "BaseMotion",
     "Box",
     "Feature",
+    "Flow",
+    "Mesh",
     "Object",
     "Outline",
     "Peg",

@@ -88,6 +88,11 @@ class Feature(Record, ABC):
         return False
 
     @property
+    def only_in_space(self) -> bool:
+        """Whether it has no shape in the plane."""
+        return False
+
+    @property
     def half_depth(self) -> float:
         """Half the core's extent across the plane [mm], which is read in space only."""
         return 0.0
@@ -122,6 +127,15 @@ class Feature(Record, ABC):
         Only places across the motion and relative ones along it matter: ``parts`` sets them back
         from the front.
         """
+
+    def make_solids(self) -> list[np.ndarray]:
+        """Corners (corner, 3) [mm] of each convex solid in space: the parts, made deep."""
+        deep = self.half_depth
+        sides = (-deep, deep) if deep else (0.0,)
+        return [
+            np.concatenate([np.insert(part, 2, side, axis=1) for side in sides])
+            for part in self.parts
+        ]
 
     def make_name(self) -> str:
         """The name of a feature that was given none."""
@@ -199,6 +213,15 @@ class _Mirrored(Feature):
         """Whether it may be larger than the antenna."""
         return self.of.wide
 
+    @property
+    def only_in_space(self) -> bool:
+        """Whether it has no shape in the plane."""
+        return self.of.only_in_space
+
+    def make_solids(self) -> list[np.ndarray]:
+        """The solids with their second axis turned round."""
+        return [corners * [1.0, -1.0, 1.0] for corners in self.of.make_solids()]
+
     def make_name(self) -> str:
         """The feature's own name."""
         return self.of.name
@@ -221,6 +244,7 @@ SHAPES: Registry[type[Feature]] = Registry(
         "outline": "feeler.stimulus.outline:Outline",
         "wall": "feeler.stimulus.wall:Wall",
         "peg": "feeler.stimulus.shapes:Peg",
+        "mesh": "feeler.stimulus.mesh:Mesh",
     },
 )
 """Every shape by its word; register a new one to use it everywhere."""

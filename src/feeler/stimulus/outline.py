@@ -8,12 +8,13 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.record import freeze
 from feeler.stimulus.convex import measure_area, split_convex
-from feeler.stimulus.feature import Feature, digest_numbers
+from feeler.stimulus.feature import digest_numbers
+from feeler.stimulus.shapes import Prism
 
 MAX_CORNERS = 1000  # [C]
 
 
-class Outline(Feature):
+class Outline(Prism):
     """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
 
     Attributes

@@ -1,6 +1,6 @@
 """Ball, peg, box and triangle."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from feeler.stimulus.feature import Feature
 
@@ -62,7 +62,29 @@ class Peg(Feature):
         return [[(0.0, 0.0)]]
 
 
-class Box(Feature):
+class Prism(Feature):
+    """A shape with corners in the plane; in space an upright prism over it.
+
+    Attributes
+    ----------
+    half_length : float
+        Half the prism's length along the third axis of its frame [mm], > 0; read in space only.
+    """
+
+    half_length: float = 20.0
+
+    @property
+    def half_depth(self) -> float:
+        """Half the core's extent along the third axis [mm]."""
+        return self.half_length
+
+    def to_plain(self) -> dict[str, Any]:
+        """The plain data, without a length that nobody gave."""
+        plain = super().to_plain()
+        return {k: v for k, v in plain.items() if k != "half_length" or v != Prism.half_length}
+
+
+class Box(Prism):
     """A box whose face leads; its outer half-width is ``half_width + rounding``.
 
     Attributes
@@ -87,7 +109,7 @@ class Box(Feature):
         return [[(0.0, -w), (0.0, w), (-h, w), (-h, -w)]]
 
 
-class Triangle(Feature):
+class Triangle(Prism):
     """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``.
 
     Attributes

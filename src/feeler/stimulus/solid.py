@@ -1,7 +1,8 @@
-"""Features as solids in space: balls, capsules, and walls without end; how near an antenna they
-are, and where a trial's feature starts.
+"""Features as solids in space: convex bodies, and walls without end; how near an antenna they are,
+and where a trial's feature starts.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,32 +10,37 @@ import numpy as np
 from feeler.antenna.space import find_frames
 from feeler.errors import InvalidInput
 from feeler.stimulus.feature import Feature
+from feeler.stimulus.hull import find_gap, make_hull
 
 MARCHES = 200  # [C] steps of a search for the place where surfaces meet
 
 
-def list_solids(feature: Feature) -> np.ndarray:
-    """Axes (solid, end, 3) [mm] of a feature's capsules in its frame, a ball's of no length; all
-    are grown by ``rounding``. A wall without end is none.
+def list_solids(feature: Feature) -> list[np.ndarray]:
+    """Corners (corner, 3) [mm] of a feature's convex solids in its frame, all grown by
+    ``rounding``: one is a ball, two are a capsule, more a body of flat faces. A wall without end
+    is none.
 
     Raises
     ------
     InvalidInput
-        A shape that has corners: boxes, triangles and outlines have no solid yet.
+        A shape that has corners in the plane and no depth, or nothing to touch.
     """
     if feature.unbounded:
-        return np.zeros((0, 2, 3))
-    axes = []
-    for part in feature.parts:
-        if len(part) > 2 or feature.rounding == 0 or (len(part) == 2 and feature.half_depth):
+        return []
+    solids = feature.make_solids()
+    for corners in solids:
+        flat = len(corners) > 2 and not np.ptp(corners, axis=0).all()
+        if flat or (len(corners) <= 2 and feature.rounding == 0):
             raise InvalidInput(
-                f"the {feature.kind} {feature.name!r} has no solid in space yet: antennae in space"
-                " meet balls, pegs and flat walls. Use one of them, or antenna.flatten()."
+                f"the {feature.kind} {feature.name!r} has no solid in space: give it a depth"
+                " (half_length), or a rounding where it has no faces; or use antenna.flatten()."
             )
-        ends = np.zeros((2, 3))
-        ends[:, :2], ends[:, 2] = part[[0, -1]], (-feature.half_depth, feature.half_depth)
-        axes.append(ends)
-    return np.array(axes)
+    return solids
+
+
+def is_box(corners: np.ndarray) -> bool:
+    """Whether a solid is a box along the axes of its frame."""
+    return len(corners) == 8 and all(np.unique(row).size == 2 for row in corners.T)
 
 
 def compute_gap_in_space(
@@ -43,28 +49,17 @@ def compute_gap_in_space(
     """Smallest gap [mm] between surfaces, negative where they overlap: of an antenna's points
     (segment + 1, 3) and radii, and a feature whose frame stands at ``origin`` with ``axes``.
     """
-    solids = list_solids(feature)
-    if not len(solids):
+    if feature.unbounded:
         gap = (points - origin) @ axes[0]
         return float(np.min(np.minimum(gap[:-1], gap[1:]) - radius))
-    ends = np.asarray(origin) + solids @ axes
-    gaps = [_measure_gaps(points[:-1], points[1:], *pair) - radius for pair in ends]
+    own = (points - origin) @ axes.T
+    gaps = [find_gap(own, radius, *hull) for hull in _list_hulls(feature)]
     return float(np.min(gaps) - feature.rounding)
 
 
-def _measure_gaps(start: np.ndarray, end: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distances (segment,) of segments to the one from ``a`` to ``b`` (Ericson 2005, ch. 5)."""
-    d, e, r = end - start, b - a, start - a
-    dd, ee, de = (d**2).sum(axis=1), float(e @ e), d @ e
-    dr, er = (d * r).sum(axis=1), r @ e
-    if ee == 0:
-        s, t = np.clip(-dr / dd, 0, 1), np.zeros(len(d))
-    else:
-        det = dd * ee - de**2
-        s = np.clip((de * er - dr * ee) / np.where(det > 0, det, 1), 0, 1) * (det > 0)
-        t = np.clip((de * s + er) / ee, 0, 1)
-        s = np.clip((de * t - dr) / dd, 0, 1)
-    return np.linalg.norm(start + s[:, None] * d - a - t[:, None] * e, axis=1)
+@lru_cache(maxsize=8)
+def _list_hulls(feature: Feature) -> list[tuple[np.ndarray, int]]:
+    return [make_hull(corners) for corners in list_solids(feature)]
 
 
 def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -21,7 +21,8 @@ from feeler.physics.chain.space.sweep import move_in_space
 from feeler.physics.engine import announce_compiling
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State
-from feeler.stimulus.solid import list_solids
+from feeler.stimulus.hull import N_HULL, make_hull
+from feeler.stimulus.solid import is_box, list_solids
 
 
 class SpaceChainStepper(ChainStepper):
@@ -44,7 +45,7 @@ class SpaceChainStepper(ChainStepper):
         t = self.tables
         self.handle = make_space_handle(t)
         step_in_space(self.handle, 0, 0, self.timestep, self.drive, self.damped)
-        move_in_space(t.constants, t.work, t.base, t.planes, 0.0, t.width)
+        move_in_space(t.constants, t.work, t.base, t.kind, 0.0, t.width)
 
     def read(self) -> State:
         """The state of every lane, as copies."""
@@ -57,13 +58,13 @@ class SpaceChainStepper(ChainStepper):
             return place[k : k + 3].transpose(2, 1, 0)
 
         return State(
-            angle=work[s.ANGLE : s.ANGLE + t.planes].transpose(2, 0, 1),
-            velocity=work[s.RATE : s.RATE + t.planes].transpose(2, 0, 1),
+            angle=work[s.ANGLE : s.ANGLE + t.kind[0]].transpose(2, 0, 1),
+            velocity=work[s.RATE : s.RATE + t.kind[0]].transpose(2, 0, 1),
             force=pick(s.OBJ_FORCE),
             place=pick(s.OBJ_PLACE),
             forward=pick(s.OBJ_AXES),
             object_work=place[s.OBJ_WORK].T,
-            base=np.concatenate([base[s.BASE_PLACE : s.BASE_PLACE + 3].T, pose], axis=1),
+            base=np.concatenate([base[s.ROOT : s.ROOT + 3].T, pose], axis=1),
             base_force=base[s.BASE_FORCE : s.BASE_FORCE + 3].T,
             base_moment=base[s.BASE_MOMENT : s.BASE_MOMENT + 3].T,
             base_work=base[s.BASE_WORK],
@@ -124,7 +125,8 @@ class SpaceChainStepper(ChainStepper):
 def _make_tables(scenes: Sequence[Scene]) -> SpaceTables:
     antenna, lanes = scenes[0].antenna, len(scenes)
     n, n_objects = antenna.n_segments, max(len(scene.objects) for scene in scenes)
-    solids = [_list_solids(scene) for scene in scenes]
+    found = [_list_solids(scene) for scene in scenes]
+    solids, hulls = [rows for rows, _ in found], [rows for _, rows in found]
     n_solids = max(map(len, solids))
     size = min(2 * max(n_solids, 1) * (n + 2), MAX_CONTACTS)
     tables = SpaceTables(
@@ -134,17 +136,23 @@ def _make_tables(scenes: Sequence[Scene]) -> SpaceTables:
         obj=np.zeros((n_objects, f.N_OBJECT, lanes)),
         place=np.zeros((s.N_SPACE_PLACE, n_objects, lanes)),
         solids=np.full((lanes, n_solids, s.N_SOLID), -1.0),
+        hulls=np.zeros((lanes, max(map(len, hulls)), N_HULL)),
         contacts=np.empty((lanes, size, s.N_SPACE_CONTACT)),
         rows=np.empty((lanes, s.EDGES * size, s.N_SPACE_ROW)),
         memory=np.empty((lanes, size + 1, s.N_SPACE_MEMORY)),
         number=np.zeros(lanes, dtype=np.int64),
         open=np.zeros(lanes, dtype=np.bool_),
         loaded=np.zeros(n, dtype=np.bool_),
-        planes=len(antenna.planes),
+        kind=(
+            len(antenna.planes),
+            any(scene.antenna.follicle is not None for scene in scenes),
+            any(scene.flow is not None for scene in scenes),
+        ),
         width=(0,) * lanes,
     )
     for lane, (scene, own) in enumerate(zip(scenes, solids, strict=True)):
         tables.solids[lane, : len(own)] = own
+        tables.hulls[lane, : len(hulls[lane])] = hulls[lane]
         _fill(tables, lane, scene)
     return tables
 
@@ -154,7 +162,7 @@ def _fill(t: SpaceTables, lane: int, scene: Scene) -> None:
     own = t.constants[:, :, lane]
     fill_segments(own, scene.antenna, scene.contact)
     _fill_segments(own, scene.antenna)
-    planes = slice(t.planes)
+    planes = slice(t.kind[0])
     t.work[s.ANGLE :, :, lane][planes] = scene.initial_angle
     t.work[s.RATE :, :, lane][planes] = scene.initial_velocity
     base, pose = t.base[0, :, lane], scene.base_pose
@@ -165,6 +173,14 @@ def _fill(t: SpaceTables, lane: int, scene: Scene) -> None:
     base[s.BASE_TURN : s.BASE_TURN + 4] = _to_quaternion(to_matrix(pose[3:]))
     base[s.BASE_AXES : s.BASE_AXES + 9] = to_matrix(pose[3:]).T.ravel()
     base[s.BASE_GRAVITY : s.BASE_GRAVITY + 3] = scene.gravity
+    base[s.ROOT : s.ROOT + 3], base[s.GIVE_HELD] = pose[:3], np.inf
+    if (follicle := scene.antenna.follicle) is not None:
+        base[s.GIVE_STIFF : s.GIVE_STIFF + 3] = follicle.stiffness
+        base[s.GIVE_DAMP : s.GIVE_DAMP + 3], base[s.GIVE_HELD] = follicle.damping, 0.0
+    if (flow := scene.flow) is not None:
+        length = scene.antenna.segment_length
+        own[s.C_FLOW], own[s.C_FLOW + 1] = flow.drag * length, (flow.along - flow.drag) * length
+        base[s.FLOW_V : s.FLOW_V + 3] = flow.velocity
     for o, item in enumerate(scene.objects):
         fill_object(t.obj[o, :, lane], item, scene)
         place = t.place[:, o, lane]
@@ -192,15 +208,26 @@ def _fill_segments(table: np.ndarray, antenna: Antenna) -> None:
         table[at : at + len(rows)] = rows
 
 
-def _list_solids(scene: Scene) -> np.ndarray:
-    """Rows (solid, field) of a scene's solids, object after object."""
-    rows = []
+def _list_solids(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (solid, field) of a scene's solids, object after object, and those of its hulls."""
+    rows, hulls, n = [], [np.zeros((0, N_HULL))], 0
     for o, item in enumerate(scene.objects):
         if item.feature.unbounded:
-            rows.append([o, s.SOLID_WALL, *np.zeros(6)])
-        for a, b in list_solids(item.feature):
-            rows.append([o, s.SOLID_BALL if np.array_equal(a, b) else s.SOLID_CAPSULE, *a, *b])
-    return np.array(rows).reshape(-1, s.N_SOLID)
+            rows.append([o, s.SOLID_WALL, *np.zeros(9)])
+        for corners in list_solids(item.feature):
+            if len(corners) <= 2:
+                kind = s.SOLID_BALL if len(corners) == 1 else s.SOLID_CAPSULE
+                rows.append([o, kind, *corners[0], *corners[-1], 0, 0, 0])
+                continue
+            box = [*corners.min(axis=0), *corners.max(axis=0)]
+            if is_box(corners):
+                rows.append([o, s.SOLID_BOX, *box, 0, 0, 0])
+                continue
+            hull, n_faces = make_hull(corners)
+            rows.append([o, s.SOLID_HULL, *box, n, n + n_faces, n + len(hull)])
+            hulls.append(hull)
+            n += len(hull)
+    return np.array(rows).reshape(-1, s.N_SOLID), np.concatenate(hulls)
 
 
 def _to_quaternion(matrix: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from feeler.physics.chain.contact import MAX_NEWTON, compute_impedance, improve,
 from feeler.physics.chain.narrow import MIN_VALUE
 from feeler.physics.chain.space import fields as s
 from feeler.physics.chain.space.sweep import fold_in_space, unfold_in_space
+from feeler.stimulus.hull import cross3, dot3, join3
 
 
 @inlined
@@ -22,13 +23,14 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
         point = (table[k, s.HIT_POINT], table[k, s.HIT_POINT + 1], table[k, s.HIT_POINT + 2])
         normal = (table[k, s.HIT_NORMAL], table[k, s.HIT_NORMAL + 1], table[k, s.HIT_NORMAL + 2])
         distance = table[k, s.HIT_DISTANCE]
-        r = _less(point, _read(work, s.SEG_PLACE, i, lane))
+        r = join3(-1.0, _read(work, s.SEG_PLACE, i, lane), point)
         along = _read(work, s.SEG_ALONG, i, lane)
-        table[k, s.HIT_SHARE] = _dot(r, along) / _dot(along, along)
-        moved = _cross(_read(place, s.OBJ_OMEGA, o, lane), _less(point, _read(place, 0, o, lane)))
-        moved = _plus(_read(place, s.OBJ_V, o, lane), moved)  # the object's point
-        own = _plus(_read(work, s.VELOCITY, i, lane), _cross(_read(work, s.OMEGA, i, lane), r))
-        slip = _less(own, moved)
+        table[k, s.HIT_SHARE] = dot3(r, along) / dot3(along, along)
+        arm = join3(-1.0, _read(place, s.OBJ_PLACE, o, lane), point)
+        moved = cross3(_read(place, s.OBJ_OMEGA, o, lane), arm)
+        moved = join3(1.0, moved, _read(place, s.OBJ_V, o, lane))  # the object's point
+        own = cross3(_read(work, s.OMEGA, i, lane), r)
+        slip = join3(-1.0, moved, join3(1.0, own, _read(work, s.VELOCITY, i, lane)))
         slow = min(obj[o, f.O_SLOW, lane], constants[f.C_SLOW, i, lane])
         fast = min(obj[o, f.O_FAST, lane], constants[f.C_WIDEST, i, lane])
         wide = max(constants[f.C_WIDTH, i, lane], slow, fast)
@@ -48,16 +50,16 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
                 normal[1] + slide * across[1],
                 normal[2] + slide * across[2],
             )
-            turn, row = _cross(r, d), s.EDGES * k + side
+            turn, row = cross3(r, d), s.EDGES * k + side
             rows[row, f.R_OBJECT], rows[row, f.R_SEGMENT] = o, i
             for axis in range(3):
                 rows[row, f.R_W0 + axis] = turn[axis]
                 rows[row, f.R_W0 + 3 + axis] = d[axis]
-            rows[row, f.R_ARM] = _dot(d, moved)
+            rows[row, f.R_ARM] = dot3(d, moved)
             rows[row, f.R_WEIGHT] = edge
             if mu == 0.0:
                 rows[row, f.R_WEIGHT] = straight if side == 0 else 0.0
-            rows[row, f.R_AIM] = pull - constants[f.C_B, i, lane] * _dot(d, slip)
+            rows[row, f.R_AIM] = pull - constants[f.C_B, i, lane] * dot3(d, slip)
 
 
 @inlined
@@ -66,13 +68,13 @@ def _find_tangents(n, table, k):
     that the contact asks for, or of y or z.
     """
     t = (table[k, s.HIT_TANGENT], table[k, s.HIT_TANGENT + 1], table[k, s.HIT_TANGENT + 2])
-    if _dot(t, t) < 0.25:  # none: MuJoCo takes a long one to be meant
+    if dot3(t, t) < 0.25:  # none: MuJoCo takes a long one to be meant
         t = (0.0, 1.0, 0.0) if -0.5 < n[1] < 0.5 else (0.0, 0.0, 1.0)
-    lean = _dot(t, n)
+    lean = dot3(t, n)
     t = (t[0] - lean * n[0], t[1] - lean * n[1], t[2] - lean * n[2])
-    size = np.sqrt(_dot(t, t))
+    size = np.sqrt(dot3(t, t))
     t = (t[0] / size, t[1] / size, t[2] / size) if size > MIN_VALUE else (1.0, 0.0, 0.0)
-    return t, _cross(n, t)
+    return t, cross3(n, t)
 
 
 @inlined
@@ -81,32 +83,8 @@ def _read(table, k, i, lane):
 
 
 @inlined
-def _less(a, b):
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-@inlined
-def _plus(a, b):
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@inlined
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
-def _cross(a, b):
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-@inlined
 def solve_in_space(
-    constants, work, base, rows, count, loaded, memory, open_, timestep, last, planes, width
+    constants, work, base, rows, count, loaded, memory, open_, timestep, last, kind, width
 ):
     """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves
     them; as in the plane.
@@ -121,8 +99,8 @@ def solve_in_space(
         for lane in range(count.shape[0]):
             if open_[lane]:
                 _load(work, rows[lane], s.EDGES * count[lane], loaded, lane)
-        fold_in_space(constants, work, base, loaded, planes, timestep, width)
-        unfold_in_space(work, base, loaded, last, planes, width)
+        fold_in_space(constants, work, base, loaded, kind, timestep, width)
+        unfold_in_space(work, base, loaded, last, kind, width)
         for lane in range(count.shape[0]):
             if open_[lane]:
                 n_rows = s.EDGES * count[lane]

@@ -14,7 +14,8 @@ C_AXIAL = C_SHARE + 5  # that about the axis minus the one before
 C_STIFF = C_SHARE + 6
 C_DAMP = C_STIFF + 3
 C_SLACK = C_DAMP + 3
-N_SPACE_CONSTANTS = C_SLACK + 3
+C_FLOW = C_SLACK + 3  # drag across it, and how much more along it, over its velocity
+N_SPACE_CONSTANTS = C_FLOW + 2
 
 # state and workspace of a segment
 ANGLE, RATE, TORQUE, LEFT = 0, 3, 6, 9  # by plane; LEFT: torque left over articulated inertia
@@ -36,17 +37,23 @@ BASE_PLACE, BASE_TURN, BASE_AXES = 0, 3, 7  # place, quaternion, axes
 BASE_V, BASE_OMEGA, BASE_A, BASE_ALPHA = 16, 19, 22, 25
 BASE_FORCE, BASE_MOMENT, BASE_GRAVITY = 28, 31, 34
 BASE_WORK, BASE_PRESS, BASE_SPOT, BASE_SINK = 37, 38, 39, 40
-N_SPACE_BASE = 41
+ROOT, ROOT_V = 41, 44  # hinge 1, which slides in a follicle by GIVE along the base's axes
+GIVE, GIVE_RATE, GIVE_OWN, GIVE_FORCE, GIVE_LEFT = 47, 50, 53, 56, 59
+GIVE_AXIS, GIVE_ALONG, GIVE_GAIN = 62, 71, 74
+GIVE_STIFF, GIVE_DAMP, GIVE_HELD = 92, 95, 98  # HELD: infinite without a follicle
+FLOW_V = 99
+N_SPACE_BASE = 102
 
 # an object
 OBJ_PLACE, OBJ_TURN, OBJ_V, OBJ_OMEGA, OBJ_FORCE, OBJ_WORK = 0, 3, 7, 10, 13, 16
 OBJ_AXES = 17
 N_SPACE_PLACE = 26
 
-# a solid of an object: object (−1: none), kind, ends in the object's frame
-S_OBJECT, S_KIND, S_A, S_B = 0, 1, 2, 5
-N_SOLID = 8
-SOLID_BALL, SOLID_CAPSULE, SOLID_WALL = range(3)
+# a solid of an object: object (−1: none), kind, ends in the object's frame (of a box or hull two
+# corners around it), and of a hull its faces and edges in the table of hulls
+S_OBJECT, S_KIND, S_A, S_B, S_FIRST, S_MIDDLE, S_STOP = 0, 1, 2, 5, 8, 9, 10
+N_SOLID = 11
+SOLID_BALL, SOLID_CAPSULE, SOLID_WALL, SOLID_BOX, SOLID_HULL = range(5)
 
 # a contact: object, segment, distance, share of the segment, point, normal from the object, and the
 # tangent that it asks for

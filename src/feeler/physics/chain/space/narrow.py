@@ -1,4 +1,4 @@
-"""Contacts of segments with balls, capsules and walls in space, as MuJoCo finds them."""
+"""Contacts of segments with the solids of objects in space, as MuJoCo finds them."""
 
 import numpy as np
 
@@ -6,12 +6,14 @@ from feeler.compiled import inlined
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.narrow import MIN_VALUE
 from feeler.physics.chain.space import fields as s
+from feeler.physics.chain.space.box import NONE, find_box_points, leave_box
+from feeler.stimulus.hull import dot3, join3, measure
 
 PARALLEL = 1e-8  # squared sine of the angle from which MuJoCo 4 takes capsules for parallel
 
 
 @inlined
-def find_in_space(constants, work, obj, place, solid, table, count, lane):
+def find_in_space(constants, work, obj, place, solid, hulls, table, count, lane):
     """Append one lane's contacts with a solid, base to tip; their number, or −1 if the table is too
     short.
     """
@@ -67,6 +69,15 @@ def find_in_space(constants, work, obj, place, solid, table, count, lane):
         elif kind == s.SOLID_BALL:
             t = -(dx * ex + dy * ey + dz * ez) / (ex * ex + ey * ey + ez * ez)
             count = _touch(table, count, px, py, pz, ex, ey, ez, t, radius, mx, my, mz, grown)
+        elif kind == s.SOLID_BOX or kind == s.SOLID_HULL:
+            p = _to_frame(place, o, (px, py, pz), 1.0, lane)
+            e = _to_frame(place, o, (ex, ey, ez), 0.0, lane)
+            if kind == s.SOLID_BOX:
+                count = _touch_box(table, count, p, e, radius, solid, grown)
+            else:
+                count = _touch_hull(table, count, p, e, radius, solid, hulls, grown)
+            for k in range(before, count):
+                _turn_contact(place, o, table, k, lane)
         else:
             count = _touch_capsule(
                 table,
@@ -161,3 +172,70 @@ def _touch_capsule(table, count, p, e, radius, m, h, grown):
             x, y, z = mx + r * hx, my + r * hy, mz + r * hz
             count = _touch(table, count, px, py, pz, ex, ey, ez, t, radius, x, y, z, grown)
     return count
+
+
+@inlined
+def _to_frame(place, o, v, shift, lane):
+    """A place (``shift`` 1) or direction (0) in an object's frame."""
+    v = join3(-shift, _read(place, s.OBJ_PLACE, o, lane), v)
+    return (
+        dot3(_read(place, s.OBJ_AXES, o, lane), v),
+        dot3(_read(place, s.OBJ_AXES + 3, o, lane), v),
+        dot3(_read(place, s.OBJ_AXES + 6, o, lane), v),
+    )
+
+
+@inlined
+def _read(table, k, o, lane):
+    return table[k, o, lane], table[k + 1, o, lane], table[k + 2, o, lane]
+
+
+@inlined
+def _turn_contact(place, o, table, k, lane):
+    """A contact of an object's frame in the world."""
+    for at, shift in ((s.HIT_POINT, 1.0), (s.HIT_NORMAL, 0.0)):
+        v = (0.0, 0.0, 0.0)
+        for axis in range(3):
+            v = join3(table[k, at + axis], _read(place, s.OBJ_AXES + 3 * axis, o, lane), v)
+        v = join3(shift, _read(place, s.OBJ_PLACE, o, lane), v)
+        table[k, at], table[k, at + 1], table[k, at + 2] = v
+
+
+@inlined
+def _put(table, count, near, out, gap, radius, grown):
+    """A contact at a solid's point, if the grown surfaces meet there."""
+    distance = gap - radius - grown
+    if distance > 0.0:
+        return count
+    point = join3(grown + 0.5 * distance, out, near)
+    for axis in range(3):
+        table[count, s.HIT_POINT + axis], table[count, s.HIT_NORMAL + axis] = point[axis], out[axis]
+    table[count, s.HIT_DISTANCE] = distance
+    return count + 1
+
+
+@inlined
+def _touch_box(table, count, p, e, radius, solid, grown):
+    """Contacts of a segment (middle p, half e towards its far end) with a box: none, one or two."""
+    low = (solid[s.S_A], solid[s.S_A + 1], solid[s.S_A + 2])
+    high = (solid[s.S_B], solid[s.S_B + 1], solid[s.S_B + 2])
+    size = join3(-0.5, low, (0.5 * high[0], 0.5 * high[1], 0.5 * high[2]))
+    middle = join3(1.0, low, size)
+    x, h = join3(-1.0, middle, p), (-e[0], -e[1], -e[2])
+    at, more = find_box_points(x, h, size)
+    for k in range(2):
+        if k == 0 or more > NONE + 1.0:
+            near, out, gap = leave_box(join3(at + k * more, h, x), size)
+            near = join3(1.0, middle, near)
+            count = _put(table, count, near, out, gap, radius, grown)
+    return count
+
+
+@inlined
+def _touch_hull(table, count, p, e, radius, solid, hulls, grown):
+    """Contact of a segment with a polyhedron, where they are nearest or least deep."""
+    first, middle, stop = int(solid[s.S_FIRST]), int(solid[s.S_MIDDLE]), int(solid[s.S_STOP])
+    along = (2.0 * e[0], 2.0 * e[1], 2.0 * e[2])
+    start = join3(-1.0, e, p)
+    gap, near, out = measure(hulls, first, middle, stop, start, along, radius + grown)
+    return _put(table, count, near, out, gap, radius, grown)

@@ -21,7 +21,8 @@ from feeler.physics.chain.space.sweep import fold_in_space, locate_in_space, mov
 
 class SpaceTables(NamedTuple):
     """All that the compiled step reads and writes; names and axes as in the plane, but for
-    ``place`` (field, object, lane) and ``solids`` (lane, solid, field).
+    ``place`` (field, object, lane), ``solids`` (lane, solid, field) and ``hulls`` (lane, row of
+    :func:`feeler.stimulus.hull.make_hull`, column).
     """
 
     constants: np.ndarray
@@ -30,13 +31,14 @@ class SpaceTables(NamedTuple):
     obj: np.ndarray
     place: np.ndarray
     solids: np.ndarray
+    hulls: np.ndarray
     contacts: np.ndarray
     rows: np.ndarray
     memory: np.ndarray
     number: np.ndarray
     open: np.ndarray
     loaded: np.ndarray
-    planes: int
+    kind: tuple  # planes, whether some base gives way, whether something flows
     width: tuple
 
 
@@ -85,13 +87,15 @@ def _step_tables(t, first, n_steps, timestep, drive, damped):
         if touched:
             _push(t, timestep, damped)
         if not (touched and damped):
-            fold_in_space(t.constants, t.work, t.base, t.loaded, t.planes, timestep, t.width)
+            fold_in_space(t.constants, t.work, t.base, t.loaded, t.kind, timestep, t.width)
         if touched:
             t.loaded[:] = False
             for lane in range(t.number.shape[0]):
                 clear_in_space(t.work, t.rows[lane], s.EDGES * t.number[lane], lane)
+        _count_work(t.base, timestep)
         _carry(t.base, t.place, now, timestep)
-        move_in_space(t.constants, t.work, t.base, t.planes, timestep, t.width)
+        move_in_space(t.constants, t.work, t.base, t.kind, timestep, t.width)
+        _count_work(t.base, timestep)
     for lane in range(t.number.shape[0]):
         if t.number[lane] < 0 or not is_finite(t.work, n, lane):
             return True
@@ -108,18 +112,21 @@ def is_finite(work, n, lane):
 
 
 @inlined
-def _carry(base, place, drive, timestep):
-    """Move base and objects; add up the base's work."""
+def _count_work(base, timestep):
+    """Half a step's work of the base on hinge 1; called before and after it moves."""
     for lane in range(base.shape[2]):
-        power = 0.0
+        for k in range(3):
+            force = base[0, s.BASE_FORCE + k, lane] * base[0, s.ROOT_V + k, lane]
+            moment = base[0, s.BASE_MOMENT + k, lane] * base[0, s.BASE_OMEGA + k, lane]
+            base[0, s.BASE_WORK, lane] += 0.5 * timestep * (force + moment)
+
+
+@inlined
+def _carry(base, place, drive, timestep):
+    """Move base and objects."""
+    for lane in range(base.shape[2]):
         for k in range(6):
-            power += (
-                base[0, s.BASE_FORCE + k, lane]
-                * 0.5
-                * (drive[k, lane] + base[0, s.BASE_V + k, lane])
-            )
             base[0, s.BASE_V + k, lane] = drive[k, lane]
-        base[0, s.BASE_WORK, lane] += timestep * power
         for k in range(3):
             base[0, s.BASE_PLACE + k, lane] += timestep * drive[k, lane]
         turn(base[0], s.BASE_TURN, s.BASE_OMEGA, s.BASE_AXES, timestep, lane)
@@ -184,6 +191,7 @@ def _find(t):
                     t.obj,
                     t.place,
                     t.solids[lane, k],
+                    t.hulls[lane],
                     t.contacts[lane],
                     t.number[lane],
                     lane,
@@ -225,7 +233,7 @@ def _push(t, timestep, damped):
         t.open,
         timestep if damped else 0.0,
         last,
-        t.planes,
+        t.kind,
         t.width,
     )
     t.loaded[:] = False
@@ -261,7 +269,7 @@ def record_in_space(handle, tape, sample, stop, every, timestep, drive, damped):
 def _write(t, row, lane):
     n, at = t.work.shape[1], 0
     for table in (s.ANGLE, s.RATE):
-        for p in range(t.planes):
+        for p in range(t.kind[0]):
             for i in range(n):
                 row[at] = t.work[table + p, i, lane] + 0.0  # no negative zeros
                 at += 1
@@ -281,10 +289,10 @@ def _write(t, row, lane):
 
 @inlined
 def write_pose(base, row, lane):
-    """The base's place and rotation vector (6,)."""
+    """Hinge 1's place and the base's rotation vector (6,)."""
     w, size = base[0, s.BASE_TURN, lane], 0.0
     for k in range(3):
-        row[k] = base[0, s.BASE_PLACE + k, lane] + 0.0
+        row[k] = base[0, s.ROOT + k, lane] + 0.0
         row[3 + k] = base[0, s.BASE_TURN + 1 + k, lane]
         size += row[3 + k] * row[3 + k]
     size = np.sqrt(size)

@@ -10,54 +10,8 @@ from feeler.compiled import inlined, lean
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.lanes import fma, get, put, sincos, spread
 from feeler.physics.chain.space import fields as s
-
-
-@inlined
-def get3(t, k, i, width):
-    """A vector."""
-    return get(t, k, i, width), get(t, k + 1, i, width), get(t, k + 2, i, width)
-
-
-@inlined
-def put3(t, k, i, v, width):
-    """Write a vector."""
-    put(t, k, i, v[0], width)
-    put(t, k + 1, i, v[1], width)
-    put(t, k + 2, i, v[2], width)
-
-
-@inlined
-def cross(a, b):
-    """a × b."""
-    return (
-        fma(a[1], b[2], -(a[2] * b[1])),
-        fma(a[2], b[0], -(a[0] * b[2])),
-        fma(a[0], b[1], -(a[1] * b[0])),
-    )
-
-
-@inlined
-def dot(a, b):
-    """a · b."""
-    return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]))
-
-
-@inlined
-def join(k, a, b):
-    """k a + b."""
-    return fma(k, a[0], b[0]), fma(k, a[1], b[1]), fma(k, a[2], b[2])
-
-
-@inlined
-def add(a, b):
-    """a + b."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@inlined
-def scale(k, a):
-    """k a."""
-    return k * a[0], k * a[1], k * a[2]
+from feeler.physics.chain.space.base import fold_base, give_way, push_root, take_out
+from feeler.physics.chain.space.vectors import add, cross, dot, get3, get_base, join, put3, scale
 
 
 @inlined
@@ -89,15 +43,18 @@ def _load_hinge(constants, work, i, p, angle, rate, axis, width):
 
 
 @lean
-def move_in_space(constants, work, base, planes, timestep, width):
+def move_in_space(constants, work, base, kind, timestep, width):
     """One Euler step of every hinge, v += h q̈, q += h v, and all that follows from where it then
     is. A ``timestep`` of 0 moves nothing and computes what follows.
     """
+    planes, soft, flows = kind
+    alpha, push = push_root(base, soft, width)
+    carried = give_way(base, soft, timestep, width)
     x, y = get_base(base, s.BASE_AXES, width), get_base(base, s.BASE_AXES + 3, width)
     z, omega = get_base(base, s.BASE_AXES + 6, width), get_base(base, s.BASE_OMEGA, width)
-    alpha, push = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
     zero = spread(0.0, width)
-    product, carried = (zero, zero, zero), scale(-1.0, get_base(base, s.BASE_GRAVITY, width))
+    product = zero, zero, zero
+    stream = join(-1.0, get_base(base, s.FLOW_V, width), get_base(base, s.ROOT_V, width))
     for i in range(work.shape[1]):
         along = get3(work, s.SEG_ALONG, i, width)
         first, first_rate, alpha = _step_hinge(work, i, 0, timestep, alpha, push, width)
@@ -131,7 +88,16 @@ def move_in_space(constants, work, base, planes, timestep, width):
         turning = join(axial * dot(y, product), y, scale(across, product))
         spin = join(axial * dot(y, omega), y, scale(across, omega))
         own = scale(-1.0, add(turning, cross(omega, spin)))
-        put3(work, s.MOMENT, i, join(share, cross(along, force), own), width)
+        own = join(share, cross(along, force), own)
+        if flows:
+            swept = cross(omega, along)
+            whole = get(constants, s.C_FLOW, i, width)
+            more = get(constants, s.C_FLOW + 1, i, width) * dot(y, stream)
+            lever = cross(along, join(2.0 / 3.0, swept, stream))
+            own = join(-0.5 * whole, lever, own)
+            force = join(-more, y, join(-whole, join(0.5, swept, stream), force))
+            stream = add(stream, swept)
+        put3(work, s.MOMENT, i, own, width)
         put3(work, s.FORCE, i, force, width)
 
 
@@ -142,15 +108,9 @@ def _spin(rate, axis, product, omega):
 
 
 @inlined
-def get_base(base, k, width):
-    """A vector of the base."""
-    return get(base, 0, k, width), get(base, 0, k + 1, width), get(base, 0, k + 2, width)
-
-
-@inlined
 def _fold_hinge(work, i, p, drag, whole, width):
     """Take one hinge out of the articulated wrench (I: xx xy xz yy yz zz, H by rows, M, bias)."""
-    inertia, mixed, mass, turn, force = whole
+    inertia, mixed = whole[0], whole[1]
     a = get3(work, s.AXIS + 3 * p, i, width)
     ut = (
         fma(inertia[0], a[0], fma(inertia[1], a[1], inertia[2] * a[2])),
@@ -163,43 +123,15 @@ def _fold_hinge(work, i, p, drag, whole, width):
         fma(mixed[2], a[0], fma(mixed[5], a[1], mixed[8] * a[2])),
     )
     inverse = 1.0 / (dot(a, ut) + drag)
-    gt, gf = scale(inverse, ut), scale(inverse, uf)
-    left = get(work, s.TORQUE + p, i, width) - dot(a, turn)
-    put3(work, s.GAIN + 6 * p, i, gt, width)
-    put3(work, s.GAIN + 6 * p + 3, i, gf, width)
+    left = get(work, s.TORQUE + p, i, width) - dot(a, whole[3])
+    put3(work, s.GAIN + 6 * p, i, scale(inverse, ut), width)
+    put3(work, s.GAIN + 6 * p + 3, i, scale(inverse, uf), width)
     put(work, s.LEFT + p, i, left * inverse, width)
-    inertia = (
-        fma(-gt[0], ut[0], inertia[0]),
-        fma(-gt[0], ut[1], inertia[1]),
-        fma(-gt[0], ut[2], inertia[2]),
-        fma(-gt[1], ut[1], inertia[3]),
-        fma(-gt[1], ut[2], inertia[4]),
-        fma(-gt[2], ut[2], inertia[5]),
-    )
-    mixed = (
-        fma(-gt[0], uf[0], mixed[0]),
-        fma(-gt[0], uf[1], mixed[1]),
-        fma(-gt[0], uf[2], mixed[2]),
-        fma(-gt[1], uf[0], mixed[3]),
-        fma(-gt[1], uf[1], mixed[4]),
-        fma(-gt[1], uf[2], mixed[5]),
-        fma(-gt[2], uf[0], mixed[6]),
-        fma(-gt[2], uf[1], mixed[7]),
-        fma(-gt[2], uf[2], mixed[8]),
-    )
-    mass = (
-        fma(-gf[0], uf[0], mass[0]),
-        fma(-gf[0], uf[1], mass[1]),
-        fma(-gf[0], uf[2], mass[2]),
-        fma(-gf[1], uf[1], mass[3]),
-        fma(-gf[1], uf[2], mass[4]),
-        fma(-gf[2], uf[2], mass[5]),
-    )
-    return inertia, mixed, mass, join(left, gt, turn), join(left, gf, force)
+    return take_out(whole, ut, uf, inverse, left)
 
 
 @inlined
-def _carry(constants, work, i, whole, width):
+def _carry(constants, work, i, flows, timestep, whole, width):
     """The articulated wrench at the hinge before, with the segment's own inertia."""
     inertia, mixed, mass, turn, force = whole
     r = get3(work, s.SEG_ALONG, i, width)
@@ -216,6 +148,12 @@ def _carry(constants, work, i, whole, width):
     h1 = cross(r, (mixed[3], mixed[4], mixed[5]))
     h2 = cross(r, (mixed[6], mixed[7], mixed[8]))
     own, excess = get(constants, s.C_HINGE, i, width), get(constants, s.C_EXCESS, i, width)
+    lever, own_mass = get(constants, s.C_LEVER, i, width), get(constants, f.C_MASS, i, width)
+    if flows:  # implicit drag is as a mass spread evenly, timestep times the drag
+        length, drag = get(constants, f.C_LENGTH, i, width), get(constants, s.C_FLOW, i, width)
+        drag = timestep * drag
+        own, excess = own + drag * length * length / 3.0, excess - drag / 3.0
+        lever, own_mass = lever + 0.5 * drag, own_mass + drag
     e = scale(excess, r)
     inertia = (
         inertia[0] + a0[0] + h0[0] + fma(e[0], r[0], own),
@@ -225,7 +163,6 @@ def _carry(constants, work, i, whole, width):
         inertia[4] + a1[2] + h2[1] + e[1] * r[2],
         inertia[5] + a2[2] + h2[2] + fma(e[2], r[2], own),
     )
-    lever, own_mass = get(constants, s.C_LEVER, i, width), get(constants, f.C_MASS, i, width)
     mixed = (
         k0[0],
         fma(-lever, r[2], k0[1]),
@@ -245,6 +182,17 @@ def _carry(constants, work, i, whole, width):
         mass[4],
         mass[5] + own_mass,
     )
+    if flows:
+        length, more = get(constants, f.C_LENGTH, i, width), get(constants, s.C_FLOW + 1, i, width)
+        e = scale(timestep * more / (length * length), r)
+        mass = (
+            fma(e[0], r[0], mass[0]),
+            fma(e[0], r[1], mass[1]),
+            fma(e[0], r[2], mass[2]),
+            fma(e[1], r[1], mass[3]),
+            fma(e[1], r[2], mass[4]),
+            fma(e[2], r[2], mass[5]),
+        )
     turn = join(-1.0, get3(work, s.MOMENT, i, width), add(turn, cross(r, force)))
     return inertia, mixed, mass, turn, join(-1.0, get3(work, s.FORCE, i, width), force)
 
@@ -299,13 +247,14 @@ def _touch(work, i, whole, width):
 
 
 @lean
-def fold_in_space(constants, work, base, loaded, planes, timestep, width):
+def fold_in_space(constants, work, base, loaded, kind, timestep, width):
     """The inward sweep of (M + hC + JᵀDJ) q̈ = …, as in the plane; the base's reaction."""
+    planes, soft, flows = kind
     o = spread(0.0, width)
     six, nine, three = (o, o, o, o, o, o), (o, o, o, o, o, o, o, o, o), (o, o, o)
     whole = six, nine, six, three, three
     for i in range(work.shape[1] - 1, -1, -1):
-        whole = _carry(constants, work, i, whole, width)
+        whole = _carry(constants, work, i, flows, timestep, whole, width)
         if loaded[i]:
             whole = _touch(work, i, whole, width)
         if planes == 3:
@@ -315,34 +264,14 @@ def fold_in_space(constants, work, base, loaded, planes, timestep, width):
         whole = _fold_hinge(work, i, 1, drag, whole, width)
         drag = timestep * get(constants, s.C_DAMP, i, width)
         whole = _fold_hinge(work, i, 0, drag, whole, width)
-    _react(base, whole, width)
-
-
-@inlined
-def _react(base, whole, width):
-    """What the base does to the antenna: moment and force."""
-    inertia, mixed, mass, turn, force = whole
-    al, a = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
-    m, h = mass, mixed
-    moment = (
-        dot((inertia[0], inertia[1], inertia[2]), al) + dot((h[0], h[1], h[2]), a),
-        dot((inertia[1], inertia[3], inertia[4]), al) + dot((h[3], h[4], h[5]), a),
-        dot((inertia[2], inertia[4], inertia[5]), al) + dot((h[6], h[7], h[8]), a),
-    )
-    push = (
-        dot((h[0], h[3], h[6]), al) + dot((m[0], m[1], m[2]), a),
-        dot((h[1], h[4], h[7]), al) + dot((m[1], m[3], m[4]), a),
-        dot((h[2], h[5], h[8]), al) + dot((m[2], m[4], m[5]), a),
-    )
-    for k in range(3):
-        put(base, 0, s.BASE_MOMENT + k, turn[k] + moment[k], width)
-        put(base, 0, s.BASE_FORCE + k, force[k] + push[k], width)
+    fold_base(base, soft, timestep, whole, width)
 
 
 @lean
-def unfold_in_space(work, base, loaded, last, planes, width):
+def unfold_in_space(work, base, loaded, last, kind, width):
     """The outward sweep: segments 0…``last`` that are ``loaded`` are told their accelerations."""
-    alpha, push = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
+    planes, soft, _ = kind
+    alpha, push = push_root(base, soft, width)
     for i in range(last + 1):
         for p in range(planes):
             own = _accelerate(work, i, p, alpha, push, width)
@@ -356,7 +285,7 @@ def unfold_in_space(work, base, loaded, last, planes, width):
 @lean
 def locate_in_space(work, base, last, width):
     """Places and velocities of hinges 0…``last`` in the world; only contact needs them."""
-    place, velocity = get_base(base, s.BASE_PLACE, width), get_base(base, s.BASE_V, width)
+    place, velocity = get_base(base, s.ROOT, width), get_base(base, s.ROOT_V, width)
     for i in range(last + 1):
         put3(work, s.SEG_PLACE, i, place, width)
         put3(work, s.VELOCITY, i, velocity, width)

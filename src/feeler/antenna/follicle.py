@@ -1,0 +1,27 @@
+"""A follicle: the base of an antenna in space may slide against springs and dampers."""
+
+from typing import Annotated
+
+from feeler.record import Ge, Gt, Record, Unit
+
+Stiff = Annotated[float, Gt(0), Unit("N/mm")]
+Damp = Annotated[float, Ge(0), Unit("N·ms/mm")]
+
+
+class Follicle(Record):
+    """What holds hinge 1 of an antenna in space: a spring and a damper along each axis of the base.
+
+    It has no mass of its own. Hinge 1 itself turns against its own stiffness and damping: a
+    follicle of turning stiffness k in series with a shaft whose first hinge has k₁ is a hinge 1 of
+    k k₁/(k + k₁).
+
+    Attributes
+    ----------
+    stiffness : tuple[float, float, float]
+        Towards x, along the base's segment (y), and towards z [N/mm], > 0.
+    damping : tuple[float, float, float]
+        Likewise [N·ms/mm], ≥ 0.
+    """
+
+    stiffness: tuple[Stiff, Stiff, Stiff]
+    damping: tuple[Damp, Damp, Damp] = (0.0, 0.0, 0.0)

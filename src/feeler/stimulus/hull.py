@@ -1,0 +1,175 @@
+"""How far a segment is from a convex solid in space: a point, a line, or a body of flat faces.
+
+Two convex bodies are apart where some plane parts them. Of a segment and a polyhedron that overlap,
+the shallowest way out is along the normal of a face, or across an edge and the segment; of those
+that do not, the nearest points lie on an edge, or at an end of the segment above a face.
+"""
+
+import numpy as np
+
+from feeler.compiled import compiled, inlined
+
+N_HULL = 13
+FLAT = 1e-12  # [C] one minus the cosine up to which two faces are one
+MIN_VALUE = 1e-15
+
+
+def make_hull(corners: np.ndarray) -> tuple[np.ndarray, int]:
+    """Rows (row, N_HULL) of a convex solid's faces and then of its edges, and how many are faces.
+
+    A face is a triangle: normal (3), how far out, a corner (3), and two vectors (3) whose products
+    with what lies beyond that corner are its shares of the two sides. An edge is its start (3), its
+    vector (3), and the normals (3) of its two faces. A point or a line has an edge only.
+    """
+    from scipy.spatial import ConvexHull
+
+    if len(corners) <= 2:
+        return np.array([[*corners[0], *(corners[-1] - corners[0]), *np.zeros(7)]]), 0
+    hull = ConvexHull(corners)
+    a, b, c = (corners[hull.simplices[:, k]] for k in range(3))
+    normal, out = hull.equations[:, :3], -hull.equations[:, 3:]
+    sides = np.stack([b - a, c - a], axis=1)
+    shares = np.linalg.solve(sides @ sides.transpose(0, 2, 1), sides)
+    faces = np.concatenate([normal, out, a, shares[:, 0], shares[:, 1]], axis=1)
+    edges = []
+    for i, (simplex, beside) in enumerate(zip(hull.simplices, hull.neighbors, strict=True)):
+        for k, j in enumerate(beside):
+            if i < j and 1 - normal[i] @ normal[j] > FLAT:
+                p, q = corners[np.delete(simplex, k)]
+                edges.append([*p, *(q - p), *normal[i], *normal[j], 0.0])
+    return np.concatenate([faces, edges]), len(faces)
+
+
+@inlined
+def dot3(a, b):
+    """a · b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def cross3(a, b):
+    """a × b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@inlined
+def join3(k, a, b):
+    """k a + b."""
+    return k * a[0] + b[0], k * a[1] + b[1], k * a[2] + b[2]
+
+
+@inlined
+def row3(table, i, k):
+    """A vector in a row of a table."""
+    return table[i, k], table[i, k + 1], table[i, k + 2]
+
+
+@inlined
+def measure(table, first, middle, stop, p, e, clear):
+    """Distance of the segment from p to p + e from a solid (negative: how deep it is inside), the
+    solid's point there, and the way out. More than ``clear``: only that they are so far apart.
+
+    Its faces are rows ``first`` to ``middle`` of the table, its edges those up to ``stop``.
+    """
+    best, at, out = -np.inf, p, (1.0, 0.0, 0.0)
+    for k in range(first, middle):
+        n = row3(table, k, 0)
+        near, rise = dot3(n, p) - table[k, 3], dot3(n, e)
+        gap = min(near, near + rise)
+        if gap > best:
+            best, out = gap, n
+            at = join3(-gap, n, join3(0.0 if rise > 0.0 else 1.0, e, p))
+            if gap > clear:
+                return best, at, out
+    if middle > first and best <= 0.0:
+        best, at, out = _cross_edges(table, middle, stop, p, e, best, at, out)
+    if middle > first and best <= 0.0:
+        return best, at, out
+    return _find_nearest(table, first, middle, stop, p, e, out)
+
+
+@inlined
+def _cross_edges(table, middle, stop, p, e, best, at, out):
+    """The ways out across an edge and the segment, where they are better."""
+    for k in range(middle, stop):
+        a, d = row3(table, k, 0), row3(table, k, 3)
+        one, other = row3(table, k, 6), row3(table, k, 9)
+        m = cross3(d, e)
+        size = np.sqrt(dot3(m, m))
+        if size * size <= MIN_VALUE * dot3(d, d) * dot3(e, e):
+            continue
+        first, second, lean = dot3(m, one), dot3(m, other), dot3(one, other)
+        u, v = first - lean * second, second - lean * first
+        if u * v < 0.0:  # no plane between the faces of the edge
+            continue
+        sign = 1.0 if u + v > 0.0 else -1.0
+        m = (sign * m[0] / size, sign * m[1] / size, sign * m[2] / size)
+        gap = dot3(m, join3(-1.0, a, p))
+        if gap > best:
+            best, out = gap, m
+            r, _ = _clamp(a, d, p, e)
+            at = join3(r, d, a)
+    return best, at, out
+
+
+@inlined
+def _clamp(a, d, p, e):
+    """Shares of the nearest points of the segments a + r d and p + t e (Ericson 2005, ch. 5)."""
+    w = join3(-1.0, a, p)
+    dd, ee, de = dot3(d, d), dot3(e, e), dot3(d, e)
+    dw, ew = dot3(d, w), dot3(e, w)
+    if dd <= 0.0:
+        return 0.0, min(max(-ew / ee, 0.0), 1.0)
+    det, r = dd * ee - de * de, 0.0
+    if det > MIN_VALUE * dd * ee:
+        r = min(max((dw * ee - ew * de) / det, 0.0), 1.0)
+    t = (r * de - ew) / ee
+    if t < 0.0 or t > 1.0:
+        t = min(max(t, 0.0), 1.0)
+        r = min(max((dw + t * de) / dd, 0.0), 1.0)
+    return r, t
+
+
+@inlined
+def _find_nearest(table, first, middle, stop, p, e, out):
+    """Nearest points of a segment and a solid that are apart."""
+    best, at, way = np.inf, p, (0.0, 0.0, 0.0)
+    for k in range(middle, stop):
+        a, d = row3(table, k, 0), row3(table, k, 3)
+        r, t = _clamp(a, d, p, e)
+        near = join3(r, d, a)
+        apart = join3(-1.0, near, join3(t, e, p))
+        square = dot3(apart, apart)
+        if square < best:
+            best, at, way = square, near, apart
+    for k in range(first, middle):
+        n, a = row3(table, k, 0), row3(table, k, 4)
+        for end in (0.0, 1.0):
+            q = join3(end, e, p)
+            gap, beyond = dot3(n, q) - table[k, 3], join3(-1.0, a, q)
+            u, v = dot3(row3(table, k, 7), beyond), dot3(row3(table, k, 10), beyond)
+            if gap > 0.0 and gap * gap < best and u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                best, at = gap * gap, join3(-gap, n, q)
+                way = (gap * n[0], gap * n[1], gap * n[2])
+    gap = np.sqrt(best)
+    if gap > MIN_VALUE:
+        out = (way[0] / gap, way[1] / gap, way[2] / gap)
+    return gap, at, out
+
+
+@compiled
+def find_gap(points, radius, table, n_faces):
+    """Least distance of the surfaces of segments (segment + 1, 3) and a solid; of balls and lines
+    the depth ends at the axis.
+    """
+    least = np.inf
+    for i in range(radius.shape[0]):
+        p = row3(points, i, 0)
+        e = join3(-1.0, p, row3(points, i + 1, 0))
+        gap, _, _ = measure(table, 0, n_faces, table.shape[0], p, e, np.inf)
+        least = min(least, gap - radius[i])
+    return least

@@ -1,0 +1,121 @@
+"""Meshes: solids in space made of convex parts."""
+
+import os
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.record import Of, freeze
+from feeler.stimulus.feature import Feature, digest_numbers
+
+MAX_CORNERS = 5000  # [C]
+
+
+class Mesh(Feature):
+    """Convex solids, each the hull of its corners and grown by ``rounding``; only antennae in space
+    meet it. Without a name it is called after its corners.
+
+    Attributes
+    ----------
+    vertices : np.ndarray
+        Corners (corner, 3) [mm], part after part, in a frame whose first axis points the way it
+        moves; kept with the foremost at 0.
+    starts : np.ndarray
+        Number (part,) of each part's first corner, from 0; default: one part.
+    rounding : float
+        Distance [mm] by which it is grown, ≥ 0.
+
+    Raises
+    ------
+    InvalidInput
+        More than 5000 corners, or a part of fewer than four or all in one plane.
+    """
+
+    vertices: Annotated[np.ndarray, "corner 3"]
+    starts: Annotated[np.ndarray, "part", Of(int)] = (0,)  # type: ignore[assignment]
+    rounding: float = 0.0
+    kind: ClassVar[str] = "mesh"
+    only_in_space: ClassVar[bool] = True
+
+    def _check(self) -> None:
+        n, starts = len(self.vertices), self.starts
+        if not 4 <= n <= MAX_CORNERS:
+            raise InvalidInput(
+                f"Mesh.vertices must be 4 to {MAX_CORNERS} corners (corner, 3), got {n}. Simplify"
+                " the mesh (simplify=), or take coarser parts (threshold=)."
+            )
+        if not starts.size or starts[0] != 0 or np.any(np.diff([*starts, n]) < 4):
+            raise InvalidInput(
+                "Mesh.starts must rise from 0, with at least four corners to a part, got"
+                f" {starts.tolist()[:8]} for {n} corners."
+            )
+        corners = self.vertices + 0.0  # no −0: equal meshes have equal names
+        vars(self)["vertices"] = freeze(corners - [corners[:, 0].max(), 0.0, 0.0])
+        for number, part in enumerate(self._split()):
+            spread = np.linalg.svd(part - part.mean(axis=0), compute_uv=False)
+            if spread[2] <= 1e-6 * spread[0]:
+                raise InvalidInput(f"Mesh: part {number} lies in one plane, which is no solid.")
+        super()._check()
+
+    def _split(self) -> list[np.ndarray]:
+        return np.split(self.vertices, self.starts[1:])
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike,
+        *,
+        scale: float = 1.0,
+        width: float | None = None,
+        threshold: float = 0.05,
+        simplify: int | None = None,
+        rounding: float = 0.0,
+        name: str = "",
+    ) -> "Mesh":
+        """The closed mesh in an STL or OBJ file, in convex parts.
+
+        It moves along the file's x axis, and is centred across. What is not convex is cut into
+        parts that are (Wei et al. 2022, CoACD, ACM Trans. Graph. 41: 42); each part's hull may
+        stand out from the mesh a little.
+
+        Parameters
+        ----------
+        scale
+            How long one unit of the file is [mm], > 0; such files do not say it.
+        width
+            In its place: extent along y that the solid shall have [mm].
+        threshold
+            How hollow a part may be, over the mesh's size, 0.01 (many parts) to 1 (the hull).
+        simplify
+            Number of triangles to which the mesh is first reduced; default: as it is, which may
+            have 100,000 at most.
+        rounding, name
+            As in ``Mesh``.
+
+        Raises
+        ------
+        InvalidInput
+            No such file, not of its format, open or inside out, or too many triangles.
+        MissingExtra
+            Mesh files need ``pip install 'feeler[meshes]'``.
+        """
+        from feeler.stimulus.meshing import read_mesh
+
+        corners, starts = read_mesh(path, scale, width, threshold, simplify)
+        return cls(vertices=corners, starts=starts, rounding=rounding, name=name)
+
+    def make_name(self) -> str:
+        """``mesh`` and six digits that stand for the corners and the rounding."""
+        return f"mesh {digest_numbers(self.vertices, self.starts, self.rounding)}"
+
+    def make_parts(self) -> list[np.ndarray]:
+        """The parts' shadows in the plane."""
+        from scipy.spatial import ConvexHull
+
+        shadows = [part[:, :2] for part in self._split()]
+        return [shadow[ConvexHull(shadow).vertices] for shadow in shadows]
+
+    def make_solids(self) -> list[np.ndarray]:
+        """The parts, set back by the rounding."""
+        return [part - [self.rounding, 0.0, 0.0] for part in self._split()]
