@@ -34,18 +34,8 @@ LIBRARIES_THAT_OPEN = {
     *("h5py", "h5netcdf", "zarr", "safetensors", "svgpathtools", "ezdxf", "mcap", "mcap_ros2"),
     *("pyarrow", "tomllib", "pickle", "pandas", "xml", "pynwb", "ndx_pose", "netCDF4", "PIL"),
     *("scipy.io", "imageio", "yaml", "torch", "neo", "sqlite3", "zipfile", "tarfile", "shelve"),
-    *(
-        "trimesh",
-        "coacd",
-        "marshal",
-        "configparser",
-        "lxml",
-        "datasets",
-        "cv2",
-        "sleap_io",
-        "nbformat",
-        "rosbags",
-    ),
+    *("marshal", "configparser", "lxml", "datasets", "cv2", "sleap_io", "nbformat", "rosbags"),
+    *("trimesh", "coacd"),
 }
 ENDINGS = (".h5", ".nc", ".nwb", ".mcap", ".db3", ".bag")
 """Of files that feeler reads and info names by what they hold."""

@@ -108,15 +108,14 @@ BODIES = {"triangle": Triangle(half_width=0.6, rounding=0.1, half_length=0.9), "
 @pytest.mark.parametrize(
     ("body", "way"),
     [
-        ("triangle", "edge"),
-        pytest.param("triangle", "corner", marks=pytest.mark.slow),
+        ("triangle", "face"),
         pytest.param("leaf", "face", marks=pytest.mark.slow),
     ],
 )
 def test_prisms_are_mujocos_meshes(body, way):
     """Within 1e-7 rad: MuJoCo finds their contacts by iteration, to 1e-12 mm or so."""
-    antenna = make(3, firm=10.0)
-    item = send(BODIES[body], antenna, way)
+    antenna = make(3)
+    item = send(BODIES[body], antenna, way, friction=0.0)
     ENGINES.register("alike", Engine(make=make_alike, timestep=0.02))
     try:
         compare(Scene(antenna=antenna, objects=(item,), base_motion=CARRIED), "alike", 1e-7)

@@ -10,8 +10,8 @@ import numpy as np
 from feeler.compiled import compiled, inlined
 
 N_HULL = 13
-FLAT = 1e-12  # [C] one minus the cosine up to which two faces are one
-MIN_VALUE = 1e-15
+_FLAT = 1e-12  # [C] one minus the cosine up to which two faces are one
+_MIN_VALUE = 1e-15
 
 
 def make_hull(corners: np.ndarray) -> tuple[np.ndarray, int]:
@@ -34,7 +34,7 @@ def make_hull(corners: np.ndarray) -> tuple[np.ndarray, int]:
     edges = []
     for i, (simplex, beside) in enumerate(zip(hull.simplices, hull.neighbors, strict=True)):
         for k, j in enumerate(beside):
-            if i < j and 1 - normal[i] @ normal[j] > FLAT:
+            if i < j and 1 - normal[i] @ normal[j] > _FLAT:
                 p, q = corners[np.delete(simplex, k)]
                 edges.append([*p, *(q - p), *normal[i], *normal[j], 0.0])
     return np.concatenate([faces, edges]), len(faces)
@@ -100,7 +100,7 @@ def _cross_edges(table, middle, stop, p, e, best, at, out):
         one, other = row3(table, k, 6), row3(table, k, 9)
         m = cross3(d, e)
         size = np.sqrt(dot3(m, m))
-        if size * size <= MIN_VALUE * dot3(d, d) * dot3(e, e):
+        if size * size <= _MIN_VALUE * dot3(d, d) * dot3(e, e):
             continue
         first, second, lean = dot3(m, one), dot3(m, other), dot3(one, other)
         u, v = first - lean * second, second - lean * first
@@ -125,7 +125,7 @@ def _clamp(a, d, p, e):
     if dd <= 0.0:
         return 0.0, min(max(-ew / ee, 0.0), 1.0)
     det, r = dd * ee - de * de, 0.0
-    if det > MIN_VALUE * dd * ee:
+    if det > _MIN_VALUE * dd * ee:
         r = min(max((dw * ee - ew * de) / det, 0.0), 1.0)
     t = (r * de - ew) / ee
     if t < 0.0 or t > 1.0:
@@ -156,7 +156,7 @@ def _find_nearest(table, first, middle, stop, p, e, out):
                 best, at = gap * gap, join3(-gap, n, q)
                 way = (gap * n[0], gap * n[1], gap * n[2])
     gap = np.sqrt(best)
-    if gap > MIN_VALUE:
+    if gap > _MIN_VALUE:
         out = (way[0] / gap, way[1] / gap, way[2] / gap)
     return gap, at, out
 

@@ -9,7 +9,7 @@ from feeler.errors import InvalidInput
 from feeler.record import Of, freeze
 from feeler.stimulus.feature import Feature, digest_numbers
 
-MAX_CORNERS = 5000  # [C]
+_MAX_CORNERS = 5000  # [C]
 
 
 class Mesh(Feature):
@@ -40,9 +40,9 @@ class Mesh(Feature):
 
     def _check(self) -> None:
         n, starts = len(self.vertices), self.starts
-        if not 4 <= n <= MAX_CORNERS:
+        if not 4 <= n <= _MAX_CORNERS:
             raise InvalidInput(
-                f"Mesh.vertices must be 4 to {MAX_CORNERS} corners (corner, 3), got {n}. Simplify"
+                f"Mesh.vertices must be 4 to {_MAX_CORNERS} corners (corner, 3), got {n}. Simplify"
                 " the mesh (simplify=), or take coarser parts (threshold=)."
             )
         if not starts.size or starts[0] != 0 or np.any(np.diff([*starts, n]) < 4):

@@ -13,8 +13,8 @@ from feeler.errors import InvalidInput, MissingExtra
 from feeler.guard import Limits, find_limits, open_guarded
 
 MESHES = (".stl", ".obj")
-MAX_BYTES = 256 * 2**20  # [C]
-MAX_FACES = 100_000  # [C] that are cut into parts as they are
+_MAX_BYTES = 256 * 2**20  # [C]
+_MAX_FACES = 100_000  # [C] that are cut into parts as they are
 MAX_PART_CORNERS = 64  # [C] of a part, where there are several
 CONVEX = 1e-3  # [C] share of its hull by which a convex mesh's volume may fall short
 _SECONDS, _MEMORY = 120.0, 4 * 2**30  # [C] that reading and cutting may take
@@ -48,13 +48,13 @@ def read_mesh(
 def _check_file(path: str | os.PathLike) -> Path:
     try:
         path = Path(path)
-        usable = path.is_file() and path.stat().st_size <= MAX_BYTES
+        usable = path.is_file() and path.stat().st_size <= _MAX_BYTES
     except (TypeError, ValueError, OSError) as error:
         raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
     if path.suffix.lower() not in MESHES:
         raise InvalidInput(f"{path.name!r} is none of {', '.join(MESHES)}; save the mesh as one.")
     if not usable:
-        raise InvalidInput(f"{path} must be a file of at most {MAX_BYTES:,} bytes. Check the path.")
+        raise InvalidInput(f"{path} must be a file of at most {_MAX_BYTES:,} bytes. Check the path.")
     if find_spec("trimesh") is None or find_spec("coacd") is None:
         raise MissingExtra("mesh files need: pip install 'feeler[meshes]'")
     return path
@@ -66,9 +66,9 @@ def read_parts(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
     mesh = _load(path)
     if simplify is not None and len(mesh.faces) > simplify:
         mesh = mesh.simplify_quadric_decimation(face_count=int(simplify))
-    if len(mesh.faces) > MAX_FACES:
+    if len(mesh.faces) > _MAX_FACES:
         raise InvalidInput(
-            f"it has {len(mesh.faces):,} triangles, more than {MAX_FACES:,}. Simplify it, as in"
+            f"it has {len(mesh.faces):,} triangles, more than {_MAX_FACES:,}. Simplify it, as in"
             " simplify=20000."
         )
     _check_closed(mesh)

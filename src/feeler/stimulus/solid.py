@@ -10,7 +10,6 @@ import numpy as np
 from feeler.antenna.space import find_frames
 from feeler.errors import InvalidInput
 from feeler.stimulus.feature import Feature
-from feeler.stimulus.hull import find_gap, make_hull
 
 MARCHES = 200  # [C] steps of a search for the place where surfaces meet
 
@@ -52,6 +51,8 @@ def compute_gap_in_space(
     if feature.unbounded:
         gap = (points - origin) @ axes[0]
         return float(np.min(np.minimum(gap[:-1], gap[1:]) - radius))
+    from feeler.stimulus.hull import find_gap  # numba is slow to load
+
     own = (points - origin) @ axes.T
     gaps = [find_gap(own, radius, *hull) for hull in _list_hulls(feature)]
     return float(np.min(gaps) - feature.rounding)
@@ -59,6 +60,8 @@ def compute_gap_in_space(
 
 @lru_cache(maxsize=8)
 def _list_hulls(feature: Feature) -> list[tuple[np.ndarray, int]]:
+    from feeler.stimulus.hull import make_hull
+
     return [make_hull(corners) for corners in list_solids(feature)]
 
 

@@ -8,7 +8,8 @@ decides ties. A corner is a number whose bits say on which side it lies.
 import numpy as np
 
 from feeler.compiled import inlined
-from feeler.stimulus.hull import MIN_VALUE, dot3, join3
+from feeler.physics.chain.narrow import MIN_VALUE
+from feeler.stimulus.hull import dot3, join3
 
 NONE = -4.0  # no second point
 
