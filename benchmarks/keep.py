@@ -15,6 +15,7 @@ from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.kept import KEPT_LABEL, SHIPPED, fingerprint
 from feeler.studies.paper.stage import Stage
+from feeler.studies.paper.story import OPENING_MOVIE
 
 _WIDTH, _QUALITY = 1400, 72  # of a kept picture: enough to read at the width of a page
 
@@ -24,7 +25,8 @@ def keep_sections(
 ) -> None:
     """Keep these sections of a run, with the day, the seed and the fingerprint of their code.
 
-    Pictures become small, a movie its still; their numbers stay with the run that made them.
+    Pictures become small, a movie its still, but the first screen's stays a movie; their numbers
+    stay with the run that made them.
     """
     for stage, section in sections:
         shutil.rmtree(target := folder / stage.name, ignore_errors=True)
@@ -41,6 +43,10 @@ def keep_sections(
 
 
 def _keep_block(block: dict[str, object], source: Path, target: Path) -> dict[str, object]:
+    if block.get("name") == OPENING_MOVIE:
+        for name in (block["name"], block["still"]):
+            shutil.copy(source / str(name), target)
+        return block
     name = {"figure": f"{block.get('name')}.png", "movie": block.get("still")}.get(
         str(block["kind"])
     )

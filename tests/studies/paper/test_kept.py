@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from PIL import Image
 
 from feeler.report.section import Section
 from feeler.studies.paper import kept
@@ -11,6 +12,7 @@ from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.kept import find_shipped
 from feeler.studies.paper.stage import Stage
+from feeler.studies.paper.story import OPENING_MOVIE
 from feeler.studies.paper.verdicts import judge_claims
 from tests.scripts import load_script
 
@@ -45,6 +47,22 @@ def test_a_kept_section_has_its_numbers_and_says_whence(folder):
         r"Kept from a run at paper scale of \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
     )
     assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
+
+
+def test_the_first_screen_s_movie_is_kept_as_a_movie(tmp_path):
+    (made := tmp_path / "made").mkdir()
+    section = Section(name=STAGE.name, title=STAGE.title, folder=made)
+    for name in (OPENING_MOVIE, "other.mp4"):
+        path = made / name
+        path.write_bytes(b"frames")
+        Image.new("RGB", (4, 3)).save(path.with_suffix(".jpg"))
+        section.movie(path, "A movie.")
+    section.save()
+    keep_sections([(STAGE, section)], Context(scale="paper"), tmp_path)
+    found = find_shipped(STAGE, Context(scale="quick"), tmp_path)
+    assert [block["kind"] for block in found.blocks] == ["movie", "figure"]
+    assert (found.folder / OPENING_MOVIE).read_bytes() == b"frames"
+    assert (found.folder / found.blocks[0]["still"]).exists()
 
 
 @pytest.mark.parametrize("asked", [{"seed": 3}, {"engine": "mujoco"}, {"is_cockroach": False}])
