@@ -54,7 +54,7 @@ def _check_file(path: str | os.PathLike) -> Path:
     if path.suffix.lower() not in MESHES:
         raise InvalidInput(f"{path.name!r} is none of {', '.join(MESHES)}; save the mesh as one.")
     if not usable:
-        raise InvalidInput(f"{path} must be a file of at most {_MAX_BYTES:,} bytes. Check the path.")
+        raise InvalidInput(f"{path} must be a file of at most {_MAX_BYTES:,} bytes.")
     if find_spec("trimesh") is None or find_spec("coacd") is None:
         raise MissingExtra("mesh files need: pip install 'feeler[meshes]'")
     return path
