@@ -123,7 +123,9 @@ def compute_slip(taper: float, share: float) -> float:
 
 def main(out: Path) -> dict[str, float]:
     """Draw the figure, print its numbers and return them."""
-    rows = [(row, k, mm) for row, all_mm in LENGTHS.items() for k, mm in enumerate(all_mm)]
+    rows = [
+        (row, k, mm) for row in LENGTHS for k, mm in enumerate(LENGTHS[row], start=row == "E")
+    ]  # the hindmost are column 0, and row E has none
     whiskers = [make_whisker("ABCDE".index(row) + 1, k, mm) for row, k, mm in rows]
     first = np.array([1e3 * compute_modes(one, 1).frequency[0] for one in whiskers])
     long = first[[mm > 20 for *_, mm in rows]]
