@@ -16,12 +16,11 @@ from feeler.calibration.hinges import Band
 from feeler.cli import calibrate, robot_pages, tracks
 from feeler.cli.app import app
 from feeler.cli.design import _report, _Watcher
-from feeler.cli.wall import _plot_shapes
 from feeler.cli.wall import _save as save_wall
 from feeler.design import page as design_page
 from feeler.physics.engine import get_engine
 from feeler.plotting.movie import SLOWER
-from feeler.plotting.wall import Shapes
+from feeler.plotting.wall import Shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.robot import Recording
@@ -233,7 +232,7 @@ def test_shapes_beside_a_wall_have_the_colours_that_the_legend_names():
     state = {"contact": np.array([1, 1, 0], bool), "inverted": np.array([1, 0, 0], bool)}
     points = np.arange(24.0).reshape(3, 4, 2)
     shapes = Shapes(points=points, wall=np.array([9.0, 8, 7]), peak=points[:, 1], **state)
-    _plot_shapes(figure := Figure(), {"a": shapes})
+    plot_shapes({"a": shapes}, (figure := Figure()).subplots())
     (legend,) = figure.legends
     named = {
         text.get_text(): to_hex(line.get_color())

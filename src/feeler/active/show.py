@@ -110,7 +110,7 @@ def write_film(
         lines = [below.plot([], [], label=label)[0] for label in film.labels]
         below.set(xlim=(0, film.time[-1]), ylim=(0, 1.02), xlabel="time [ms]", ylabel="belief")
         if lines:
-            below.legend(fontsize=6.5, ncols=2, loc="upper left")
+            figure.legend(handles=lines, fontsize=6.5, ncols=3, loc="outside lower right")
         shown = choose_frames(film.time, slower=slower)
         clock = left.set_title(say_clock(float(film.time[-1]), slower), fontsize=8)
 

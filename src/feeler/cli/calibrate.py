@@ -143,7 +143,8 @@ def _fit_data(said: CalibrateOptions, antenna: Any, profile: str) -> None:
             err=True,
         )
     if said.out is not None:
-        _save(said.out, traces, antenna, hinges, result, said.session_start)
+        words = f"An antenna fitted to {traces.source} traces: {_explain(profile, antenna.name)}."
+        _save(said.out, traces, antenna, hinges, result, said.session_start, words)
 
 
 def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
@@ -182,7 +183,9 @@ def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) ->
         typer.echo(result.directions.describe("data"))
 
 
-def _save(out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_start: str) -> None:
+def _save(
+    out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_start: str, lead: str
+) -> None:
     """calibration.html, calibration.png, profile.png, calibration.json and antenna.toml, the
     antenna of the mean parameters.
     """
@@ -224,7 +227,7 @@ def _save(out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_
     write_page(
         out / "calibration.html",
         "Mechanics that fit",
-        f"{hinges.name} hinges, {traces.source} traces.",
+        lead,
         section,
     )
     (out / "calibration.json").write_text(

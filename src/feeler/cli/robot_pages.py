@@ -238,7 +238,7 @@ def write_gap(
     return write_page(
         out / "robot.html",
         "What the gap costs",
-        "Between simulation and surrogate robots.",
+        "How often a classifier that was trained in simulation errs on surrogate robots.",
         section,
     )
 

@@ -212,7 +212,7 @@ def _write_words(found: dict[str, Any]) -> str:
             " ones: these means are biased. --max-gap 5 bridges short gaps by straight lines."
         )
     lines.append(
-        f"average maximum angular speed {found['mean']:.2f} °/s; with an antenna of"
+        f"The average maximum angular speed is {found['mean']:.2f} °/s; with an antenna of"
         f" {found['length']:g} mm that is {found['lateral_speed'] * 100:.2f} cm/s sideways. Tracks:"
         f" {found['source']}."
     )

@@ -93,7 +93,8 @@ def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(
     page = write_comparison(compared, tmp_path / "c.html").read_text(encoding="utf-8")
     words = " ".join(re.sub("<[^>]+>", " ", page).split())
     for (measure, name), one in compared.differences.items():
-        assert f"{measure}: robot minus {name} {one}, d_z {one.effect:.2g}" in words
+        row = f"{name} {100 * one.estimate:+.1f} {100 * one.low:+.1f} to {100 * one.high:+.1f}"
+        assert f"{measure.removeprefix('accuracy, ')} {row} {one.effect:.2f}" in words
     for title, cells in rows.items():
         assert f"{title} {' '.join(cells)}" in words
 

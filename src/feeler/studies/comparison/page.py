@@ -24,7 +24,7 @@ def plot(data: Comparison, figure: Figure) -> None:
     axes = bottom.subplots(1, len(panels), sharey=True)
     for (kind, noise), ax in zip(panels, axes, strict=True):
         plot_curves(data.curves, kind, noise, ax)
-        ax.set_title(f"{LABELS[kind]}, {noise} noise", fontsize=7)
+        ax.set_title(f"{LABELS[kind]}\n{noise} noise", fontsize=7)
         ax.set_xlabel("noise [%]", fontsize=7)
     axes[0].set_ylabel("accuracy [%]", fontsize=7)
     bottom.legend(
@@ -53,10 +53,21 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
             height=5.4,
         )
         section.table(["measure", *data.names], data.list_rows())
-        section.heading("Differences over the same stimuli, with effect size")
-        for (measure, name), interval in data.differences.items():
-            section.text(
-                f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}"
-            )
+        section.table(
+            ["accuracy", f"{data.names[0]} minus", "points", "95 % interval", "effect (d_z)"],
+            [
+                [
+                    measure.removeprefix("accuracy, "),
+                    name,
+                    f"{100 * one.estimate:+.1f}",
+                    f"{100 * one.low:+.1f} to {100 * one.high:+.1f}",
+                    f"{one.effect:.2f}",
+                ]
+                for (measure, name), one in data.differences.items()
+            ],
+            "Differences over the same touches, in percentage points. An antenna is better where"
+            " the interval leaves out 0. d_z: mean of the paired differences over their standard"
+            " deviation.",
+        )
         section.text(conditions)
         return write_page(path, title, lead, section)
