@@ -107,6 +107,90 @@ def test_a_preset(copy):
     copy.check("a preset")
 
 
+def test_a_parameter_of_an_antenna(copy):
+    """A file keeps it, and an engine computes with it: hinges half as stiff again."""
+    copy.replace(
+        "antenna/antenna.py",
+        '    sensors: Annotated[np.ndarray, "sensor?"] = None',
+        '    swelling: Annotated[np.ndarray, "segment?", Ge(0)] = 0.0\n'
+        '    sensors: Annotated[np.ndarray, "sensor?"] = None',
+    )
+    copy.replace(
+        "antenna/antenna.py",
+        '_QUANTITIES = ("segment_mass", ',
+        '_QUANTITIES = ("swelling", "segment_mass", ',
+    )
+    copy.replace(
+        "antenna/parse.py",
+        '    "taper": {"1": 1.0},\n',
+        '    "taper": {"1": 1.0},\n    "swelling": {"1": 1.0, "%": 0.01},\n',
+    )
+    copy.replace(
+        "antenna/parse.py", '_OPTIONAL = ("rest_angle", ', '_OPTIONAL = ("swelling", "rest_angle", '
+    )
+    copy.replace(
+        "physics/chain/model.py",
+        "        antenna.stiffness,\n",
+        "        antenna.stiffness * (1 + antenna.swelling),\n",
+    )
+    said = copy.run(
+        "import feeler",
+        "from feeler.antenna.file import write_antenna",
+        "from feeler.antenna.parse import parse_antenna",
+        "from feeler.physics.chain import fields as f",
+        "from feeler.physics.chain.model import make_model",
+        "from feeler.physics.scene import Scene",
+        "plain = feeler.presets.cockroach()",
+        "swollen = parse_antenna(write_antenna(plain.replace(swelling=0.5))).antenna",
+        "rows = [make_model(Scene(antenna=one)).constants for one in (plain, swollen)]",
+        "print(set((rows[1][f.C_STIFFNESS] / rows[0][f.C_STIFFNESS]).round(12)))",
+    )
+    assert said == "{np.float64(1.5)}\n" or said == "{1.5}\n"
+    copy.check("a parameter of an antenna")
+
+
+RECORDING = "\n".join(["reading;0;30;1;2", "reading;0;31;3;4", "reading;0;32;5;7"])
+
+
+def test_a_recording_format(copy, tmp_path):
+    """A logger's own lines, seconds and milliseconds apart, as ``feeler robot check`` and ``info``
+    read them.
+    """
+    (tmp_path / "run.own").write_text(RECORDING)
+    copy.replace(
+        "robot/recording.py",
+        "read_table(path, words=True) if bag is None",
+        "_read_own(path) if str(path).endswith('.own') else"
+        " read_table(path, words=True) if bag is None",
+    )
+    text = (copy.source / "robot" / "recording.py").read_text(encoding="utf-8")
+    own = (
+        "\n\ndef _read_own(path):\n"
+        "    rows = [line.split(';')[1:] for line in open(path).read().splitlines()]\n"
+        "    lines = [f'{1e3 * int(s) + int(ms)},{a},{b}' for s, ms, a, b in rows]\n"
+        "    from feeler.tensors.table import parse_table\n"
+        "    return parse_table('\\n'.join(['time_ms,hinge1_deg,hinge2_deg', *lines]),"
+        " source=str(path))\n"
+    )
+    copy.write("robot/recording.py", text + own)
+    copy.replace(
+        "robot/files.py",
+        "detect=lambda path, start: find_bag(path) is not None or",
+        "detect=lambda path, start: path.suffix == '.own' or find_bag(path) is not None or",
+    )
+    said = copy.run(
+        "import numpy as np",
+        "from feeler.robot.files import ROBOT_FILES",
+        "from feeler.robot.recording import load_recording",
+        "from feeler.tensors.formats import find_formats",
+        f"path = {str(tmp_path / 'run.own')!r}",
+        "print(np.degrees(load_recording(path, n_channels=2).values).round(9).tolist())",
+        "print(next(iter(find_formats(path, ROBOT_FILES))))",
+    )
+    assert said == "[[1.0, 3.0, 5.0], [2.0, 4.0, 7.0]]\nrecording\n"
+    copy.check("a recording format of a robot")
+
+
 CLAIM = """
 [[claim]]
 id = "half"

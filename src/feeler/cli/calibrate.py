@@ -44,7 +44,12 @@ class CalibrateOptions:
         str,
         typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)"),
     ] = "trace"
-    profile: Annotated[str, typer.Option(help="exponential, linear, constant, scale or tilt")] = ""
+    profile: Annotated[
+        str,
+        typer.Option(
+            help="exponential, linear, constant, scale, tilt …; an unknown name lists all"
+        ),
+    ] = ""
     antenna: Annotated[
         str, typer.Option(help="preset or antenna file (TOML) that gives segments and masses")
     ] = "cockroach"
@@ -61,9 +66,9 @@ class CalibrateOptions:
     targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
         "cockroach"
     )
-    method: Annotated[str, typer.Option(help="least-squares, powell or nelder-mead")] = (
-        "least-squares"
-    )
+    method: Annotated[
+        str, typer.Option(help="least-squares, powell, nelder-mead …; an unknown name lists all")
+    ] = "least-squares"
     starts: Annotated[
         int,
         typer.Option(
