@@ -232,7 +232,7 @@ def test_a_line_of_text_names_a_drawing(tmp_path):
         (lambda: make_feature("outline", 1.0), "needs its vertices; a size is not enough"),
         (
             lambda: make_feature("box", 1.0, depth=2.0),
-            "box has no 'depth'; it has name, half_width, half_height, rounding",
+            "box has no 'depth'; it has name, half_length, half_width, half_height, rounding",
         ),
         (lambda: make_feature({"radius": 1.0}), "unknown shape None"),
         (lambda: parse_feature("box:wide", 1.0), "'wide' has no value"),

@@ -36,8 +36,8 @@ class TouchOptions:
     feature: Annotated[
         list[str],
         typer.Option(
-            help="ball, peg, box, triangle, outline or wall, or as in"
-            f" box:half_height=3,rounding=0.2{_MANY}"
+            help="ball, peg, box, triangle, outline, mesh or wall, or as in"
+            f" box:half_height=3,rounding=0.2 or mesh:file=rock.stl{_MANY}"
         ),
     ] = field(default_factory=lambda: ["ball"])
     size: Annotated[

@@ -1,0 +1,105 @@
+"""Meshes from files: what is a solid is cut into convex parts, what is none is refused in words."""
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.errors import InvalidInput
+from feeler.physics.simulation import Simulation
+from feeler.stimulus import Mesh, Object, Trial
+from feeler.stimulus.feature import make_feature, parse_feature
+from feeler.stimulus.solid import list_solids
+
+trimesh = pytest.importorskip("trimesh")
+
+
+def save(mesh, tmp_path, kind: str = "stl"):
+    path = tmp_path / f"solid.{kind}"
+    mesh.export(path)
+    return path
+
+
+@pytest.fixture
+def brick():
+    return trimesh.creation.box(extents=(1.0, 2.0, 3.0), transform=np.eye(4) + 5 * np.eye(4, k=3))
+
+
+def test_a_convex_mesh_is_one_solid_with_its_front_at_its_place(brick, tmp_path):
+    mesh = Mesh.from_file(save(brick, tmp_path), width=4.0, rounding=0.5)
+    (corners,) = list_solids(mesh)
+    np.testing.assert_allclose(corners.min(axis=0), [-2.5, -2.0, -3.0], atol=1e-6)
+    np.testing.assert_allclose(corners.max(axis=0), [-0.5, 2.0, 3.0], atol=1e-6)
+    assert mesh.size == pytest.approx(2.5)
+    assert make_feature(mesh.to_plain()) == mesh
+    assert mesh.mirror().mirror() == mesh
+
+
+@pytest.mark.long
+def test_a_ring_is_cut_into_parts_that_leave_its_hole(tmp_path):
+    pytest.importorskip("coacd")
+    ring = trimesh.creation.torus(2.0, 0.5, major_sections=24, minor_sections=12)
+    path = save(ring, tmp_path, "obj")
+    mesh = parse_feature(f"mesh:file={path},scale=2,threshold=0.1")
+    assert len(mesh.starts) > 3
+    volume = sum(trimesh.convex.convex_hull(part).volume for part in list_solids(mesh))
+    assert volume == pytest.approx(8 * ring.volume, rel=0.15)
+
+
+def spoil(brick, how: str):
+    if how == "open":
+        brick.update_faces(np.arange(11))
+    elif how == "inside out":
+        brick.invert()
+    return brick
+
+
+@pytest.mark.parametrize(
+    ("how", "words"), [("open", "is open: 3 of its 18 edges"), ("inside out", "is inside out")]
+)
+def test_what_bounds_no_solid_is_refused(how, words, brick, tmp_path):
+    with pytest.raises(InvalidInput, match=words):
+        Mesh.from_file(save(spoil(brick, how), tmp_path))
+
+
+@pytest.mark.long
+def test_very_many_triangles_are_simplified_on_request(tmp_path):
+    path = save(trimesh.creation.icosphere(subdivisions=7), tmp_path)
+    with pytest.raises(InvalidInput, match=r"327,680 triangles, more than 100,000\. Simplify"):
+        Mesh.from_file(path)
+    mesh = Mesh.from_file(path, simplify=400)
+    assert mesh.size == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"vertices": np.eye(4, 3)[:3]}, "4 to 5000 corners"),
+        ({"vertices": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]}, "part 0 lies in one plane"),
+        ({"vertices": np.eye(8, 3), "starts": (0, 6)}, "at least four corners to a part"),
+    ],
+)
+def test_wrong_corners_are_refused(fields, words):
+    with pytest.raises(InvalidInput, match=words):
+        Mesh(**fields)
+
+
+WEDGE = Mesh(vertices=[(0, 0, 0), (-2, -1, 0), (-2, 1, 0.2), (-2, 0, 1.5), (-1, 0, -1)])
+
+
+def test_a_mesh_touches_a_whisker_and_no_planar_antenna():
+    whisker = feeler.presets.make_preset("rat-whisker")
+    trial = Trial(feature=WEDGE, location=0.6, speed=0.1, azimuth=30.0)
+    runs = Simulation(whisker, trial)
+    runs.step(15.0)
+    assert len(runs.contacts)
+    assert np.linalg.norm(runs.force) > 0
+    with pytest.raises(InvalidInput, match=r"mesh .* is a solid in space"):
+        Simulation(feeler.presets.cockroach(), Object(feature=WEDGE, place=(-5.0, 20.0)))
+
+
+def test_a_mesh_that_starts_around_the_antenna_is_refused():
+    whisker = feeler.presets.make_preset("rat-whisker")
+    x, y, z = whisker.shape()[whisker.n_segments // 2]
+    inside = Object(feature=WEDGE, place=(x + 1.2, y, z - 0.1))
+    with pytest.raises(InvalidInput, match="starts inside the antenna"):
+        Simulation(whisker, inside)
