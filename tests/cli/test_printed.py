@@ -62,7 +62,7 @@ def test_tracks_prints_degrees_per_second_and_centimetres_per_second():
     found = measure_exploration([load_tracks(path, frame_rate=30)])
     said = run("tracks", path, "--frame-rate", 30, "--length", 50)
     mean, length, lateral = read(
-        r"angular speed # °/s; with an antenna of # mm that is # cm/s", said
+        r"angular speed is # °/s; with an antenna of # mm that is # cm/s", said
     )
     assert mean == pytest.approx(1e3 * 180 / np.pi * found.mean, abs=0.006)  # rad/ms
     assert length == 50
