@@ -97,7 +97,7 @@ def _work(
         hypothesis.Phase.explicit,
         hypothesis.Phase.generate,
     ]  # one failure is enough, however large
-    hypothesis.settings.register_profile("mutants", phases=finding, database=None)
+    hypothesis.settings.register_profile("mutants", phases=finding, database=None, deadline=None)
     if seconds:
         from numba.core import caching
 

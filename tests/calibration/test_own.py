@@ -13,8 +13,10 @@ from feeler.calibration import (
     Traces,
     fit_traces,
     load_traces,
+    make_hinges,
     make_synthetic_traces,
     measure_trace,
+    own,
 )
 from feeler.calibration.trace import _smooth
 from feeler.errors import InvalidInput
@@ -79,6 +81,19 @@ def test_mean_interval_and_residual_are_student_s_and_numpy_s(traces):
             np.linalg.norm(best - goal) / np.linalg.norm(goal), rel=1e-6
         )
         assert simulated[0] == pytest.approx(1.0)
+
+
+def test_directions_are_in_typical_changes(traces, monkeypatch):
+    """Of a family some of whose numbers have a typical change that is not 1."""
+    hinges = make_hinges("tilt", make_small())
+    assert np.ptp(hinges.scale) > 0.1
+    jacobian = np.random.default_rng(0).normal(size=(9, hinges.scale.size))
+    x, covariance = hinges.to_x(hinges.start), 1e-4 * np.eye(hinges.scale.size)
+    one = own._Fitted(x=x, residual=0.01, covariance=covariance, jacobian=jacobian)
+    monkeypatch.setattr(own, "_fit_one", lambda *_: one)
+    monkeypatch.setattr(own, "_simulate_all", lambda *_: np.zeros_like(traces.displacement))
+    found = fit_traces(traces, make_small(), hinges=hinges, protocol=QUICK)
+    np.testing.assert_allclose(found.directions.jacobian, jacobian * hinges.scale)
 
 
 def test_synthetic_traces_are_scattered_and_noisy_as_they_say():

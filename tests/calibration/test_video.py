@@ -94,6 +94,14 @@ def test_animals_let_go_at_different_frames_are_cut_to_the_shortest(tmp_path):
         )
 
 
+def test_each_point_has_a_rest_of_its_own(tmp_path):
+    """One motion, seen at two places: 0.4 of it about 7, all of it about −3."""
+    row = film((1.0,), (1.0, 1.0), "scale", frames=(40, 90))[0]
+    file = write(tmp_path / "video.csv", ("a@0.5", "a"), np.array([0.4 * row + 7, row - 3]))
+    half, tip = load_traces(file, frame_rate=1000, release="found").displacement
+    np.testing.assert_allclose(half, 0.4 * tip, atol=2e-3 * np.ptp(tip))
+
+
 @pytest.mark.parametrize(("interval", "found", "more"), [(4.0, True, 16.0), (4.0, False, 0.0)])
 def test_a_step_is_simulated_to_the_end_of_the_latest_release(monkeypatch, interval, found, more):
     """A release may be four samples later than found, and the cubic between samples must not run

@@ -5,6 +5,7 @@ page, and goes on.
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from typer.testing import CliRunner
 import feeler
 from feeler.cli.app import app
 from feeler.cli.design import _report
-from feeler.design import load_plan
+from feeler.design import load_plan, outcome, page
 from feeler.design.making import SHEETS, make_strips, measure_tolerance
 from feeler.design.outcome import carry_out
 from feeler.design.page import _say_making, _say_result, plot_confusion, plot_designs
@@ -59,6 +60,38 @@ def write(folder, text=TEXT):
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plan")
     return folder, carry_out(load_plan(write(folder)), folder / "out", workers=1)
+
+
+def test_the_best_is_that_of_the_test_draws_and_looks_are_counted_by_the_final_seed(
+    made, monkeypatch, tmp_path
+):
+    """Planted: the end that the optimiser's draws like less is the better one on the tests."""
+    folder, found = made
+    low, high = sorted(found.ends, key=lambda end: end.best.bits)
+    assert low.best.bits < high.best.bits
+    asked = []
+
+    def score(antenna, task, purpose="test", **_):
+        asked.append(purpose)
+        return replace(found.final, bits=2.0 if antenna == low.design.antenna else 1.0)
+
+    monkeypatch.setattr(outcome, "optimise", lambda *_, **__: [high, low])
+    monkeypatch.setattr(outcome, "score", score)
+    again = carry_out(load_plan(folder / "task.toml"), tmp_path / "out")
+    assert again.best == low.design.antenna and [one.bits for one in again.tests] == [2.0, 1.0]
+    assert sorted(asked) == ["final"] * 2 + ["test"] * 3
+    assert list(json.loads((tmp_path / "out" / "finals.json").read_text())) == ["3"]
+
+
+def test_by_speed_bits_stand_before_errors_and_the_least_of_the_damping_ratios_is_told(
+    made, monkeypatch
+):
+    _, found = made
+    np.testing.assert_allclose(found.final.by_speed, [[found.final.bits, found.final.errors]])
+    assert found.final.bits != found.final.errors
+    modes = SimpleNamespace(damping_ratio=np.array([0.5, 0.2, 0.3]))
+    monkeypatch.setattr(page, "compute_modes", lambda *_: modes)
+    assert page._list_cells(found.final, ANTENNA)[-1] == 0.2
 
 
 def test_the_template_is_a_plan(tmp_path):

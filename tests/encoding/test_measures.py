@@ -156,6 +156,15 @@ def test_no_code_tells_more_than_it_has_components_or_there_are_locations():
         assert score.ceiling == pytest.approx(ceiling)
 
 
+def test_the_correlation_is_spearman_s_where_places_are_met_unequally_often():
+    rng, places = np.random.default_rng(2), np.array([0.1, 0.3, 0.9])
+    locations, codes = np.repeat([0.5, 0.6, 0.9], [2, 3, 7]), rng.random((12, 3, 20)) ** 4
+    share = np.square(codes).sum(axis=2)
+    centre = (share / share.sum(axis=1, keepdims=True)) @ places
+    score = map_locations(codes, locations, places, n_shuffles=9)
+    assert score.correlation == pytest.approx(spearmanr(centre, locations).statistic)
+
+
 @pytest.mark.parametrize("turn", [1, -1])
 def test_a_map_the_other_way_round_is_as_unlikely(turn):
     """p of the correlation is two-sided, as SciPy's permutation test of Spearman's is."""

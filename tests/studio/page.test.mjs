@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
 import { findDecision, readVerdict } from "./charts.js";
-import { Decoder, readExpected } from "./decoder.js";
+import { Decoder, findOnset, readExpected } from "./decoder.js";
 import { raise, write } from "./dom.js";
 import { findHandles, readCurve, sumCompliance } from "./editor.js";
 import { Host } from "./host.js";
@@ -179,6 +179,14 @@ test("what a decoder learned is unpacked to within its step, and judges as feele
   read.posterior.forEach((value, k) => near(value, posterior[k], 0.02));
   const unsure = posterior.slice(3 * noticed).filter((value) => value > 0.05 && value < 0.95);
   assert.ok(unsure.length > 20);
+});
+
+test("the resting level follows a slow drift, and contact is the third sample in a row beyond it", () => {
+  const felt = Array.from({ length: 900 }, (_, k) => (k < 300 ? 0 : 0.003)); // 0.003 is below the onset
+  const { at, level } = findOnset({ n: 1, samples: 904, data: Float64Array.from([...felt, 0.5, 0.5, 0.5, 0.5]) }, 1);
+  assert.equal(at, 902);
+  near(level[0], 0.003 * (1 - (1 - 1 / 300) ** 600), 1e-6); // as a mean over 300 samples that fades
+  assert.equal(findOnset({ n: 1, samples: 903, data: Float64Array.from([...felt, 0.5, 0.5, 0.003]) }, 1).at, -1);
 });
 
 /** @param {number} [seed] */

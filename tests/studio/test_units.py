@@ -116,4 +116,4 @@ def test_the_page_s_functions_do_what_python_does(tmp_path):
     command = [node, "--test", TESTS.name]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-6000:]
-    assert "# pass 14" in done.stdout
+    assert "# pass 15" in done.stdout

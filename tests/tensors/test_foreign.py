@@ -44,6 +44,14 @@ def test_hdf5_holds_every_variable_of_a_netcdf_file(tensors, tmp_path):
             assert [*map(_decode, file[name][()])] == tensors[name].values.tolist()
 
 
+def test_what_netcdf_cannot_hold_is_json_in_it(tensors, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    told = {"posture": [1.5, None, True], "name": "µ"}
+    save(tensors.assign_attrs(told=told), tmp_path / "a.nc")
+    with h5py.File(tmp_path / "a.nc") as file:
+        assert json.loads(file.attrs["told"]) == told
+
+
 def _decode(value):
     return value.decode() if isinstance(value, bytes) else value
 
