@@ -247,6 +247,16 @@ class Antenna(Record):
         first = {name: getattr(self, name)[0] for name in HINGE}
         return self.replace(**first, taper=1.0, follicle=None) if self.spatial else self
 
+    def unflatten(self) -> "Antenna":
+        """The antenna in space that bends alike in both planes and rests as this one does; itself,
+        if it is in space.
+        """
+        if self.spatial:
+            return self
+        both = {name: np.stack([getattr(self, name)] * 2) for name in HINGE}
+        both["rest_angle"][1] = 0.0
+        return self.replace(**both)
+
     @property
     def n_segments(self) -> int:
         """Number of segments, which is the number of hinges."""

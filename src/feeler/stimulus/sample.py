@@ -21,6 +21,7 @@ from feeler.stimulus.trial import LEAD, Trial
 ATTEMPTS = 20  # [C] draws of one touch before its ranges are said not to fit
 HOPELESS = 0.9  # [C] share of touches that do not fit from which no other draw is tried
 FIELDS = ("location", "speed", "approach", "friction", "lead")
+TURNED = "azimuth"  # a field of trials in space, a column only where it is asked for
 BASE = ("x", "y", "turn")
 
 
@@ -33,8 +34,8 @@ class SampledTrials(Sequence[Trial]):
     ----------
     columns
         Values (trial,) by name: ``feature`` (its number among ``features``), ``size``,
-        ``location``, ``speed``, ``approach``, ``friction``, ``lead``, ``right`` and, where the base
-        moves, ``x``, ``y`` and ``turn``.
+        ``location``, ``speed``, ``approach``, ``friction``, ``lead``, ``right`` and, where they are
+        asked for, ``azimuth``, and ``x``, ``y`` and ``turn`` of the base.
     features
         What touches, at any size.
     antenna
@@ -73,7 +74,7 @@ class SampledTrials(Sequence[Trial]):
         if not np.isnan(row["size"]):
             feature = _resize(feature, row["size"])
         base = BaseMotion(velocity=(row["x"], row["y"]), turn=row["turn"]) if "x" in row else None
-        fields = {name: row[name] for name in FIELDS}
+        fields = {name: row[name] for name in (*FIELDS, TURNED) if name in row}
         return Trial(feature=feature, side="right" if row["right"] else "left", base=base, **fields)
 
     def __repr__(self) -> str:
@@ -103,6 +104,7 @@ def sample_trials(
     approach: Spread = (70.0, 110.0),
     friction: Spread = (0.5, 1.0),
     lead: Spread = LEAD,
+    azimuth: Spread = 0.0,
     sides: Sequence[str] = ("left", "right"),
     base: Mapping[str, Any] | None = None,
     antenna: Antenna | None = None,
@@ -110,11 +112,11 @@ def sample_trials(
 ) -> SampledTrials:
     """Random touches by ranges or distributions; the k-th is the same however many are drawn.
 
-    Each of ``sizes``, ``locations``, ``speeds``, ``approach``, ``friction`` and ``lead`` is a
-    number, a range (low, high), a list of choices, a ``LogRange``, or a frozen distribution of
-    scipy.stats. Every parameter has a random stream of its own, so that another range for one
-    leaves the others as they were. A touch that cannot be placed is drawn again. The defaults are
-    choices [C] around the paper's ninety touches.
+    Each of ``sizes``, ``locations``, ``speeds``, ``approach``, ``friction``, ``lead`` and
+    ``azimuth`` is a number, a range (low, high), a list of choices, a ``LogRange``, or a frozen
+    distribution of scipy.stats. Every parameter has a random stream of its own, so that another
+    range for one leaves the others as they were. A touch that cannot be placed is drawn again. The
+    defaults are choices [C] around the paper's ninety touches.
 
     Parameters
     ----------
@@ -122,7 +124,7 @@ def sample_trials(
         Kinds, or features, all equally likely.
     sizes
         Half-widths [mm]; None leaves features as large as they were given.
-    locations, speeds, approach, friction, lead
+    locations, speeds, approach, friction, lead, azimuth
         As in :class:`feeler.Trial`.
     sides
         ``("left",)`` for one side only.
@@ -145,6 +147,7 @@ def sample_trials(
     fields = (locations, speeds, approach, friction, lead)
     spreads: dict[str, Spread] = dict(zip(FIELDS, fields, strict=True))
     spreads |= {"size": sizes} if sizes is not None else {}
+    spreads |= {TURNED: azimuth} if describe_spread(azimuth) != 0 else {}
     if base is not None:
         if not {*base} <= {*BASE}:
             raise InvalidInput(
@@ -197,7 +200,8 @@ def _draw(
 def _check_ends(columns: dict[str, np.ndarray], features: tuple[Feature, ...]) -> None:
     """Refuse values that no trial may have; these are intervals, so that the ends tell."""
     for pick in (np.min, np.max):
-        fields: dict[str, Any] = {name: float(pick(columns[name])) for name in FIELDS}
+        names = [name for name in (*FIELDS, TURNED) if name in columns]
+        fields: dict[str, Any] = {name: float(pick(columns[name])) for name in names}
         Trial(feature=features[0], **fields)
         if not np.isnan(columns["size"][0]) and not pick(columns["size"]) > 0:
             raise InvalidInput(f"sizes must be > 0 mm, got {pick(columns['size']):.3g}.")
@@ -235,7 +239,7 @@ def _fits_surely(trials: SampledTrials, antenna: Antenna) -> np.ndarray:
     Drawn back from it along a line, one convex body leaves another and does not meet it again.
     """
     straight = not antenna.rest_angle.any() and np.all(antenna.radius == antenna.radius[0])
-    if not straight or "x" in trials.columns:
+    if not straight or antenna.spatial or {"x", TURNED} & trials.columns.keys():
         return np.zeros(len(trials), bool)
     convex = np.array([len(feature.parts) == 1 for feature in trials.features])
     own = np.array([feature.size for feature in trials.features])

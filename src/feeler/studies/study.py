@@ -23,6 +23,7 @@ from feeler.provenance import compute_digest, make_key
 from feeler.record import Ge, Gt, OneOf, Record, Unit
 from feeler.stimulus.trial import Trial
 from feeler.task import NOISES, Noise, Task
+from feeler.tensors.scaling import fold_planes
 from feeler.tensors.unit import in_unit
 
 _WHOLE = "whole touch"
@@ -223,7 +224,7 @@ class Study(Record):
         """One set of touches of an antenna at a speed, by field; ``options`` as ``run`` takes."""
         trials, labels = self.task.draw(antenna, "test", set=number, speed=speed)
         tensors = self.touch(antenna, trials, ("angle", "force", "work"), **options)
-        angle = in_unit(tensors["angle"], "rad").values
+        angle = _read_angle(tensors)
         if not np.abs(angle).reshape(len(angle), -1).max(axis=1).all():
             raise InvalidInput(
                 f"an object does not bend the antenna {antenna.name!r} at all; choose others."
@@ -242,7 +243,7 @@ class Study(Record):
                     antenna, "train", set=number, speed=speed, each=self.train
                 )
                 again = self.touch(antenna, lessons, ("angle",), **options)
-                known = in_unit(again["angle"], "rad").values, taught
+                known = _read_angle(again), taught
             told.append(self._ask(name, known, (angle, labels), windows, number))
         values = np.array(told)  # (reader, level, window, field)
         return {
@@ -317,6 +318,11 @@ class Study(Record):
                 reader.fit(lessons[:, :, samples], taught)
                 row[k] = measure_reader(reader, met[:, :, samples], true)
         return found
+
+
+def _read_angle(tensors: xr.Dataset) -> np.ndarray:
+    """Angles (trial, sensor, time) [rad], those of one plane after those of the other."""
+    return fold_planes(in_unit(tensors["angle"], "rad")).values
 
 
 def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:

@@ -13,6 +13,7 @@ from feeler.record import Record, freeze
 from feeler.stimulus.trial import Trial
 
 NAMES = ("location", "size", "approach", "friction", "speed")
+TURNED = "azimuth"  # of touches in space; said only where they leave the plane
 NEAREST = 0.05  # [C] of the length; nearer the base a normal spread does not go
 OBLIQUE = (30.0, 150.0)  # [C] degrees; an approach beyond them misses many antennas
 
@@ -40,7 +41,8 @@ class Normal:
 
 
 class Nuisances(Record):
-    """How far place, size, speed, approach and friction of a touch may lie from what was asked for.
+    """How far place, size, speed, approach and friction of a touch, and in space its azimuth, may
+    lie from what was asked for.
 
     A number is a half-width about the nominal value (``kind="uniform"``) or a standard deviation
     (``"normal"``; shares are then log-normal). Anything else says where the value itself lies,
@@ -59,6 +61,8 @@ class Nuisances(Record):
         ± share; otherwise the coefficient itself.
     speed : Spread
         ± share; otherwise the speed itself [m/s].
+    azimuth : Spread
+        ± degrees, of touches in space.
     kind : Literal[uniform, normal]
         ``uniform`` or ``normal``: what a number means.
     """
@@ -68,14 +72,16 @@ class Nuisances(Record):
     approach: Spread = 4.0
     friction: Spread = (0.6, 1.0)
     speed: Spread = 0.0
+    azimuth: Spread = 0.0
     kind: Literal["uniform", "normal"] = "uniform"
 
     def _check(self) -> None:
-        for name in NAMES:
+        for name in (*NAMES, TURNED):
             value = read_spread(getattr(self, name), f"Nuisances.{name}")
             if is_number(value) and not 0 <= value < np.inf:
                 raise InvalidInput(f"Nuisances.{name} must be finite and ≥ 0, got {value}.")
-            if is_number(value) and self.kind == "uniform" and name != "approach" and value >= 1:
+            share = name not in ("approach", TURNED)
+            if is_number(value) and self.kind == "uniform" and share and value >= 1:
                 raise InvalidInput(f"Nuisances.{name} must be < 1, as it is a share, got {value}.")
             vars(self)[name] = value
 
@@ -86,10 +92,18 @@ class Nuisances(Record):
 
     def to_plain(self) -> dict[str, Any]:
         """The fields as plain data; ``Nuisances(**plain)`` is equal."""
-        return {name: describe_spread(getattr(self, name)) for name in NAMES} | {"kind": self.kind}
+        names = (*NAMES, TURNED) if self._turns else NAMES
+        return {name: describe_spread(getattr(self, name)) for name in names} | {"kind": self.kind}
+
+    @property
+    def _turns(self) -> bool:
+        """Whether touches leave the plane."""
+        return describe_spread(self.azimuth) != 0
 
     def spread(self, trial: Trial) -> dict[str, Spread]:
-        """Where size [mm], location, speed, approach and friction of touches like this one lie."""
+        """Where size [mm], location, speed, approach and friction of touches like this one lie, and
+        their azimuth where they leave the plane.
+        """
         small, wide = min(NEAREST, trial.location), OBLIQUE
         wide = (min(wide[0], trial.approach), max(wide[1], trial.approach))
         return {
@@ -98,7 +112,11 @@ class Nuisances(Record):
             "speed": self._about(self.speed, trial.speed, share=True),
             "approach": self._about(self.approach, trial.approach, low=wide[0], high=wide[1]),
             "friction": self._about(self.friction, trial.friction, share=True),
-        }
+        } | self._turn(trial)
+
+    def _turn(self, trial: Trial) -> dict[str, Spread]:
+        about = self._about(self.azimuth, trial.azimuth, low=-360.0, high=360.0)
+        return {TURNED: about} if self._turns else {}
 
     def _about(
         self, by: Spread, middle: float, share: bool = False, low: float = 0.0, high: float = np.inf
@@ -126,6 +144,7 @@ class Nuisances(Record):
 
     def _move(self, trial: Trial, rng: np.random.Generator) -> Trial:
         shares = dict(zip(NAMES, rng.random((len(NAMES), 1)), strict=True))
+        shares[TURNED] = rng.spawn(1)[0].random(1) if self._turns else np.zeros(1)
         spreads = self.spread(trial)
         feature, size = trial.feature, spreads.pop("size")
         if np.isfinite(feature.size):

@@ -229,6 +229,7 @@ class Task(Record):
             speeds=spreads["speed"],
             approach=spreads["approach"],
             friction=spreads["friction"],
+            azimuth=spreads.get("azimuth", 0.0),
             lead=self.lead,
             sides=("left",),
             antenna=antenna,

@@ -2,6 +2,7 @@
 labels of what comes back.
 """
 
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -69,3 +70,36 @@ def label_like(
         if item.dims and all(sizes.get(str(dim)) == given.sizes[dim] for dim in item.dims)
     }
     return xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
+
+
+@checked
+def project_planes(
+    tensors: xr.DataArray, around: float | Sequence[float] = 0.0, turn: float = 0.0
+) -> xr.DataArray:
+    """Bending towards sides of the antenna: b_x cos φ + b_z sin φ (trial, side, sensor, time).
+
+    Parameters
+    ----------
+    tensors
+        Angles or curvature, in space (trial, plane, sensor, time); those of an antenna in one plane
+        have b_z = 0. Torsion bends nothing.
+    around
+        Where the sides lie around the antenna: φ [degrees], 0 towards x and 90 towards z, in the
+        frame of each segment.
+    turn
+        How much farther around each sensor sits than the one before it [degrees].
+    """
+    sides = np.atleast_1d(np.asarray(around, dtype=float))
+    if not np.isfinite([*sides, turn]).all():
+        raise InvalidInput(
+            f"around and turn must be finite angles [degrees], got {around}, {turn}."
+        )
+    rank = xr.DataArray(np.arange(tensors.sizes["sensor"]), dims="sensor")
+    at = np.deg2rad(xr.DataArray(sides, dims="side") + turn * rank)
+    if "plane" in tensors.dims:
+        x, z = (tensors.isel(plane=k, drop=True) for k in range(2))
+        found = x * np.cos(at) + z * np.sin(at)
+    else:
+        found = tensors * np.cos(at)
+    found = found.assign_coords(around=("side", sides)).assign_attrs(tensors.attrs)
+    return found.transpose("trial", "side", "sensor", "time")
