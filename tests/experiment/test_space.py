@@ -84,6 +84,32 @@ def test_tensors_keep_the_contract(touches):
     np.testing.assert_allclose(direction, [0.0, 60.0, 180.0] * 3, atol=15)
 
 
+def test_the_point_of_contact_lies_on_the_antenna_where_the_ball_is():
+    """A ball's centre is its radius and the antenna's away from the point, less what it sank in."""
+    trial = TRIALS[1]
+    found = feeler.touch(
+        WHISKER, trial, duration=30, save=("contact_point", "contact_place"), all_hinges=True
+    )
+    validate(found)
+    touched = np.isfinite(found["contact_place"].values[0])
+    assert touched.any() and not touched[: round(trial.lead)].any()
+    point, start = found["contact_point"].values[0], place(WHISKER, trial)
+    assert np.array_equal(np.isfinite(point).all(axis=1), touched)
+    centre = start.origin + found["time"].values[:, None] * start.velocity
+    centre = centre - trial.feature.radius * np.array(start.forward)
+    far = np.linalg.norm(point - centre, axis=1)[touched]
+    np.testing.assert_allclose(far, 1.0 + WHISKER.radius[6], atol=0.06)
+
+
+def test_a_round_antenna_lies_down_and_stands_up_again():
+    flat = feeler.presets.cockroach("linear").replace(rest_angle=np.linspace(0.0, 0.01, 140))
+    both = flat.unflatten()
+    assert both.planes == ("x", "z") and both.flatten() == flat and both.unflatten() is both
+    np.testing.assert_array_equal(both.stiffness[0], both.stiffness[1])
+    np.testing.assert_allclose(both.shape()[:, :2], flat.shape(), atol=1e-12)
+    assert not both.rest_angle[1].any()
+
+
 def test_a_breach_is_named(touches):
     wrong = touches.isel(axis=slice(2))
     assert "'tip' must have 3 axes in space, got 2" in find_breaches(wrong)

@@ -208,3 +208,31 @@ def test_what_cannot_be_is_said_in_one_line(make, words):
     with pytest.raises(InvalidInput, match=words) as error:
         make()
     assert "\n" not in str(error.value)
+
+
+def test_touches_leave_the_plane_and_are_else_the_same():
+    antenna = feeler.presets.cockroach().unflatten()
+    flat = Task(objects=["ball:radius=1.5"], locations=(0.5, 0.9))
+    turned = flat.replace(nuisances=Nuisances(azimuth=60.0))
+    trials, labels = turned.draw(antenna, "test", each=20)
+    found = np.array([trial.azimuth for trial in trials])
+    assert np.abs(found).max() <= 60 and found.std() > 20 and np.unique(found).size > 35
+    same, names = flat.draw(antenna, "test", each=20)
+    assert [trial.replace(azimuth=0.0) for trial in trials] == [*same]
+    assert [*labels] == [*names]
+    assert Task(**turned.to_plain()) == turned
+    assert "azimuth" not in flat.to_plain()["nuisances"]
+    with pytest.raises(InvalidInput, match=r"ball 1.5 mm at 0.5 cannot be drawn.*leaves the plane"):
+        turned.draw(antenna.flatten(), "test")
+
+
+def test_an_azimuth_leaves_other_jitters_as_they_were():
+    ball = Ball(radius=1.5)
+    trial = feeler.Trial(feature=ball, location=0.7, speed=0.3, azimuth=-10.0)
+    plain, turned = (
+        Nuisances(azimuth=by).jitter([trial] * 5, np.random.default_rng(3)) for by in (0.0, 30.0)
+    )
+    assert [one.azimuth for one in plain] == [-10.0] * 5
+    assert len({one.azimuth for one in turned}) == 5
+    assert all(-40 <= one.azimuth <= 20 for one in turned)
+    assert [one.replace(azimuth=-10.0) for one in turned] == plain

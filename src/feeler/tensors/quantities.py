@@ -74,6 +74,20 @@ def _label(unit: str, meaning: str, dim: str = "trial", required: bool = False) 
     )
 
 
+def _find_contact(antenna: Any, motion: Any) -> np.ndarray | None:
+    """Points (sample, axis) [mm] at the arc lengths of a motion's contacts; None if unknown."""
+    place = getattr(motion, "contact_place", None)
+    if place is None:
+        return None
+    arc, start = np.asarray(place) * antenna.length, antenna.hinge_position
+    last = antenna.n_segments - 1
+    number = np.clip(np.searchsorted(start, np.nan_to_num(arc), "right") - 1, 0, last)
+    share = (arc - start[number]) / antenna.segment_length[number]
+    points, rows = antenna.shape(motion.angle), np.arange(len(arc))
+    first, second = points[rows, number], points[rows, number + 1]
+    return first + share[:, None] * (second - first)
+
+
 QUANTITIES: Registry[Quantity] = Registry("quantity")
 for _name, _quantity in {
     "angle": Quantity(
@@ -118,6 +132,14 @@ for _name, _quantity in {
         meaning="arc length of the contact over antenna length, NaN without contact",
         dims=("trial", "time"),
         make=_take("contact_place"),
+        gaps=True,
+    ),
+    "contact_point": Quantity(
+        unit="mm",
+        meaning="place of the contact on the antenna's axis, as that of the tip, NaN without",
+        dims=PATH,
+        make=_find_contact,
+        optional=True,
         gaps=True,
     ),
     "base_pose": Quantity(
