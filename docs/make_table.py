@@ -83,6 +83,7 @@ HEADLINES = {
     "Active touch speed": ("Fig. S2", "{tracking.mean:.1f} °/s, synthetic tracks"),
 }
 AT_PAPER_SCALE = (
+    "space",
     *("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
 )
 """What the default run shows from the kept one."""

@@ -13,6 +13,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.catalogue import SPECIES, read_species
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
 from feeler.antenna.parse import AntennaFile
+from feeler.antenna.rat import rat_whiskers
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
@@ -52,4 +53,13 @@ def read_preset(name: str) -> AntennaFile:
     )
 
 
-__all__ = ["FACTS", "PRESETS", "SPECIES", "cockroach", "make_preset", "read_preset", "robot"]
+__all__ = [
+    "FACTS",
+    "PRESETS",
+    "SPECIES",
+    "cockroach",
+    "make_preset",
+    "rat_whiskers",
+    "read_preset",
+    "robot",
+]

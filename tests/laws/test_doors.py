@@ -42,6 +42,7 @@ ENDINGS = (".h5", ".nc", ".nwb", ".mcap", ".db3", ".bag")
 OWN = {
     "__init__.py:_read_homes": "this package's own text",
     "antenna/catalogue.py:read_species": "ships with feeler",
+    "antenna/rat.py:_read_rows": "ships with feeler",
     "calibration/recording.py:load_traces": "ships with feeler; the user's go through read_table",
     "cli/robot.py:example": "ships with feeler",
     "cli/robot_live.py:board": "ships with feeler",

@@ -59,7 +59,7 @@ SCALE = replace(
 READ_TENSORS = ("encoding", "reading", "cnn", "axes")
 TOUCH = ("tradeoff", "gradient", "bounds")
 SET_UP = ("wall", "robot")
-ELSEWHERE = ("receptor", "unseen", "spikes")  # asked in tests/studies/paper/test_open_*.py
+ELSEWHERE = ("receptor", "unseen", "spikes", "space")  # asked in tests/studies/paper/test_open_*.py
 SOMETHING = {
     (
         "white",

@@ -12,6 +12,7 @@ from feeler.decoding.reader import Reader
 from feeler.decoding.strangers import Strangers
 from feeler.decoding.transfer import TEMPERATURES
 from feeler.errors import InvalidInput
+from feeler.tensors.scaling import fold_planes
 
 _FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
 _FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
@@ -76,7 +77,7 @@ class CloudReader(Reader):
         together. ``strangers`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed).
         """
-        X = np.asarray(X, dtype=float)
+        X = np.asarray(fold_planes(X), dtype=float)
         if len(X) != len(y) or not np.isfinite(X).all():
             raise InvalidInput(
                 f"clouds need whole tensors and a label for each; got {len(X)} tensors,"

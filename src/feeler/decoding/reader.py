@@ -12,7 +12,7 @@ from feeler.checked import checked
 from feeler.decoding.labels import Labels, write_label
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
-from feeler.tensors.scaling import label_like
+from feeler.tensors.scaling import fold_planes, label_like
 
 NO_CONTACT = ("no contact", float("nan"), float("nan"))
 """What a touch without contact is called."""
@@ -121,9 +121,9 @@ class Reader(ClassifierMixin, BaseEstimator):
 
     def _keep(self, X: Any, y: Any) -> None:
         """Remember what is taught, for deadlines that may be asked for later."""
-        self._taught = (X, y)
+        self._taught = (fold_planes(X), y)
         self._parts: dict[int, Reader] = {}
-        self.shape_ = _get_shape(X)
+        self.shape_ = _get_shape(self._taught[0])
 
     def _require(self, X: Any = None) -> None:
         """Refuse to answer unfitted, or about tensors of other sensors or samples."""
@@ -143,6 +143,7 @@ class Reader(ClassifierMixin, BaseEstimator):
 
     def _look(self, X: Any, until: float | None) -> tuple["Reader", Any]:
         """The reader for a deadline, fitted when first asked for, and what it may see."""
+        X = fold_planes(X)
         self._require(X)
         if until is None or (end := count_until(X, until)) == np.shape(X)[2]:
             return self, X

@@ -26,6 +26,7 @@ import numpy as np
 from sklearn.base import clone
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.decoding import READERS, Reader
 from feeler.decoding.sweep import N_COPIES
@@ -130,6 +131,7 @@ def touch_classes(
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
     same trials.
     """
+    require_plane(antenna, "the score of designs")
     scenes = _make_scenes(antenna, task, purpose, speed)
     clock = Clock(duration=task.duration, timestep=task.timestep)
     motions = expect_motions(run_scenes(scenes, clock, **options))

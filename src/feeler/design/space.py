@@ -7,6 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record
@@ -67,6 +68,7 @@ class Space(Record):
     held: Literal["nothing", "total", "tip"] = "nothing"
 
     def _check(self) -> None:
+        require_plane(self.reference, "a search for designs")
         n = self.reference.n_segments
         if max(self.stiffness, self.damping) > n:
             raise InvalidInput(f"stiffness and damping must have 0 to {n} knots, one per hinge.")

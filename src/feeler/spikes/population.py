@@ -150,6 +150,11 @@ class Population(Record):
         time = in_unit(touches["time"], "ms").values
         step = find_step(time)
         bent = in_unit(touches[self.quantity], _UNITS[self.quantity])
+        if "plane" in bent.dims:
+            raise InvalidInput(
+                "sensilla stand on two sides of one plane, but these touches are in space: give"
+                " those of one plane, touches.isel(plane=0, drop=True)."
+            )
         samples = np.ascontiguousarray(bent.transpose("trial", "time", "sensor"), dtype=float)
         refuse_gaps(samples)
         rates = np.empty((len(samples), time.size, self.position.size))

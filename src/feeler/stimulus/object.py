@@ -191,6 +191,11 @@ def check_clear(
         if antenna.spatial:
             own = item.lift()
             gap = compute_gap_in_space(points, antenna.radius, item.feature, own.place, own.axes)
+        elif item.spatial:
+            raise InvalidInput(
+                f"the object {item.name!r} is placed in space, but {antenna.name!r} lies in one"
+                " plane: give two numbers each, or antenna.unflatten()."
+            )
         else:
             where = np.asarray(item.place), np.asarray(item.forward)
             gap = compute_clearance(points, antenna.radius, item.feature, *where)

@@ -100,7 +100,7 @@ class Scale(Record):
     queue: tuple[str, ...] = (
         *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "receptor"),
         *("gradient", "bounds", "unseen", "robot", "wall", "axes", "antenna", "design"),
-        *("spikes", "tracking"),
+        *("spikes", "space", "tracking"),
     )
 
     # what is touched
@@ -223,7 +223,7 @@ another antenna, engine or seed.
 _PAPER = Scale(name="paper")
 _REST = (
     *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
-    *("spikes", "cnn"),
+    *("spikes", "space", "cnn"),
 )
 PUBLISHED = _PAPER.replace(
     name="published",

@@ -10,10 +10,10 @@ from scipy.special import ndtri
 from feeler.draw import LogRange, Spread, describe_spread, spread_out
 from feeler.errors import InvalidInput
 from feeler.record import Record, freeze
+from feeler.stimulus.sample import TURNED
 from feeler.stimulus.trial import Trial
 
 NAMES = ("location", "size", "approach", "friction", "speed")
-TURNED = "azimuth"  # of touches in space; said only where they leave the plane
 NEAREST = 0.05  # [C] of the length; nearer the base a normal spread does not go
 OBLIQUE = (30.0, 150.0)  # [C] degrees; an approach beyond them misses many antennas
 

@@ -105,6 +105,12 @@ STAGES = (
         reads=("antenna",),
     ),
     Stage(
+        name="space",
+        title="Beyond the paper: touched from out of the plane",
+        figures=("open_space",),
+        reads=("antenna",),
+    ),
+    Stage(
         name="robot",
         title="The robotic antenna",
         figures=("fig6", "figS7"),
@@ -119,7 +125,9 @@ STAGES = (
 )
 
 _SAID: set[str] = set()  # kinds of warning that this process has printed
-COCKROACH_ONLY = ("calibration", "receptor", "design", "unseen", "spikes", "robot", "tracking")
+COCKROACH_ONLY = (
+    *("calibration", "receptor", "design", "unseen", "spikes", "space", "robot", "tracking"),
+)
 
 
 def reproduce(

@@ -1,0 +1,179 @@
+"""Whether the gradient wins where contact leaves the plane, and where sensors must sit around the
+antenna (no figure of the paper).
+"""
+
+from collections.abc import Mapping
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.plotting.look import PALETTE
+from feeler.report import Section
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.declared import read_declared
+from feeler.studies.paper.open_space_study import FEW
+from feeler.studies.paper.open_spikes_found import average, find_least
+from feeler.studies.paper.stored import load_stored, store
+
+_Cells = Mapping[str, Any]
+"""By "kind/antenna" the accuracy (set, reader, layout)."""
+
+_PUBLISHED = "exponential"
+_OTHERS = ("linear", "constant", "matched")
+_MARKS = {"templates": ("o", PALETTE[0]), "lda": ("s", PALETTE[1])}
+_READ_BY = {"templates": "normal distributions with scatter", "lda": "LDA"}
+
+
+def store_found(found: _Cells) -> Path:
+    """Store it for the section, which computes nothing of it."""
+    return store("open_space.json", dict(found), read_declared("open_space.toml")["seed"])
+
+
+class _Found:
+    """Percent named right, one number for each set."""
+
+    def __init__(self, cells: _Cells, layouts: list[str], readers: list[str]) -> None:
+        self.cells, self.layouts, self.readers = cells, layouts, readers
+
+    def get(
+        self,
+        layout: str = FEW[0],
+        reader: str = "templates",
+        antenna: str = _PUBLISHED,
+        kind: str = "space",
+    ) -> np.ndarray:
+        """Of one antenna, layout and reader."""
+        own = np.asarray(self.cells[f"{kind}/{antenna}"], dtype=float)
+        return 100 * own[:, self.readers.index(reader), self.layouts.index(layout)]
+
+    def gain(self, better: Mapping[str, str], worse: Mapping[str, str]) -> dict[str, Any]:
+        """Points between two, in pairs over the sets."""
+        return average(self.get(**better) - self.get(**worse))
+
+    def win(self, **asked: str) -> dict[str, Any]:
+        """By how much the published antenna is ahead of the other that is nearest."""
+        return find_least([self.gain(asked, asked | {"antenna": name}) for name in _OTHERS])
+
+
+def collect_values(cells: _Cells) -> dict[str, Any]:
+    """The numbers that claims are held against, and percent named right of all that was asked."""
+    asked = read_declared("open_space.toml")
+    found = _Found(cells, [*asked["layouts"]], asked["readers"]["names"])
+    one_way = "one-way, {}".format
+    alone = [{"layout": one_way(side)} for side in ("one side", "opposite side")]
+    around = {"layout": one_way("three sides")}
+    values: dict[str, Any] = {
+        "space.gradient": found.win(),
+        "space.gradient.lda": found.win(reader="lda"),
+        "space.gradient.side": found.win(layout="one side"),
+        "space.cost": found.gain({"kind": "plane"}, {}),
+        "space.turned": found.gain({"layout": "quarter turns"}, {"layout": "one side"}),
+        "space.turned.lda": found.gain(
+            {"layout": "quarter turns", "reader": "lda"}, {"layout": "one side", "reader": "lda"}
+        ),
+        "space.one_way": find_least([found.gain(around, side) for side in alone]),
+        "space.sets": len(found.get()),
+    }
+    for place, reader in product(cells, found.readers):
+        kind, name = place.split("/")
+        for layout in found.layouts if place == f"space/{_PUBLISHED}" else FEW:
+            key = ".".join((place.replace("/", "."), reader, layout.replace(" ", "_")))
+            values[f"space.right.{key}"] = average(found.get(layout, reader, name, kind))
+    return values
+
+
+def plot(cells: _Cells, figure: Figure) -> None:
+    """Named right by antenna, and of the published one by where sensors sit."""
+    values = collect_values(cells)
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5))
+    names = (_PUBLISHED, *_OTHERS)
+    for reader, (mark, colour) in _MARKS.items():
+        for layout, fill in zip(FEW, (colour, "none"), strict=True):
+            keys = [_name("space", name, reader, layout) for name in names]
+            label = f"{reader}, {layout}"
+            _draw(left, values, keys, mark, colour, fill, label)
+        layouts = [*read_declared("open_space.toml")["layouts"]]
+        keys = [_name("space", _PUBLISHED, reader, layout) for layout in layouts]
+        _draw(right, values, keys, mark, colour, colour, reader, across=True)
+    left.set_xticks(range(len(names)), names, rotation=20)
+    left.set(ylabel="named right [%]", xlim=(-0.5, len(names) - 0.5), ylim=(0, 104))
+    right.set_yticks(range(len(layouts)), layouts)
+    right.invert_yaxis()
+    right.set(xlabel="named right by the published antenna [%]", xlim=(0, 104))
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+
+
+def _name(kind: str, antenna: str, reader: str, layout: str) -> str:
+    return f"space.right.{kind}.{antenna}.{reader}.{layout.replace(' ', '_')}"
+
+
+def _draw(
+    ax: Axes,
+    values: Mapping[str, Any],
+    keys: list[str],
+    mark: str,
+    colour: Any,
+    fill: Any,
+    label: str,
+    across: bool = False,
+) -> None:
+    """Points with their intervals, one after the other."""
+    at, mean = np.arange(len(keys)), [values[key]["value"] for key in keys]
+    half = [values[key]["high"] - values[key]["value"] for key in keys]
+    style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
+    if across:
+        ax.errorbar(mean, at, xerr=half, label=label, **style)
+    else:
+        ax.errorbar(at, mean, yerr=half, label=label, **style)
+
+
+def show(_context: Context, section: Section) -> None:
+    """The question, what was found, and the values."""
+    cells, said = load_stored("open_space.json")
+    values, asked = collect_values(cells), read_declared("open_space.toml")
+    section.text(
+        "Antennae bend in space, and what they meet comes from anywhere. Balls of four sizes touch"
+        " antennae that bend alike in two planes at five places, from a direction that is drawn"
+        " within ± 60 degrees around the antenna and that nobody is told. Which of the twenty was"
+        " it? Readers learn six touches of each and are asked about six others, by what sensors"
+        " feel that sit on one side of the antenna, on two, or around it. Every choice and every"
+        " expectation was written down before (open_space.toml)."
+    )
+    section.text(
+        f"{said} {values['space.sets']} sets of touches, of at most {asked['sets']}: the clock"
+        " ended the run."
+    )
+    section.figure(
+        "space",
+        "Touches named right, of twenty kinds. Left: by antenna; open marks: sensors on one side"
+        " only. Right: the published antenna by where its sensors sit. Bars: 95 % over sets.",
+        lambda figure: plot(cells, figure),
+        height=4.2,
+        numbers={name: one["value"] for name, one in values.items() if isinstance(one, dict)},
+    )
+    rows = [
+        [kind, name, *(_say(values[_name(kind, name, *told)]) for told in product(_MARKS, FEW))]
+        for kind, name in (place.split("/") for place in cells)
+    ]
+    header = [f"{reader}, {layout}" for reader, layout in product(_MARKS, FEW)]
+    section.table(["touches", "antenna", *header], rows, "Named right [%], 95 % over sets.")
+    rows = [
+        [layout, *(_say(values[_name("space", _PUBLISHED, reader, layout)]) for reader in _MARKS)]
+        for layout in asked["layouts"]
+    ]
+    section.table(
+        ["sensors", *(_READ_BY[reader] for reader in _MARKS)],
+        rows,
+        "The published antenna, touches within ± 60 degrees: named right [%], 95 % over sets.",
+    )
+    section.values.update(values)
+
+
+def _say(spread: Mapping[str, Any]) -> str:
+    half = spread["high"] - spread["value"]
+    return f"{spread['value']:.1f} ± {half:.1f}"
