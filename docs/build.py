@@ -42,6 +42,7 @@ PAGES = (
     "searched.md",
     "presets.md",
     "whiskers.md",
+    "space.md",
     "spikes.md",
     "guide/robot.md",
 )

@@ -81,8 +81,8 @@ def collect_values(cells: _Cells) -> dict[str, Any]:
     for place, reader in product(cells, found.readers):
         kind, name = place.split("/")
         for layout in found.layouts if place == f"space/{_PUBLISHED}" else FEW:
-            key = ".".join((place.replace("/", "."), reader, layout.replace(" ", "_")))
-            values[f"space.right.{key}"] = average(found.get(layout, reader, name, kind))
+            named = average(found.get(layout, reader, name, kind))
+            values[_name(kind, name, reader, layout)] = named
     return values
 
 
@@ -92,10 +92,10 @@ def plot(cells: _Cells, figure: Figure) -> None:
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5))
     names = (_PUBLISHED, *_OTHERS)
     for reader, (mark, colour) in _MARKS.items():
-        for layout, fill in zip(FEW, (colour, "none"), strict=True):
+        for layout, fill, aside in zip(FEW, (colour, "none"), (-0.1, 0.1), strict=True):
             keys = [_name("space", name, reader, layout) for name in names]
             label = f"{reader}, {layout}"
-            _draw(left, values, keys, mark, colour, fill, label)
+            _draw(left, values, keys, mark, colour, fill, label, aside)
         layouts = [*read_declared("open_space.toml")["layouts"]]
         keys = [_name("space", _PUBLISHED, reader, layout) for layout in layouts]
         _draw(right, values, keys, mark, colour, colour, reader, across=True)
@@ -109,7 +109,8 @@ def plot(cells: _Cells, figure: Figure) -> None:
 
 
 def _name(kind: str, antenna: str, reader: str, layout: str) -> str:
-    return f"space.right.{kind}.{antenna}.{reader}.{layout.replace(' ', '_')}"
+    where = layout.replace(",", "").replace(" ", "_")
+    return f"space.right.{kind}.{antenna}.{reader}.{where}"
 
 
 def _draw(
@@ -120,10 +121,11 @@ def _draw(
     colour: Any,
     fill: Any,
     label: str,
+    aside: float = 0.0,
     across: bool = False,
 ) -> None:
     """Points with their intervals, one after the other."""
-    at, mean = np.arange(len(keys)), [values[key]["value"] for key in keys]
+    at, mean = np.arange(len(keys)) + aside, [values[key]["value"] for key in keys]
     half = [values[key]["high"] - values[key]["value"] for key in keys]
     style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
     if across:
