@@ -70,16 +70,16 @@ HEADLINES = {
         " {unseen.wrong.published.unseen:.1f} % with the published antenna, at 0.3 m/s, noise of"
         " 0.3 peaks",
     ),
-    "Beyond the paper: touched from out of the plane": (
-        "beyond",
-        "{space.gradient:.0f} points ahead of the nearest other antenna, touched from within ± 60°"
-        " at 0.3 m/s, noise of 0.03 rad",
-    ),
     "Beyond the paper: what a nerve says": (
         "beyond",
         "{spikes.right.exponential.slow.counts.own.whole_touch:.1f} of 100 slow touches (0.06 m/s)"
         " named from counted spikes, {spikes.right.exponential.fast.counts.own.whole_touch:.1f} of"
         " 100 fast ones (0.6 m/s), thirty touches in unknown places",
+    ),
+    "Beyond the paper: touched from out of the plane": (
+        "beyond",
+        "{space.gradient:.0f} points ahead of the nearest other antenna, touched from within ± 60°"
+        " at 0.3 m/s, noise of 0.03 rad",
     ),
     "The robotic antenna": (
         "Fig. 6, S7, Movie S4",
