@@ -2,12 +2,12 @@
 which one is not.
 
 One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes real
-numbers or texts of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it
-says.
+numbers of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
 ``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "... segment" one of
-at least one, ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range, and
+at least one; a dimension that two arguments name has one size in both.
+``Annotated[int, "≥ 0"]`` or ``"> 0"`` is a number in that range, and
 ``Annotated[str, OneOf(("a", "b"))]`` one of these names. Other values
-(lengths that must agree, files that must be there) are checked by the functions themselves.
+(files that must be there) are checked by the functions themselves.
 """
 
 import collections.abc
@@ -84,13 +84,20 @@ def _wrap(function: F, name: str) -> F:
             key: _make_test(hint | None if key in optional else hint) for key, hint in named.items()
         }
 
+    @functools.cache
+    def find_dims() -> dict[str, list[str]]:
+        found = {key: _list_dims(hint) for key, hint in _resolve(function).items()}
+        return {key: dims for key, dims in found.items() if dims}
+
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        tests = find_tests()
-        for key, value in (*zip(positional, args, strict=False), *kwargs.items()):
+        tests, given = find_tests(), dict(zip(positional, args, strict=False)) | kwargs
+        for key, value in given.items():
             found = tests.get(key)
             if found is not None and not found[0](value):
                 raise InvalidInput(f"{name}: {key} must be {found[1]}, got {_shorten(value)}.")
+        if dims := find_dims():
+            _check_sizes(name, {key: d for key, d in dims.items() if key in given}, given)
         return function(*args, **kwargs)
 
     call.find_tests = find_tests  # type: ignore[attr-defined]
@@ -129,7 +136,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
             )
         ), words
     if hint is np.ndarray:
-        return _is_array, "an array of real numbers or texts"
+        return _is_array, "an array of real numbers"
     if origin is Annotated and isinstance(inner[1], OneOf):
         names = inner[1].names
         return (lambda value: isinstance(value, str) and value in names), str(inner[1])
@@ -194,9 +201,31 @@ def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
     return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
 
 
+def _list_dims(hint: Any) -> list[str]:
+    """The named dimensions of an array's annotation; none where another number may follow."""
+    if get_origin(hint) is Annotated and get_args(hint)[0] is np.ndarray:
+        dims = get_args(hint)[1].split()
+        return [] if dims[0] == "..." else dims[: dims.index("...") if "..." in dims else None]
+    return []
+
+
+def _check_sizes(name: str, dims: dict[str, list[str]], given: dict[str, Any]) -> None:
+    """Raise where two arguments, or two axes of one, name one dimension and differ in its size."""
+    first: dict[str, tuple[str, int]] = {}
+    for key, names in dims.items():
+        for dim, size in zip(names, np.shape(given[key]), strict=False):
+            other, same = first.setdefault(dim, (key, size))
+            if size != same:
+                raise InvalidInput(
+                    f"{name}: {other} and {key} must have one {dim} size, got {same} and {size}."
+                )
+
+
 def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
     fixed = origin is tuple and Ellipsis not in inner and bool(inner)
     items = [_make_test(item) for item in inner if item is not Ellipsis]
+    # of a library's or of our own class, which no array of numbers holds
+    objects = bool(inner) and getattr(inner[0], "__module__", "").startswith(("feeler", "matplot"))
     words = f"{len(items)} values ({', '.join(w for _, w in items)})" if fixed else "a sequence"
     if items and not fixed:
         words += f", each {items[0][1]}"
@@ -210,6 +239,8 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
             return not fixed  # a generator, which looking would empty
         if isinstance(value, np.ndarray) and (value.ndim == 0 or not items):
             return value.ndim > 0
+        if objects and isinstance(value, np.ndarray) and value.dtype != object:
+            return False
         if fixed:
             return len(value) == len(items) and all(
                 t(item) for (t, _), item in zip(items, value, strict=True)
@@ -229,11 +260,7 @@ def _is_array(value: Any) -> bool:
             value = np.asarray(value)
         except (TypeError, ValueError):
             return False
-    return value.dtype.kind in "biufU" or (
-        value.dtype.kind == "O"
-        and value.ndim > 0
-        and all(isinstance(item, str) for item in value.flat)
-    )
+    return value.dtype.kind in "biuf"
 
 
 def _is_path(value: Any) -> bool:

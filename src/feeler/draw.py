@@ -7,6 +7,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.rules import show
 
 MAX_DRAWN = 100_000_000
 
@@ -22,8 +23,10 @@ class LogRange:
     high: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.low <= self.high < np.inf:
-            raise InvalidInput(f"LogRange needs 0 < low ≤ high, got {self.low} and {self.high}.")
+        numbers = all(isinstance(end, int | float | np.number) for end in (self.low, self.high))
+        if not (numbers and 0 < self.low <= self.high < np.inf):
+            got = f"{show(self.low)} and {show(self.high)}"
+            raise InvalidInput(f"LogRange needs numbers 0 < low ≤ high, got {got}.")
 
     def ppf(self, share: np.ndarray) -> np.ndarray:
         """Values below which these shares of the draws lie."""

@@ -7,18 +7,23 @@ import errno
 import json
 import os
 import re
+import shutil
 import socket
 import stat
+import tempfile
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
 
-from feeler.errors import InvalidInput, StoreError
+from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.foreign import name_start
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that say that there is no room left."""
+KEPT = 7.0  # [C] days; no run of ours needs its temporary folders for longer
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
 
@@ -45,6 +50,41 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
     with os.fdopen(descriptor, "rb") as file:
         # not max_bytes: Python takes the memory for all that it is asked for
         return file.read(info.st_size)
+
+
+@contextlib.contextmanager
+def writing(path: str | os.PathLike) -> Iterator[Path]:
+    """A file beside ``path`` to be written, which takes that name once it is whole.
+
+    Raises
+    ------
+    InvalidInput
+        ``path`` cannot be a file, a folder for instance.
+    StoreError
+        The disk is full; what was there before stays.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file():
+        raise InvalidInput(f"cannot write {path}: it is no file. Name a file in a folder.")
+    part = path.parent / f".part.{path.name}"
+    try:
+        yield part
+        part.replace(path)
+    except FeelerError:
+        raise
+    except OSError as error:
+        if error.errno in FULL:
+            size = part.stat().st_size if part.exists() else 0
+            raise StoreError(
+                f"no room left for {path}, of which {size:,} bytes were written. Free some space"
+                " and do it again; what was there before is as it was."
+            ) from error
+        raise InvalidInput(
+            f"cannot write {path}: {error.strerror}. Name a file in a folder that is there."
+        ) from error
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def ensure_folder(path: str | os.PathLike) -> Path:
@@ -110,13 +150,39 @@ def parse_json(raw: bytes, what: str) -> dict[str, Any]:
     return value
 
 
+@contextlib.contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A folder that goes at the end; those of processes that were killed go after a week."""
+    sweep_old(Path(tempfile.gettempdir()), "feeler-once-*", days=KEPT)
+    with tempfile.TemporaryDirectory(prefix="feeler-once-", ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
+
+
+def sweep_old(folder: Path, pattern: str, *, keep: int = 0, days: float = 0.0) -> None:
+    """Remove what matches in a folder, but the ``keep`` newest and what is younger than ``days``;
+    what cannot be removed stays.
+    """
+    latest = time.time() - days * 24 * 3600
+    for path in sorted(folder.glob(pattern), key=_find_time, reverse=True)[keep:]:
+        if _find_time(path) <= latest:
+            with contextlib.suppress(OSError):
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _find_time(path: Path) -> float:
+    try:
+        return path.lstat().st_mtime
+    except OSError:  # somebody else removed it
+        return 0.0
+
+
 class Lock:
     """Holds a file locked until ``release``; it vanishes with its holder, however that ends.
 
     Raises
     ------
     StoreError
-        Another writer holds it (the message names it), or the file system has no locks.
+        Another writer holds it (the message names it), or there are no locks to be had.
     """
 
     def __init__(self, path: Path, what: str) -> None:
@@ -138,9 +204,11 @@ class Lock:
                 f"{what} is being written by {name}. Wait until it has finished, or use another"
                 " one."
             ) from None
-        except NotImplementedError as error:
+        except (NotImplementedError, OSError) as error:
+            reason = getattr(error, "strerror", None) or "this file system has none"
             raise StoreError(
-                f"{what} lies on a file system without locks. Use a folder on another one."
+                f"{what} cannot be locked against other writers ({reason}). Use a folder that you"
+                " may write to, on another disk if need be."
             ) from error
         # A full disk must not lock anyone out: the name is only for the message.
         with contextlib.suppress(OSError):

@@ -273,8 +273,18 @@ def _unwrap(value: Any) -> Any:
 
 
 def freeze(values: object, dtype: type = float) -> np.ndarray:
-    """A read-only copy of ``values``."""
-    array: np.ndarray = np.array(values, dtype=dtype)
+    """A read-only copy of ``values``.
+
+    Raises
+    ------
+    InvalidInput
+        They are no array of this type.
+    """
+    try:
+        array: np.ndarray = np.array(values, dtype=dtype)
+    except (TypeError, ValueError, OverflowError) as error:
+        kind = _WORDS.get(dtype, ("", "values"))[1]
+        raise InvalidInput(f"an array of {kind} is needed, got {show(values)}.") from error
     array.setflags(write=False)
     return array
 

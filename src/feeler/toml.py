@@ -11,14 +11,13 @@ named: ``plan.toml: [task] speed must be > 0 m/s, got -1.``
 
 import json
 import os
-import tempfile
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
 from feeler.errors import InvalidInput
-from feeler.files import read_bytes
+from feeler.files import read_bytes, temporary_folder, writing
 from feeler.record import Record
 
 _MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
@@ -96,8 +95,8 @@ def parse_toml(text: str, source: str = "text") -> dict[str, Any]:
             return tomllib.loads(text)
         from feeler.guard import open_guarded
 
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "TOML"
+        with temporary_folder() as folder:
+            path = folder / "TOML"
             path.write_text(text, encoding="utf-8")
             return open_guarded("feeler.toml:_parse_file", path)[0]
     except (ValueError, RecursionError) as error:
@@ -118,14 +117,9 @@ def save_toml(content: Mapping[str, Any], path: str | os.PathLike) -> None:
     InvalidInput
         The file cannot be written.
     """
-    path, text = Path(path), write_toml(content)
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise InvalidInput(f"cannot write {path}: {error.strerror}. Check the folder.") from error
+    text = write_toml(content)
+    with writing(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def write_toml(content: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 line; what was finished stays.
 """
 
+import os
 import subprocess
 import sys
 import threading
@@ -57,32 +58,37 @@ def test_where_no_worker_can_begin_the_batch_says_so():
 
 def is_target(process, kind):
     """Whether a process of the command's tree is one that this kind of kill is meant for."""
-    words = " ".join(process.cmdline())
-    if "resource_tracker" in words:  # Python's own bookkeeping, which simulates nothing
+    try:
+        words, above = " ".join(process.cmdline()), process.parent()
+        below = above is not None and "forkserver" in above.cmdline()
+    except psutil.Error:  # it has gone
         return False
-    above = process.parent()
-    return kind != "fork server" or (above is not None and "forkserver" not in above.cmdline())
+    # the tracker is Python's own bookkeeping, which simulates nothing
+    return "resource_tracker" not in words and not (kind == "fork server" and below)
 
 
 def kill_one(command, kind, place, delay, root):
     """Kill the process below ``root`` that comes as number ``place``, ``delay`` s after it has
-    appeared; what it was.
+    appeared; what it was, and how long [s] the command went on.
     """
-    root, seen, killed = psutil.Process(root), {}, None
+    root, seen, killed, when = psutil.Process(root), {}, None, time.monotonic()
     end = time.monotonic() + PATIENCE
     while command.poll() is None and time.monotonic() < end:
         try:
             for child in root.children(recursive=True) if killed is None else ():
                 if is_target(child, kind):
                     seen.setdefault(child.pid, (time.monotonic(), child))
+            # a process is its parent's copy until it runs another program
+            seen = {pid: one for pid, one in seen.items() if is_target(one[1], kind)}
             ready = [*seen.values()][place : place + 1]
             if killed is None and ready and time.monotonic() - ready[0][0] >= delay:
                 killed = " ".join(ready[0][1].cmdline())[-80:]
                 ready[0][1].kill()
+                when = time.monotonic()
         except psutil.Error:
             pass
         time.sleep(0.005)
-    return killed
+    return killed, time.monotonic() - when
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +148,12 @@ def test_a_killed_worker_ends_no_command(kind, tmp_path, undisturbed, request):
             text=True,
             start_new_session=True,
         )
-        killed = kill_one(command, kind, place, delay, root or command.pid)
+        killed, after = kill_one(command, kind, place, delay, root or command.pid)
         check(command, store, undisturbed, killed)
-        ends.append((command.returncode, bool(killed)))
-    lost, said = sum(k for _, k in ends), sum(code == 2 for code, _ in ends)
-    print(f"\n{kind}: {n} commands, {lost} of them lost a process, {said} ended in a line")
+        ends.append((command.returncode, bool(killed), after if killed else 0.0))
+    codes, lost, after = zip(*ends, strict=True)
+    print(
+        f"\n{kind}: {n} commands, {sum(lost)} of them lost a process, {codes.count(2)} ended in a"
+        f" line; from the kill to the end {np.median(after):.1f} s, at most {max(after):.1f} s;"
+        f" load {os.getloadavg()[0]:.0f}"
+    )

@@ -151,8 +151,8 @@ def _write_poses(path: Path) -> None:
 
 
 def _write(path: Path) -> None:
-    if path.name == "robot.toml":
-        write_robot(path, 3)
+    if path.name in ("robot.toml", "moulded.toml"):
+        write_robot(path, 3, moulded=path.name == "moulded.toml")
     elif path.stem in ("sleap", "deeplabcut", "movement"):
         _write_poses(path)
     elif path.suffix == ".toml":

@@ -5,9 +5,12 @@ import io
 import numpy as np
 import pytest
 
+from feeler import Outline
 from feeler.decoding import StreamDecoder
+from feeler.design.plan import TEMPLATE, load_plan
 from feeler.errors import InvalidInput
 from feeler.files import read_bytes
+from feeler.robot.description import load_robot, write_robot
 from feeler.robot.samples import MAX_LINE, read_lines, read_samples
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import load, save
@@ -122,3 +125,49 @@ def test_a_decoder_of_steps_beyond_all_indices_is_refused(tmp_path, name):
     save_model(file, path)
     with pytest.raises(InvalidInput, match="is no complete StreamDecoder"):
         StreamDecoder.load(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("location = 0.015", "location = [{}]"),
+        ("location = 0.015", 'location = {logarithmic = ["a", 2]}'),
+        ("size = 0.05", "size = {logarithmic = 3}"),
+        ("friction = [0.6, 1.0]", "friction = []"),
+    ],
+)
+def test_a_design_whose_choices_are_no_numbers_is_refused(tmp_path, old, new):
+    assert old in TEMPLATE
+    (tmp_path / "plan.toml").write_text(TEMPLATE.replace(old, new))
+    with pytest.raises(InvalidInput, match=r"plan\.toml: .*(must be a finite number|is needed)"):
+        load_plan(tmp_path / "plan.toml")
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.filterwarnings("ignore::feeler.errors.Doubtful")
+@pytest.mark.parametrize(
+    ("moulded", "old", "new"),
+    [
+        (False, "stiffness = 1.0", "stiffness = 1e308"),
+        (True, "modulus = 0.8", "modulus = []"),
+        (True, "modulus = 0.8", "modulus = {}"),
+        (True, 'diameter = "4 - 2 * x"', "diameter = 1e308"),
+        (True, "density = 1.1e-3", "density = 1e308"),
+        (True, "length = 24.0", "length = 5e-324"),
+    ],
+)
+def test_a_robot_beyond_all_numbers_is_refused(tmp_path, moulded, old, new):
+    path = tmp_path / "robot.toml"
+    write_robot(path, 3, moulded=moulded)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(InvalidInput):
+        load_robot(path)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_corners_beyond_a_kilometre_are_refused(tmp_path):
+    (tmp_path / "c.csv").write_text("x,y\n1e308,0\n1e300,0\n0,1e308\n")
+    with pytest.raises(InvalidInput, match=r"must lie within 1e\+06 mm, got 1e\+308"):
+        Outline.from_file(tmp_path / "c.csv")

@@ -91,7 +91,7 @@ def load_landmarks(path: Path) -> None:
 
 READERS = {
     "antenna": Reader(read=load_antenna, seeds=("small.toml", "sensors.toml"), shape=shape_toml),
-    "robot": Reader(read=load_robot, seeds=("robot.toml",), shape=shape_toml),
+    "robot": Reader(read=load_robot, seeds=("robot.toml", "moulded.toml"), shape=shape_toml),
     "plan": Reader(read=load_plan, seeds=(TEMPLATE.encode(),), shape=shape_toml),
     "objects": Reader(read=load_objects, seeds=(files.OBJECTS,), shape=shape_toml),
     "svg": Reader(

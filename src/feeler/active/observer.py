@@ -135,7 +135,7 @@ class Observer:
         task: TouchTask,
         *,
         menu: Sequence[float] = MENU,
-        period: float = PERIOD,
+        period: Annotated[float, "> 0"] = PERIOD,
         random_state: Annotated[int, "≥ 0"] = 0,
     ) -> None:
         if not isinstance(task, TouchTask) or task.noise.size <= 0:

@@ -8,6 +8,7 @@ import numpy as np
 
 from feeler.antenna.formula import evaluate
 from feeler.errors import Doubtful, InvalidInput
+from feeler.rules import show
 
 DENSITIES = (1e-4, 2e-2)  # [C] g/mm3; beams outside are warned of
 MODULI = (1e-1, 1e6)  # [C] MPa; from resilin to diamond
@@ -16,6 +17,7 @@ Along = float | str | Callable[[np.ndarray], Any]
 """One number, or a formula or function of the place x along the length (0 base, 1 tip)."""
 
 
+@np.errstate(all="ignore")  # the antenna refuses what is no finite number
 def compute_beam(
     length: float,
     n_segments: int,
@@ -148,7 +150,13 @@ def _at(
         if callable(value)
         else value
     )
-    values = np.broadcast_to(np.asarray(found, dtype=float), x.shape).copy()
+    try:
+        values = np.broadcast_to(np.asarray(found, dtype=float), x.shape).copy()
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidInput(
+            f"{name} must be a number, a formula of x, or a number for each of {x.size} places,"
+            f" got {show(found)}."
+        ) from error
     if not np.all(np.isfinite(values) & (values >= least)):
         raise InvalidInput(
             f"{name} must be finite and {'>' if least else '≥'} 0 all along the beam, got"

@@ -9,6 +9,10 @@ import scipy
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import require_plane
 from feeler.checked import checked
+from feeler.errors import InvalidInput
+from feeler.rules import show
+
+_FASTEST = 2 * np.pi * 1e9  # [C] rad/ms; no part of an antenna swings so fast
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +96,11 @@ def compute_base_response(antenna: Antenna, frequency: np.ndarray) -> np.ndarray
     """
     require_plane(antenna, "compute_base_response")
     omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
+    if omega.ndim != 1 or not np.all(np.abs(omega) < _FASTEST):
+        raise InvalidInput(
+            f"frequency must be numbers (frequency,) below {_FASTEST / (2 * np.pi):g} kHz, got"
+            f" {show(frequency)}."
+        )
     s, mass = antenna.hinge_position, compute_mass_matrix(antenna)
     pull = antenna.segment_mass @ np.maximum((s + antenna.segment_length / 2)[:, None] - s, 0.0)
     spring, arm = (

@@ -4,15 +4,16 @@ interval that a fit leaves these.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.antenna import Antenna, Constant, Exponential, Linear
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Record
+from feeler.record import Record, freeze
 from feeler.registry import Registry
+from feeler.rules import show
 
 # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
 _TIP_STIFFNESS, _TIP_DAMPING = 3.85e-4, 0.0153
@@ -46,6 +47,10 @@ class Hinges(Record):
     build: Callable[[np.ndarray], Antenna]
 
     def _check(self) -> None:
+        several = ("names", "units", "positive", "start", "low", "high")
+        if len({len(getattr(self, name)) for name in several}) > 1:
+            sizes = ", ".join(f"{name} {len(getattr(self, name))}" for name in several)
+            raise InvalidInput(f"Hinges need one of each for every parameter, got {sizes}.")
         outside = (self.start < self.low) | (self.start > self.high)
         if np.any(outside) or np.any(self.low >= self.high):
             k = int(np.argmax(outside | (self.low >= self.high)))
@@ -59,14 +64,24 @@ class Hinges(Record):
                 " logarithm."
             )
 
+    def _read(self, values: Any) -> np.ndarray:
+        """Numbers of which the last axis has one for each parameter."""
+        found = freeze(values)
+        if found.shape[-1:] != self.start.shape or not np.isfinite(found).all():
+            raise InvalidInput(
+                f"{self.name} has the parameters {', '.join(self.names)}: {self.start.size} finite"
+                f" numbers are needed, got {show(values)}."
+            )
+        return found
+
     def to_x(self, p: Sequence[float] | np.ndarray) -> np.ndarray:
         """Searched vector of parameters ``p``."""
-        p = np.asarray(p, dtype=float)
+        p = self._read(p)
         return np.where(self.positive, np.log(np.where(self.positive, p, 1.0)), p)
 
     def to_p(self, x: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Parameters of a searched vector."""
-        x = np.asarray(x, dtype=float)
+        """Parameters of a searched vector, or of several (vector, parameter)."""
+        x = self._read(x)
         return np.where(self.positive, np.exp(np.where(self.positive, x, 0.0)), x)
 
     @property

@@ -1,6 +1,7 @@
 """Identifiability: which combinations of parameters the targets determine, and how well."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -53,7 +54,9 @@ def _words(names: tuple[str, ...], direction: np.ndarray) -> str:
 
 
 @checked
-def analyse_directions(problem: Problem, p: np.ndarray, step: float = 0.05) -> Directions:
+def analyse_directions(
+    problem: Problem, p: np.ndarray, step: Annotated[float, "> 0"] = 0.05
+) -> Directions:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale
     return decompose(problem.hinges.names, p, jacobian)
@@ -77,7 +80,7 @@ def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> Di
 
 @checked
 def walk_loose(
-    problem: Problem, directions: Directions, steps: np.ndarray
+    problem: Problem, directions: Directions, steps: Annotated[np.ndarray, "step"]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (step, parameter) and errors (step,) along the loosest direction.
 

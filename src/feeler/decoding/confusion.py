@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 
@@ -39,7 +40,9 @@ class Confused:
 
 
 @checked
-def explain_confusion(confusion: np.ndarray, attributes: Mapping[str, Labels]) -> Confused:
+def explain_confusion(
+    confusion: Annotated[np.ndarray, "answer class"], attributes: Mapping[str, Labels]
+) -> Confused:
     """Split a confusion matrix by the attributes of its classes.
 
     Parameters

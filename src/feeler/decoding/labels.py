@@ -7,6 +7,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.rules import show
 
 Labels = Sequence[Any] | np.ndarray
 """One class per trial."""
@@ -35,6 +36,26 @@ def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
                 f"the trials have no coordinate {name!r}; labels need {', '.join(by)}."
             ) from None
     return np.array([write_label(row) for row in zip(*columns, strict=True)])
+
+
+def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
+    """Labels as an array (trial,) whose values can be told apart and sorted.
+
+    Raises
+    ------
+    InvalidInput
+        Not one for each trial, or of several kinds, None among them.
+    """
+    try:
+        found = np.asarray(values)
+        np.unique(found)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(
+            f"{what} must be texts or numbers, all of one kind, got {show(values)}."
+        ) from error
+    if found.ndim != 1:
+        raise InvalidInput(f"{what} must be one for each trial, got shape {found.shape}.")
+    return found
 
 
 def write_label(label: Any) -> Any:

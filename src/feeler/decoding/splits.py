@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.decoding.labels import Labels
+from feeler.decoding.labels import Labels, read_labels
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
@@ -17,7 +17,7 @@ from feeler.task.nuisances import Nuisances
 @checked
 def iterate_left_out(groups: Labels) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
     """Each group's name with the trials outside it (train) and inside it (test)."""
-    group = np.asarray(groups)
+    group = read_labels(groups, "groups")
     names = np.unique(group)
     if names.size < 2:
         raise InvalidInput(
@@ -46,7 +46,7 @@ def compute_left_out(
     **options
         Of ``compute_sweep``.
     """
-    codes, named = check_tensors(codes, least=1), np.asarray(labels)
+    codes, named = check_tensors(codes, least=1), read_labels(labels)
     if len(labels) != len(codes) or len(groups) != len(codes):
         raise InvalidInput(
             f"{len(codes)} trials, {len(labels)} labels, {len(groups)} groups; they must match."
@@ -89,11 +89,12 @@ def compute_jittered(
     **options
         Of ``compute_sweep``.
     """
-    if len(trials) != len(labels):
+    named = read_labels(labels)
+    if len(trials) != len(named):
         raise InvalidInput(
-            f"{len(trials)} trials but {len(labels)} labels; give one label per trial."
+            f"{len(trials)} trials but {len(named)} labels; give one label per trial."
         )
     rng = np.random.default_rng(random_state)
     jittered = Nuisances.only(location=location, speed=speed).jitter(trials, rng, n_each)
-    held_out = (simulate(jittered), np.tile(np.asarray(labels), n_each))
+    held_out = (simulate(jittered), np.tile(named, n_each))
     return compute_sweep(codes, labels, held_out=held_out, random_state=random_state, **options)

@@ -11,7 +11,7 @@ from sklearn.base import clone
 
 from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
-from feeler.decoding.labels import Labels
+from feeler.decoding.labels import Labels, read_labels
 from feeler.decoding.noise import draw_rotated, span
 from feeler.decoding.reader import READERS, Reader
 from feeler.dispersion.index import check_tensors
@@ -253,7 +253,7 @@ def _check_sets(codes, labels, held_out) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.ndarray]:
-    found = np.asarray(labels)
+    found = read_labels(labels)
     if found.shape != (len(codes),):
         raise InvalidInput(
             f"{len(codes)} trials but labels of shape {found.shape}; give one label per trial."

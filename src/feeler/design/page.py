@@ -16,6 +16,7 @@ from feeler.design.making import WIDEST, make_strips
 from feeler.design.outcome import DesignOutcome
 from feeler.design.scoring import Score
 from feeler.errors import MissingExtra
+from feeler.files import ensure_folder
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, write_page
 from feeler.stimulus.trial import Trial
@@ -40,7 +41,8 @@ def write_design(
     """``design.html`` in the folder ``out``, with its pictures beside it; ``tolerance`` adds the
     robot's hinges.
     """
-    section = Section(name="design", title="The best antennas", folder=out, vector=False)
+    folder = ensure_folder(out)
+    section = Section(name="design", title="The best antennas", folder=folder, vector=False)
     _say_result(found, section)
     section.figure(
         "profiles",

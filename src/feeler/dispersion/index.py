@@ -67,6 +67,8 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
         empty dimension, fewer than ``least`` trials, or NaN or infinite entries.
     """
     tensors = fold_planes(tensors)
+    if hasattr(tensors, "data_vars"):
+        raise InvalidInput('expected one variable of a Dataset, as tensors["angle"]; got all.')
     dims = getattr(tensors, "dims", None)
     if dims is not None and {"trial", "time"} <= set(dims) and dims[0] != "trial":
         tensors = tensors.transpose("trial", ..., "time")

@@ -10,6 +10,7 @@ from feeler.errors import InvalidInput
 
 _N_RESAMPLES = 2000
 _LEVEL = 0.95
+_MOST_DRAWN = 10**8  # [C] values in all resamples, which are held at once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +47,9 @@ def bootstrap_mean(
     all possible stimuli.
     """
     values = _check(values, level)
+    if not 1 <= n_resamples * values.size <= _MOST_DRAWN:
+        most = _MOST_DRAWN // values.size
+        raise InvalidInput(f"n_resamples must be 1 to {most:,} here, got {n_resamples}.")
     picks = rng.integers(values.size, size=(n_resamples, values.size))
     low, high = np.quantile(values[picks].mean(axis=1), [(1 - level) / 2, (1 + level) / 2])
     return Interval(estimate=float(values.mean()), low=float(low), high=float(high))

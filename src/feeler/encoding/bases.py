@@ -10,6 +10,7 @@ from feeler.checked import checked
 from feeler.compiled import compiled
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
+Others = Annotated[np.ndarray, "partner sensor shift"]  # as many sensors, but other bases and lags
 # scikit-learn's NMF puts it in place of a vanishing denominator
 _TINY = float(np.finfo(np.float32).eps)
 
@@ -124,7 +125,7 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
 
 
 @checked
-def compute_basis_similarity(first: Bases, second: Bases, *, shift: bool = True) -> np.ndarray:
+def compute_basis_similarity(first: Bases, second: Others, *, shift: bool = True) -> np.ndarray:
     """Greatest cosine over all shifts between each basis of one set and each of another.
 
     Parameters
@@ -149,7 +150,7 @@ def compute_basis_similarity(first: Bases, second: Bases, *, shift: bool = True)
 
 @checked
 def match_components(
-    first: Bases, second: Bases, *, shift: bool = True
+    first: Bases, second: Others, *, shift: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pair the bases of two sets so that their similarities have the greatest sum.
 

@@ -119,6 +119,7 @@ def open_cluster(address: str) -> Iterator[Any]:
             with _closing_soon(client, cluster):
                 yield client
         finally:
+            cluster.shutdown_on_close = False  # else Dask closes it again as Python ends
             for process in multiprocessing.active_children():
                 if process.name.startswith("Dask"):
                     process.kill()

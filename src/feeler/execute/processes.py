@@ -6,13 +6,14 @@ import multiprocessing
 import os
 import pickle
 import signal
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -23,6 +24,7 @@ from pebble import CONSTS, ProcessExpired, ProcessPool
 from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput, lacks_memory, say_warnings
 from feeler.execute.threads import check_workers
+from feeler.files import KEPT, sweep_old
 
 try:
     import resource
@@ -61,9 +63,20 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
 
     Returns at once: the imports run beside the caller's own.
     """
+    _sweep_listeners()
     _CONTEXT.set_forkserver_preload([*modules])  # in place of the script, which is not to run there
     with uninterrupted():
         forkserver.ensure_running()
+
+
+@cache
+def _sweep_listeners() -> None:
+    """Remove the folders of sockets that killed processes left a week ago or earlier."""
+    with contextlib.suppress(OSError):
+        heard = Path("/proc/net/unix").read_text()
+        for path in Path(tempfile.gettempdir()).glob("pymp-*"):
+            if str(path) not in heard:
+                sweep_old(path.parent, path.name, days=KEPT)
 
 
 @checked
@@ -131,7 +144,7 @@ class ProcessExecutor:
 
     def _open(self) -> ProcessPool:
         with self._opening:
-            if self._pool is not None and not self._pool.active:
+            if self._pool is not None and not _works(self._pool):
                 self._drop(broken=True)
             if self._pool is None:
                 prepare_workers()
@@ -147,7 +160,7 @@ class ProcessExecutor:
         while pool is self._pool:
             time.sleep(_GLANCE)
             with self._opening:
-                if pool is self._pool and not pool.active:
+                if pool is self._pool and not _works(pool):
                     self._drop(broken=True)
 
     def _drop(self, broken: bool = False) -> None:
@@ -182,6 +195,14 @@ class ProcessExecutor:
         """One line for a person: how many workers, and how much memory each may take."""
         kind = "processes" if self.workers > 1 else "process"
         return f"{self.workers} {kind}, at most {self.memory_limit / 2**30:.1f} GiB each"
+
+
+def _works(pool: ProcessPool) -> bool:
+    """Whether a pool takes tasks; to look starts its processes, which may end as they begin."""
+    try:
+        return pool.active
+    except _BROKEN:
+        return False
 
 
 def _pass_on(done: Future, answer: Future) -> None:

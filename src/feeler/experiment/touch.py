@@ -18,6 +18,7 @@ from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
 from feeler.experiment.gather import Gathering, Made, Progress
 from feeler.experiment.job import Job, fingerprint_code
+from feeler.files import sweep_old
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
@@ -28,7 +29,6 @@ from feeler.stimulus.placement import place
 from feeler.stimulus.sample import SampledTrials
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import choose_quantities
-from feeler.tensors.disk import sweep_old
 from feeler.tensors.store import Store, open_store
 from feeler.tensors.stored import read_store
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.files import writing
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.physics.scene import make_scene
 from feeler.physics.spec import make_spec
@@ -58,5 +59,6 @@ def write_mjcf(
         key.qvel = [*scene.initial_velocity, *scene.objects[0].velocity, scene.objects[0].turn]
     spec.compile()
     path = Path(path)
-    path.write_text(spec.to_xml())
+    with writing(path) as part:
+        part.write_text(spec.to_xml())
     return path

@@ -1,6 +1,7 @@
 """Draw bases: what an encoder takes touches to be made of."""
 
 from collections.abc import Mapping
+from typing import Annotated
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +12,9 @@ from feeler.plotting.tensor import plot_tensor_grid
 
 
 @checked
-def plot_bases(sets: Mapping[str, np.ndarray], sampling: float, ax: Axes) -> None:
+def plot_bases(
+    sets: Mapping[str, Annotated[np.ndarray, "component sensor lag"]], sampling: float, ax: Axes
+) -> None:
     """A row of bases for each set (component, sensor, lag), base to tip upwards; each basis on its
     own colour scale.
 

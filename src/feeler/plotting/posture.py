@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.plotting.look import ANTENNA_COLOURS, TENSOR_COLOURS, set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
@@ -110,6 +111,8 @@ def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
         (antenna.stiffness, "stiffness [N·mm/rad]"),
         (antenna.damping, "damping [N·mm·ms/rad]"),
     )
+    if len(axes) != len(quantities):
+        raise InvalidInput(f"four Axes are needed, got {len(axes)}.")
     for ax, (values, label) in zip(axes, quantities, strict=True):
         ax.plot(position, values, color="black")
         ax.set(xlabel="position (base 0, tip 1)", ylabel=label)

@@ -19,6 +19,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from feeler.checked import checked
+from feeler.files import ensure_folder, writing
 from feeler.report.section import Section
 
 MIME = {
@@ -105,10 +106,10 @@ def render_page(
 def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Section) -> Path:
     """Keep the page of these sections; the file appears under its name only when it is whole."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.part")
-    partial.write_text(render_page(title, lead, list(sections)), encoding="utf-8")
-    return partial.replace(path)
+    ensure_folder(path.parent)
+    with writing(path) as part:
+        part.write_text(render_page(title, lead, list(sections)), encoding="utf-8")
+    return path
 
 
 def _fill(section: Section, beside: Mapping[str, str]) -> Part:

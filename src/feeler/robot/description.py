@@ -10,7 +10,7 @@ import numpy as np
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.files import read_start
+from feeler.files import read_start, writing
 from feeler.record import Ge, Gt, Le, Of, Record, Unit
 from feeler.robot.hinge import ROBOT_FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
@@ -189,9 +189,10 @@ class RobotFile(Record):
     def antenna(self) -> Antenna:
         """The model with the file's factors: stiffness p1·k_th, damping p2·k_th."""
         k_th, factors = self.theory.stiffness, self.factors
-        return self.theory.replace(
-            stiffness=factors.stiffness * k_th, damping=factors.damping * k_th
-        )
+        with np.errstate(over="ignore"):  # the antenna refuses what is no finite number
+            return self.theory.replace(
+                stiffness=factors.stiffness * k_th, damping=factors.damping * k_th
+            )
 
     @property
     def calibration(self) -> Path | None:
@@ -226,7 +227,8 @@ def write_robot(
         mass=[0.03] * n_hinges,
         sensors=list(range(1, n_hinges + 1)),
     )
-    path.write_text(text, encoding="utf-8")
+    with writing(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def is_robot_file(path: str | os.PathLike) -> bool:

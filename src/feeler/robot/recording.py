@@ -9,6 +9,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.files import writing
 from feeler.record import ALLOW_NAN, OneOf, Record
 from feeler.robot.link import unwrap_clock
 from feeler.robot.sensor import ANGLE_UNITS, MAX_HINGES, READING_UNITS, SensorCalibration
@@ -338,7 +339,7 @@ def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int
     unit = recording.unit
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])
-    with open(path, "w", encoding="utf-8", newline="\n") as file:
+    with writing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {key}: {value}\n" for key, value in notes.items() if value != "")
         file.write(header + "\n")
         np.savetxt(

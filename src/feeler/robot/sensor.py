@@ -239,7 +239,7 @@ def _fit_one(
             f"hinge {number} has {angle.size} readings at {levels.size} angles; a line needs"
             f" {_MIN_READINGS} at 2."
         )
-    if np.ptp(capacitance) == 0:
+    if _is_flat(capacitance):
         raise InvalidInput(
             f"hinge {number} reads {capacitance[0]:g} at every angle: a dead or unconnected sensor."
         )
@@ -258,13 +258,20 @@ def _fit_one(
     }
 
 
+def _is_flat(readings: np.ndarray) -> bool:
+    """Whether readings differ by no more than their own rounding, or by less than any board can
+    say.
+    """
+    return bool(np.ptp(readings) <= max(1e-12 * np.abs(readings).max(), 1 / _MAX_READING))
+
+
 def _leave_one_angle_out(angle: np.ndarray, capacitance: np.ndarray, levels: np.ndarray) -> float:
     if levels.size < 3:
         return float("nan")
     errors = []
     for level in levels:
         held = np.round(angle, 9) == level
-        if np.ptp(capacitance[~held]) == 0:
+        if _is_flat(capacitance[~held]):
             return float("nan")
         slope, offset = np.polyfit(capacitance[~held], angle[~held], 1)
         errors.append(angle[held] - (slope * capacitance[held] + offset))
@@ -281,7 +288,7 @@ def _repeat_spread(angle: np.ndarray, capacitance: np.ndarray) -> float:
 
 
 def _trend(time: np.ndarray, residual: np.ndarray) -> float:
-    if not np.all(np.isfinite(time)) or np.ptp(time) == 0:
+    if not np.all(np.isfinite(time)) or _is_flat(time):
         return float("nan")
     return float(np.polyfit(time - time.mean(), residual, 1)[0])
 

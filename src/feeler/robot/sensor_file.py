@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.files import parse_json, read_bytes
+from feeler.files import parse_json, read_bytes, writing
 from feeler.robot.sensor import SensorCalibration
 from feeler.toml import make_record
 
@@ -25,7 +25,8 @@ def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) ->
     content = {"format": _FORMAT, "version": _VERSION, "robot": robot, "unit": unit}
     for name, values in plain.items():
         content[name] = [None if np.isnan(value) else value for value in values]
-    Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    with writing(path) as part:
+        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 @checked

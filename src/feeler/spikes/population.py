@@ -217,7 +217,13 @@ def place_sensilla(
         First all units of side 1 from base to tip, then all of side −1.
     """
     places = np.atleast_1d(np.asarray(position, dtype=float))
-    gains = np.broadcast_to(np.asarray(gain, dtype=float), places.shape)
+    gains = np.asarray(gain, dtype=float)
+    if places.ndim != 1 or gains.shape not in ((), places.shape):
+        raise InvalidInput(
+            "position must be places (place,) and gain one number or one for each, got shapes"
+            f" {places.shape} and {gains.shape}."
+        )
+    gains = np.broadcast_to(gains, places.shape)
     return Population(
         position=np.tile(places, 2),
         side=np.repeat((1, -1), places.size),

@@ -1,7 +1,7 @@
 """Spike trains: drawn from rates, given by hand, counted, thinned, and by their first spikes."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -9,7 +9,8 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import Doubtful, InvalidInput
-from feeler.record import Ge, Record, Unit
+from feeler.record import Ge, Record, Unit, freeze
+from feeler.rules import show
 from feeler.spikes.kernel import fire_touch
 from feeler.spikes.population import find_step
 from feeler.tensors.dataset import label_units
@@ -141,12 +142,16 @@ def attach_trains(touches: xr.Dataset, trains: Sequence[Any], units: Sequence[An
         the record.
     """
     names = [*units]
+    if not all(isinstance(name, str | int | float | np.generic) for name in names):
+        raise InvalidInput(f"units must be one text or number for each, got {show(units)}.")
     if twice := [name for name in names if names.count(name) > 1]:
         raise InvalidInput(f"there are two trains of unit {twice[0]!r}; join them, or rename one.")
     if len(trains) != touches.sizes["trial"]:
         raise InvalidInput(f"{touches.sizes['trial']} trials but trains of {len(trains)}.")
     first, last = (float(in_unit(touches["time"], "ms")[k]) for k in (0, -1))
-    rows = [[np.asarray(train, dtype=float) for train in row] for row in trains]
+    if not all(isinstance(row, Iterable) for row in trains):
+        raise InvalidInput(f"trains are, by trial, one for each unit, got {show(trains)}.")
+    rows = [[freeze(train) for train in row] for row in trains]
     for number, row in enumerate(rows):
         if len(row) != len(names):
             raise InvalidInput(f"trial {number} has {len(row)} trains for {len(names)} units.")

@@ -12,6 +12,7 @@ from feeler.stimulus.feature import digest_numbers
 from feeler.stimulus.shapes import Prism
 
 MAX_CORNERS = 1000  # [C]
+_FARTHEST = 1e6  # [C] mm; whatever an antenna meets is nearer than a kilometre
 
 
 class Outline(Prism):
@@ -41,6 +42,11 @@ class Outline(Prism):
             raise InvalidInput(
                 f"Outline.vertices must be 3 to {MAX_CORNERS} points (corner, 2), got"
                 f" {len(self.vertices)}."
+            )
+        if np.abs(self.vertices).max() > _FARTHEST:
+            raise InvalidInput(
+                f"Outline.vertices must lie within {_FARTHEST:g} mm, got"
+                f" {np.abs(self.vertices).max():g} mm. Which unit has the drawing?"
             )
         corners = self.vertices + 0.0  # no −0: equal outlines have equal names
         _check_simple(corners)

@@ -3,13 +3,12 @@ hand too.
 """
 
 import io
-import tempfile
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.files import temporary_folder
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.trial import Trial
 from feeler.studio.touching import SAMPLE_INTERVAL, find_sensed
@@ -124,9 +123,8 @@ def film(shown: PageView) -> bytes:
             seen = points[now, :, ::-1] * (1, -1)
             return [image, clock, *patches, *antenna.move(seen, shown.values[:, now])]
 
-        with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
-            path = Path(folder) / "touch.mp4"
-            return write_movie(path, figure, move, len(frames), _FPS).read_bytes()
+        with temporary_folder() as folder:
+            return write_movie(folder / "touch.mp4", figure, move, len(frames), _FPS).read_bytes()
 
 
 def _set_limits(ax: Any, points: np.ndarray) -> None:

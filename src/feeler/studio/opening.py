@@ -3,7 +3,6 @@ sensors.
 """
 
 import re
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.parse import parse_antenna
 from feeler.errors import InvalidInput
+from feeler.files import temporary_folder
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration, load_calibration, load_recording, repair
 from feeler.studio.catalogue import describe_original
@@ -134,7 +134,7 @@ def _open_recording(
 @contextmanager
 def _as_file(name: str, text: str) -> Iterator[Path]:
     """A text as a file, which is how recordings and calibrations are read."""
-    with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
-        path = Path(folder) / (name if _NAME.fullmatch(name) else f"dropped{Path(name).suffix}")
+    with temporary_folder() as folder:
+        path = folder / (name if _NAME.fullmatch(name) else f"dropped{Path(name).suffix}")
         path.write_text(text, encoding="utf-8", errors="replace")
         yield path

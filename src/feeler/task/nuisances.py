@@ -161,7 +161,9 @@ def read_spread(value: Any, name: str) -> Spread:
     """A spread, also from its plain data; a list of two is a range, as TOML writes it."""
     if isinstance(value, Mapping):
         plain = {**value}
-        value = LogRange(*plain["logarithmic"]) if "logarithmic" in plain else plain.get("choices")
+        limits = plain.get("logarithmic", ())
+        pair = isinstance(limits, list | tuple) and len(limits) == 2
+        value = LogRange(*limits) if pair else plain.get("choices")
     elif isinstance(value, list | tuple) and len(value) == 2:
         value = tuple(value)
     if isinstance(value, list):

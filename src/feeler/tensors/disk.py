@@ -75,20 +75,6 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def sweep_old(folder: Path, pattern: str, keep: int = 0) -> None:
-    """Remove what matches in a folder, but the ``keep`` newest; what cannot be removed stays."""
-    for path in sorted(folder.glob(pattern), key=_find_age)[keep:]:
-        with contextlib.suppress(OSError):
-            path.unlink()
-
-
-def _find_age(path: Path) -> float:
-    try:
-        return -path.stat().st_mtime
-    except OSError:  # somebody else removed it
-        return 0.0
-
-
 @contextlib.contextmanager
 def explain(path: Path, state: str = "nothing is lost") -> Iterator[None]:
     """Turn the system's errors into a StoreError that says what is safe and what to do."""

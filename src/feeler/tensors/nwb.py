@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Callable
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import writing
 from feeler.tensors.plain import complete, describe_whole
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
@@ -162,13 +162,8 @@ def write_nwb(file: Any, path: str | os.PathLike) -> None:
     """Write it whole or not at all."""
     from pynwb import NWBHDF5IO
 
-    temporary = Path(path).with_name(f".{Path(path).name}.tmp.nwb")
-    try:
-        with NWBHDF5IO(str(temporary), "w") as io:
-            io.write(file)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with writing(path) as part, NWBHDF5IO(str(part), "w") as io:
+        io.write(file)
 
 
 def _describe(dataset: xr.Dataset, series: list[str]) -> str:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.rules import show
 
 Tensors = TypeVar("Tensors", xr.DataArray, np.ndarray)
 
@@ -33,8 +34,8 @@ def fold_planes(tensors: Tensors) -> Tensors:
 @checked
 def rectify(tensors: Tensors) -> Tensors:
     """The tensors with negative values set to 0, as in the published video [D]."""
-    if not hasattr(tensors, "clip"):
-        raise InvalidInput(f"tensors must be an array, got {type(tensors).__name__}.")
+    if getattr(getattr(tensors, "dtype", None), "kind", "") not in tuple("biuf"):
+        raise InvalidInput(f"tensors must be an array of numbers, got {show(tensors)}.")
     return tensors.clip(min=0)
 
 
@@ -46,7 +47,8 @@ def scale_common(tensors: xr.DataArray | np.ndarray) -> xr.DataArray | np.ndarra
     Non-negative input comes out in [0, 1], as SSIM with range 1 needs it. To compare sets (speeds,
     antennas), scale them together, then split them.
     """
-    largest = float(np.max(np.abs(tensors)))
+    tensors = tensors if isinstance(tensors, xr.DataArray) else np.asarray(tensors)
+    largest = float(np.max(np.abs(np.asarray(tensors)), initial=0.0))
     if not (np.isfinite(largest) and largest > 0):
         raise InvalidInput(
             f"cannot scale tensors whose greatest magnitude is {largest}; did any contact take"

@@ -8,6 +8,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.files import writing
 from feeler.tracking.tracks import LANDMARKS, Tracks
 
 FRAME_RATE = (
@@ -70,6 +71,6 @@ def save_dltdv(tracks: Tracks, path: str | os.PathLike) -> None:
         f"pt{point + 1}_cam1_{axis}" for point in range(len(tracks.landmarks)) for axis in "XY"
     )
     values = (tracks.position * (1.0, -1.0) + 1.0).reshape(tracks.n_frames, -1)
-    with open(path, "w", encoding="utf-8", newline="\n") as file:
+    with writing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# source: {tracks.source}\n{header}\n")
         np.savetxt(file, values, fmt="%.3f", delimiter=",")

@@ -1,13 +1,13 @@
 """A comparison of antennas as one self-contained page."""
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
 from feeler.checked import checked
 from feeler.dispersion import INDICES
 from feeler.encoding import LABELS
+from feeler.files import temporary_folder
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import plot_index
 from feeler.report import Section, write_page
@@ -40,8 +40,8 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
         "The same touches, at one speed: how far apart their tensors lie, and how well they are"
         " told apart."
     )
-    with TemporaryDirectory() as folder:
-        section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
+    with temporary_folder() as folder:
+        section = Section(name="comparison", title="Dispersion and accuracy", folder=folder)
         section.figure(
             "comparison",
             "Above: how alike each tensor and its closest match are (small dots), and their average"

@@ -8,6 +8,7 @@ from scipy.special import stdtrit
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.rules import show
 from feeler.tensors.unit import need
 
 _LEVEL = 0.95
@@ -18,6 +19,8 @@ def average_sets(values: xr.DataArray) -> xr.Dataset:
     """``mean`` over sets and ``half``, half the width of its 95 % interval (Student's t; NaN for
     one set).
     """
+    if "set" not in values.dims:
+        raise InvalidInput(f"values need the dimension 'set', got {show(values.dims)}.")
     count = values.sizes["set"]
     half = (
         values.std("set", ddof=1) * stdtrit(count - 1, (1 + _LEVEL) / 2) / np.sqrt(count)
