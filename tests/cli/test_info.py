@@ -1,8 +1,11 @@
 """``feeler info`` knows every kind of file that some verb reads."""
 
+from codecs import BOM_UTF8
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 import feeler
@@ -29,6 +32,12 @@ def files(tmp_path, monkeypatch):
     Path("other.csv").write_text("time_ms,b,who\n1,2,me\n2,3,\n")
     Path("other.bin").write_text("no file of ours")
     Path("objects.toml").write_text('[[object]]\nname = "nut"\nshape = "ball"\nradius = 3\n')
+    Path("marked.csv").write_bytes(BOM_UTF8 + (TRACKS / "DLC_one.csv").read_bytes())
+    Path("two.csv").write_text("pt1_cam1_X,pt1_cam1_Y,pt1_cam2_X,pt1_cam2_Y\n1,2,3,4\n2,3,4,5\n")
+    places = np.arange(24.0).reshape(3, 2, 2, 2)
+    names = {"space": ["x", "y"], "keypoints": ["a", "b"], "individuals": ["one", "two"]}
+    moved = xr.Dataset({"position": (("time", *names), places)}, names)
+    moved.to_netcdf("moved.nc", engine="h5netcdf")
     for name in ("DLC_one.csv", "DLC_one.h5", "DLC_two.h5"):
         (tmp_path / name).write_bytes((TRACKS / name).read_bytes())
     for name in ("surrogate_ball_tip_fast.csv", "surrogate_calibration_table.csv"):
@@ -58,6 +67,12 @@ def files(tmp_path, monkeypatch):
         ("DLC_one.csv", ("left_tip, right_tip, head, abdomen", "frames      50", "DeepLabCut")),
         ("DLC_one.h5", ("left_tip, right_tip, head, abdomen", "frames      50", "DeepLabCut")),
         ("DLC_two.h5", ("animals     one, two", "--individual one", "doubted     2.0%")),
+        (
+            "moved.nc",
+            ("tracks of landmarks", "by          movement", "feeler tracks moved.nc --tips"),
+        ),
+        ("marked.csv", ("by          DeepLabCut", "frames      50")),
+        ("two.csv", ("by          DLTdv", "camera      1 of 2", "--frame-rate RATE")),
     ],
 )
 def test_every_input_says_what_it_holds(files, name, words):
@@ -70,7 +85,7 @@ def test_every_input_says_what_it_holds(files, name, words):
     ("name", "words"),
     [
         ("newer.toml", "schema must be 'feeler.robot/1', got 'feeler.robot/9'"),
-        ("other.bin", "is no file of feeler"),
+        ("other.bin", "is of a kind that feeler does not know"),
         (".", "is a folder, no store of touches: name a file (DLC_one.csv"),
     ],
 )
@@ -89,7 +104,11 @@ def test_a_file_alone_asks_what_it_is_and_a_verb_stays_a_verb(files):
 
 def test_one_file_that_is_unknown_does_not_hide_the_others(files):
     code, said = say("info", files / "other.bin", files / "rec.csv")
-    assert code == 2 and "is no file of feeler" in said and "channels    2, angle" in said
+    assert (
+        code == 2
+        and "is of a kind that feeler does not know" in said
+        and "channels    2, angle" in said
+    )
 
 
 def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
@@ -98,16 +117,16 @@ def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
     code, said = say("validate", "cut.h5")
     assert code == 1 and "damaged" in said
     code, said = say("convert", "DLC_one.h5", "out.nc")
-    assert code != 0 and "feeler tracks DLC_one.h5 --out" in said
+    assert code != 0 and "feeler tracks DLC_one.h5 --frame-rate" in said
     code, said = say("convert", "rec.csv", "out.nc")
-    assert code != 0 and "feeler robot convert rec.csv" in said
+    assert code != 0 and "feeler robot check rec.csv" in said
 
 
 @pytest.mark.parametrize(
     ("start", "words"),
     [
         (b"SQLite format 3\0" + bytes(84), "no ROS recording that is whole"),
-        (b"PK\x03\x04" + b"..[Content_Types].xml", "spreadsheet"),
+        (b"PK\x03\x04" + b"..[Content_Types].xml", "save a sheet of it as CSV"),
         (b"PK\x03\x04" + bytes(30), "ZIP archive"),
         (b"\0\0\0\x18ftypmp42" + bytes(30), "a film: track landmarks"),
         (b"\x89PNG\r\n" + bytes(30), "a picture"),
@@ -115,7 +134,12 @@ def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
         (b"\x1f\x8b\x08\0" + bytes(30), "gunzip"),
         (b"\x80\x04" + bytes(30), "never read"),
         (b"PAR1" + bytes(30), "by pandas"),
-        (b"\x07\0\x03" + bytes(30), "no file of feeler"),
+        (b'{"nbformat": 4}', "is JSON"),
+        (b"version https://git-lfs.github.com/spec/v1", "git lfs pull"),
+        (b"BZh91AY&SY" + bytes(30), "unpack it first"),
+        (b" \n\n", "is empty"),
+        ("scorer,a\nbodyparts,bä\n".encode("latin-1"), "is not UTF-8 text"),
+        (b"\x07\0\x03" + bytes(30), "a kind that feeler does not know"),
     ],
 )
 def test_foreign_files_are_called_by_their_names(tmp_path, start, words):
@@ -135,10 +159,13 @@ def test_foreign_files_are_called_by_their_names(tmp_path, start, words):
             "no recording of a robot. It is of another kind",
         ),
         (("robot", "check", "surrogate_calibration_table.csv"), "feeler robot calibrate surrogate"),
-        (("tracks", "mine.toml"), "no tracks. It is of another kind: robot (TOML). feeler robot"),
-        (("tracks", "rec.csv"), "feeler robot convert rec.csv --out touch.nc makes tensors of it"),
+        (
+            ("tracks", "mine.toml"),
+            "no tracks. It is of another kind: robot (TOML). Next: feeler robot",
+        ),
+        (("tracks", "rec.csv"), "Next: feeler robot check rec.csv --antenna robot.toml"),
         (("convert", "objects.toml", "x.nc"), "--objects objects.toml tells them apart"),
-        (("convert", "other.csv", "x.nc"), "other.csv is no file of feeler"),
+        (("convert", "other.csv", "x.nc"), "holds no tensors. It is of another kind: a table"),
     ],
 )
 def test_a_verb_names_what_it_was_given_and_the_verb_that_takes_it(files, words, said):
@@ -151,5 +178,5 @@ def test_a_verb_names_what_it_was_given_and_the_verb_that_takes_it(files, words,
 def test_a_text_of_no_kind_is_refused_in_a_line_by_every_verb(files, words):
     Path("notes.md").write_text("# Notes\n\nThe left antenna was slower today.\n")
     code, found = say(*words, "notes.md")
-    assert code != 0 and "notes.md is no file of feeler" in found
+    assert code != 0 and "notes.md is of a kind that feeler does not know" in found
     assert "Traceback" not in found

@@ -196,8 +196,8 @@ CONTENT = {
     "zip": (b"PK\x03\x04aaaa", "ZIP archive"),
     "netcdf3": (b"CDF\x01aaaaaaa", "NetCDF-3"),
     "mat73": (b"MATLAB 7.3 MAT-file", "-v7"),
-    "empty": (b"", "no file of feeler"),
-    "noise": (bytes(range(256)), "no file of feeler"),
+    "empty": (b"", "is empty"),
+    "noise": (bytes(range(256)), "a kind that feeler does not know"),
 }
 
 

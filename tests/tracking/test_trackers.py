@@ -121,6 +121,25 @@ def write_movement(path, names, position, likelihood):
     ).to_netcdf(path, engine="h5netcdf")
 
 
+def write_new_movement(path, names, position, likelihood):
+    """As versions of movement that count in the singular."""
+    write_movement(path.with_name("old.nc"), names, position, likelihood)
+    with xr.open_dataset(path.with_name("old.nc")) as old:
+        new = old.rename(individuals="individual", keypoints="keypoint")
+        new.to_netcdf(path, engine="h5netcdf")
+
+
+def write_sleap_rows(path, names, position, likelihood):
+    """SLEAP's CSV, with a second animal that sits still, and rows in no order of frames."""
+    header = ["track", "frame_idx", "instance.score"]
+    header += [f"{name}.{what}" for name in names for what in ("x", "y", "score")]
+    numbers = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
+    rows = [["track_7", str(k + 30), "0.9", *map(repr, r)] for k, r in enumerate(numbers.tolist())]
+    rows += [["track_2", "31", "0.9", *["5.0"] * (3 * len(names))]]
+    np.random.default_rng(2).shuffle(rows)
+    path.write_text("\n".join(map(",".join, [header, *rows])) + "\n")
+
+
 def write_plain(path, names, position, likelihood):
     header = ",".join(f"{name}_{what}" for name in names for what in ("x", "y", "likelihood"))
     table = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
@@ -132,6 +151,8 @@ WRITERS = {
     "sleap.analysis.h5": write_sleap,
     "pose_3d.csv": write_anipose,
     "movement.nc": write_movement,
+    "singular.nc": write_new_movement,
+    "rows.csv": write_sleap_rows,
     "flat.csv": write_plain,
 }
 BASES = {"bases": ("left_base", "right_base")}
@@ -145,13 +166,29 @@ def test_planted_speed_comes_back_within_its_stated_error(tmp_path, name, outlie
     WRITERS[name](tmp_path / name, *planted)
     plane = "xy" if name == "pose_3d.csv" else None
     tracks = load_tracks(
-        tmp_path / name, frame_rate=None if name.endswith(".nc") else RATE, plane=plane
+        tmp_path / name,
+        frame_rate=None if name.endswith(".nc") else RATE,
+        plane=plane,
+        individual="track_7" if name == "rows.csv" else None,
     )
     assert sum(tracks.doubted.values()) == (planted[2] < 0.6).sum()
     found = measure_exploration([tracks], max_gap=5, landmarks=BASES)
     np.testing.assert_array_equal(found.n_peaks, [[20, 20]])
     assert np.all(np.abs(found.mean_peak - SPEED) < 2 * found.error)
     assert np.all(found.error < 0.02 * SPEED)
+
+
+def test_a_row_twice_and_text_in_the_place_of_a_number_are_refused(tmp_path):
+    write_sleap_rows(tmp_path / "t.csv", *plant(np.random.default_rng(1)))
+    lines = (tmp_path / "t.csv").read_text().splitlines()
+    with pytest.raises(InvalidInput, match="choose one of"):
+        load_tracks(tmp_path / "t.csv", frame_rate=RATE)
+    (tmp_path / "t.csv").write_text("\n".join([*lines, lines[5]]))
+    with pytest.raises(InvalidInput, match="every frame of a track needs one row"):
+        load_tracks(tmp_path / "t.csv", frame_rate=RATE, individual=lines[5].split(",")[0])
+    (tmp_path / "t.csv").write_text("note,a_x,a_y\nok,left,1\nok,2,3\n")
+    with pytest.raises(InvalidInput, match="column 'a_x' holds text"):
+        load_tracks(tmp_path / "t.csv", frame_rate=RATE)
 
 
 def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(tmp_path):

@@ -91,11 +91,11 @@ def _convert_bag(source: Path, target: Path) -> None:
     from feeler.errors import InvalidInput
     from feeler.robot import load_recording, save_recording
 
+    recording = load_recording(source, n_channels=None)
     if target.suffix.lower() != ".csv":
         raise InvalidInput(
             f"a recording becomes tensors with its antenna: feeler robot convert {source} --antenna"
             f" robot.toml --out {target}."
         )
-    recording = load_recording(source, n_channels=None)
     save_recording(recording, target, digits=9)
     typer.echo(f"wrote {target}: {recording.n_sensors} channels, {recording.time.size} samples")

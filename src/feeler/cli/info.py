@@ -19,11 +19,9 @@ from feeler.cli.say import Json, say_json
 from feeler.errors import FeelerError, InvalidInput
 
 _NEXT = {
-    "tensors": "feeler info {0} says what is in it; feeler convert and feeler compare take it",
-    "model": "feeler info {0} says of what",
+    "tensors": "feeler convert {0} NAME.nwb writes it in another format; feeler validate {0}",
+    "model": "load_encoder, StreamDecoder.load or TouchNetwork.load take it, in Python",
     "antenna": "feeler touch --antenna {0} touches with it",
-    "tracks": "feeler tracks {0} --out FOLDER writes angles, speeds and NWB",
-    "recording": "feeler robot convert {0} --out touch.nc makes tensors of it",
     "robot": "feeler robot classify RECORDING --antenna {0} takes it",
     "bench": "feeler robot calibrate {0} fits lines to it",
     "calibration": "feeler robot check RECORDING --calibration {0} takes it",
@@ -51,7 +49,7 @@ def info(
     found, refused = {}, []
     for file in files:
         try:
-            found[file] = describe_file(file, limits, also)
+            found[file] = describe_file(file, limits, also, _NEXT)
         except FeelerError as error:
             refused.append(str(error))
     if as_json:
@@ -78,23 +76,23 @@ def name_instead(path: str | Path, kind: str) -> FeelerError | None:
     may be of the kind, but is at fault, or is unknown.
     """
     from feeler.tensors.formats import find_formats
-    from feeler.tensors.inspect import open_file
+    from feeler.tensors.inspect import find_advice, open_file
 
     if not Path(path).exists():
         return None
     name, likely = Path(path).name, set()
     try:
         likely = {form.kind for form in find_formats(path, list_rooms()).values()}
-        form, _ = open_file(path, None, list_rooms())
+        form, content = open_file(path, None, list_rooms())
     except FeelerError as error:
         return error if "cannot" not in str(error) and kind not in likely else None
-    if form.kind in (kind, "table"):
+    if form.kind == kind or (form.kind == "table" and kind != "tensors"):
         return None
     wanted = {"tracks": "tracks", "recording": "recording of a robot"}.get(kind, kind)
-    return InvalidInput(
-        f"{name} holds no {wanted}. It is of another kind: {form.words}."
-        f" {_NEXT[form.kind].format(name)}."
-    )
+    said = f"{name} holds no {wanted}. It is of another kind: {form.words}."
+    table = {"table": "feeler info {0} says what the verbs ask for"}
+    advice = find_advice(form, content, name, _NEXT | table)
+    return InvalidInput(f"{said} Next: {advice}." if advice else said)
 
 
 def list_rooms() -> dict[str, Any]:

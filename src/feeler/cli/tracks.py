@@ -77,6 +77,7 @@ class TrackOptions:
     plane: Annotated[
         str | None, typer.Option(help="for tracks in three dimensions: xy, xz, yz, or space")
     ] = None
+    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1
     scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
     cutoff: Annotated[float, typer.Option(help="cut-off of the low-pass filter [Hz]")] = 6.0
     max_gap: Annotated[
@@ -114,6 +115,7 @@ def tracks(said: TrackOptions) -> None:
         "min_likelihood": said.min_likelihood,
         "individual": said.individual,
         "plane": said.plane,
+        "camera": said.camera,
     }
     trials = [_load(file, how) for file in said.files]
     if said.scale is not None:

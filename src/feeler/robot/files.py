@@ -6,7 +6,7 @@ from typing import Any
 
 from feeler.guard import Limits
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
-from feeler.robot.recording import Recording, load_recording
+from feeler.robot.recording import N_CHANNELS, Recording, load_recording
 from feeler.robot.sensor import SensorCalibration, load_calibration_table
 from feeler.robot.sensor_file import load_calibration
 from feeler.stimulus import load_objects
@@ -19,17 +19,26 @@ _TIME = re.compile(
 )
 
 
-def _read(path: Path, limits: Limits, trusted: bool) -> Recording | list[str]:
-    """A recording; of a bag whose topic is not named, what it holds."""
+def _read(path: Path, limits: Limits, trusted: bool) -> list[str]:
+    """What is said of a recording; of a bag whose topic is not named, what it holds."""
     bag = find_bag(path)
     if bag is not None and not bag[1]:
         return describe_bag(bag[0])
-    return load_recording(path, n_channels=None)
+    recording = load_recording(path, n_channels=None)
+    return [*_describe_recording(recording), f"next        {_suggest(path, recording)}"]
 
 
-def _describe_recording(recording: Recording | list[str]) -> list[str]:
-    if isinstance(recording, list):
-        return recording
+def _suggest(path: Path, recording: Recording) -> str:
+    """The command that looks for faults, with the files that it needs."""
+    words = ["feeler robot check", path.name]
+    if recording.n_sensors != N_CHANNELS:
+        words.append("--antenna robot.toml")
+    if recording.quantity != "angle":
+        words.append("--calibration calibration.json")
+    return " ".join(words)
+
+
+def _describe_recording(recording: Recording) -> list[str]:
     labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
     return [
         f"channels    {recording.n_sensors}, {recording.quantity} [{recording.unit}]",
@@ -98,6 +107,6 @@ ROBOT_FILES = {
         kind="recording",
         detect=lambda path, start: find_bag(path) is not None or _TIME.search(start) is not None,
         load=_read,
-        tell=_describe_recording,
+        tell=list,
     ),
 }

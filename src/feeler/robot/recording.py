@@ -16,7 +16,7 @@ from feeler.robot.sensor import ANGLE_UNITS, MAX_HINGES, READING_UNITS, SensorCa
 from feeler.tensors.bags import find_bag, read_bag
 from feeler.tensors.table import Table, read_table
 
-_N_CHANNELS = 8  # [P]
+N_CHANNELS = 8  # [P]
 _TIME_UNITS = {
     **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1.0),
     **dict.fromkeys(("s", "sec", "secs", "seconds"), 1e3),
@@ -118,7 +118,7 @@ class Recording(Record):
 def load_recording(
     path: str | os.PathLike,
     *,
-    n_channels: int | None = _N_CHANNELS,
+    n_channels: int | None = N_CHANNELS,
     unit: str | None = None,
     time_unit: str | None = None,
 ) -> Recording:

@@ -278,8 +278,8 @@ def _open_rosbag(part: Path) -> Iterator[Bag]:
             )
     except AnyReaderError as error:
         raise InvalidInput(
-            f"it is no ROS recording that is whole ({error}). An SQLite database of another kind"
-            " is not read; `ros2 bag reindex` mends a bag that was cut off."
+            f"it is no ROS recording that is whole ({error}). Databases of another kind are not"
+            " read; a bag that was cut off is mended by ros2 bag reindex (ROS 1: rosbag reindex)."
         ) from error
 
 

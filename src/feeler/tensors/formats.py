@@ -7,6 +7,7 @@ package.
 
 import inspect
 import os
+from codecs import BOM_UTF8
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,11 @@ from feeler.registry import Registry
 from feeler.tensors.contract import find_breaches, refuse
 
 START = 512  # bytes by which a file is recognised
+UNKNOWN = (
+    "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5, CSV),"
+    " tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings of robots"
+    " (CSV, ROS bags) and feeler's own TOML files"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,24 +105,15 @@ def find_formats(
         There is none; the message says what the file is.
     """
     path = Path(path)
-    start = b"" if path.is_dir() else read_start(path, START)
+    start = b"" if path.is_dir() else read_start(path, START).removeprefix(BOM_UTF8)
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found
     if path.is_dir():
         inside = ", ".join(sorted(entry.name for entry in path.iterdir())[:6]) or "nothing"
         raise InvalidInput(f"{path} is a folder, no store of touches: name a file ({inside}, …).")
-    hint = name_start(start)
-    listed = ", ".join(form.words for form in known.values())
-    others = (
-        "Recordings are read by feeler robot, tracks by feeler tracks, traces by feeler calibrate"
-        " --data"
-    )
-    raise InvalidInput(
-        f"{path.name} is {hint}."
-        if hint
-        else f"{path.name} is no file of feeler ({listed}). {others}."
-    )
+    hint = name_start(start) if start.strip() else "empty: nothing but blanks was found in it"
+    raise InvalidInput(f"{path.name} is {hint or UNKNOWN}.")
 
 
 @checked

@@ -22,16 +22,30 @@ def describe_file(
     path: str | os.PathLike,
     limits: Limits | None = None,
     also: Mapping[str, Format] | None = None,
+    advice: Mapping[str, str] | None = None,
 ) -> list[str]:
     """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration,
-    versions, licence; ``also`` are formats of other rooms, beside ``FORMATS``.
+    versions, licence; ``also`` are formats of other rooms, beside ``FORMATS``. ``advice`` says what
+    to do next with each kind of content, where the format has no words of its own.
     """
     path = Path(path)
     refused: list[str] = []
     form, content = open_file(path, limits, also, refused=refused)
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
     lines += (form.tell or _describe_dataset)(content)
-    return lines + ([f"because     {words}" for words in refused] if form.kind == "table" else [])
+    lines += [f"because     {words}" for words in refused] if form.kind == "table" else []
+    if form.tell is not list and (words := find_advice(form, content, path.name, advice or {})):
+        lines.append(f"next        {words}")
+    return lines
+
+
+def find_advice(form: Format, content: Any, name: str, advice: Mapping[str, str]) -> str:
+    """What to do next with a file: in its format's own words, which know more, or ``advice``."""
+    if form.tell is list:
+        return next((line[12:] for line in reversed(content) if line[:5] == "next "), "")
+    if form.kind == "tensors" and "sensor" not in content.dims:
+        return ""
+    return advice.get(form.kind, "").format(name)
 
 
 def open_file(
@@ -42,10 +56,11 @@ def open_file(
     refused: list[str] | None = None,
 ) -> tuple[Format, Any]:
     """The first of the file's likely formats that can read it, and the content; ``whole``: all of
-    a large file. What the others say is put into ``refused``.
+    a large file. A Dataset without sensors is taken if no other format can read the file. What the
+    others say is put into ``refused``.
     """
     refused = [] if refused is None else refused
-    empty = None
+    other = None
     path = Path(path)
     for form in find_formats(path, also).values():
         try:
@@ -54,25 +69,24 @@ def open_file(
         except InvalidInput as error:
             refused.append(str(error))
             continue
-        if not isinstance(content, xr.Dataset) or content.variables:
+        if not isinstance(content, xr.Dataset) or "sensor" in content.dims:
             return form, content
-        empty = form, content
-    if empty is None:
+        other = form, content
+    if other is None:
         raise InvalidInput(refused[0])
-    return empty
+    return other
 
 
 def _describe_dataset(dataset: xr.Dataset) -> list[str]:
     lines = ["sizes       " + ", ".join(f"{name} {size}" for name, size in dataset.sizes.items())]
     for name, item in dataset.data_vars.items():
         unit = item.attrs.get("units", "no unit")
-        lines.append(
-            f"{name:12}({', '.join(map(str, item.dims))}) [{unit}] {_find_spread(item)}".rstrip()
-        )
+        dims = ", ".join(map(str, item.dims))
+        lines.append(f"{name:11} ({dims}) [{unit}] {_find_spread(item)}".rstrip())
     for name, item in dataset.coords.items():
         unit = f" [{item.attrs['units']}]" if "units" in item.attrs else ""
-        lines.append(f"{name:12}{_summarise(item.values)}{unit}")
-    return lines + [f"{name:12}{shorten(value)}" for name, value in dataset.attrs.items()]
+        lines.append(f"{name:11} {_summarise(item.values)}{unit}")
+    return lines + [f"{name:11} {shorten(value)}" for name, value in dataset.attrs.items()]
 
 
 def _find_spread(item: xr.DataArray) -> str:

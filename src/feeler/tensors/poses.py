@@ -32,7 +32,7 @@ def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
     with h5py.File(path, "r") as file:
         if {"tracks", "node_names"} <= file.keys():
             return _take_sleap(file)
-        if {"position", "keypoints", "individuals"} <= file.keys():
+        if "position" in file and any(name in file for name in ("keypoints", "keypoint")):
             return _take_movement(file)
         if "nwb_version" in file.attrs:
             return _take_ndx_pose(file)
@@ -90,8 +90,11 @@ def _take_triangulated(tracks: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _take_movement(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """movement's netCDF: position and confidence with named dims in any order."""
-    wanted = ("individuals", "time", "keypoints", "space")
+    """movement's netCDF: position and confidence with named dims in any order, which older
+    versions call keypoints and individuals.
+    """
+    s = "s" if "keypoints" in file else ""
+    wanted = (f"individual{s}", "time", f"keypoint{s}", "space")
     about: dict[str, Any] = {"kind": "movement"}
     arrays = {}
     for name, key in (("position", "position"), ("confidence", "likelihood")):
@@ -100,7 +103,7 @@ def _take_movement(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
             order = [dims.index(dim) for dim in wanted if dim in dims]
             arrays[key] = np.ascontiguousarray(file[name][:].transpose(order))
     about["names"], about["individuals"] = (
-        [_decode(v) for v in file[key][:]] for key in ("keypoints", "individuals")
+        [_decode(v) for v in file[key][:]] for key in (wanted[2], wanted[0])
     )
     if "fps" in file.attrs and np.isfinite(file.attrs["fps"]):
         about["frame_rate"] = float(np.ravel(file.attrs["fps"])[0])

@@ -15,7 +15,6 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.files import read_text
-from feeler.foreign import name_start
 from feeler.tensors.heading import Heading, find_heading, is_numeral, split_line
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
@@ -95,8 +94,10 @@ def read_table(
         width, or a cell that is no number (named by line and column).
     """
     text = read_text(path, max_bytes)
-    if name := name_start(text[:512].encode()):  # a table of its own kind, which is no plain one
-        raise InvalidInput(f"{Path(path).name} is {name}.")
+    if re.match(r"\s*\"?scorer\"?[,;\t]", text):  # its names stand in several rows
+        raise InvalidInput(
+            f"{Path(path).name} is a table by DeepLabCut: feeler info says if of tracks or labels."
+        )
     return parse_table(text, source=Path(path).name, max_cells=max_cells, words=words)
 
 

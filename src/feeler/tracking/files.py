@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.errors import InvalidInput
 from feeler.guard import Limits
 from feeler.tensors.formats import Format
 from feeler.tensors.kinds import HDF5
@@ -23,6 +24,8 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     found = read_tracker(path, None, first=True)
     if isinstance(found, Table):
         found = read_landmarks(found)
+    if not len(found.position):
+        raise InvalidInput(f"{path.name} names {_list(found.names)}, but holds no frame of a film.")
     rate = "not in the file (--frame-rate)"
     if found.frame_rate is not None:
         rate = f"{found.frame_rate:g} frames/s, as the file claims (--frame-rate mends it)"
@@ -67,8 +70,9 @@ def _describe_spans(found: Found) -> list[str]:
 def _suggest(path: Path, found: Found) -> str:
     """The command that measures with these landmarks; those that it needs are to be named."""
     words = ["feeler tracks", path.name]
-    if not {"left_tip", "right_tip"} <= {*found.names}:
-        words.append("--tips LEFT,RIGHT")
+    tips = [name if name in found.names else "" for name in ("left_tip", "right_tip")]
+    if not all(tips):
+        words.append(f"--tips {','.join(tips) if any(tips) else 'LEFT,RIGHT'}")
     if not {"head", "abdomen"} <= {*found.names}:
         words.append("--body HEAD,ABDOMEN")
     if found.frame_rate is None or found.frame_rate <= 2:

@@ -18,6 +18,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.files import read_start, read_text
 from feeler.guard import open_guarded
+from feeler.tensors.heading import split_line
 from feeler.tensors.kinds import HDF5
 from feeler.tensors.poses import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table
@@ -65,7 +66,9 @@ def read_tracker(
     text = read_text(path, MAX_BYTES)
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
         return _read_deeplabcut(text, source, individual, first)
-    table = parse_table(text, source=source)
+    table = parse_table(text, source=source, words=True)
+    if {"track", "frame_idx"} <= {*table.columns}:
+        return _read_sleap(table, text, individual=individual, first=first)
     if individual is not None:
         raise InvalidInput(
             f"{source} is a table of one animal; leave individual {individual!r} out."
@@ -163,6 +166,30 @@ def _choose(
         "holds several individuals" if individual is None else f"has no individual {individual!r}"
     )
     raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=).")
+
+
+def _read_sleap(table: Table, text: str, **asked: Any) -> Found:
+    """SLEAP's CSV: a row for each animal in each frame, with NAME.x, NAME.y and NAME.score."""
+    lines, column = text.split("\n"), table.columns.index("track")
+    cells = (split_line(lines[number - 1], ",")[column] for number in table.line)
+    track = np.array([cell or "track_0" for cell in cells])
+    mine = track == _choose([*dict.fromkeys(track.tolist())], table.source, **asked)
+    frame = table.column("frame_idx")[mine].astype(int)
+    if not frame.size or np.unique(frame).size < frame.size:
+        raise InvalidInput(f"{table.source}: every frame of a track needs one row, and no more.")
+    names = tuple(name[:-2] for name in table.columns if name.endswith(".x"))
+    parts = np.full((np.ptp(frame) + 1, len(names), 3), np.nan)
+    for k, name in enumerate(names):
+        for axis, what in enumerate(("x", "y", "score")):
+            parts[frame - frame.min(), k, axis] = table.column(f"{name}.{what}")[mine]
+    return Found(
+        names=names,
+        position=parts[:, :, :2],
+        likelihood=parts[:, :, 2],
+        software="SLEAP",
+        individuals=tuple(dict.fromkeys(track.tolist())),
+        notes={"first frame": f"{frame.min()} of the film"} if frame.min() else {},
+    )
 
 
 def _read_anipose(table: Table) -> Found:

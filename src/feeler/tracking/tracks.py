@@ -255,7 +255,11 @@ def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) ->
         _require_axes(table, found, point, f"pt{point}_cam{camera}")
     names = _name_points(points, landmarks)
     columns = [[found[point, axis] for axis in "XY"] for point in points]
-    return Found(names=names, position=table.values[:, columns], notes=table.notes)
+    cameras = {int(match[2]) for name in table.columns if (match := pattern.fullmatch(name))}
+    notes = {**table.notes, "camera": f"{camera} of {len(cameras)} (--camera chooses)"}
+    if len(cameras) == 1:
+        notes = table.notes
+    return Found(names=names, position=table.values[:, columns], notes=notes, software="DLTdv")
 
 
 def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[str, ...]:
@@ -314,3 +318,4 @@ def _require_axes(table: Table, found: dict, key: object, shown: str, axes: str 
                 f"{table.source}: no column {shown}_{axis}; the file has"
                 f" {', '.join(table.columns[:12])}. Each landmark needs its {' and '.join(axes)}."
             )
+        table.refuse_words(table.columns[found[key, axis]])
