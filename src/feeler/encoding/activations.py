@@ -14,13 +14,22 @@ from feeler.encoding.sparseness import project_row
 def apply_gram(kernel, fringe, activations, out):
     """out = G·activations for one trial, both (component, time)."""
     n_components, n_times = activations.shape
-    padded = np.zeros(n_times + 3)  # three zeros, which add_convolved reads
-    out[:] = 0.0
+    wide = np.empty((n_components, n_times + kernel.shape[2]))
+    _apply_wide(kernel, fringe, activations, np.zeros(n_times + 3), wide)
+    out[:] = wide[:, fringe.shape[2] : fringe.shape[2] + n_times]
+
+
+@lean
+def _apply_wide(kernel, fringe, activations, padded, wide):
+    """The same, as :func:`.add_convolved` lays it out; ``padded`` ends with three zeros."""
+    n_components, n_times = activations.shape
+    wide[:] = 0.0
     for k in range(n_components):
         first, stop = _find_extent(activations[k])
-        padded[:n_times] = activations[k]
+        for t in range(n_times):
+            padded[t] = activations[k, t]
         for m in range(n_components):
-            add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, out[m])
+            add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, wide[m])
 
 
 @lean
@@ -103,12 +112,12 @@ def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_s
 def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps, tol):
     """Sweeps over the components of trials that share one constraint per component."""
     n_trials, n_components, n_times = activations.shape
-    pulled = np.empty(activations.shape)
-    for n in range(n_trials):
-        apply_gram(kernel, fringe, activations[n], pulled[n])
     row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
     change = np.zeros((n_trials, n_times + 3))
-    pull = np.empty((n_trials, n_times))
+    pulled = np.empty((n_trials, n_components, n_times + kernel.shape[2]))
+    pull = np.empty((n_trials, n_times + kernel.shape[2]))
+    for n in range(n_trials):
+        _apply_wide(kernel, fringe, activations[n], change[n], pulled[n])
     for sweep in range(n_sweeps):
         gained, explained = 0.0, 0.0
         for m in range(n_components):
@@ -128,9 +137,10 @@ def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps,
                     change,
                     pull,
                 )
-            for n in range(n_trials):
-                for t in range(n_times):
-                    explained += seen[n, m, t] * activations[n, m, t]
+            if tol > 0.0:
+                for n in range(n_trials):
+                    for t in range(n_times):
+                        explained += seen[n, m, t] * activations[n, m, t]
         if gained <= tol * explained:
             return sweep + 1
     return n_sweeps
@@ -145,7 +155,7 @@ def _descend_row(
     The next step begins longer.
     """
     while True:
-        _step_down(m, seen, activations, pulled, steps[m] * safe, row)
+        _step_down(m, fringe.shape[2], seen, activations, pulled, steps[m] * safe, row)
         project_row(row, l1, projected)
         fall = _measure_fall(
             m, seen, kernel[m, m], fringe[m, m], activations, pulled, projected, change, pull
@@ -162,28 +172,34 @@ def _descend_row(
 
 
 @lean
-def _step_down(m, seen, activations, pulled, step, row):
+def _step_down(m, reach, seen, activations, pulled, step, row):
     """Row m of all trials (trial × time), a step down the gradient."""
     n_trials, _, n_times = activations.shape
     for n in range(n_trials):
+        a, b, c = activations[n, m], pulled[n, m, reach : reach + n_times], seen[n, m]
+        target = row[n * n_times : (n + 1) * n_times]
         for t in range(n_times):
-            row[n * n_times + t] = activations[n, m, t] - step * (pulled[n, m, t] - seen[n, m, t])
+            target[t] = a[t] - step * (b[t] - c[t])
 
 
 @lean(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, change, pull):
     """How far the loss falls if row m becomes ``projected``; the change, and G times it."""
     n_trials, _, n_times = activations.shape
+    reach = fringe.shape[0]
     total = 0.0
     for n in range(n_trials):
+        old, new = activations[n, m], projected[n * n_times : (n + 1) * n_times]
         delta = change[n, :n_times]
         for t in range(n_times):
-            delta[t] = projected[n * n_times + t] - activations[n, m, t]
-            pull[n, t] = 0.0
+            delta[t] = new[t] - old[t]
+        pull[n] = 0.0
         first, stop = _find_extent(delta)
         add_convolved(kernel, fringe, change[n], first, stop, pull[n])
+        before, after = pulled[n, m, reach : reach + n_times], pull[n, reach : reach + n_times]
+        wanted = seen[n, m]
         for t in range(first, stop):
-            total -= delta[t] * (pulled[n, m, t] - seen[n, m, t] + 0.5 * pull[n, t])
+            total -= delta[t] * (before[t] - wanted[t] + 0.5 * after[t])
     return total
 
 
@@ -193,9 +209,12 @@ def _accept(m, kernel, fringe, activations, pulled, projected, change, pull):
     n_trials, n_components, n_times = activations.shape
     for n in range(n_trials):
         first, stop = _find_extent(change[n, :n_times])
+        old, new = activations[n, m], projected[n * n_times : (n + 1) * n_times]
         for t in range(n_times):
-            activations[n, m, t] = projected[n * n_times + t]
-            pulled[n, m, t] += pull[n, t]
+            old[t] = new[t]
+        target, source = pulled[n, m], pull[n]
+        for t in range(first, stop + kernel.shape[2] - 3):
+            target[t] += source[t]
         for k in range(n_components):
             if k != m:
                 add_convolved(kernel[k, m], fringe[k, m], change[n], first, stop, pulled[n, k])

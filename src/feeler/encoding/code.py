@@ -125,7 +125,7 @@ def _add_ridge(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The inner products with ridge·‖W‖² added where a basis meets itself at the same moment."""
     kernel = kernel.copy()
-    own, centre = np.arange(len(kernel)), kernel.shape[2] // 2
+    own, centre = np.arange(len(kernel)), fringe.shape[2] + 3
     kernel[own, own, centre] += ridge * kernel[own, own, centre].mean()
     return kernel, fringe
 

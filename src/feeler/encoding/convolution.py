@@ -18,6 +18,8 @@ from feeler.checked import checked
 from feeler.compiled import compiled, lean
 from feeler.errors import InvalidInput
 
+_REGISTER = 8  # numbers of double precision in the widest vector register
+
 
 @checked
 def reconstruct(
@@ -119,9 +121,10 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     kernel : np.ndarray
-        (component m, component k, 2·lag + 5). kernel[m, k, d + L + 2] = Σ_x Σ_τ W_m(x, τ)
+        (component m, component k, 2·lag + 5 or more). kernel[m, k, d + L + 2] = Σ_x Σ_τ W_m(x, τ)
         W_k(x, τ + d), where m starts d samples after k and both fit into the window; three zeros
-        stand on each side, so that four lags can be read at once.
+        stand before them, so that four lags can be read at once, and three or more behind, so that
+        a whole number of vector registers is read.
     fringe : np.ndarray
         (component m, component k, lag − 1, lag − 1). What has to be added near the end, where what
         runs past the window is cut off: fringe[m, k, j, r], where k starts j samples before the
@@ -137,9 +140,11 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         edge[:, :, i, 1:] += edge[:, :, i - 1, :-1]
     # products of fading numbers slow the processor, and change nothing
     edge[edge < 1e-50 * edge.max()] = 0
-    kernel = np.zeros((n_components, n_components, 2 * n_lags + 5))
+    kernel = np.zeros(
+        (n_components, n_components, 3 + _REGISTER * -(-(2 * n_lags + 2) // _REGISTER))
+    )
     # m starts d after k: with k at the last full place (j = L − 1), m stands at i = L − 1 − d
-    kernel[:, :, n_lags + 2 : -3] = edge[:, :, ::-1, n_lags - 1]
+    kernel[:, :, n_lags + 2 : 2 * n_lags + 2] = edge[:, :, ::-1, n_lags - 1]
     kernel[:, :, 3 : n_lags + 2] = edge[:, :, n_lags - 1, : n_lags - 1]
     fringe = np.ascontiguousarray(edge[:, :, -2::-1, :-1].swapaxes(2, 3))
     if n_lags > 1:
@@ -148,29 +153,29 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lean(fastmath={"contract"})  # fused multiply-add: half the instructions
-def add_convolved(kernel, fringe, padded, first, stop, out):
-    """Add G·h to out (time), with the kernel and the fringe of one pair of components.
+def add_convolved(kernel, fringe, padded, first, stop, wide):
+    """Add G·h to wide, with the kernel and the fringe of one pair of components.
 
     h stands in `padded` with three zeros after its end, and is zero outside [first, stop). Moments
     without activation cost nothing; the others go four at a time, for a quarter of the loads and
-    stores of the target.
+    stores of the target. `wide` begins L − 1 moments before the window and holds the kernel's size
+    more than the window, so that no end has to be looked out for.
     """
-    reach, n_times = fringe.shape[0], out.size
+    reach, n_times, width = fringe.shape[0], padded.size - 3, kernel.size - 3
     moment = first
     while moment < stop:
         a, b, c, d = padded[moment], padded[moment + 1], padded[moment + 2], padded[moment + 3]
         if a == 0.0:
             moment += 1
             continue
-        low, high = max(0, moment - reach), min(n_times, moment + 4 + reach)
-        target, source = out[low:high], kernel[low - moment + reach :]
-        for s in range(high - low):
-            target[s] += a * source[s + 3] + b * source[s + 2] + c * source[s + 1] + d * source[s]
+        target = wide[moment : moment + width]
+        for s in range(width):
+            target[s] += a * kernel[s + 3] + b * kernel[s + 2] + c * kernel[s + 1] + d * kernel[s]
         moment += 4
     for place in range(max(first, n_times - reach), stop):  # bases that the window's end cuts
         value = padded[place]
         if value != 0.0:
-            target, source = out[n_times - reach :], fringe[n_times - 1 - place]
+            target, source = wide[n_times : n_times + reach], fringe[n_times - 1 - place]
             for s in range(reach):
                 target[s] += value * source[s]
 

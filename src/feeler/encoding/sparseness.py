@@ -118,7 +118,7 @@ def project_row(v, l1, out):
         ties += out[i] == 0.0
     if ties > l1 * l1:
         _rank_ties(out)
-    threshold = _threshold(out.copy(), l1)
+    threshold = _threshold(out, l1)
     dot, square = 0.0, 0.0
     for i in range(n):
         w = max(out[i] - threshold, 0.0)
@@ -151,26 +151,28 @@ def _rank_ties(z):
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _threshold(z, l1):
-    """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂. max(z) is 0, and z is used up.
+    """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂. max(z) is 0.
 
     On a fixed set of k active entries with mean m and variance q, ‖w‖₁² = l1²‖w‖₂² gives m − λ =
     l1·√(q/(k − l1²)). Dropping the entries below λ and solving again (Hoyer's loop) only raises λ,
     and ends at the exact one.
     """
-    threshold, active = -np.inf, z.size
+    threshold, active = -np.inf, 1.0 * z.size
+    total, square = 0.0, 0.0
+    for i in range(z.size):
+        total += z[i]
+        square += z[i] * z[i]
     while True:
-        total, spread = 0.0, 0.0
-        for i in range(active):
-            total += z[i]
         mean = total / active
-        for i in range(active):
-            spread += (z[i] - mean) * (z[i] - mean)
+        # the peak is 0 and active, so that the spread is no small rest of a difference
+        spread = max(square - total * mean, 0.0)
         threshold = max(threshold, mean - l1 * np.sqrt(spread / active / (active - l1 * l1)))
-        left = 0
-        for i in range(active):
-            value = z[i]
-            z[left] = value
-            left += value > threshold
+        left, total, square = 0.0, 0.0, 0.0
+        for i in range(z.size):
+            value = z[i] if z[i] > threshold else 0.0
+            left += 1.0 if z[i] > threshold else 0.0
+            total += value
+            square += value * value
         if left == active or left <= l1 * l1:
             return threshold
         active = left
