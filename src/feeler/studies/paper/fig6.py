@@ -329,6 +329,16 @@ def _list_scores(context: Context, section: Section, data: SimpleNamespace) -> N
         "robot.fit_error": data.fit.error,
         "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
     }
+    scores = {
+        **{f"gap.{size:g}": score for size, score in zip(data.sizes, data.by_size, strict=True)},
+        **{f"models.{n}": score for n, score in zip(data.variants, data.by_variants, strict=True)},
+        **{f"own.{n}": score for n, score in zip(data.shots, data.by_shots, strict=True)},
+    }
+    section.values |= {
+        f"robot.{name}.{part}": make_spread(*score.share(part), n=score.total)
+        for name, score in scores.items()
+        for part in parts
+    }
 
 
 def _compare(context: Context, section: Section) -> None:
