@@ -24,7 +24,7 @@ from feeler.registry import Registry
 from feeler.tensors.contract import find_breaches, refuse
 
 START = 512  # bytes by which a file is recognised
-UNKNOWN = (
+_UNKNOWN = (
     "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5, CSV),"
     " tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings of robots"
     " (CSV, ROS bags) and feeler's own TOML files"
@@ -113,7 +113,7 @@ def find_formats(
         inside = ", ".join(sorted(entry.name for entry in path.iterdir())[:6]) or "nothing"
         raise InvalidInput(f"{path} is a folder, no store of touches: name a file ({inside}, …).")
     hint = name_start(start) if start.strip() else "empty: nothing but blanks was found in it"
-    raise InvalidInput(f"{path.name} is {hint or UNKNOWN}.")
+    raise InvalidInput(f"{path.name} is {hint or _UNKNOWN}.")
 
 
 @checked

@@ -9,6 +9,7 @@ import xarray as xr
 
 from feeler.antenna.file import read_antenna_file
 from feeler.antenna.parse import AntennaFile
+from feeler.foreign import name_start
 from feeler.guard import Limits, open_guarded
 from feeler.tensors import records, store, stored
 from feeler.tensors.csvfile import MAGIC, load_csv, save_csv
@@ -150,7 +151,7 @@ def _is_table(path: Path, start: bytes) -> bool:
         lines = start.decode("utf-8-sig", "ignore").split("\n")
     except ValueError:
         return False
-    heading = None if b"\0" in start else find_heading(enumerate(lines, 1))
+    heading = None if b"\0" in start or name_start(start) else find_heading(enumerate(lines, 1))
     return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
 
 
