@@ -23,7 +23,7 @@ from feeler.foreign import name_start
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that say that there is no room left."""
-KEPT = 7.0  # [C] days; no run of ours needs its temporary folders for longer
+TEMPORARY_DAYS = 7.0  # [C] days; no run of ours needs its temporary folders for longer
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
 
@@ -153,7 +153,7 @@ def parse_json(raw: bytes, what: str) -> dict[str, Any]:
 @contextlib.contextmanager
 def temporary_folder() -> Iterator[Path]:
     """A folder that goes at the end; those of processes that were killed go after a week."""
-    sweep_old(Path(tempfile.gettempdir()), "feeler-once-*", days=KEPT)
+    sweep_old(Path(tempfile.gettempdir()), "feeler-once-*", days=TEMPORARY_DAYS)
     with tempfile.TemporaryDirectory(prefix="feeler-once-", ignore_cleanup_errors=True) as folder:
         yield Path(folder)
 

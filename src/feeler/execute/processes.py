@@ -24,7 +24,7 @@ from pebble import CONSTS, ProcessExpired, ProcessPool
 from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput, lacks_memory, say_warnings
 from feeler.execute.threads import check_workers
-from feeler.files import KEPT, sweep_old
+from feeler.files import TEMPORARY_DAYS, sweep_old
 
 try:
     import resource
@@ -76,7 +76,7 @@ def _sweep_listeners() -> None:
         heard = Path("/proc/net/unix").read_text()
         for path in Path(tempfile.gettempdir()).glob("pymp-*"):
             if str(path) not in heard:
-                sweep_old(path.parent, path.name, days=KEPT)
+                sweep_old(path.parent, path.name, days=TEMPORARY_DAYS)
 
 
 @checked

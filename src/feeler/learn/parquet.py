@@ -16,7 +16,7 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import KEPT, sweep_old
+from feeler.files import TEMPORARY_DAYS, sweep_old
 from feeler.learn.split import check_coordinate
 from feeler.tensors.formats import load
 from feeler.tensors.unit import in_unit
@@ -74,7 +74,7 @@ def export_parquet(
     # whatever a Dataset may lack is found out before anything is written
     info = _describe_features(tensors, variable, task)
     card = _write_card(tensors, variable, task, name or folder.name)
-    sweep_old(folder.parent, f".{escape(folder.name)}.*.tmp", days=KEPT)
+    sweep_old(folder.parent, f".{escape(folder.name)}.*.tmp", days=TEMPORARY_DAYS)
     partial = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}.tmp")
     try:
         stats = _write_tables(pyarrow, partial, tensors, variable, task)
