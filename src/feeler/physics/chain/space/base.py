@@ -14,7 +14,7 @@ def push_root(base, soft, width):
     gives.
     """
     alpha, push = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
-    if soft:
+    if len(soft):
         push = add(push, cross(alpha, get_base(base, s.GIVE_ALONG, width)))
         for k in range(3):
             turn = dot(get_base(base, s.GIVE_GAIN + 6 * k, width), alpha)
@@ -32,7 +32,7 @@ def give_way(base, soft, timestep, width):
     """
     carried = scale(-1.0, get_base(base, s.BASE_GRAVITY, width))
     place, rate = get_base(base, s.BASE_PLACE, width), get_base(base, s.BASE_V, width)
-    if soft:
+    if len(soft):
         zero = spread(0.0, width)
         along, slide = (zero, zero, zero), (zero, zero, zero)
         for k in range(3):
@@ -61,7 +61,7 @@ def give_way(base, soft, timestep, width):
 def fold_base(base, soft, timestep, whole, width):
     """Take a follicle's slides out of the articulated wrench, and read the base's reaction."""
     alpha, push = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
-    if soft:
+    if len(soft):
         push = add(push, cross(alpha, get_base(base, s.GIVE_ALONG, width)))
         for k in (2, 1, 0):
             whole = _fold_slide(base, k, timestep, whole, width)

@@ -58,8 +58,8 @@ class SpaceChainStepper(ChainStepper):
             return place[k : k + 3].transpose(2, 1, 0)
 
         return State(
-            angle=work[s.ANGLE : s.ANGLE + t.kind[0]].transpose(2, 0, 1),
-            velocity=work[s.RATE : s.RATE + t.kind[0]].transpose(2, 0, 1),
+            angle=work[s.ANGLE : s.ANGLE + len(t.kind[0])].transpose(2, 0, 1),
+            velocity=work[s.RATE : s.RATE + len(t.kind[0])].transpose(2, 0, 1),
             force=pick(s.OBJ_FORCE),
             place=pick(s.OBJ_PLACE),
             forward=pick(s.OBJ_AXES),
@@ -144,9 +144,9 @@ def _make_tables(scenes: Sequence[Scene]) -> SpaceTables:
         open=np.zeros(lanes, dtype=np.bool_),
         loaded=np.zeros(n, dtype=np.bool_),
         kind=(
-            len(antenna.planes),
-            any(scene.antenna.follicle is not None for scene in scenes),
-            any(scene.flow is not None for scene in scenes),
+            (0,) * len(antenna.planes),
+            (0,) * any(scene.antenna.follicle is not None for scene in scenes),
+            (0,) * any(scene.flow is not None for scene in scenes),
         ),
         width=(0,) * lanes,
     )
@@ -162,7 +162,7 @@ def _fill(t: SpaceTables, lane: int, scene: Scene) -> None:
     own = t.constants[:, :, lane]
     fill_segments(own, scene.antenna, scene.contact)
     _fill_segments(own, scene.antenna)
-    planes = slice(t.kind[0])
+    planes = slice(len(t.kind[0]))
     t.work[s.ANGLE :, :, lane][planes] = scene.initial_angle
     t.work[s.RATE :, :, lane][planes] = scene.initial_velocity
     base, pose = t.base[0, :, lane], scene.base_pose

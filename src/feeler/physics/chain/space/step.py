@@ -38,7 +38,9 @@ class SpaceTables(NamedTuple):
     number: np.ndarray
     open: np.ndarray
     loaded: np.ndarray
-    kind: tuple  # planes, whether some base gives way, whether something flows
+    # planes, whether some base gives way, whether something flows: the length of a tuple is known to
+    # the compiler, which leaves out what nobody asks for
+    kind: tuple
     width: tuple
 
 
@@ -269,7 +271,7 @@ def record_in_space(handle, tape, sample, stop, every, timestep, drive, damped):
 def _write(t, row, lane):
     n, at = t.work.shape[1], 0
     for table in (s.ANGLE, s.RATE):
-        for p in range(t.kind[0]):
+        for p in range(len(t.kind[0])):
             for i in range(n):
                 row[at] = t.work[table + p, i, lane] + 0.0  # no negative zeros
                 at += 1

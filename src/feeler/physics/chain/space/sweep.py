@@ -60,7 +60,7 @@ def move_in_space(constants, work, base, kind, timestep, width):
         first, first_rate, alpha = _step_hinge(work, i, 0, timestep, alpha, push, width)
         second, second_rate, alpha = _step_hinge(work, i, 1, timestep, alpha, push, width)
         third, third_rate = zero, zero
-        if planes == 3:
+        if len(planes) == 3:
             third, third_rate, alpha = _step_hinge(work, i, 2, timestep, alpha, push, width)
         push = add(push, cross(alpha, along))
         sine, cosine = sincos(first)
@@ -72,7 +72,7 @@ def move_in_space(constants, work, base, kind, timestep, width):
         _load_hinge(constants, work, i, 1, second, second_rate, x, width)
         y, z = join(sine, z, scale(cosine, y)), join(-sine, y, scale(cosine, z))
         product, omega = _spin(second_rate, x, product, omega)
-        if planes == 3:
+        if len(planes) == 3:
             sine, cosine = sincos(third)
             _load_hinge(constants, work, i, 2, third, third_rate, y, width)
             x, z = join(-sine, z, scale(cosine, x)), join(sine, x, scale(cosine, z))
@@ -89,7 +89,7 @@ def move_in_space(constants, work, base, kind, timestep, width):
         spin = join(axial * dot(y, omega), y, scale(across, omega))
         own = scale(-1.0, add(turning, cross(omega, spin)))
         own = join(share, cross(along, force), own)
-        if flows:
+        if len(flows):
             swept = cross(omega, along)
             whole = get(constants, s.C_FLOW, i, width)
             more = get(constants, s.C_FLOW + 1, i, width) * dot(y, stream)
@@ -149,7 +149,7 @@ def _carry(constants, work, i, flows, timestep, whole, width):
     h2 = cross(r, (mixed[6], mixed[7], mixed[8]))
     own, excess = get(constants, s.C_HINGE, i, width), get(constants, s.C_EXCESS, i, width)
     lever, own_mass = get(constants, s.C_LEVER, i, width), get(constants, f.C_MASS, i, width)
-    if flows:  # implicit drag is as a mass spread evenly, timestep times the drag
+    if len(flows):  # implicit drag is as a mass spread evenly, timestep times the drag
         length, drag = get(constants, f.C_LENGTH, i, width), get(constants, s.C_FLOW, i, width)
         drag = timestep * drag
         own, excess = own + drag * length * length / 3.0, excess - drag / 3.0
@@ -182,7 +182,7 @@ def _carry(constants, work, i, flows, timestep, whole, width):
         mass[4],
         mass[5] + own_mass,
     )
-    if flows:
+    if len(flows):
         length, more = get(constants, f.C_LENGTH, i, width), get(constants, s.C_FLOW + 1, i, width)
         e = scale(timestep * more / (length * length), r)
         mass = (
@@ -257,7 +257,7 @@ def fold_in_space(constants, work, base, loaded, kind, timestep, width):
         whole = _carry(constants, work, i, flows, timestep, whole, width)
         if loaded[i]:
             whole = _touch(work, i, whole, width)
-        if planes == 3:
+        if len(planes) == 3:
             drag = timestep * get(constants, s.C_DAMP + 2, i, width)
             whole = _fold_hinge(work, i, 2, drag, whole, width)
         drag = timestep * get(constants, s.C_DAMP + 1, i, width)
@@ -273,7 +273,7 @@ def unfold_in_space(work, base, loaded, last, kind, width):
     planes, soft, _ = kind
     alpha, push = push_root(base, soft, width)
     for i in range(last + 1):
-        for p in range(planes):
+        for p in range(len(planes)):
             own = _accelerate(work, i, p, alpha, push, width)
             alpha = join(own, get3(work, s.AXIS + 3 * p, i, width), alpha)
         if loaded[i]:
