@@ -206,7 +206,11 @@ def test_no_map_looks_like_chance():
     ("locations", "places", "message"),
     [
         (np.zeros(6), np.arange(3), "two locations"),
-        (np.arange(5), np.arange(3), "6 codes of 3 components, 5 locations"),
+        (
+            np.arange(5),
+            np.arange(3),
+            "activations and locations must have one trial size, got 6 and 5",
+        ),
     ],
 )
 def test_map_refuses_what_it_cannot_score(locations, places, message):
