@@ -216,9 +216,9 @@ def _check_sizes(name: str, dims: dict[str, list[str]], given: dict[str, Any]) -
         for dim, size in zip(names, np.shape(given[key]), strict=False):
             other, same = first.setdefault(dim, (key, size))
             if size != same:
-                raise InvalidInput(
-                    f"{name}: {other} and {key} must have one {dim} size, got {same} and {size}."
-                )
+                both = f"two {dim} axes of one size" if other == key else f"one {dim} size"
+                who = key if other == key else f"{other} and {key}"
+                raise InvalidInput(f"{name}: {who} must have {both}, got {same} and {size}.")
 
 
 def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
@@ -237,6 +237,8 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
             return False
         if not isinstance(value, collections.abc.Sized):
             return not fixed  # a generator, which looking would empty
+        if hasattr(value, "__array__") and not isinstance(value, np.ndarray):
+            value = np.asarray(value)  # xarray's, whose items are arrays again
         if isinstance(value, np.ndarray) and (value.ndim == 0 or not items):
             return value.ndim > 0
         if objects and isinstance(value, np.ndarray) and value.dtype != object:

@@ -3,8 +3,9 @@ they are.
 """
 
 import json
+import threading
 from dataclasses import replace
-from time import monotonic
+from time import monotonic, sleep
 from types import SimpleNamespace
 
 import numpy as np
@@ -350,7 +351,12 @@ def test_a_replay_at_twice_the_speed_waits_half_as_long(monkeypatch, tmp_path):
     one = Recording(time=np.array([0.0, 100.0, 300.0]), values=np.ones((8, 3)), quantity="angle")
     save_recording(one, tmp_path / "r.csv")
     waits = []
-    monkeypatch.setattr("time.sleep", waits.append)
+    mine = threading.get_ident()
+
+    def wait(seconds):  # workers of other tests may be looked after by threads that sleep, too
+        (waits.append if threading.get_ident() == mine else sleep)(seconds)
+
+    monkeypatch.setattr("time.sleep", wait)
     monkeypatch.setattr("time.monotonic", lambda: 5.0)
     assert run("robot", "replay", tmp_path / "r.csv", "--speed", 2).exit_code == 0
     np.testing.assert_allclose(waits, [0.05, 0.15])

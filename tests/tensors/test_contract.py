@@ -113,7 +113,7 @@ def test_what_each_dataset_must_have_and_what_is_recorded_only_when_asked_for():
         *("feature", "size", "location", "speed", "antenna", "source", "seed"),
     }
     optional = {name for name, quantity in QUANTITIES.items() if quantity.optional}
-    assert optional == {"velocity", "base_pose", "work", "timestep", "error"}
+    assert optional == {"contact_point", "velocity", "base_pose", "work", "timestep", "error"}
     assert {name for name, quantity in QUANTITIES.items() if quantity.required} == {
         *REQUIRED,
         "angle",

@@ -189,7 +189,7 @@ def test_the_sensitivity_table_counts_every_set_up():
         (lambda a: find_peak(a, np.zeros(3)), "shape"),
         (lambda a: compute_smooth_curvature(a, np.zeros(200), np.zeros(2), 0.0), "> 0 mm"),
         (lambda a: compare({}, [Posture()]), "at least one antenna"),
-        (lambda a: fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1), "one length"),
+        (lambda a: fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1), "one step"),
     ],
 )
 def test_bad_input_is_named(fine, call, message):

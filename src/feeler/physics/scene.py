@@ -154,9 +154,10 @@ class Scene:
             legs = [item.velocity] if path is None else path.velocity
             corners = np.concatenate(item.feature.parts)
             extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
-            extent = float(np.hypot(extent, item.feature.half_depth))
-            own = float(np.linalg.norm(item.turn)) * min(extent, self.antenna.length)
             dims = len(item.place)
+            if dims == 3:
+                extent = float(np.hypot(extent, item.feature.half_depth))
+            own = float(np.linalg.norm(item.turn)) * min(extent, self.antenna.length)
             gap = np.asarray(item.place) - self.base_pose[:dims]
             far = min(float(np.hypot.reduce(gap)), self.antenna.length)
             for rate in self._list_base_rates():

@@ -38,8 +38,8 @@ class SpaceTables(NamedTuple):
     number: np.ndarray
     open: np.ndarray
     loaded: np.ndarray
-    # planes, whether some base gives way, whether something flows: the length of a tuple is known to
-    # the compiler, which leaves out what nobody asks for
+    # planes, whether some base gives way, whether something flows: the compiler knows how long a
+    # tuple is, and leaves out what nobody asks for
     kind: tuple
     width: tuple
 
