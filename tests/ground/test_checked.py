@@ -150,7 +150,7 @@ def test_a_dimension_that_two_arguments_name_has_one_size():
     assert match(np.ones((2, 3)), np.ones((3, 4)), loose=np.ones((8, 9))) == "ran"
     with pytest.raises(InvalidInput, match=r"first and second .* one sensor size, got 3 and 4"):
         match(np.ones((2, 3)), np.ones((4, 3)))
-    with pytest.raises(InvalidInput, match=r"table must have two class axes of one size, got 2 and 3"):
+    with pytest.raises(InvalidInput, match=r"table must have two class axes .* got 2 and 3"):
         match(np.ones((2, 3)), np.ones((3, 4)), table=np.ones((2, 3)))
 
 
