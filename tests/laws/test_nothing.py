@@ -224,7 +224,7 @@ def set_up(request, scale, tmp_path_factory):
     rng = np.random.default_rng(20261123)
     section = Section(name="s", title="", folder=out, vector=False)
 
-    def simulate(antenna, *, speeds=comparison.SPEEDS, engine):
+    def simulate(antenna, *, speeds=comparison.ROBOT_SPEEDS, engine):
         trials = comparison.make_touches(speeds=speeds)
         return NOTHING[request.param](trials, rng)[:, :8], trials
 

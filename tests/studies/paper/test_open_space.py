@@ -66,7 +66,7 @@ def test_those_in_the_plane_are_the_same_touches():
 def test_the_study_goes_on_from_its_journal(tmp_path):
     """And gives what claims need, above chance."""
     path = tmp_path / "space.jsonl"
-    assert run_space(path, minutes=0.0, **TINY) == {}
+    assert not any(run_space(path, minutes=0.0, **TINY).values())
     found = run_space(path, **TINY)
     assert run_space(path, minutes=0.0, **TINY) == found
     values = collect_values(found)
