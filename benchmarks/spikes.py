@@ -15,6 +15,8 @@ if there, ``rampAndHold.mat`` and ``torqueWaveform.mat``; misfits are printed an
 
 import argparse
 import json
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from datetime import date
@@ -101,10 +103,12 @@ def write_found(journals: list[Path]) -> None:
         results = {tuple(entry["name"]): entry["result"] for entry in lines[1:]}
         for profile in PROFILES:
             cells |= dict(_list_cells(results, profile, RUNS[path.stem]))
-    about = {"date": f"{date.today():%Y-%m-%d}", "seed": load_spiking().seed}
+    study = load_spiking()
+    about = {"date": f"{date.today():%Y-%m-%d}", "seed": study.seed, "most": study.sets}
     target = Path(spiking.__file__).with_name("measured.json")
     write_kept(target, json.dumps({"about": about, "cells": cells}) + "\n")
-    _keep_section()
+    # in another process: this one has read the numbers before
+    subprocess.run([sys.executable, __file__, "section"], check=True)
 
 
 def _keep_section() -> None:
@@ -212,7 +216,7 @@ def _hold_others(folder: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray, np
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("part", choices=("ideal", "learn", "write", "recordings"))
+    parser.add_argument("part", choices=("ideal", "learn", "write", "section", "recordings"))
     parser.add_argument("paths", nargs="*", type=Path, help="journals, or the recordings' folder")
     parser.add_argument("--journal", type=Path, default=Path("build/spikes.jsonl"))
     parser.add_argument("--out", type=Path, default=Path("build"))
@@ -222,6 +226,8 @@ def main() -> None:
     asked.out.mkdir(parents=True, exist_ok=True)
     if asked.part == "write":
         write_found(asked.paths)
+    elif asked.part == "section":
+        _keep_section()
     elif asked.part == "recordings":
         hold_recordings(asked.paths[0], asked.out)
     else:
