@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
 from mcap_ros2.writer import Writer
 from typer.testing import CliRunner
 
@@ -167,17 +166,53 @@ def test_a_bag_in_several_files_is_read_in_their_order(tmp_path):
     assert table.columns == ("time_ms", "hinge1", "hinge2", "hinge3")
 
 
-def test_several_files_span_as_long_as_all_of_them_together(tmp_path):
-    """By the statistics that MCAP's own reader finds in each of three."""
-    (tmp_path / "bag").mkdir()
-    write(tmp_path / "bag", parts=3)
-    spans = []
-    for part in sorted((tmp_path / "bag").iterdir()):
-        with part.open("rb") as stream:
-            counted = make_reader(stream).get_summary().statistics
-        spans.append((counted.message_end_time - counted.message_start_time) * 1e-9)
-    assert len(spans) == 3 and min(spans) > 0.01
-    assert describe_bag(str(tmp_path / "bag"))[0].split()[1] == f"{sum(spans):.4g}"
+def write_texts(folder, ending, number, times):
+    """One file of a bag: texts that were written down at ``times`` [ms]."""
+    if ending == ".mcap":
+        with open(folder / f"run_{number}.mcap", "wb") as stream, Writer(stream) as bag:
+            kind = bag.register_msgdef("std_msgs/msg/String", "string data")
+            bag._writer.register_channel("/nobody", "cdr", kind.id)  # spoken on by nobody
+            for time in times:
+                bag.write_message("/rosout", kind, {"data": "hello"}, SENT + 1_000_000 * time)
+        return
+    from rosbags.rosbag2 import Writer as Rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    text = store.types["std_msgs/msg/String"]
+    with Rosbag2(folder / f"part {number}", version=8) as bag:
+        topic = bag.add_connection("/rosout", text.__msgtype__, typestore=store)
+        for time in times:
+            bag.write(
+                topic,
+                SENT + 1_000_000 * time,
+                store.serialize_cdr(text(data="hello"), text.__msgtype__),
+            )
+    next((folder / f"part {number}").glob("*.db3")).rename(folder / f"run_{number}.db3")
+
+
+@pytest.mark.parametrize("ending", [".mcap", ".db3"])
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [(0, 400), (5000, 5300)],
+        [(0, 400), (300, 700), (650, 900)],
+        [(0, 900), (300, 400)],
+        [(500, 900), (0, 100)],
+        [(), (200, 500), ()],
+        [(250,), (1000,)],
+        [(), ()],
+    ],
+    ids=["pause", "overlap", "within", "backwards", "empty", "single", "nothing"],
+)
+def test_a_bag_spans_from_its_first_message_to_its_last_in_whichever_file(tmp_path, parts, ending):
+    """Neither a pause between two files nor what two of them share is left out or counts twice."""
+    for number, times in enumerate(parts):
+        write_texts(tmp_path, ending, number, times)
+    every = [time for times in parts for time in times]
+    span = (max(every) - min(every)) * 1e-3 if every else 0.0
+    told = describe_bag(str(tmp_path))[0].split()
+    assert told == ["span", f"{span:.4g}", "s,", str(len(every)), "messages"]
 
 
 @pytest.mark.parametrize(

@@ -31,21 +31,21 @@ _MAX_TOPICS = 12  # that a message or ``feeler info`` lists
 
 @dataclass(frozen=True, kw_only=True)
 class Bag:
-    """An open recording, as its library gives it: kinds of messages, how many and how long.
+    """An open recording, as its library gives it: kinds of messages, how many and when.
 
     Attributes
     ----------
     kinds, counts : dict
         Topic → kind of its messages, and their number.
-    span : float
-        From the first message to the last [s].
+    ends : tuple[int, ...]
+        When the first message and the last were written down [ns]; empty where there is none.
     read : Callable[[str], Iterator[tuple[Any, int]]]
         Messages of a topic, and when each was sent [ns].
     """
 
     kinds: dict[str, str]
     counts: dict[str, int]
-    span: float
+    ends: tuple[int, ...]
     read: Callable[[str], Iterator[tuple[Any, int]]]
     notes: dict[str, str]
 
@@ -154,13 +154,14 @@ def list_topics(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the guard's process does for :func:`describe_bag`."""
     kinds: dict[str, str] = {}
     counts: dict[str, int] = {}
-    span = 0.0
+    ends: list[int] = []
     for part in _list_parts(path):
         with _open(part) as bag:
             kinds |= bag.kinds
-            span += bag.span
+            ends += bag.ends
             for topic, count in bag.counts.items():
                 counts[topic] = counts.get(topic, 0) + count
+    span = (max(ends) - min(ends)) / 1e9 if ends else 0.0
     return {"kinds": kinds, "counts": counts, "span": span}, {}
 
 
@@ -222,14 +223,14 @@ def _open_mcap(part: Path) -> Iterator[Bag]:
                 "it has no index: it was not closed, or is empty. `mcap recover` mends it."
             )
         channels, schemas = summary.channels, summary.schemas
-        counts, span = _count_messages(reader, summary.statistics)
+        counts, ends = _count_messages(reader, summary.statistics)
         yield Bag(
             kinds={
                 c.topic: s.name if (s := schemas.get(c.schema_id)) else ""
                 for c in channels.values()
             },
             counts={c.topic: counts.get(number, 0) for number, c in channels.items()},
-            span=span,
+            ends=ends,
             read=lambda topic: (
                 (item.decoded_message, item.message.publish_time)
                 for item in reader.iter_decoded_messages(topics=[topic])
@@ -243,17 +244,19 @@ def _open_mcap(part: Path) -> Iterator[Bag]:
         )
 
 
-def _count_messages(reader: Any, counted: Any) -> tuple[dict[int, int], float]:
-    """Messages of each channel, and their span [s]; counted here where the file does not say."""
+def _count_messages(reader: Any, counted: Any) -> tuple[dict[int, int], tuple[int, ...]]:
+    """Messages of each channel, and the first and the last [ns]; counted here where the file does
+    not say.
+    """
     if counted and counted.message_count:
-        span = counted.message_end_time - counted.message_start_time
-        return counted.channel_message_counts, span / 1e9
+        ends = counted.message_start_time, counted.message_end_time
+        return counted.channel_message_counts, ends
     counts: dict[int, int] = {}
     times = []
     for _, channel, message in reader.iter_messages():
         counts[channel.id] = counts.get(channel.id, 0) + 1
         times.append(message.log_time)
-    return counts, (max(times) - min(times)) / 1e9 if times else 0.0
+    return counts, (min(times), max(times)) if times else ()
 
 
 @contextlib.contextmanager
@@ -267,7 +270,7 @@ def _open_rosbag(part: Path) -> Iterator[Bag]:
             yield Bag(
                 kinds={name: about.msgtype or "" for name, about in reader.topics.items()},
                 counts={name: about.msgcount for name, about in reader.topics.items()},
-                span=reader.duration / 1e9,
+                ends=(reader.start_time, reader.end_time) if reader.message_count else (),
                 read=lambda topic: (
                     (reader.deserialize(raw, connection.msgtype), sent)
                     for connection, sent, raw in reader.messages(
