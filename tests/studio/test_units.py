@@ -21,7 +21,7 @@ from feeler.studio.messages import pack
 from feeler.studio.study import LOUDNESS, ONSET
 from feeler.studio.wish import AntennaWish
 
-TESTS = Path(__file__).with_name("page.test.mjs")
+TESTS = {"page.test.mjs": 15, "drawn.test.mjs": 10}  # laws in each
 WISHES = (
     {"preset": "linear"},
     {"preset": "exponential", "stiffness": [[0, 20], [0.37, 3], [1, 0.01]]},
@@ -98,22 +98,34 @@ def make_taught(rng):
     }
 
 
-def test_the_page_s_functions_do_what_python_does(tmp_path):
-    node = shutil.which("node")
-    if node is None:
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """The page's modules beside what Python says, for node."""
+    if shutil.which("node") is None:
         pytest.skip("no node: apt-get install nodejs")
+    folder = tmp_path_factory.mktemp("page")
     for file in files("feeler.studio").joinpath("page").iterdir():
         if file.name.endswith(".js"):
-            (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
-    (tmp_path / "package.json").write_text('{"type": "module"}')
-    (tmp_path / "given.json").write_text(json.dumps(make_given()))
-    shutil.copy(TESTS, tmp_path)
-    for entry in ("studio.js", "alone.js", "worker.js"):  # as one module each is sound, too
-        (tmp_path / f"whole-{entry}").write_text(bundle(entry), encoding="utf-8")
-        checked = [node, "--check", f"whole-{entry}"]
-        done = subprocess.run(checked, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-    command = [node, "--test", TESTS.name]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout[-6000:]
-    assert "# pass 15" in done.stdout
+            (folder / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+    (folder / "package.json").write_text('{"type": "module"}')
+    (folder / "given.json").write_text(json.dumps(make_given()))
+    for name in TESTS:
+        shutil.copy(Path(__file__).with_name(name), folder)
+    return folder
+
+
+def run_node(folder, *words):
+    done = subprocess.run(["node", *words], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr + done.stdout[-6000:]
+    return done.stdout
+
+
+@pytest.mark.parametrize("entry", ["studio.js", "alone.js", "worker.js"])
+def test_the_modules_are_sound_as_one(copied, entry):
+    (copied / f"whole-{entry}").write_text(bundle(entry), encoding="utf-8")
+    run_node(copied, "--check", f"whole-{entry}")
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_the_page_s_functions_do_what_python_does_and_draw_what_they_are_given(copied, name):
+    assert f"# pass {TESTS[name]}" in run_node(copied, "--test", name)
