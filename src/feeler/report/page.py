@@ -46,8 +46,9 @@ class Part:
     body: Markup
 
 
+@lru_cache
 def open_templates(package: str) -> Environment:
-    """The templates of a package; whatever is put into one is escaped."""
+    """The templates of a package, compiled once; whatever is put into one is escaped."""
     return Environment(
         loader=PackageLoader(package, ""),
         autoescape=True,

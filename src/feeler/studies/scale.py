@@ -230,7 +230,8 @@ PUBLISHED = _PAPER.replace(
     minutes=7.5,
     vector=False,
     kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
-    queue=("tensors", "encoding", "reading", "calibration", "wall", "robot", "tradeoff", *_REST),
+    # the wall needs no tensors, and compiles another engine: no core waits for the first ones
+    queue=("tensors", "wall", "reading", "encoding", "robot", "calibration", "tradeoff", *_REST),
     controls=("linear", "constant"),
     movie_speeds=(),
     fit_starts=0,
