@@ -4,7 +4,8 @@ which one is not.
 One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes real
 numbers of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
 ``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "... segment" one of
-at least one; a dimension that two arguments name has one size in both.
+at least one, "corner 2" one whose rows have two numbers; a dimension that two arguments name has
+one size in both.
 ``Annotated[int, "≥ 0"]`` or ``"> 0"`` is a number in that range, and
 ``Annotated[str, OneOf(("a", "b"))]`` one of these names. Other values
 (files that must be there) are checked by the functions themselves.
@@ -24,7 +25,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import numpy as np
 from annotated_types import Len
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, OutOfMemory
 from feeler.rules import OneOf
 
 Test = Callable[[Any], bool]
@@ -98,7 +99,13 @@ def _wrap(function: F, name: str) -> F:
                 raise InvalidInput(f"{name}: {key} must be {found[1]}, got {_shorten(value)}.")
         if dims := find_dims():
             _check_sizes(name, {key: d for key, d in dims.items() if key in given}, given)
-        return function(*args, **kwargs)
+        try:
+            return function(*args, **kwargs)
+        except OutOfMemory:
+            raise
+        except MemoryError as error:
+            words = f"{name}: not enough memory ({error or 'no more to be had'}); ask for less."
+            raise OutOfMemory(words) from error
 
     call.find_tests = find_tests  # type: ignore[attr-defined]
     return call  # type: ignore[return-value]
@@ -118,7 +125,8 @@ def _make_test(hint: Any) -> tuple[Test, str]:
     """Whether a value fits an annotation, and its words; what is not understood fits."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        tests = [_make_test(option) for option in inner]
+        paths = {*inner} & {os.PathLike, Path}  # a text beside them is a path, too
+        tests = [_make_test(option) for option in inner if not (paths and option is str)]
         return (lambda value: any(test(value) for test, _ in tests)), " or ".join(
             dict.fromkeys(words for _, words in tests)
         )
@@ -190,15 +198,25 @@ def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
     """An array of named dimensions, or a finite number in a range."""
     if hint is np.ndarray:
         dims = more.split()
-        fits = (lambda n: n >= len(dims) - 1) if "..." in dims else (lambda n: n == len(dims))
         return (
-            lambda value: _is_array(value) and fits(np.ndim(value))
+            lambda value: _is_array(value) and _has_shape(np.shape(value), dims)
         ), f"an array ({', '.join(dims)})"
     test, words = _make_test(hint)
+    if hint is int and more == "> 0":  # a count, no seed
+        return (lambda value: test(value) and 0 < value < 2**63), f"{words} > 0, below 2⁶³"
     reaches = {"≥ 0": lambda value: 0 <= value < np.inf, "> 0": lambda value: 0 < value < np.inf}[
         more
     ]
     return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
+
+
+def _has_shape(shape: tuple[int, ...], dims: list[str]) -> bool:
+    """Whether there are as many dimensions as names; a name that is a number is a size."""
+    enough = len(shape) >= len(dims) - 1 if "..." in dims else len(shape) == len(dims)
+    sized = dims[: dims.index("...")] if "..." in dims else dims
+    return enough and all(
+        int(dim) == size for dim, size in zip(sized, shape, strict=False) if dim.isdigit()
+    )
 
 
 def _list_dims(hint: Any) -> list[str]:

@@ -65,6 +65,10 @@ class StoreError(FeelerError, OSError):
     """A store that is locked, damaged, or made by another configuration."""
 
 
+class OutOfMemory(FeelerError, MemoryError):
+    """What was asked for needs more memory than there is, or than its worker may have."""
+
+
 class MissingExtra(FeelerError, ImportError):
     """An optional dependency is not installed; the message holds the install command."""
 

@@ -79,8 +79,9 @@ def writing(path: str | os.PathLike) -> Iterator[Path]:
                 f"no room left for {path}, of which {size:,} bytes were written. Free some space"
                 " and do it again; what was there before is as it was."
             ) from error
+        reason = error.strerror or error
         raise InvalidInput(
-            f"cannot write {path}: {error.strerror}. Name a file in a folder that is there."
+            f"cannot write {path}: {reason}. Name a file in a folder that is there."
         ) from error
     finally:
         with contextlib.suppress(OSError):

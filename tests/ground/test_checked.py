@@ -12,7 +12,7 @@ import pytest
 
 from feeler import Antenna, presets
 from feeler.checked import checked
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, OutOfMemory
 from feeler.record import OneOf
 
 
@@ -157,3 +157,46 @@ def test_a_dimension_that_two_arguments_name_has_one_size():
 def test_an_array_of_texts_is_no_array_of_numbers():
     with pytest.raises(InvalidInput, match="must be an array of real numbers"):
         measure(presets.cockroach(), np.array(["1", "2"]))
+
+
+def test_a_name_beside_a_path_is_held_to_what_a_path_may_be():
+    match = "path must be a path that a file can have"
+    for name in ("a\0b", "\ud800", 256 * "a"):
+        with pytest.raises(InvalidInput, match=match):
+            measure(presets.cockroach(), 0.0, path=name)
+    assert measure(presets.cockroach(), 0.0, path="a") == "ran"
+
+
+def test_a_dimension_that_is_a_number_is_a_size():
+    @checked
+    def draw(corners: Annotated[np.ndarray, "corner 2"]):
+        return "ran"
+
+    assert draw(np.zeros((5, 2))) == "ran"
+    for wrong in (np.zeros((5, 3)), np.zeros((1, 0)), [[]], np.zeros(2)):
+        with pytest.raises(InvalidInput, match=r"corners must be an array \(corner, 2\)"):
+            draw(wrong)
+
+
+def test_a_count_is_no_number_that_nothing_can_count_to():
+    @checked
+    def copy(n: Annotated[int, "> 0"]):
+        return "ran"
+
+    assert copy(2**63 - 1) == "ran"
+    for wrong in (0, 2**63, -1, np.int8(-1)):
+        with pytest.raises(InvalidInput, match="n must be a whole number > 0, below 2⁶³"):
+            copy(wrong)
+
+
+def test_too_little_memory_is_said_once_by_whoever_asked_for_it():
+    @checked
+    def fill():
+        return np.ones(2**52)
+
+    @checked
+    def outer():
+        return fill()
+
+    with pytest.raises(OutOfMemory, match=r"fill: not enough memory \(Unable to .*ask for less"):
+        outer()

@@ -178,7 +178,11 @@ class Observer:
         InvalidInput
             A policy that gives no speeds.
         """
-        k, duration = len(self.starts), duration or self.task.duration
+        k, duration = len(self.starts), self.task.duration if duration is None else duration
+        if not self.period / 2 < duration < np.inf:
+            raise InvalidInput(
+                f"duration must be a look of {self.period:g} ms or more, got {duration:g} ms."
+            )
         true = np.repeat(np.arange(k) if touches is None else touches, copies)
         rng = np.random.default_rng([self.seed, 1])
         for lane, start in enumerate(self.starts):

@@ -2,6 +2,7 @@
 costs.
 """
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, field, replace
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
@@ -16,6 +17,7 @@ from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
 from feeler.record import Ge, Gt, Record, Unit
+from feeler.rules import show
 from feeler.stimulus.ninety import make_features
 from feeler.stimulus.sample import SampledTrials
 from feeler.task import Common, Nuisances, Task, parse_noise
@@ -166,7 +168,9 @@ class TouchTask(ActiveTask):
 
     def _check(self) -> None:
         super()._check()
-        if isinstance(self.features, str) or len(self.features) < 1:
+        if not isinstance(self.features, Sequence) or isinstance(self.features, str):
+            raise InvalidInput(f"features must be a list of objects, got {show(self.features)}.")
+        if not self.features:
             raise InvalidInput(
                 "there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)]."
             )

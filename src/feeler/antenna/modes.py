@@ -96,9 +96,9 @@ def compute_base_response(antenna: Antenna, frequency: np.ndarray) -> np.ndarray
     """
     require_plane(antenna, "compute_base_response")
     omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
-    if omega.ndim != 1 or not np.all(np.abs(omega) < _FASTEST):
+    if omega.ndim != 1 or not omega.size or not np.all(np.abs(omega) < _FASTEST):
         raise InvalidInput(
-            f"frequency must be numbers (frequency,) below {_FASTEST / (2 * np.pi):g} kHz, got"
+            f"frequency must be one or more numbers below {_FASTEST / (2 * np.pi):g} kHz, got"
             f" {show(frequency)}."
         )
     s, mass = antenna.hinge_position, compute_mass_matrix(antenna)

@@ -20,6 +20,7 @@ from feeler.calibration.targets import make_targets
 from feeler.calibration.trace import measure_free_trace, measure_trace
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.physics.clock import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
 from feeler.record import OneOf
 from feeler.shown import Shown
@@ -306,7 +307,7 @@ def make_synthetic_traces(
     antenna: Antenna,
     rng: np.random.Generator,
     *,
-    n_animals: int = 5,
+    n_animals: Annotated[int, "> 0"] = 5,
     spread: float = 0.05,
     noise: float = 0.01,
     interval: Annotated[float, "> 0"] = 1.0,
@@ -319,6 +320,11 @@ def make_synthetic_traces(
     Each animal's stiffness and damping factors lie around ``planted`` (log-normal, sd ``spread``);
     white noise has an sd of ``noise`` of the first deflection.
     """
+    if not duration / interval <= MAX_SAMPLES:
+        raise InvalidInput(
+            f"{duration:g} ms at an interval of {interval:g} ms are more than {MAX_SAMPLES:,}"
+            " samples; use a longer interval."
+        )
     hinges = make_scale(antenna)
     time = np.arange(0.0, duration, interval)
     protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)

@@ -88,7 +88,7 @@ def encode_with(
 
 
 @checked
-def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
+def make_null(tensors: Any, n_copies: Annotated[int, "> 0"] | None = None) -> np.ndarray:
     """One and the same tensor, as often as there were trials.
 
     A pipeline that tells these apart measures itself.

@@ -1,7 +1,7 @@
 """Class labels of trials: feature × size × location."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.rules import show
 
-Labels = Sequence[Any] | np.ndarray
+Labels = Sequence[Any] | Annotated[np.ndarray, "trial ..."]
 """One class per trial."""
 # [P] six features (three shapes, two sizes) at five locations: 30 classes
 CLASS = ("feature", "size", "location")

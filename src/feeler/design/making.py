@@ -5,6 +5,7 @@ wrong.
 from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Len
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
@@ -25,7 +26,9 @@ WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
 
 @checked
 def make_strips(
-    antenna: Antenna, length: Annotated[float, "> 0"] = 0.5, sheets: tuple[float, ...] = SHEETS
+    antenna: Antenna,
+    length: Annotated[float, "> 0"] = 0.5,
+    sheets: Annotated[tuple[Annotated[float, "> 0"], ...], Len(1)] = SHEETS,
 ) -> Flexures:
     """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (E
     t³).

@@ -79,9 +79,9 @@ class Score(Shown):
     errors: float
     errors_error: float
     peak: float
-    by_speed: np.ndarray
-    confusion: np.ndarray
-    wrong: np.ndarray
+    by_speed: Annotated[np.ndarray, "speed 2"]
+    confusion: Annotated[np.ndarray, "true answer"]
+    wrong: Annotated[np.ndarray, "speed class touch"]
 
 
 @checked

@@ -8,6 +8,7 @@ from scipy.optimize import linear_sum_assignment
 
 from feeler.checked import checked
 from feeler.compiled import compiled
+from feeler.errors import InvalidInput
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
 Others = Annotated[np.ndarray, "partner sensor shift"]  # as many sensors, but other bases and lags
@@ -169,6 +170,8 @@ def match_components(
         The cosine of each pair, see :func:`compute_basis_similarity`.
     """
     similarity = compute_basis_similarity(first, second, shift=shift)
+    if not np.isfinite(similarity).all():
+        raise InvalidInput("bases with NaN, or with numbers that are too large, have no partners.")
     rows, order = linear_sum_assignment(-similarity)
     return order, similarity[rows, order]
 

@@ -51,7 +51,7 @@ def map_locations(
     places: Annotated[np.ndarray, "component"],
     *,
     n_shuffles: int = 999,
-    rng: np.random.Generator | int | None = 0,
+    rng: np.random.Generator | Annotated[int, "≥ 0"] | None = 0,
 ) -> LocationMapping:
     """Score how contact location follows from which component is most active.
 

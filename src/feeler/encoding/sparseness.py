@@ -32,6 +32,8 @@ def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = 
     Hoyer 2004, J. Mach. Learn. Res. 5:1457, eq. in section 3.1.
     """
     vectors = np.asarray(vectors, dtype=float)
+    if not -vectors.ndim <= axis < vectors.ndim:
+        raise InvalidInput(f"vectors of shape {vectors.shape} have no axis {axis}.")
     root = np.sqrt(vectors.shape[axis])
     if root <= 1:
         raise InvalidInput(

@@ -13,8 +13,8 @@ from types import FrameType
 from typing import Any, Protocol
 
 from feeler.checked import checked
-from feeler.errors import InvalidInput
-from feeler.execute.processes import CRASHES, OutOfMemory
+from feeler.errors import InvalidInput, OutOfMemory
+from feeler.execute.processes import CRASHES
 from feeler.execute.threads import ThreadExecutor
 
 RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's

@@ -22,7 +22,7 @@ from typing import Any
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from feeler.checked import checked
-from feeler.errors import FeelerError, InvalidInput, lacks_memory, say_warnings
+from feeler.errors import FeelerError, InvalidInput, OutOfMemory, lacks_memory, say_warnings
 from feeler.execute.threads import check_workers
 from feeler.files import TEMPORARY_DAYS, sweep_old
 
@@ -42,10 +42,6 @@ _CONTEXT = multiprocessing.get_context("forkserver")
 
 class WorkerCrashed(FeelerError, RuntimeError):
     """A worker process ended before it had answered."""
-
-
-class OutOfMemory(FeelerError, MemoryError):
-    """A task needed more memory than its worker may have."""
 
 
 CONSTS.channel_lock_timeout = 5.0  # s; a worker may have been killed while it held the lock

@@ -82,11 +82,13 @@ def split_trials(
 def _name_coordinates(tensors: xr.Dataset, by: str | Sequence[str]) -> list[str]:
     names = (
         [name for name in TWIN if name in tensors.coords]
-        if by == "twin"
+        if isinstance(by, str) and by == "twin"
         else [by]
         if isinstance(by, str)
         else [*by]
     )
+    if not names:
+        raise InvalidInput("by must name one coordinate of trials or more, got none.")
     for name in names:
         check_coordinate(tensors, name, "by")
     return names

@@ -14,6 +14,7 @@ from PIL import Image
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import writing
 from feeler.plotting.look import fix_layout
 
 MOVIE_WIDTH = 1080
@@ -86,42 +87,42 @@ def write_movie(
     except ImportError as error:
         raise MissingExtra("movies need ffmpeg: pip install 'feeler[movie]'.") from error
     path = Path(path)
-    partial = path.with_suffix(".part.mp4")
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(MOVIE_WIDTH / figure.get_figwidth())
     fix_layout(figure)
     size = (np.asarray(canvas.get_width_height()) // 2) * 2  # H.264 needs even sides
-    writer = imageio_ffmpeg.write_frames(
-        str(partial),
-        tuple(int(side) for side in size),
-        fps=fps,
-        codec="libx264",
-        pix_fmt_in="rgba",
-        pix_fmt_out="yuv420p",
-        macro_block_size=2,
-        output_params=[
-            "-crf",
-            "24",
-            "-preset",
-            "veryfast",
-            "-movflags",
-            "+faststart",
-            "-threads",
-            "1",
-        ],
-    )
-    writer.send(None)
-    try:
-        background = None
-        for k in range(n_frames):
-            background = _draw(figure, canvas, draw_frame(k), background)
-            frame = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[: size[1], : size[0]])
-            writer.send(frame)
-            if k == _STILL * n_frames // 100:
-                Image.fromarray(frame).convert("RGB").save(path.with_suffix(".jpg"), quality=80)
-    finally:
-        writer.close()
-    return Movie(partial.replace(path))
+    with writing(path) as part:
+        writer = imageio_ffmpeg.write_frames(
+            str(part),
+            tuple(int(side) for side in size),
+            fps=fps,
+            codec="libx264",
+            pix_fmt_in="rgba",
+            pix_fmt_out="yuv420p",
+            macro_block_size=2,
+            output_params=[
+                "-crf",
+                "24",
+                "-preset",
+                "veryfast",
+                "-movflags",
+                "+faststart",
+                "-threads",
+                "1",
+            ],
+        )
+        writer.send(None)
+        try:
+            background = None
+            for k in range(n_frames):
+                background = _draw(figure, canvas, draw_frame(k), background)
+                frame = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[: size[1], : size[0]])
+                writer.send(frame)
+                if k == _STILL * n_frames // 100:
+                    Image.fromarray(frame).convert("RGB").save(path.with_suffix(".jpg"), quality=80)
+        finally:
+            writer.close()
+    return Movie(path)
 
 
 def _draw(

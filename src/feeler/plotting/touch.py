@@ -4,9 +4,11 @@ grows as a movie.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
+from annotated_types import Len
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
@@ -164,7 +166,7 @@ def write_touch_movie(
 @checked
 def write_touches_movie(
     antenna: Antenna,
-    touches: Mapping[str, tuple[Trial, xr.Dataset]],
+    touches: Annotated[Mapping[str, tuple[Trial, xr.Dataset]], Len(1)],
     path: Path,
     *,
     slower: float = SLOWER,

@@ -99,6 +99,8 @@ def measure_free_response(
         A trace that cannot be measured: gaps, uneven time, constant, shorter than a cycle, or
         faster than its sampling.
     """
+    if not np.isfinite(rest):
+        raise InvalidInput(f"rest must be finite, got {rest}.")
     time, tip = check_trace(time, tip)
     start = 0 if release is None else int(np.searchsorted(time, release - 1e-9))
     time, tip = check_trace(time[start:], tip[start:])

@@ -263,7 +263,7 @@ def draw_robots(
 @checked
 def touch_robots(
     robots: Sequence[Surrogate],
-    repeats: int = 1,
+    repeats: Annotated[int, "> 0"] = 1,
     *,
     trials: Sequence[Trial] | None = None,
     antenna: Antenna | None = None,
@@ -285,7 +285,9 @@ def touch_robots(
 
 
 @checked
-def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) -> TransferScore:
+def measure_transfer(
+    classifier: TransferClassifier, read: Annotated[Sequence[Touches], Len(1)]
+) -> TransferScore:
     """Score touches that were read from robots, all together."""
     values = np.concatenate([touches.values for touches in read])
     return score_transfer(
@@ -297,7 +299,7 @@ def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) ->
 def sweep_shots(
     training: Touches,
     shots: Annotated[Sequence[int], Len(1)],
-    robots: Sequence[Surrogate],
+    robots: Annotated[Sequence[Surrogate], Len(1)],
     *,
     n_tests: int = 1,
     engine: str = DEFAULT_ENGINE,

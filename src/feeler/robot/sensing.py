@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from feeler.compiled import compiled
+from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap
 from feeler.robot.sensor import SensorCalibration, fit_sensors
 
@@ -46,6 +47,10 @@ class Sensing:
         gain, wander, noise, quantisation. On the bench the gain is 1 and nothing wanders.
         """
         gap = self.gap
+        if len(angle) != len(self.base):
+            raise InvalidInput(
+                f"the robot senses {len(self.base)} hinges, got angles of {len(angle)}."
+            )
         seen = play(np.ascontiguousarray(angle, dtype=float), gap.hysteresis)
         seen = seen + gap.crosstalk * _sum_neighbours(seen)
         signal = seen * (1 + gap.bend * seen / _BEND_ANGLE)

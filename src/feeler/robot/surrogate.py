@@ -6,7 +6,7 @@ source="surrogate".
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -176,6 +176,6 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 
 
 @checked
-def make_tip_touches(repeats: int = 1) -> list[Trial]:
+def make_tip_touches(repeats: Annotated[int, "> 0"] = 1) -> list[Trial]:
     """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
     return make_touches(locations=ROBOT_LOCATIONS[-1:], speeds=ROBOT_SPEEDS) * repeats

@@ -208,7 +208,7 @@ def thin_spikes(raster: Any, keep: float, *, seed: Annotated[int, "≥ 0"] = 0) 
     """
     if keep < 0:
         raise InvalidInput(f"keep must be ≥ 0 spikes, got {keep}.")
-    counts = np.asarray(raster)
+    counts = np.asarray(None if isinstance(raster, xr.Dataset) else raster)
     if counts.ndim == 0 or counts.dtype.kind not in "iub" or not np.all(counts >= 0):
         raise InvalidInput("raster must be counts (trial, unit, time): whole numbers ≥ 0.")
     share = min(1.0, keep * len(counts) / max(counts.sum(), 1))

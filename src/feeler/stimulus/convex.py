@@ -34,7 +34,7 @@ def trace_rim(corners: np.ndarray, rounding: float, n_arc: int = 16) -> np.ndarr
 
 
 @checked
-def split_convex(corners: Annotated[np.ndarray, "corner axis"]) -> list[np.ndarray]:
+def split_convex(corners: Annotated[np.ndarray, "corner 2"]) -> list[np.ndarray]:
     """Convex polygons (corner, 2) that together fill a simple counter-clockwise polygon.
 
     A convex polygon is its own single part; any other is cut into triangles by ear clipping and

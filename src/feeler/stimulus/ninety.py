@@ -35,5 +35,7 @@ def trials(
     Fig. 2D).
     """
     return make_grid(
-        list(features or make_features()), list(locations), list(speeds or SPEEDS.values())
+        make_features() if features is None else list(features),
+        list(locations),
+        list(SPEEDS.values() if speeds is None else speeds),
     )

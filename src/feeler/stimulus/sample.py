@@ -147,7 +147,7 @@ def sample_trials(
     fields = (locations, speeds, approach, friction, lead)
     spreads: dict[str, Spread] = dict(zip(FIELDS, fields, strict=True))
     spreads |= {"size": sizes} if sizes is not None else {}
-    spreads |= {TURNED: azimuth} if describe_spread(azimuth) != 0 else {}
+    spreads |= {TURNED: azimuth} if not _is_zero(azimuth) else {}
     if base is not None:
         if not {*base} <= {*BASE}:
             raise InvalidInput(
@@ -166,6 +166,10 @@ def sample_trials(
     trials = SampledTrials(columns, known, antenna, recipe)
     _redraw(trials, antenna, lambda again: _draw(n, spreads, len(known), [*sides], seed, again))
     return trials
+
+
+def _is_zero(spread: Spread) -> bool:
+    return isinstance(spread, int | float | np.number) and spread == 0
 
 
 def _make_features(features: Sequence[Any]) -> tuple[Feature, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import lru_cache, partial
 from importlib.metadata import version
 from threading import Event
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from scipy.fft import dct
@@ -58,7 +58,7 @@ def write_touch_page(
     wish: TouchWish | None = None,
     other: AntennaWish | None = None,
     *,
-    unsure: float = UNSURE,
+    unsure: Annotated[float, "≥ 0"] = UNSURE,
     commands: Sequence[Command] | None = None,
     samples: int = 0,
 ) -> str:

@@ -3,6 +3,7 @@ layout.
 """
 
 import os
+from typing import Annotated
 
 import numpy as np
 
@@ -23,10 +24,10 @@ def make_synthetic_tracks(
     rng: np.random.Generator,
     *,
     peak_speed: tuple[float, float] = (np.deg2rad(86.67e-3), np.deg2rad(86.67e-3)),
-    sweep_rate: float = 0.5e-3,
-    duration: float = 20_000.0,
-    frame_rate: float = FRAME_RATE,
-    length: float = 42.0,
+    sweep_rate: Annotated[float, "> 0"] = 0.5e-3,
+    duration: Annotated[float, "> 0"] = 20_000.0,
+    frame_rate: Annotated[float, "> 0"] = FRAME_RATE,
+    length: Annotated[float, "> 0"] = 42.0,
     noise: float = 0.5,
     gap_share: float = 0.0,
 ) -> Tracks:

@@ -38,6 +38,7 @@ MEASURES = (
     {"quantity": "total", "method": "smooth"},
 )
 
+_MEASURED = ("quantity", "method")
 SETUP_CHOICES = (
     "inter_antennal_angle",
     "reading",
@@ -45,8 +46,7 @@ SETUP_CHOICES = (
     "prebend",
     "hook_share",
     "tip_heading",
-    "quantity",
-    "method",
+    *_MEASURED,
 )
 
 
@@ -75,6 +75,11 @@ class Case:
     map: DistanceMap
     offset: float
 
+    def __post_init__(self) -> None:
+        if {*self.measure} != {*_MEASURED}:
+            named = ", ".join(map(str, self.measure)) or "nothing"
+            raise InvalidInput(f"Case.measure must name {' and '.join(_MEASURED)}, got {named}.")
+
     @property
     def choice(self) -> tuple:
         """What tells the set-up from others, without the antenna, by ``SETUP_CHOICES``."""
@@ -87,7 +92,7 @@ class Case:
             p.hook_share,
             p.tip_heading,
         )
-        return (*fixed, *self.measure.values())
+        return (*fixed, *(self.measure[name] for name in _MEASURED))
 
 
 @checked

@@ -51,12 +51,20 @@ class Approach:
 
     antenna: Antenna
     posture: Posture
-    distance: np.ndarray
-    angle: np.ndarray
-    contact: np.ndarray
-    inverted: np.ndarray
-    balanced: np.ndarray
-    contact_position: np.ndarray
+    distance: Annotated[np.ndarray, "step"]
+    angle: Annotated[np.ndarray, "step segment"]
+    contact: Annotated[np.ndarray, "step"]
+    inverted: Annotated[np.ndarray, "step"]
+    balanced: Annotated[np.ndarray, "step"]
+    contact_position: Annotated[np.ndarray, "step"]
+
+    def __post_init__(self) -> None:
+        n_segments = self.antenna.n_segments
+        if np.shape(self.angle)[1] != n_segments:
+            raise InvalidInput(
+                f"Approach.angle must have {n_segments} segments, as its antenna, got an array of"
+                f" shape {np.shape(self.angle)}."
+            )
 
     @property
     def points(self) -> np.ndarray:

@@ -61,6 +61,13 @@ class Comparison:
     differences: dict[tuple[str, str], Interval]
     peak: dict[str, float]
 
+    def __post_init__(self) -> None:
+        if lacking := {*COMPARED_CODES} - {*self.dispersion}:
+            raise InvalidInput(f"Comparison.dispersion lacks the code {min(lacking)!r}.")
+        for name in ("entropy", "sparseness", "peak"):
+            if lacking := {*self.names} - {*getattr(self, name)}:
+                raise InvalidInput(f"Comparison.{name} lacks the antenna {min(lacking)!r}.")
+
     def to_plain(self) -> dict[str, Any]:
         """As JSON: each measure by antenna; intervals as [value, low, high]."""
         found: dict[str, Any] = {

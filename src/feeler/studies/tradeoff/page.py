@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.files import ensure_folder
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
@@ -17,6 +18,7 @@ from feeler.studies.tradeoff.best import average_sets, find_best
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE, plot_tradeoff
 from feeler.tensors.unit import need
 
+_SHOWN = ("accuracy", "bits", "work", "force", "release", "speed", "level", "window", "kind")
 TRADEOFF_LEAD = (
     "How well an ideal observer, who knows every touch exactly, tells thirty touches apart from the"
     " noisy tensor, by time, by distance and by number of samples since contact; and what the touch"
@@ -37,6 +39,10 @@ def write_tradeoff(
         By name, what one reader tells of one antenna: parts of what
         :meth:`feeler.studies.study.Study.run` gave, as :func:`split_measured` gives them.
     """
+    if not measured:
+        raise InvalidInput("nothing is measured; run a study and split what it gives.")
+    for data in measured.values():
+        need(data, *_SHOWN)
     out = ensure_folder(out)
     section = Section(name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False)
     fill_section(section, measured, study)
