@@ -9,7 +9,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.file import load_antenna, read_antenna_file, save_antenna
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.parse import parse_antenna
-from feeler.antenna.space import list_frustum
+from feeler.antenna.space import find_rate, list_frustum
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 
@@ -48,6 +48,17 @@ def test_shapes_are_those_of_products_of_rotations(planes):
         points.append(points[-1] + frame.apply([0, antenna.segment_length[i], 0]))
     np.testing.assert_allclose(antenna.shape(angle, base), points, rtol=0, atol=1e-13)
     np.testing.assert_allclose(antenna.tip(angle, base), points[-1], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-7, 1e-3, 0.4, 2.0, 3.1])
+def test_a_changing_rotation_vector_turns_at_the_rate_of_its_matrices(size):
+    """ω of Ṙ Rᵀ, by a difference of SciPy's rotations around the moment."""
+    rng, step = np.random.default_rng(3), 1e-5
+    way, change = rng.normal(size=3), rng.normal(size=3)
+    vector = size * way / np.linalg.norm(way)
+    before, after = (Rotation.from_rotvec(vector + s * change) for s in (-step, step))
+    expected = (after * before.inv()).as_rotvec() / (2 * step)
+    np.testing.assert_allclose(find_rate(vector, change), expected, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("taper", [0.0, 0.37, 1.0, 1.9])

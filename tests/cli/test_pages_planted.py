@@ -12,6 +12,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from feeler import calibration, tradeoff
+from feeler.antenna.file import load_antenna
 from feeler.calibration.hinges import Band
 from feeler.cli import calibrate, robot_pages, tracks
 from feeler.cli.app import app
@@ -163,6 +164,41 @@ def test_fitted_traces_and_profiles_are_drawn_over_milliseconds_and_in_their_uni
         np.testing.assert_array_equal([line.get_ydata() for line in ax.lines], [row, row + 5])
         heights = ax.collections[0].get_paths()[0].vertices[:, 1]
         assert (heights.min(), heights.max()) == (row[0] / 2, 3 * row[1])
+
+
+def test_a_fit_is_kept_as_the_antenna_of_its_means_and_each_number_stands_in_its_column(
+    monkeypatch, figures, tmp_path
+):
+    traces = calibration.load_traces("synthetic_step")
+    found = calibration.TraceFit(
+        names=("p1", "p2"),
+        animals=("ada", "bob"),
+        each=np.array([[1.1, 0.9], [1.4, 0.6]]),
+        p=np.array([1.25, 0.75]),
+        low=np.array([1.05, 0.65]),
+        high=np.array([1.35, 0.95]),
+        residual=np.array([0.02, 0.04]),
+        simulated=traces.displacement / traces.displacement[:, :1],
+        interval="spread between animals",
+        band=None,
+        directions=None,
+    )
+    monkeypatch.setattr(calibration, "fit_traces", lambda *_, **__: found)
+    run("calibrate", "--data", "synthetic_step", "--out", tmp_path)
+    antenna, plain = load_antenna(tmp_path / "antenna.toml"), cockroach()
+    np.testing.assert_allclose(antenna.stiffness, 1.25 * plain.stiffness)
+    np.testing.assert_allclose(antenna.damping, 0.75 * plain.damping)
+    words, (unit,) = (
+        read_words(tmp_path / "calibration.html"),
+        {*calibration.make_hinges("scale", plain).units},
+    )
+    assert (
+        f"parameter unit value from to p1 {unit} 1.25 1.05 1.35 p2 {unit} 0.75 0.65 0.95" in words
+    )
+    assert "animal p1 p2 residual ada 1.1 0.9 0.02 bob 1.4 0.6 0.04" in words
+    kept = json.loads((tmp_path / "calibration.json").read_text())
+    for name in ("each", "p", "low", "high", "residual"):
+        np.testing.assert_array_equal(kept[name], getattr(found, name))
 
 
 def test_an_interrupted_search_says_its_best_error(capsys, tmp_path):

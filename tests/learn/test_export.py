@@ -59,9 +59,15 @@ def test_episodes_carry_all_labels(exported):
     )
 
 
-def test_sums_are_those_of_all_samples(exported):
-    stats = json.loads((exported / "meta/stats.json").read_text())["observation.state"]
-    values = make_touches()["angle"].values.transpose(0, 2, 1).reshape(-1, SENSORS).astype(float)
+@pytest.mark.parametrize("order", [1, -1], ids=["rising", "falling"])
+def test_sums_are_those_of_all_samples(tmp_path, monkeypatch, order):
+    """Of several blocks, whichever of them holds the least and the greatest."""
+    monkeypatch.setattr(module, "_BLOCK", 100)
+    touches = make_touches().isel(trial=slice(None, None, order))
+    folder = export_parquet(touches, tmp_path / "set")
+    stats = json.loads((folder / "meta/stats.json").read_text())["observation.state"]
+    values = touches["angle"].values.transpose(0, 2, 1).reshape(-1, SENSORS).astype(float)
+    assert stats["count"] == [len(values)]
     for name in ("min", "max", "mean", "std"):
         np.testing.assert_allclose(stats[name], getattr(np, name)(values, axis=0), rtol=1e-6)
 

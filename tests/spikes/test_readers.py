@@ -94,15 +94,20 @@ def test_every_code_tells_by_a_deadline_and_sees_nothing_beyond(code):
 @pytest.mark.parametrize(
     ("code", "width", "expected"),
     [
-        ("counts", 2, [[2, 1, 1, 0, 0, 0]]),
-        ("first", 1, [[1, 5]]),
-        ("first", 2, [[0, 2]]),
-        ("latency", 1, [[0, 4]]),
-        ("onset", 1, [[1]]),
+        ("counts", 2, [[2, 1, 1, 0, 0, 0], [0, 3, 0, 0, 1, 0]]),
+        ("counts", 3, [[3, 1, 0, 0], [0, 3, 1, 0]]),
+        ("first", 1, [[1, 5], [3, 2]]),
+        ("first", 2, [[0, 2], [1, 1]]),
+        ("latency", 1, [[0, 4], [1, 0]]),
+        ("latency", 2, [[0, 2], [0, 0]]),
+        ("latency", 3, [[0, 1], [0, 0]]),
+        ("onset", 1, [[1], [2]]),
+        ("onset", 2, [[0], [1]]),
     ],
 )
 def test_codes_are_what_they_say(code, width, expected):
-    raster = np.array([[[0, 2, 1, 0, 1], [0, 0, 0, 0, 0]]])
+    """Two touches: one unit of the first is silent; those of the second differ by one sample."""
+    raster = np.array([[[0, 2, 1, 0, 1], [0, 0, 0, 0, 0]], [[0, 0, 0, 3, 0], [0, 0, 1, 0, 0]]])
     assert SPIKE_CODES[code](raster, width).tolist() == expected
 
 

@@ -96,6 +96,24 @@ def test_curvature_follows_from_angle_in_the_type_asked_for():
     np.testing.assert_array_equal(tensors.curvature, 2.0)
 
 
+@pytest.mark.parametrize("planes", [(), (2,), (3,)], ids=["planar", "bends", "twists"])
+def test_every_sensor_has_its_number_from_the_base_and_all_that_was_given_of_it(planes):
+    """Numbers of sensors, as those of hinges, begin with 1; those of trials with 0."""
+    given = _sensors(3) | {"segment": [2, 5, 9], "segment_length": np.array([0.5, 0.4, 0.25])}
+    angle = np.random.default_rng(0).normal(size=(1, *planes, 3, 4))
+    tensors = make_tensors(angle=angle, **given)
+    numbers = {"sensor": [1, 2, 3], "segment": [2, 5, 9], "trial": [0], "time": [0, 1, 2, 3]}
+    for name, values in numbers.items():
+        assert tensors[name].values.tolist() == values
+    for name in ("position", "segment_length"):
+        np.testing.assert_array_equal(tensors[name], given[name])
+    np.testing.assert_array_equal(tensors["angle"], angle)
+    np.testing.assert_allclose(tensors["curvature"], angle / given["segment_length"][:, None])
+    assert list(tensors.coords.get("plane", [])) == ["x", "z", "twist"][: sum(planes)]
+    for name in numbers.keys() - {"segment", "trial", "sensor"}:
+        assert tensors[name].attrs["units"] == QUANTITIES[name].unit
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

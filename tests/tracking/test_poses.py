@@ -65,9 +65,14 @@ def test_all_films_share_one_clock(tmp_path, trials):
     with NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
         file = io.read()
         start, stop = file.trials["start_time"][:], file.trials["stop_time"][:]
-        assert start[1] == stop[0] + 1 and stop[0] == pytest.approx(1e-3 * trials[0].time[-1])
-        poses = file.processing["behavior"]["trial_000001"]
-        assert all(one.starting_time == start[1] for one in poses.pose_estimation_series.values())
+        assert start[0] == 0 and start[1] == stop[0] + 1
+        for number, film in enumerate(trials):
+            poses = file.processing["behavior"][f"trial_{number:06d}"]
+            for one in poses.pose_estimation_series.values():
+                assert one.starting_time == start[number]
+                last = one.starting_time + (len(one.data) - 1) / one.rate
+                assert stop[number] == pytest.approx(last, abs=1e-5)
+            assert stop[number] - start[number] == pytest.approx(1e-3 * np.ptp(film.time), abs=1e-5)
         assert {row.timeseries.name for row in file.trials["timeseries"][1]} == {
             *trials[0].landmarks
         }

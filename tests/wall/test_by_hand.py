@@ -138,7 +138,7 @@ def test_a_peak_has_the_curvature_of_its_place_with_its_sign():
 
 def test_peaks_of_a_sweep_are_those_in_contact_of_what_was_asked_for():
     angle, bend = np.zeros((3, N)), np.zeros((3, N))
-    angle[:, 10], bend[:, 20], bend[2, 0] = 0.1, 0.1, 0.5
+    angle[:, 10], bend[:, 20], bend[[0, 2], 0] = 0.1, 0.1, 0.5
     sweep = SimpleNamespace(
         antenna=ANTENNA, angle=angle, bend=bend, contact=np.array([False, True, True])
     )

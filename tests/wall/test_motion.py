@@ -45,6 +45,9 @@ def test_a_wall_sliding_on_the_left_is_the_mirror_image():
         for side in ("right", "left")
     )
     np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
+    np.testing.assert_allclose(left.points, right.points * [-1.0, 1.0], atol=1e-7)
+    for shown in ("contact", "inverted"):
+        assert np.array_equal(getattr(left, shown), getattr(right, shown)) and right.contact.any()
 
 
 @pytest.mark.parametrize("engine", ["rod-inertia", "chain"])
@@ -125,6 +128,20 @@ def test_the_wall_that_engines_see_is_the_wall_that_is_measured(turns):
     assert (far > 0).sum() > 50 and (inside & (far < 0)).sum() > 2
     np.testing.assert_allclose(seen[far > 0], far[far > 0], atol=1e-6)
     np.testing.assert_allclose(seen[inside & (far < 0)], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("turn", [-79.0, -30.0, 5.0, 45.0, 79.0])
+def test_behind_a_corner_there_is_no_hole(turn):
+    """All around it, as far as 7 mm in: where blocks meet at an angle, they overlap."""
+    course = make_turn(turn, (60.0, 60.0))
+    wall, ways = course.make_object(), np.radians(np.arange(0.0, 360.0, 7.0))
+    around = np.stack([np.cos(ways), np.sin(ways)], axis=1)
+    points = course.corners[1] + np.concatenate([deep * around for deep in (0.5, 3.0, 5.5, 7.0)])
+    points = points[course.measure(points) < -0.01]
+    assert len(points) > 50
+    frame = wall.feature, np.array(wall.place), np.array(wall.forward)
+    seen = [compute_clearance(np.stack([p, p + 1e-9]), np.zeros(1), *frame) for p in points]
+    np.testing.assert_allclose(np.array(seen), 0.0, atol=1e-9)
 
 
 def test_corners_turn_towards_and_away():
