@@ -115,3 +115,52 @@ def test_the_moment_at_the_base_tells_how_far_a_peg_is(turn, place):
     wanted = 3 * STIFF * angle * (1 / at - 1 / LENGTH)
     assert abs(float(runs.base_moment @ -up)) == pytest.approx(wanted, rel=0.01)
     assert np.abs(runs.base_moment @ push) < 0.02 * wanted
+
+
+def whisk(antenna: Antenna, swing: float, rate: float, turn: float) -> tuple[np.ndarray, ...]:
+    """Amplitudes (harmonic,) of the force along the base, across it, and of the moment, over the
+    third whisk of angle swing·sin(2π·rate·t) in a plane turned about y.
+    """
+    step, n = 0.25, round(1 / (rate * 0.25))
+    time = step * np.arange(3 * n + 1)
+    angle = swing * np.sin(2 * np.pi * rate * time)
+    axis = to_matrix([0.0, -turn, 0.0]) @ [0.0, 0.0, 1.0]
+    pose = np.concatenate([np.zeros((time.size, 3)), angle[:, None] * axis], axis=1)
+    runs = Simulation(antenna, base=BaseMotion(time=time, pose=pose), timestep=0.05)
+    seen = []
+    for now in angle[1:]:
+        runs.step(step)
+        along = to_matrix(now * axis) @ [0.0, 1.0, 0.0]
+        force = runs.base_force
+        seen.append([force @ along, force @ np.cross(along, axis), runs.base_moment @ axis])
+    return tuple(2 * np.abs(np.fft.rfft(seen[-n:], axis=0)).T / n)
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.1])
+def test_free_whisking_is_felt_at_once_and_at_twice_its_rate(turn):
+    """Quist et al. 2014: what a stiff whisker feels of its own mass. Along it the base holds
+    −S θ̇², at twice the rate of whisking; across it and about it S θ̈ and I θ̈, at the rate.
+    """
+    rate, swing = 0.008, 0.39  # 8 Hz, as WHISKiT whisks; rad
+    antenna = make_beam(lambda x: RADIUS * (1 - 0.9 * x), n=20)
+    stiff = antenna.replace(stiffness=300 * antenna.stiffness, damping=20 * antenna.damping)
+    place = np.arange(20) * LENGTH / 20 + stiff.mass_centre
+    first = float((stiff.segment_mass * place).sum())
+    second = float((stiff.segment_mass * place**2 + stiff.inertia).sum())
+    fast = 2 * np.pi * rate
+    along, across, moment = whisk(stiff, swing, rate, turn)
+    assert along[2] == pytest.approx(0.5 * first * fast**2 * swing**2, rel=2e-3)
+    assert across[1] == pytest.approx(first * fast**2 * swing, rel=2e-3)
+    assert moment[1] == pytest.approx(second * fast**2 * swing, rel=2e-3)
+    assert along[[1, 3]].max() < 1e-6 * along[2]
+    assert max(across[2] / across[1], moment[2] / moment[1]) < 1e-6
+
+
+def test_a_curved_whisker_feels_both_rates_along_its_base():
+    """As Quist et al. 2014 found: what curves lets forces along the base hold a part of S θ̈."""
+    rest = np.stack([np.full(20, 0.03), np.zeros(20)])
+    curved = make_beam(lambda x: RADIUS * (1 - 0.9 * x), n=20).replace(rest_angle=rest)
+    along, _, moment = whisk(curved, 0.39, 0.008, 0.0)
+    assert along[1] > 0.3 * along[2]
+    assert along[2] > 0.3 * along[1]
+    assert moment[2] < 0.01 * moment[1]
