@@ -10,7 +10,7 @@ from feeler.physics.engine import ENGINES, Engine, get_engine
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.physics.spec import compile_model
-from feeler.stimulus import Box, Outline, Triangle
+from feeler.stimulus import Box, Mesh, Outline, Triangle
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.hull import make_hull
 from feeler.stimulus.object import Object
@@ -102,13 +102,19 @@ def make_alike(scenes, timestep):
 
 
 LEAF = Outline(vertices=[(0, 0), (-0.5, 0.9), (-0.3, 0.1), (-0.9, -0.4)], half_length=0.7)
-BODIES = {"triangle": Triangle(half_width=0.6, rounding=0.1, half_length=0.9), "leaf": LEAF}
+HILLS = Mesh.from_heights(0.25 * np.sin(np.arange(24).reshape(4, 6) ** 1.7), 0.4, depth=1.0)
+BODIES = {
+    "triangle": Triangle(half_width=0.6, rounding=0.1, half_length=0.9),
+    "leaf": LEAF,
+    "hills": HILLS,
+}
 
 
 @pytest.mark.parametrize(
     ("body", "way"),
     [
         ("triangle", "face"),
+        ("hills", "face"),
         pytest.param("leaf", "face", marks=pytest.mark.slow),
     ],
 )
