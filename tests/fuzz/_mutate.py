@@ -508,3 +508,60 @@ def _change_attribute(rng: np.random.Generator, item: object) -> None:
             item.attrs[name] = odd[rng.integers(len(odd))]
     else:
         item.attrs["coordinates" if rng.random() < 0.3 else "new"] = odd[rng.integers(len(odd))]
+
+
+def shape_stl(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A mesh with other corners and counts, and triangles gone, doubled, moved or turned."""
+    kind = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
+    faces = np.frombuffer(seed[84:], kind).copy()
+    count = len(faces)
+    for _ in range(int(rng.geometric(0.5))):
+        n, what = int(rng.integers(max(len(faces), 1))), int(rng.integers(7))
+        if not len(faces) or what == 0:
+            count = [0, 1, count + 1, 2**31, 2**32 - 1][rng.integers(5)]
+        elif what < 3:  # a corner moves in all triangles that it belongs to
+            old = faces["corner"][n, rng.integers(3)].copy()
+            new = old.copy()
+            new[rng.integers(3)] = CORNERS[rng.integers(len(CORNERS))]
+            faces["corner"][(faces["corner"] == old).all(axis=2)] = new
+        elif what == 3:
+            faces["corner"][n, rng.integers(3), rng.integers(3)] = CORNERS[
+                rng.integers(len(CORNERS))
+            ]
+        elif what == 4:
+            faces["corner"][n] = faces["corner"][n, ::-1]
+        elif what == 5:
+            faces = np.delete(faces, n)
+        else:
+            faces = np.append(faces, faces[n : n + int(rng.integers(1, 9))])
+    if count == len(np.frombuffer(seed[84:], kind)) and rng.random() < 0.8:
+        count = len(faces)
+    return seed[:80] + int(count).to_bytes(4, "little") + faces.tobytes()
+
+
+CORNERS = [0.0, -1.0, 0.5, 1.5, 1e-30, 1e30, 3.4e38, -3.4e38, np.nan, np.inf, 1e-7, 100.0]
+OBJ_WORDS = [
+    *(b"f 1 2 3", b"f 1/1/1 2/2/2 3/3/3", b"f 1//1 2//1 3//1", b"f -1 -2 -3", b"f 0 1 2"),
+    *(b"f 1 2 99999999999", b"f " + b"1 " * 5000, b"f 1 1 1", b"f 1/", b"f a b c", b"l 1 2"),
+    *(b"v 1e309 0 0", b"v nan 0 0", b"v 1 2", b"v 1 2 3 4 5 6", b"v", b"vn 0 0 0", b"vt 1"),
+    *(b"mtllib ../../etc/passwd", b"usemtl a", b"o \xff", b"g", b"call x.obj", b"\\", b"# \x00"),
+]
+
+
+def shape_obj(rng: np.random.Generator, seed: bytes) -> bytes:
+    """A mesh with other numbers and lines, and lines gone, doubled or moved."""
+    lines = seed.split(b"\n")
+    for _ in range(int(rng.geometric(0.5))):
+        n, what = int(rng.integers(len(lines))), int(rng.integers(5))
+        words = lines[n].split()
+        if what == 0:
+            lines.insert(n, OBJ_WORDS[rng.integers(len(OBJ_WORDS))])
+        elif what < 3 and len(words) > 1:
+            odd = [*NUMBERS, *(b"%g" % value for value in CORNERS)]
+            words[rng.integers(1, len(words))] = odd[rng.integers(len(odd))]
+            lines[n] = b" ".join(words)
+        elif what == 3:
+            lines = _change_lines(rng, b"\n".join(lines)).split(b"\n")
+        else:
+            lines[n] = _change_cell(rng, lines[n])
+    return b"\n".join(lines)

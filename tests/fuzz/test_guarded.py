@@ -14,18 +14,26 @@ import numpy as np
 import pytest
 
 from feeler.guard import Limits
+from feeler.stimulus import Mesh
+from feeler.stimulus.meshing import MESHES
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import FORMATS
 from feeler.tracking.tracks import load_tracks
 
 from ._files import make_file
-from ._mutate import change_hdf5, mutate, shape_mat
+from ._mutate import change_hdf5, mutate, shape_mat, shape_obj, shape_stl
 from ._survive import SECONDS, Log, survives, watched
 
 N_QUICK, N_LONG = 100, 0  # 0: as many as --inputs says
 LIMITS = Limits(max_bytes=2**22)
+SHAPES = {".mat": shape_mat, ".stl": shape_stl, ".obj": shape_obj}
 KINDS = {"netcdf": "set.nc", "nwb": "set.nwb", "mat": "set.mat"}
+KINDS |= {"stl": "block.stl", "stl cut": "bent.stl", "obj": "block.obj", "obj cut": "bent.obj"}
 KINDS |= {"sleap": "sleap.h5", "deeplabcut": "deeplabcut.h5", "movement": "movement.nc"}
+
+
+EXTRAS = {"nwb": ("pynwb",), "stl": ("trimesh", "coacd"), "obj": ("trimesh", "coacd")}
+"""Libraries of feeler's extras that a kind needs."""
 
 
 def make_input(kind: str, rng: np.random.Generator, seed: bytes, path: Path, share: float) -> None:
@@ -33,8 +41,9 @@ def make_input(kind: str, rng: np.random.Generator, seed: bytes, path: Path, sha
     if rng.random() >= share:
         path.write_bytes(mutate(rng, [seed]))
         return
-    path.write_bytes(seed if kind != "mat" else shape_mat(rng, seed))
-    if kind == "mat":
+    shape = SHAPES.get(path.suffix)
+    path.write_bytes(shape(rng, seed) if shape else seed)
+    if shape:
         return
     try:
         change_hdf5(rng, str(path))
@@ -46,6 +55,8 @@ def read(kind: str, path: Path) -> None:
     """As the user's call does: tensors are held against their contract, poses become tracks."""
     if kind in FORMATS:
         find_breaches(FORMATS[kind].load(path, LIMITS, False))
+    elif path.suffix in MESHES:
+        Mesh.from_file(path, threshold=0.5)
     else:
         load_tracks(path, frame_rate=30.0)
 
@@ -98,8 +109,8 @@ def run_child(kind: str, numbers: range, folder: Path, share: float) -> tuple[in
 def test_only_errors_of_ours_come_out_and_crashes_are_contained(kind, n, request):
     share = 0.4 if n else 1.0
     n = n or request.config.getoption("--inputs")
-    if kind == "nwb":
-        pytest.importorskip("pynwb", reason="needs the extra `nwb`")
+    for library in EXTRAS.get(kind[:3], ()):
+        pytest.importorskip(library)
     make_file(KINDS[kind])
     folder = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
     number, ended = 0, {}
