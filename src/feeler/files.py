@@ -12,7 +12,7 @@ import socket
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,22 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
     with os.fdopen(descriptor, "rb") as file:
         # not max_bytes: Python takes the memory for all that it is asked for
         return file.read(info.st_size)
+
+
+def find_file(path: str | os.PathLike, kinds: Iterable[str], max_bytes: int) -> Path:
+    """The path of a regular file of at most ``max_bytes`` whose name ends in one of ``kinds``."""
+    try:
+        path = Path(path)
+        there, size = path.is_file(), path.stat().st_size if path.exists() else 0
+    except (TypeError, ValueError, OSError) as error:
+        raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
+    if path.suffix.lower() not in kinds:
+        raise InvalidInput(f"{path.name!r} is none of {', '.join(kinds)}; save it as one of these.")
+    if not there:
+        raise InvalidInput(f"cannot read {path}: no such file. Check the path.")
+    if size > max_bytes:
+        raise InvalidInput(f"{path} has {size:,} bytes, over the limit of {max_bytes:,}.")
+    return path
 
 
 @contextlib.contextmanager

@@ -137,7 +137,7 @@ def test_drawings_without_one_outline_are_refused(tmp_path, inside, page, option
         ("a.csv", "x,y\n0,0\n1,nan\n2,2\n", "not finite, number 2: 1 nan"),
         ("a.dxf", "nonsense", "cannot be read as a DXF"),
         ("a.png", "", "none of .svg, .dxf, .csv"),
-        ("gone.svg", None, "must be a file"),
+        ("gone.svg", None, "cannot read .*no such file. Check the path"),
     ],
 )
 def test_files_that_are_no_drawing_are_refused(tmp_path, name, text, match):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import read_text
+from feeler.files import find_file, read_text
 from feeler.guard import Limits, find_limits, open_guarded
 from feeler.stimulus.outline import MAX_CORNERS
 
@@ -65,20 +65,8 @@ def read_outline(
 
 
 def _check_file(path: str | os.PathLike) -> Path:
-    try:
-        path = Path(path)
-        usable = path.is_file() and path.stat().st_size <= _MAX_BYTES
-    except (TypeError, ValueError, OSError) as error:
-        raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
-    library = LIBRARIES.get(path.suffix.lower())
-    if library is None:
-        raise InvalidInput(
-            f"{path.name!r} is none of {', '.join(LIBRARIES)}; save the drawing as one of these."
-        )
-    if not usable:
-        raise InvalidInput(
-            f"{path} must be a file of at most {_MAX_BYTES:,} bytes. Check the path."
-        )
+    path = find_file(path, LIBRARIES, _MAX_BYTES)
+    library = LIBRARIES[path.suffix.lower()]
     if library and find_spec(library) is None:
         raise MissingExtra("outlines from SVG and DXF files need: pip install 'feeler[outlines]'")
     return path

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import find_file
 from feeler.guard import Limits, find_limits, open_guarded
 
 MESHES = (".stl", ".obj")
@@ -46,15 +47,7 @@ def read_mesh(
 
 
 def _check_file(path: str | os.PathLike) -> Path:
-    try:
-        path = Path(path)
-        usable = path.is_file() and path.stat().st_size <= _MAX_BYTES
-    except (TypeError, ValueError, OSError) as error:
-        raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
-    if path.suffix.lower() not in MESHES:
-        raise InvalidInput(f"{path.name!r} is none of {', '.join(MESHES)}; save the mesh as one.")
-    if not usable:
-        raise InvalidInput(f"{path} must be a file of at most {_MAX_BYTES:,} bytes.")
+    path = find_file(path, MESHES, _MAX_BYTES)
     if find_spec("trimesh") is None or find_spec("coacd") is None:
         raise MissingExtra("mesh files need: pip install 'feeler[meshes]'")
     return path
