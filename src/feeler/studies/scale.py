@@ -94,7 +94,7 @@ class Scale(Record):
     """
 
     name: str
-    minutes: Annotated[float, Gt(0)] = 50.0
+    minutes: Annotated[float, Gt(0)] = 45.0
     vector: bool = True
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
@@ -227,7 +227,7 @@ _REST = (
 )
 PUBLISHED = _PAPER.replace(
     name="published",
-    minutes=7.5,
+    minutes=5.0,
     vector=False,
     kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
     # the wall needs no tensors, and compiles another engine: no core waits for the first ones
@@ -254,7 +254,7 @@ fewer repeats, and what is kept is neither the paper's nor quick.
 """
 QUICK = Scale(
     name="quick",
-    minutes=1.5,
+    minutes=1.0,
     vector=False,
     kept=PUBLISHED.kept,
     controls=("linear", "constant"),
