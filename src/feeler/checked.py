@@ -144,7 +144,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
             )
         ), words
     if hint is np.ndarray:
-        return _is_array, "an array of real numbers"
+        return is_array, "an array of real numbers"
     if origin is Annotated and isinstance(inner[1], OneOf):
         names = inner[1].names
         return (lambda value: isinstance(value, str) and value in names), str(inner[1])
@@ -199,7 +199,7 @@ def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
     if hint is np.ndarray:
         dims = more.split()
         return (
-            lambda value: _is_array(value) and _has_shape(np.shape(value), dims)
+            lambda value: is_array(value) and _has_shape(np.shape(value), dims)
         ), f"an array ({', '.join(dims)})"
     test, words = _make_test(hint)
     if hint is int and more == "> 0":  # a count, no seed
@@ -272,7 +272,8 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
     return test, words
 
 
-def _is_array(value: Any) -> bool:
+def is_array(value: Any) -> bool:
+    """Whether NumPy makes an array of real numbers of it."""
     if not isinstance(value, np.ndarray):
         if value is None or isinstance(value, str | bytes | collections.abc.Mapping):
             return False

@@ -518,7 +518,7 @@ def shape_stl(rng: np.random.Generator, seed: bytes) -> bytes:
     for _ in range(int(rng.geometric(0.5))):
         n, what = int(rng.integers(max(len(faces), 1))), int(rng.integers(7))
         if not len(faces) or what == 0:
-            count = [0, 1, count + 1, 2**31, 2**32 - 1][rng.integers(5)]
+            count = [0, 1, len(faces) + 1, 2**31, 2**32 - 1][rng.integers(5)]
         elif what < 3:  # a corner moves in all triangles that it belongs to
             old = faces["corner"][n, rng.integers(3)].copy()
             new = old.copy()

@@ -13,6 +13,7 @@ from feeler.calibration.optimise import Minimum, search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
 from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.journal import Journal
 from feeler.shown import Shown
 
@@ -93,6 +94,10 @@ def fit(
         error so far.
     """
     starts = np.atleast_2d(problem.hinges.start if starts is None else np.asarray(starts, float))
+    if not starts.size or starts.ndim != 2:
+        raise InvalidInput(
+            f"starts must be one or more (start, parameter), got an array of shape {starts.shape}."
+        )
     minima: list[Minimum] = []
     with ExitStack() as stack:
         if checkpoint is not None:

@@ -2,6 +2,7 @@
 and how sure.
 """
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -94,7 +95,7 @@ def _say_result(found: DesignOutcome, section: Section) -> None:
         ["reference", *_list_cells(found.reference_test, found.plan.reference), "", "", ""]
     ]
     for k, (end, test) in enumerate(zip(found.ends, found.tests, strict=True)):
-        counts = end.counts
+        counts = Counter(end.counts)
         rows.append(
             [
                 f"design {k + 1}",

@@ -109,7 +109,8 @@ def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Sectio
     path = Path(path)
     ensure_folder(path.parent)
     with writing(path) as part:
-        part.write_text(render_page(title, lead, list(sections)), encoding="utf-8")
+        text = render_page(title, lead, list(sections))
+        part.write_text(text, encoding="utf-8", errors="backslashreplace")
     return path
 
 

@@ -8,7 +8,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import project_planes
-from feeler.tensors.unit import in_unit
+from feeler.tensors.unit import in_unit, need
 
 
 @checked
@@ -46,6 +46,7 @@ def compute_strain(
     InvalidInput
         Sensors that the antenna has not.
     """
+    need(touches, "segment", "curvature")
     segment = touches["segment"].values
     if segment.max() > antenna.n_segments:
         raise InvalidInput(

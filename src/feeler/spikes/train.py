@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
+from feeler.checked import checked, is_array
 from feeler.errors import Doubtful, InvalidInput
 from feeler.record import Ge, Record, Unit, freeze
 from feeler.rules import show
@@ -208,7 +208,7 @@ def thin_spikes(raster: Any, keep: float, *, seed: Annotated[int, "≥ 0"] = 0) 
     """
     if keep < 0:
         raise InvalidInput(f"keep must be ≥ 0 spikes, got {keep}.")
-    counts = np.asarray(None if isinstance(raster, xr.Dataset) else raster)
+    counts = np.asarray(raster) if is_array(raster) else np.array(None)
     if counts.ndim == 0 or counts.dtype.kind not in "iub" or not np.all(counts >= 0):
         raise InvalidInput("raster must be counts (trial, unit, time): whole numbers ≥ 0.")
     share = min(1.0, keep * len(counts) / max(counts.sum(), 1))

@@ -10,6 +10,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.files import writing
+from feeler.physics.clock import MAX_SAMPLES
 from feeler.tracking.tracks import LANDMARKS, Tracks
 
 FRAME_RATE = (
@@ -43,6 +44,11 @@ def make_synthetic_tracks(
     if not 0 <= noise < np.inf:
         raise InvalidInput(f"noise must be ≥ 0 px, got {noise}.")
     interval = 1e3 / frame_rate
+    if not duration / interval <= MAX_SAMPLES:
+        raise InvalidInput(
+            f"{duration:g} ms at {frame_rate:g} frames a second are more than {MAX_SAMPLES:,}"
+            " frames; use a lower rate."
+        )
     time = np.arange(round(duration / interval)) * interval
     heading = 0.6 * np.sin(2 * np.pi * time / 15_000.0) + rng.uniform(-np.pi, np.pi)
     forward = np.stack([np.cos(heading), np.sin(heading)], axis=1)

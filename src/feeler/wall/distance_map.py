@@ -173,12 +173,14 @@ def bootstrap_median(
     values: Annotated[np.ndarray, "setup"],
     rng: np.random.Generator,
     *,
-    n_resamples: int = 2000,
+    n_resamples: Annotated[int, "> 0"] = 2000,
     level: float = 0.95,
 ) -> tuple[float, float, float]:
     """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN)
     are left out.
     """
+    if not 0 < level < 1:
+        raise InvalidInput(f"level must lie between 0 and 1, got {level:g}.")
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     if values.size == 0:
