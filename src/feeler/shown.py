@@ -11,7 +11,7 @@ import numpy as np
 
 _MAX_LISTED = 8  # numbers that are written out
 _PICTURES = "feeler.plotting.results"  # named, not imported: who only computes needs no pictures
-INK, OBJECT = "#5b3a1e", "#009E73"
+INK, OBJECT = "#5b3a1e", "#8C9196"
 _SIZE = 160  # pixels
 
 

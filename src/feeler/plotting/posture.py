@@ -20,7 +20,7 @@ from feeler.plotting.look import ANTENNA_COLOURS, TENSOR_COLOURS, set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 
-OBJECT_COLOUR = "#009E73"
+OBJECT_COLOUR = "#8C9196"  # grey: no profile, no kind of object has it
 SPANS_DECADES = (
     30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
 )
@@ -51,7 +51,7 @@ class MovingAntenna:
         self._line = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
         for lines in (self._skin, self._line):
             ax.add_collection(lines, autolim=False)
-        (self._dots,) = ax.plot([], [], "o", ms=0.9, mfc="#ffffff", mew=0, zorder=5)
+        (self._dots,) = ax.plot([], [], "o", ms=0.9, color="#ffffff", mew=0, zorder=5)
 
     @property
     def colours(self) -> LineCollection:

@@ -21,9 +21,11 @@ from feeler.information import find_noise
 from feeler.plotting.look import PALETTE, mark_places
 from feeler.report import Section, make_spread
 from feeler.stimulus.ninety import SPEEDS
+from feeler.studies.paper import fig1_compliance
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, list_touches, load_complete
 from feeler.studies.paper.declared import read_declared
+from feeler.studies.paper.drawn import find_touch
 from feeler.studies.paper.window import keep_whole
 from feeler.task.noise import Common
 from feeler.tensors import in_unit, rectify
@@ -192,7 +194,8 @@ def show(context: Context, section: Section) -> None:
     asked, name = read_declared("declared.toml")["axes"], list_profiles(context)[0]
     antenna, tensors = context.profiles[name], load_complete(context, name)
     touches = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
-    activity = {}
+    activity, shown = {}, {}
+    number = find_touch(touches, SPEEDS["slow"])
     for factor in asked["stiffness"]:
         touched = tensors
         if factor != 1.0:
@@ -200,6 +203,7 @@ def show(context: Context, section: Section) -> None:
                 scale_stiffness(antenna, factor), touches, duration=COMPLETE, **context.physics
             )
         activity[factor] = compute_activity(touched, asked, random_state=context.seed)
+        shown[factor] = touched.isel(trial=[number])
     data = SimpleNamespace(
         reading=compute_reading(tensors, asked, context.effort.plan, random_state=context.seed),
         activity=activity,
@@ -212,6 +216,8 @@ def show(context: Context, section: Section) -> None:
         " the antenna does: so an antenna that is softer everywhere is bent into almost the same"
         " shape, with less force."
     )
+    ends = {factor: shown[factor] for factor in (max(shown), 1.0, min(shown))}
+    fig1_compliance.show(section, antenna, touches[number], ends, asked["threshold"])
     section.figure(
         "fig1_axes",
         f"A: place of touch, on objects never trained; B: shape and size, at places never trained"

@@ -20,7 +20,7 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
-        figures=("fig2a",),
+        figures=("fig1_framework", "fig2a"),
         reads=("antenna",),
     ),
     Stage(
@@ -32,7 +32,7 @@ STAGES = (
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig2d", "fig2e", "movieS2"),
+        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "movieS2"),
     ),
     Stage(
         name="axes",
@@ -42,13 +42,13 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig3", "fig3_family", "movieS3"),
+        figures=("fig1_animal", "fig3", "fig3_family", "movieS3"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        figures=("fig4", "fig5f", "figS5"),
+        figures=("fig4a", "fig4", "fig5f", "figS5"),
     ),
     Stage(
         name="reading",
