@@ -69,15 +69,13 @@ def active(
         say_what_stays(f"finished sets are in {journal}"),
     ):
         measured = contest.run(chosen, names, journal=journal, progress=progress)
-    films: list[Path] = []
+    films: dict[str, Path] = {}
     if movie:
         observer = contest.make_observer(chosen, 0)
         for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
             try:
-                films.append(
-                    write_film(
-                        film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"
-                    )
+                films[name] = write_film(
+                    film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"
                 )
             except MissingExtra as missing:
                 typer.echo(f"no movie: {missing}", err=True)
@@ -86,7 +84,7 @@ def active(
         f"{sets} sets of {contest.known} touches, each felt {copies} times, noise"
         f" {noise}. {describe_versions()}"
     )
-    page = write_active(measured, contest, out, tuple(films), conditions)
+    page = write_active(measured, contest, out, films, conditions)
     if as_json:
         say_json({**measured.to_dict(), "page": page})
     else:

@@ -25,6 +25,7 @@ from feeler.studies.contests import (
     judge_learned,
     judge_steering,
     load_contest,
+    write_active,
 )
 from feeler.studies.contests.page import fill_comparison, plot_comparison
 from feeler.studies.tradeoff import average_sets
@@ -239,7 +240,7 @@ def test_the_page_says_what_was_measured(comparison, tmp_path):
         "10 ms",
         comparison.fixed[0],
         comparison.steered[0],
-        "False",
+        "no",
     ]
     assert [row[2], *row[4:7]] == told
     assert f"at least {comparison.gain:g} points" in verdict["caption"]
@@ -269,6 +270,37 @@ def test_the_picture_is_in_per_cent_and_microjoules(comparison):
     np.testing.assert_allclose(lines, [[[10, y], [20, y]] for y in (52.5, 68.0, 60.0)])
     points = np.concatenate([bars.lines[0].get_xydata() for bars in right.containers])
     np.testing.assert_allclose(points, [[1, 52.5], [3, 68.0], [0.2, 60.0]])
+
+
+def test_bars_end_where_shares_end(comparison):
+    measured = make_measured(comparison, [[0.01, 0.4, 0.01, 0.5], [0.9, 1.0, 0.9, 1.0], [0.6] * 4])
+    plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
+    ends = [
+        segment[:, 1]
+        for ax in figure.axes
+        for bars in ax.containers
+        for segment in bars.lines[2][0].get_segments()
+    ]
+    assert np.min(ends) == 0 and np.max(ends) == 100
+
+
+def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison, tmp_path):
+    """One set to choose on, one to judge on: no interval, and no verdict where there is none."""
+    measured = make_measured(comparison, [[0.5, 0.5], [0.9, 0.9], [0.6, 0.6]])
+    section = Section(name="active", title="", folder=tmp_path, vector=False)
+    fill_comparison(section, measured, comparison)
+    *_, verdict, energy = [block for block in section.blocks if block["kind"] == "table"]
+    assert {(row[6], row[7]) for row in verdict["rows"]} == {("one set", "cannot be said")}
+    assert "four sets or more" in verdict["caption"]
+    assert "undefined" not in str(section.blocks) and "–" in str(energy["rows"])
+
+
+def test_a_movie_is_called_after_its_policy(comparison, tmp_path):
+    measured = make_measured(comparison, [[0.5], [0.9], [0.6]])
+    (tmp_path / "policy1.mp4").write_bytes(b"frames")
+    films = {"fixed:0.6": tmp_path / "policy1.mp4"}
+    page = write_active(measured, comparison, tmp_path, films).read_text(encoding="utf-8")
+    assert "under the policy fixed:0.6:" in page and "policy1:" not in page
 
 
 def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch, comparison):

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,20 +37,21 @@ def write_active(
     measured: xr.Dataset,
     comparison: Contest,
     out: os.PathLike,
-    movies: tuple[Path, ...] = (),
+    movies: Mapping[str, Path] | None = None,
     conditions: str = "",
 ) -> Path:
     """``active.html`` in the folder ``out``, with ``active.png``, ``active.csv`` and
-    ``active.json``.
+    ``active.json``; ``movies`` by the name of their policy.
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="active", title="Move, feel, decide", folder=out, vector=False)
     fill_comparison(section, measured, comparison)
-    for path in movies:
+    for name, path in (movies or {}).items():
         section.movie(
             path,
-            f"{path.stem}: the antenna, the body's speed, and what it believes the object to be.",
+            f"One touch under the policy {name}: the antenna and the object from above, the speed"
+            " at which the body moves, and how probable it takes each object to be.",
         )
     section.text(conditions)
     measured.to_dataframe().reset_index().to_csv(
@@ -69,7 +70,8 @@ def fill_comparison(
     section.figure(
         "active",
         "What an ideal observer knows by when, for the best and the other policies; and accuracy at"
-        " the second deadline against the work on the antenna until then. Bars: 95 % over sets"
+        " the second deadline against the work on the antenna until then. Bars: 95 % over"
+        " sets, cut at 0 and 100 %"
         + (
             "."
             if learned is None
@@ -98,21 +100,22 @@ def fill_comparison(
     if measured.sizes["set"] < 2 or not steered or not {*names} & {*comparison.fixed}:
         return
     verdict = judge_steering(measured, comparison)
-    columns = ("fixed", "fixed_accuracy", "steered", "steered_accuracy", "gain", "half", "pays")
-    rows = [
-        [label, *(verdict[c].values[k].item() for c in columns)]
-        for k, label in enumerate(deadlines)
-    ]
+    rows = [[label, *_say_verdict(verdict.isel(deadline=k))] for k, label in enumerate(deadlines)]
     section.table(
         ["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"],
         rows,
         "Chosen on sets of even number, judged on the others. Steering pays where it gains at"
-        f" least {comparison.gain:g} points and the interval excludes 0.",
+        f" least {comparison.gain:g} points and the interval excludes 0. One set to judge on gives"
+        " no interval, and so no verdict: ask for four sets or more.",
     )
     section.table(
         ["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"],
-        judge_energy(measured, comparison),
-        "Among policies whose mean work until then keeps to the budget.",
+        [
+            ["no policy" if cell == "none" else cell for cell in map(_say_missing, row)]
+            for row in judge_energy(measured, comparison)
+        ],
+        "Among policies whose mean work until then keeps to the budget; “no policy”: all need"
+        " more.",
     )
     if learned is not None:
         _fill_learned(section, learned, measured, comparison)
@@ -153,6 +156,20 @@ def _fill_learned(
     )
 
 
+def _say_verdict(one: xr.Dataset) -> list[Any]:
+    """Both policies, their accuracies, the gain with its interval, and whether steering pays."""
+    columns = ("fixed", "fixed_accuracy", "steered", "steered_accuracy", "gain")
+    cells = [one[column].values.item() for column in columns]
+    if not np.isfinite(one["half"]):
+        return [*cells, "one set", "cannot be said"]
+    return [*cells, float(one["half"]), "yes" if one["pays"] else "no"]
+
+
+def _say_missing(cell: Any) -> Any:
+    """A dash for what is not a number."""
+    return "–" if isinstance(cell, float) and not np.isfinite(cell) else cell
+
+
 def _say(found: xr.Dataset, name: str, deadline: float) -> str:
     one = found.sel(policy=name, deadline=deadline)
     mean, half = float(one["mean"]), float(one["half"])
@@ -182,7 +199,7 @@ def plot_comparison(
             left.errorbar(
                 measured["deadline"],
                 one["mean"],
-                one["half"],
+                _cut(one),
                 color=colour,
                 lw=0.8,
                 capsize=1.5,
@@ -190,14 +207,14 @@ def plot_comparison(
                 label=label if k == 0 else None,
             )
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
-            right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
+            right.errorbar(spent, last["mean"], _cut(last), fmt="o", ms=3, color=colour)
     if learned is not None:
         mean = average_sets(100 * learned["accuracy"].mean("seed"))
         style: dict[str, Any] = {"color": "black", "fmt": "s", "ms": 3, "capsize": 1.5, "lw": 0.8}
-        left.errorbar(learned["deadline"], mean["mean"], mean["half"], label="learned", **style)
+        left.errorbar(learned["deadline"], mean["mean"], _cut(mean), label="learned", **style)
         last = mean.isel(deadline=at)
         right.errorbar(
-            float(learned["work"].mean(("seed", "set"))[at]), last["mean"], last["half"], **style
+            float(learned["work"].mean(("seed", "set"))[at]), last["mean"], _cut(last), **style
         )
     _name_best([str(name) for name in measured["policy"].values], at_work, at_mean, right)
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
@@ -206,6 +223,12 @@ def plot_comparison(
         xlabel="work on the antenna [µJ]",
         ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]",
     )
+
+
+def _cut(found: xr.Dataset) -> np.ndarray:
+    """How far the bars of a mean [%] reach down and up: no share is below 0 or above 100 %."""
+    mean, half = (np.atleast_1d(found[name].values) for name in ("mean", "half"))
+    return np.stack([np.minimum(half, mean), np.minimum(half, 100.0 - mean)])
 
 
 def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Axes) -> None:
