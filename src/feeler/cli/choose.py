@@ -2,7 +2,7 @@
 computes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -31,6 +31,20 @@ def choose_antenna(name: str) -> Antenna:
         f"unknown antenna {name!r}; give a preset ({', '.join(PRESETS)}) or the path of a TOML"
         " file."
     )
+
+
+def name_antennas(names: Sequence[str]) -> dict[str, Antenna]:
+    """The chosen antennas by what a page calls them: a file by its name without ending, but with it
+    where something else has that name, and so a colour, already.
+    """
+    from feeler.stimulus.ninety import SPEEDS, make_features
+
+    taken = {*PRESETS, *SPEEDS, *(feature.kind for feature in make_features())}
+    short = {name: Path(name).stem for name in names}
+    return {
+        Path(name).name if short[name] in taken else short[name]: choose_antenna(name)
+        for name in names
+    }
 
 
 def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:

@@ -36,7 +36,7 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
-    from feeler.cli.choose import choose_antenna
+    from feeler.cli.choose import name_antennas
     from feeler.decoding import READERS
     from feeler.errors import InvalidInput
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
@@ -53,10 +53,7 @@ def compare(
             "give at least two different antennas to compare, as in: feeler compare exponential"
             " constant."
         )
-    chosen = {
-        Path(name).stem if name.endswith(".toml") else name: choose_antenna(name)
-        for name in antennas
-    }
+    chosen = name_antennas(antennas)
     if len(chosen) < len(set(antennas)):
         raise InvalidInput(
             f"two antennas have the same name ({', '.join(antennas)}); rename one of the files."

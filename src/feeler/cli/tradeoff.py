@@ -54,7 +54,7 @@ def tradeoff(
     """Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import choose_antenna
+    from feeler.cli.choose import name_antennas
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
@@ -68,7 +68,7 @@ def tradeoff(
             if value
         }
     )
-    chosen = {Path(name).stem: choose_antenna(name) for name in antenna or ["exponential"]}
+    chosen = name_antennas(antenna or ["exponential"])
     out.mkdir(parents=True, exist_ok=True)
     with ProgressBar(f"touching with {', '.join(chosen)}") as progress:
         measured = split_measured(

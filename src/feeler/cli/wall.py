@@ -41,7 +41,7 @@ def wall(
     """
     import numpy as np
 
-    from feeler.cli.choose import choose_antenna
+    from feeler.cli.choose import name_antennas
     from feeler.errors import InvalidInput
     from feeler.wall import Posture, approach, map_distance
 
@@ -51,7 +51,10 @@ def wall(
     posture = Posture(inter_antennal_angle=angle, friction=friction, **said)
     distances = np.linspace(far, near, steps) if steps > 1 else np.array([near])
     names = antennas or ["exponential", "linear", "constant", "matched"]
-    sweeps = {Path(name).stem: approach(choose_antenna(name), posture, distances) for name in names}
+    sweeps = {
+        name: approach(antenna, posture, distances)
+        for name, antenna in name_antennas(names).items()
+    }
     maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
     if as_json:
         say_json({name: _make_plain(sweeps[name], found) for name, found in maps.items()})
