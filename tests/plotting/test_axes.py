@@ -234,18 +234,18 @@ def test_the_trade_off_is_in_per_cent_over_time(ax):
     assert ax.get_ylabel() == "ideal accuracy [%]"
     np.testing.assert_allclose(read(ax.lines[0]), [[5, 50], [10, 70]])
     np.testing.assert_allclose(read(ax.lines[1]), [[5, 90], [10, 100]])
-    assert [line.get_label() for line in ax.lines] == ["0.1", "1"]
+    assert [line.get_label() for line in ax.lines] == ["0.1 m/s", "1 m/s"]
 
 
-def test_costs_are_means_over_the_sets(ax):
-    plot_costs({"a": make_tradeoff()}, ax)
-    right = ax.figure.axes[1]
-    np.testing.assert_allclose(read(ax.lines[0]), [[0.1, 2], [1, 3]])
-    np.testing.assert_allclose(read(right.lines[0]), [[0.1, 0.2], [1, 0.3]])
-    assert (*name(ax), right.get_ylabel()) == (
+def test_costs_are_means_over_the_sets():
+    work, force = Figure().subplots(2, 1)
+    plot_costs({"a": make_tradeoff()}, (work, force))
+    np.testing.assert_allclose(read(work.lines[0]), [[0.1, 2], [1, 3]])
+    np.testing.assert_allclose(read(force.lines[0]), [[0.1, 0.2], [1, 0.3]])
+    assert (work.get_ylabel(), *name(force)) == (
+        "work of a\ntouch [µJ]",
         "speed [m/s]",
-        "work of a touch [µJ]",
-        "dashed or open: peak force [mN]",
+        "peak force\n[mN]",
     )
 
 

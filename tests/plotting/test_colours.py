@@ -1,5 +1,6 @@
 """One colour, one meaning: in every figure, in whatever order and company a thing comes."""
 
+import re
 from itertools import combinations
 
 import matplotlib as mpl
@@ -7,7 +8,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
 
+from feeler import shown
+from feeler.antenna.file import save_antenna
+from feeler.cli.choose import name_antennas
 from feeler.plotting.look import (
+    ANTENNA_COLOURS,
     BASIS_COLOURS,
     FEATURE_COLOURS,
     NOISE_COLOURS,
@@ -15,6 +20,9 @@ from feeler.plotting.look import (
     PROFILE_COLOURS,
     pick_colours,
 )
+from feeler.plotting.posture import OBJECT_COLOUR
+from feeler.presets import cockroach
+from tests.figures import find_mixed
 
 MEANINGS = {
     "profiles": {*PROFILE_COLOURS.values()},
@@ -23,6 +31,8 @@ MEANINGS = {
     "noise": {*NOISE_COLOURS.values()},
     "others": {*PALETTE},
     "speeds": {to_hex(shade) for shade in mpl.colormaps["viridis"](np.linspace(0, 0.85, 3))},
+    "what is touched": {OBJECT_COLOUR},
+    "the antenna": {*ANTENNA_COLOURS},
 }
 
 
@@ -53,3 +63,36 @@ def test_what_has_no_colour_of_its_own_takes_one_in_turn():
     assert found["linear"] == PROFILE_COLOURS["linear"]
     assert pick_colours(names + names[::-1]) == found  # who is asked for twice has one colour
     assert pick_colours([]) == {}
+
+
+@pytest.mark.parametrize(
+    ("named", "fault"),
+    [
+        ({"linear, complete": ["#d55e00"], "linear": ["#d55e00"]}, None),
+        ({"basis 1": ["#882255"], "basis 1: activation": ["#882255"]}, None),
+        ({"feature": ["#661100"], "decided": ["#661100"]}, "means .'decided', 'feature'."),
+        ({"exponential": ["#cc6677"]}, "'exponential' is drawn in #cc6677, not in its own"),
+        ({"read right": ["#e69f00"]}, "'read' is drawn in the colour of .'box'."),
+        ({"null: one tensor": ["#0072b2"]}, "'null' is drawn in the colour of .'exponential'."),
+        ({"0.3 m/s": ["#aa8866"]}, "'a speed' is drawn in #aa8866"),
+        ({"steered": ["#440154"]}, "'steered' is drawn in the colour of .'a speed'."),
+    ],
+    ids=lambda one: str(one)[:30],
+)
+def test_a_colour_with_two_meanings_is_found(named, fault):
+    found = find_mixed(named)
+    assert len(found) == (fault is not None)
+    assert fault is None or re.search(fault, found[0])
+
+
+def test_what_is_touched_has_one_colour_in_pictures_and_in_notebooks():
+    assert shown.OBJECT == OBJECT_COLOUR and ANTENNA_COLOURS[0] == shown.INK
+
+
+@pytest.mark.parametrize("name", [*PROFILE_COLOURS, *FEATURE_COLOURS, "slow", "mine"])
+def test_an_antenna_of_one_s_own_takes_no_colour_that_means_something_else(name, tmp_path):
+    """Not even where its file is called as something that has one."""
+    save_antenna(cockroach(), path := tmp_path / f"{name}.toml")
+    chosen = name_antennas(["exponential", str(path)])
+    assert [*chosen] == ["exponential", name if name == "mine" else f"{name}.toml"]
+    assert pick_colours(chosen)[[*chosen][1]] in PALETTE

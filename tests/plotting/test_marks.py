@@ -1,8 +1,9 @@
-"""A colour that nothing names is found."""
+"""A colour that nothing names is found, and a legend on what is drawn."""
 
 import pytest
 from matplotlib.figure import Figure
 
+from feeler.plotting.legends import find_covered, list_named
 from feeler.plotting.words import find_unnamed
 
 
@@ -46,3 +47,40 @@ def draw(how):
 )
 def test_colours_without_a_name_are_found(how, found):
     assert draw(how) == found
+
+
+def test_a_colour_of_a_thing_is_named_where_it_stands():
+    """Orange is a box: squares around what was read right do not borrow it."""
+    figure = Figure()
+    left, right = figure.subfigures(1, 2)
+    (ax := left.subplots()).plot([0, 1], [0, 1], color="#e69f00", label="box")
+    ax.legend()
+    (other := right.subplots()).plot([0, 1], [0, 1], "s", mec="#e69f00", mfc="none")
+    other.set_title("read right", loc="left")
+    assert find_unnamed(figure) == {"read right": ["#e69f00"]}
+    other.text(0, 1, "box", color="#e69f00")
+    assert find_unnamed(figure) == {}
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        lambda ax: ax.errorbar([0.5], [0.1], [0.8], color="#0072b2", label="few sets"),
+        lambda ax: ax.plot([0, 1], [0, 1], color="#0072b2", label="few sets"),
+        lambda ax: ax.plot([0.5], [0.5], "o", color="#0072b2", label="few sets"),
+        lambda ax: ax.scatter([0.5], [0.5], color="#0072b2", label="few sets"),
+        lambda ax: ax.bar([0.5], [1.0], color="#0072b2", label="few sets"),
+        lambda ax: ax.fill_between([0, 1], [0, 0], [1, 1], color="#0072b2", label="few sets"),
+    ],
+    ids=["bars", "line", "mark", "point", "bar", "band"],
+)
+def test_a_legend_that_lies_on_what_is_drawn_is_found(how):
+    ax = (figure := Figure()).subplots()
+    how(ax)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    ax.axhline(0.5, color="#888888")  # a guide may pass below it
+    ax.legend(loc="center")
+    assert find_covered(figure) == ["few sets"]
+    assert list_named(figure) == {"few sets": ["#0072b2"]}
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.05))
+    assert find_covered(figure) == []

@@ -1,5 +1,6 @@
 """What cannot be read in a figure is found."""
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -39,3 +40,12 @@ def test_labels_of_ticks_beyond_the_axes_are_no_words():
     assert measure_words(figure)["over"] == []
     left.set_xlim(0.0, 1.0)
     assert measure_words(figure)["over"] == [["whole", "little"]]
+
+
+@pytest.mark.parametrize(("numbers", "crowded"), [(3, 0), (14, 13), (40, 39)])
+def test_numbers_that_read_as_one_are_found(numbers, crowded):
+    figure = Figure(figsize=(4.0, 2.0))
+    ax = figure.add_axes((0.1, 0.3, 0.8, 0.6))
+    places = np.linspace(0.0, 1.0, numbers)
+    ax.set(xlim=(0, 1), xticks=places, xticklabels=["0.00"] * numbers, yticks=[])
+    assert len({*map(str, measure_words(figure)["over"])}) == (crowded > 0)

@@ -3,7 +3,7 @@ its colours nothing names.
 """
 
 from collections.abc import Iterable
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 from matplotlib.artist import Artist
@@ -17,12 +17,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from feeler.plotting.look import ANTENNA_COLOURS
+from feeler.plotting.look import ANTENNA_COLOURS, BASIS_COLOURS, FEATURE_COLOURS
 
 PAGE_WIDTH = 180.0  # mm, the width of a journal's page
 LEAST = 6.0  # pt
 _TOUCH = 1.5  # pixels by which boxes may share an edge
-_GREY = 0.05  # how far apart the parts of a grey may lie
+_GAP = 0.25  # between numbers below an axis, of the size of their letters
+_GREY = 0.1  # how far apart the parts of a grey may lie
+_MEANT = {to_hex(colour) for colour in (*BASIS_COLOURS, *FEATURE_COLOURS.values())}
 
 
 def measure_words(figure: Figure) -> dict[str, Any]:
@@ -31,7 +33,8 @@ def measure_words(figure: Figure) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``least``, a size [pt]; ``over``, the pairs of texts whose boxes share more than an edge.
+        ``least``, a size [pt]; ``over``, the pairs of texts whose boxes share more than an edge, or
+        of neighbouring numbers below an axis that read as one.
     """
     canvas: Any = figure.canvas if isinstance(figure.canvas, FigureCanvasAgg) else None
     renderer = (canvas or FigureCanvasAgg(figure)).get_renderer()
@@ -49,9 +52,24 @@ def measure_words(figure: Figure) -> dict[str, Any]:
         if _share(first.x0, first.x1, second.x0, second.x1)
         and _share(first.y0, first.y1, second.y0, second.y1)
     ]
+    over += _find_crowded(figure, renderer)
     wide = 25.4 * figure.get_figwidth()
     sizes = [float(one.get_fontsize()) for one in shown]
     return {"least": round(min(sizes) * PAGE_WIDTH / wide, 2) if sizes else LEAST, "over": over}
+
+
+def _find_crowded(figure: Figure, renderer: Any) -> list[list[str]]:
+    """Neighbouring numbers below an axis that stand nearer than words do."""
+    unseen, found = _list_unseen(figure), []
+    for ax in figure.axes:
+        labels = [one for one in ax.get_xticklabels() if id(one) not in unseen and _is_shown(one)]
+        boxes = [(one, Text.get_window_extent(one, renderer)) for one in labels]
+        boxes.sort(key=lambda item: item[1].x0)
+        gap = _GAP * figure.dpi / 72
+        for (a, first), (b, second) in pairwise(boxes):
+            if -_TOUCH <= second.x0 - first.x1 < gap * a.get_fontsize() and not a.get_rotation():
+                found.append([a.get_text(), b.get_text()])
+    return found
 
 
 def _list_unseen(figure: Figure) -> set[int]:
@@ -81,29 +99,41 @@ def _share(a: float, b: float, c: float, d: float) -> bool:
 def find_unnamed(figure: Figure) -> dict[str, list[str]]:
     """Colours of marks, by panel, that no legend and no text of the figure has.
 
-    A panel with one colour needs no legend: its title and axes say what it shows. Marks that are
+    A panel with one colour needs no legend: its title and axes say what it shows; but a colour of a
+    kind of object or a basis is named in its panel, or beside it, even then. Marks that are
     coloured by a map have a colour bar, greys are frames and guides, and the antenna itself is
     drawn in its own colours.
     """
-    named: set[str] = set()
-    for legend in figure.findobj(Legend):
-        named.update(*map(_list_colours, legend.legend_handles))
-    for text in figure.findobj(Text):
-        if text.get_visible() and text.get_text().strip():
-            named.add(to_hex(text.get_color()))
+    named = _list_written(figure)
     antenna, found = {to_hex(colour) for colour in ANTENNA_COLOURS}, {}
     for ax in filter(Axes.get_visible, figure.axes):
         drawn = (*ax.lines, *ax.collections, *ax.patches)
-        colours = {colour for mark in drawn for colour in _list_colours(mark)} - antenna
-        if len(colours) > 1 and (lost := colours - named):
-            found[ax.get_title() or ax.get_ylabel() or ax.get_xlabel()] = sorted(lost)
+        colours = {colour for mark in drawn for colour in list_colours(mark)} - antenna
+        lost = colours - named if len(colours) > 1 else set()
+        lost |= colours & _MEANT - _list_written(ax.get_figure(root=False))
+        if lost:
+            title = ax.get_title() or ax.get_title("left") or ax.get_ylabel() or ax.get_xlabel()
+            found[title] = sorted(lost)
     return found
 
 
-def _list_colours(mark: Artist | None) -> set[str]:
-    """Colours that a mark is drawn with, without greys."""
+def _list_written(part: Any) -> set[str]:
+    """Colours of the legends and texts of a figure or a part of it."""
+    named: set[str] = set()
+    for legend in part.findobj(Legend):
+        named.update(*map(list_colours, legend.legend_handles))
+    for text in part.findobj(Text):
+        if text.get_visible() and text.get_text().strip():
+            named.add(to_hex(text.get_color()))
+    return named
+
+
+def list_colours(mark: Artist | None) -> set[str]:
+    """Colours that a mark or a text is drawn with, without greys."""
     found: list[Any] = []
-    if isinstance(mark, Line2D):
+    if isinstance(mark, Text):
+        found.append(mark.get_color())
+    elif isinstance(mark, Line2D):
         if mark.get_linestyle() not in ("None", "", " "):
             found.append(mark.get_color())
         if mark.get_marker() not in ("None", "", " ", None):

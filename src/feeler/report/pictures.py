@@ -12,6 +12,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from PIL import Image
 
+from feeler.plotting.legends import find_covered, list_named
 from feeler.plotting.look import DOUBLE, fix_layout, style, unjoin
 from feeler.plotting.tensor import list_tensors
 from feeler.plotting.words import find_unnamed, measure_words
@@ -41,6 +42,7 @@ class Pictures:
             panels = list_tensors(figure)
             _save_png(figure, self._folder / f"{name}.png")
             words = measure_words(figure) | {"unnamed": find_unnamed(figure)}
+            words |= {"named": list_named(figure), "covered": find_covered(figure)}
             if self._vector:
                 self._pages.savefig(figure)
         return (width, height), panels, words

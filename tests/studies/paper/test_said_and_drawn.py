@@ -64,7 +64,7 @@ def test_the_decoder_s_curves_have_the_names_of_what_they_show():
     parts = {"accuracy": [0.1, 0.2, 0.3], "decided": [0.4, 0.5, 0.6]}
     parts |= {"decided_right": [0.7, 0.8, 0.9], "since_contact": [0, 50, 100]}
     fig6._plot_early(SimpleNamespace(early=SimpleNamespace(**parts)), ax := Figure().subplots())
-    names = ("best guess right", "decided", "of those, right")
+    names = ("surrogate: best guess right", "decided", "of those, right")
     assert read_curves(ax) == dict(zip(names, list(parts.values())[:3], strict=True))
 
 

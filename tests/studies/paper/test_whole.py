@@ -13,6 +13,7 @@ from feeler.studies.paper.reproduce import STAGES, reproduce
 from feeler.studies.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
 from feeler.studies.paper.window import find_one_sided
 from feeler.studies.scale import SCALES
+from tests.figures import find_mixed
 
 from ._page import FOREIGN
 
@@ -83,8 +84,8 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
 
 
 def test_the_words_of_every_figure_can_be_read(sections):
-    """At the width of a page no letter is smaller than 6 pt, no text stands on another, and each
-    colour of a mark is named.
+    """At the width of a page no letter is smaller than 6 pt, no text stands on another, no legend
+    lies on what is drawn, and each colour of a mark is named and means one thing.
     """
     words = {
         block["name"]: block["words"]
@@ -96,6 +97,8 @@ def test_the_words_of_every_figure_can_be_read(sections):
     assert {name: one["least"] for name, one in words.items() if one["least"] < 6} == {}
     assert {name: one["over"] for name, one in words.items() if one["over"]} == {}
     assert {name: one["unnamed"] for name, one in words.items() if one["unnamed"]} == {}
+    assert {name: one["covered"] for name, one in words.items() if one["covered"]} == {}
+    assert {name: f for name, one in words.items() if (f := find_mixed(one["named"]))} == {}
 
 
 def test_what_is_claimed_stands_beside_one_figure_or_section(whole):

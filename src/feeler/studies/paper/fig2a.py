@@ -27,7 +27,7 @@ def plot(antenna: Antenna, figure: Figure) -> None:
         markersize=3,
         label="sensor",
     )
-    ax.legend(loc="upper right")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0))
     ax.set(xlabel="arc length from the base [mm]", yticks=[], ylim=(-1.5, 1.5), aspect="equal")
     ax.set_title(
         f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors,"

@@ -98,14 +98,14 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
 def _plot_step(data: SimpleNamespace, ax) -> None:
     """Free response of the tip after the step."""
     ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
-    ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published simulation, digitised")
+    ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published: simulation, digitised")
     ax.plot(
         STEP_ANIMALS_START,
         -1.0,
         "s",
         color=PALETTE[0],
         fillstyle="none",
-        label="animals leave −1, digitised",
+        label="published: animals leave −1, digitised",
     )
     ax.axhline(0.0, color="#888888", lw=0.6)
     ax.set(
@@ -126,7 +126,7 @@ def _plot_impulse(data: SimpleNamespace, ax) -> None:
         label=f"feeler, lever {LEVER:g} mm, {LEVER_SPEED:g} m/s",
     )
     ax.plot(data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s")
-    ax.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
+    ax.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
     ax.axhline(0.0, color="#888888", lw=0.6)
     ax.set(
         xlabel="time from the largest deflection [ms]",
@@ -152,7 +152,7 @@ def _write_movie_s1(antenna: Antenna, data: SimpleNamespace, path: Path, fps: in
         high = 1.05 * max(antenna.length, float(motion.object[:, 1].max()) + RADIUS)
         left.set(xlim=(-12, 30), ylim=(-2, high), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
         figure.colorbar(ScalarMappable(norm, "RdBu_r"), ax=left, label="curvature [1/mm]")
-        right.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
+        right.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
         (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
         right.set(xlim=(data.impulse_time[0], data.impulse_time[-1]), ylim=(-1.1, 0.3))
         right.set(

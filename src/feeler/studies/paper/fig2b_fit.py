@@ -67,9 +67,9 @@ def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
         _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
     )
     ax.fill_between(
-        hinge, low, high, color=PALETTE[0], alpha=0.25, linewidth=0, label=f"{_LEVEL:g} % of draws"
+        hinge, low, high, color=PALETTE[0], alpha=0.25, linewidth=0, label=f"draws: {_LEVEL:g} %"
     )
-    ax.plot(hinge, middle, color=PALETTE[0], label="median")
+    ax.plot(hinge, middle, color=PALETTE[0], label="draws: median")
     set_decades(ax)
 
 

@@ -27,6 +27,13 @@ N_TOUCHES = 10  # of each group that is compared
 RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
 BALL, BOX = FEATURE_COLOURS["ball"], FEATURE_COLOURS["box"]
 SIMULATED, SURROGATE = "#000000", PALETTE[0]
+_PARTS = {
+    "all": ("o-", SURROGATE, "surrogate: all right"),
+    "feature": ("s:", PALETTE[1], "feature"),
+    "location": ("^:", PALETTE[2], "location"),
+    "speed": ("v:", PALETTE[3], "speed"),
+}
+"""How shares are drawn: what is all right has the surrogate's colour in every panel."""
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
@@ -165,7 +172,7 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
     image = ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
     for row, label in enumerate(true):
-        ax.plot(classes.index(label), row, "s", mfc="none", mec=BOX, ms=9, mew=1.2)
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=SURROGATE, ms=9, mew=1.2)
     places = sorted({label[:2] for label in classes})
     centres = [
         np.mean([k for k, label in enumerate(classes) if label[:2] == place]) for place in places
@@ -184,8 +191,9 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     share, low, high = data.score.share()
     interval = "one robot" if _is_one(data) else f"[{100 * low:.0f}, {100 * high:.0f}]"
     ax.set_title(
-        f"E  surrogates read right (orange): {data.score.correct['all']} of {data.score.total} ="
-        f" {100 * share:.0f} % ({interval}); paper, real robot: {PAPER_RIGHT} of {PAPER_TOTAL}",
+        f"E  surrogates read right (in squares): {data.score.correct['all']} of"
+        f" {data.score.total} = {100 * share:.0f} % ({interval});"
+        f" paper, real robot: {PAPER_RIGHT} of {PAPER_TOTAL}",
         loc="left",
     )
 
@@ -197,12 +205,12 @@ def _is_one(data: SimpleNamespace) -> bool:
 
 def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
     """Accuracy against the size of the reality gap; 95 % intervals, but of one robot none."""
-    for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
+    for what, (marker, colour, label) in _PARTS.items():
         shares = [score.share(what) for score in data.by_size]
-        _errorbar(ax, data.sizes, shares, marker, what, alone=_is_one(data))
+        _errorbar(ax, data.sizes, shares, marker, colour, label, alone=_is_one(data))
     ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
     ax.axhline(
-        PAPER_RIGHT / PAPER_TOTAL, color=SIMULATED, lw=0.8, ls=":", label="paper, real robot"
+        PAPER_RIGHT / PAPER_TOTAL, color="#888888", lw=0.8, ls=":", label="paper, real robot"
     )
     _label_share(ax, "reality gap", "size of the reality gap")
 
@@ -210,23 +218,24 @@ def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
 def _plot_closing(data: SimpleNamespace, ax: Axes) -> None:
     """What closes the gap: random models in training, touches of the robot itself in training."""
     if data.variants:
-        scores = [data.score, *data.by_variants]
-        _errorbar(
-            ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models"
-        )
+        shares = [score.share() for score in (data.score, *data.by_variants)]
+        label = "surrogate: random models"
+        _errorbar(ax, (0, *data.variants), shares, "o-", SURROGATE, label)
     if data.shots:
-        _errorbar(
-            ax, data.shots, [score.share() for score in data.by_shots], "s--", "robot's own touches"
-        )
+        shares = [score.share() for score in data.by_shots]
+        _errorbar(ax, data.shots, shares, "s--", SURROGATE, "surrogate: its own touches")
     _label_share(ax, "closing the gap", "number of models or touches in training")
 
 
 def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
     """Streaming decoder: accuracy and share decided against time since contact."""
     early = data.early
-    ax.plot(early.since_contact, early.accuracy, "o-", ms=3, label="best guess right")
-    ax.plot(early.since_contact, early.decided, "s--", ms=3, label="decided")
-    ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="of those, right")
+    for values, marker, colour, label in (
+        (early.accuracy, "o-", SURROGATE, "surrogate: best guess right"),
+        (early.decided, "s--", PALETTE[4], "decided"),
+        (early.decided_right, "^:", PALETTE[5], "of those, right"),
+    ):
+        ax.plot(early.since_contact, values, marker, ms=3, color=colour, label=label)
     ax.set_xscale("symlog", linthresh=20)
     ax.set_xticks([0, 20, 100, 1000], ["0", "20", "100", "1000"])
     _label_share(ax, "while it streams", "since contact [ms],\nlogarithmic from 20 on")
@@ -241,7 +250,11 @@ def _label_share(ax: Axes, title: str, xlabel: str) -> None:
         title=title,
     )
     ax.legend(
-        loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, columnspacing=0.8, handlelength=1.4
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.38),
+        ncols=2,
+        columnspacing=0.8,
+        handlelength=1.4,
     )
 
 
@@ -250,12 +263,13 @@ def _errorbar(
     x: Sequence[float],
     shares: Sequence[tuple],
     style: str,
+    colour: str,
     label: str,
     alone: bool = False,
 ) -> None:
     middle, low, high = np.array(shares).T
     bars = None if alone else (middle - low, high - middle)
-    ax.errorbar(x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, label=label)
+    ax.errorbar(x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, color=colour, label=label)
 
 
 def show(context: Context, section: Section) -> None:

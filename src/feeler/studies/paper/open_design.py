@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
 from feeler.experiment.touch import touch
-from feeler.plotting.look import NOISE_COLOURS, PALETTE
+from feeler.plotting.look import NOISE_COLOURS, PALETTE, pick_colours
 from feeler.plotting.posture import plot_profile_points
 from feeler.report import Section, make_interval
 from feeler.stimulus import Ball, Trial
@@ -134,8 +134,9 @@ def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
 def _plot_cheat(tips: dict[str, np.ndarray], figure: Figure) -> None:
     """How the tip goes on after the same touch."""
     ax = figure.subplots()
-    for colour, (name, tip) in zip(PALETTE, tips.items(), strict=False):
-        ax.plot(np.arange(tip.size), tip, color=colour, label=name)
+    colours = pick_colours(tips)
+    for name, tip in tips.items():
+        ax.plot(np.arange(tip.size), tip, color=colours[name], label=name)
     ax.set(xlabel="time [ms]", ylabel="bend of the last 30 segments [degrees]")
     ax.legend()
 

@@ -147,11 +147,11 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
                 if field == "within" and CONTACT in data["rate"].values:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
             ax.axvline(-0.0827, color=_GREY, ls=":", lw=0.8)
-            level = f"{study.headline[kind]:g} {UNITS_OF_NOISE[kind]}"
-            told = "bits" if field == "bits" else "bits, place known"
-            ax.set_ylabel(f"{told} (noise: {level})")
+            if field == "bits":
+                ax.set_title(f"noise {study.headline[kind]:g} {UNITS_OF_NOISE[kind]}")
+            ax.set_ylabel("bits" if field == "bits" else "bits, place known")
             ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
-            ax.locator_params(axis="x", nbins=5)
+            ax.locator_params(axis="x", nbins=4)
     marks = figure.axes[0].get_legend_handles_labels()[0] + [
         Line2D([], [], color=_GREY, ls=":", label="published rate")
     ]

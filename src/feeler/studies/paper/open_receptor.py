@@ -35,11 +35,13 @@ from feeler.tensors.unit import in_unit
 _SIGNALS = {"sample": "the bend at that moment", "tensor": "the touch's greatest bend"}
 _LINES = {
     ("main", "sample"): "0.3 m/s",
-    ("fine", "sample"): "0.3 m/s, further mixtures, fresh sets",
-    ("main", "tensor"): "0.3 m/s, noise grows with the touch's greatest bend",
-    ("slow", "sample"): "0.06 m/s, slow",
-    ("tip", "sample"): "0.3 m/s, equal compliance of the tip",
+    ("fine", "sample"): "further mixtures, fresh sets, 0.3 m/s",
+    ("main", "tensor"): "noise grows with the touch's greatest bend, 0.3 m/s",
+    ("slow", "sample"): "0.06 m/s",
+    ("tip", "sample"): "equal compliance of the tip, 0.3 m/s",
 }
+_SLOW, _MEDIUM = pick_shades("speed", 3)[:2]
+_COLOURS = (_MEDIUM, PALETTE[1], PALETTE[2], _SLOW, PALETTE[4])
 _RUNS = tuple(dict.fromkeys(run for run, _ in _LINES))
 
 
@@ -112,11 +114,11 @@ def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> Non
     for ax, signal in zip((left, right), _SIGNALS, strict=True):
         _plot_rates(found["main"].sel(signal=signal), ax)
         ax.set_title(f"noise grows with {_SIGNALS[signal]}")
-    left.legend(title="equal noise at [rad]", fontsize=6.5, title_fontsize=6.5, loc="lower left")
+    right.legend(title="equal noise at [rad]", fontsize=6.5, title_fontsize=6.5, loc="lower left")
     for k, ((run, signal), label) in enumerate(_LINES.items()):
         data = found[run].sel(signal=signal)
         x = data["bend"].values * 1.05 ** (k - 2)  # beside each other, not over
-        style: dict[str, Any] = {"color": PALETTE[k], "fmt": "ovs^D"[k], "ms": 3.5, "capsize": 2}
+        style: dict[str, Any] = {"color": _COLOURS[k], "fmt": "ovs^D"[k], "ms": 3.5, "capsize": 2}
         rates = find_best(data, resamples)
         ends = np.abs(rates["ends"] - rates["value"])
         best.errorbar(x, rates["value"], ends, label=label, **style)

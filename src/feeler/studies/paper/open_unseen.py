@@ -42,8 +42,8 @@ SHOWN = {
     "published": ("published", "black", "o"),
     "unseen": ("designed for new touches", PALETTE[0], "s"),
     "known": ("designed for known touches", PALETTE[1], "^"),
-    "unseen_tip": ("for new touches, tip as compliant as published", PALETTE[0], "D"),
-    "known_tip": ("for known touches, tip as compliant as published", PALETTE[1], "v"),
+    "unseen_tip": ("designed for new touches, tip as compliant as published", PALETTE[0], "D"),
+    "known_tip": ("designed for known touches, tip as compliant as published", PALETTE[1], "v"),
 }
 """What each antenna is called, its colour and its mark; those scaled have open marks."""
 

@@ -1,6 +1,6 @@
 """Draw what slow and fast touches tell, by when, and what they cost."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,9 @@ def plot_tradeoff(
     measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure
 ) -> None:
     """Six panels, about 7.2 × 4.6 inches; ``levels``: what is shown of each kind of noise."""
-    first, axes = next(iter(measured.values())), figure.subplots(2, 3)
+    first, grid = next(iter(measured.values())), figure.add_gridspec(2, 3)
+    places = [[figure.add_subplot(grid[row, k]) for k in range(3 - row)] for row in range(2)]
+    axes = np.array([places[0], [*places[1], None]])
     common = levels["common"]
     plot_windows(first, common, "time", axes[0, 0])
     axes[0, 0].set(
@@ -35,7 +37,8 @@ def plot_tradeoff(
     )
     plot_windows(first, common, "distance", axes[0, 1])
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
-    axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6.5, title_fontsize=6.5)
+    speeds = axes[0, 0].get_legend_handles_labels()
+    figure.legend(*speeds, loc="outside upper center", ncols=len(speeds[1]))
     _plot_best(first, levels, axes[0, 2])
     colours = pick_colours(measured)
     for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
@@ -47,7 +50,8 @@ def plot_tradeoff(
         for window, line in _WINDOWS.items()
     ]
     figure.legend(handles=marks, loc="outside lower center", ncols=3)
-    plot_costs(measured, axes[1, 2])
+    low = grid[1, 2].subgridspec(2, 1)
+    plot_costs(measured, [figure.add_subplot(low[k]) for k in range(2)])
 
 
 def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
@@ -57,7 +61,7 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
     colours = pick_shades("speed", data.sizes["speed"])
     for colour, speed in zip(colours, data["speed"].values, strict=True):
         one, x = found.sel(speed=speed), chosen["value"].values
-        ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g}")
+        ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g} m/s")
         ax.fill_between(
             x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0
         )
@@ -79,7 +83,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     )
     mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
-    ax.legend(title="noise", loc="upper right", fontsize=6.5, title_fontsize=6.5)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, columnspacing=1.0)
 
 
 def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
@@ -102,17 +106,15 @@ def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
     mark_places(ax.xaxis, data["speed"].values)
 
 
-def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
-    """Work on the antenna and (dashed, or open marks; right) peak force against speed."""
-    right = ax.twinx()
+def plot_costs(measured: Mapping[str, xr.Dataset], axes: Sequence[Axes]) -> None:
+    """Work on the antenna, and below it the peak force, against speed."""
+    costs = {"work": "work of a\ntouch [µJ]", "force": "peak force\n[mN]"}
     colours = pick_colours(measured)
-    for name, data in measured.items():
-        colour = colours[name]
-        ax.plot(data["speed"], data["work"].mean("set"), marker=".", ms=3, color=colour)
-        right.plot(
-            data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour
-        )
-    ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
-    mark_places(ax.xaxis, data["speed"].values)
-    right.set_ylabel("dashed or open: peak force [mN]")
-    right.spines["right"].set_visible(True)
+    for ax, (cost, label) in zip(axes, costs.items(), strict=True):
+        for name, data in measured.items():
+            mean = data[cost].mean("set")
+            ax.plot(data["speed"], mean, marker=".", ms=3, color=colours[name], label=name)
+        ax.set(xscale="log", ylabel=label)
+        mark_places(ax.xaxis, data["speed"].values)
+    axes[0].tick_params(labelbottom=False)
+    axes[1].set_xlabel("speed [m/s]")
