@@ -56,6 +56,27 @@ def test_where_no_worker_can_begin_the_batch_says_so():
         run_while_killing(most=10**6)
 
 
+LATE = """
+import sys
+from multiprocessing.synchronize import Lock
+import feeler.execute.server
+{begin}
+"""
+BEGINNINGS = {
+    "Lock.__new__(Lock).__setstate__((0, 1, 1, '/feeler-gone'))": "",
+    "open('/feeler-gone')": "No such file or directory: '/feeler-gone'",
+    "int('x')": "ValueError: invalid literal",
+}
+
+
+@pytest.mark.parametrize(("begin", "words"), BEGINNINGS.items(), ids=("pool", "file", "other"))
+def test_only_a_worker_whose_pool_has_gone_is_silent(begin, words):
+    script = [sys.executable, "-c", LATE.format(begin=begin)]
+    said = subprocess.run(script, check=False, capture_output=True, text=True)
+    assert said.returncode == 1 and words in said.stderr
+    assert bool(said.stderr) == bool(words)
+
+
 def is_target(process, kind):
     """Whether a process of the command's tree is one that this kind of kill is meant for."""
     try:
