@@ -3,13 +3,15 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { BOTH, COLD, HOT, KIND_COLOURS, SLOT_COLOURS, pick } from "./colours.js";
 
+const RATIO = 2; // pixels of the screen to one of CSS
+
 /** A canvas that remembers what was drawn on it, in its own pixels, whatever it was turned and moved by. */
 class Ink {
   constructor(canvas) { Object.assign(this, { canvas, dash: [], path: [], stack: [], at: [1, 0, 0, 1, 0, 0] }); this.clearRect(); }
   put(x, y) { const [a, b, c, d, e, f] = this.at; return [a * x + c * y + e, b * x + d * y + f]; }
   save() { this.stack.push([...this.at]); }
   restore() { this.at = this.stack.pop(); }
-  setTransform(...at) { this.at = at; }
+  setTransform(...at) { this.at = at.map((value) => value / RATIO); }
   translate(x, y) { this.at = [...this.at.slice(0, 4), ...this.put(x, y)]; }
   rotate(t) { const [a, b, c, d, e, f] = this.at, p = Math.cos(t), q = Math.sin(t); this.at = [a * p + c * q, b * p + d * q, c * p - a * q, d * p - b * q, e, f]; }
   clearRect() { Object.assign(this, { texts: [], strokes: [], fills: [], rects: [], boxes: [], pictures: [] }); }
@@ -17,6 +19,7 @@ class Ink {
   moveTo(x, y) { this.path.push(this.put(x, y)); }
   lineTo(x, y) { this.path.push(this.put(x, y)); }
   arc(x, y, radius) { this.path.push([...this.put(x, y), radius]); }
+  ellipse(x, y, wide, high, turn, from, to) { this.path.push([...this.put(x, y), wide, high, Math.atan2(this.at[1], this.at[0])]); }
   closePath() {}
   setLineDash(dash) { this.dash = dash; }
   stroke(path) { this.strokes.push({ ink: this.strokeStyle, dash: this.dash, wide: this.lineWidth, points: path ? path.points : this.path }); }
@@ -30,7 +33,8 @@ class Ink {
   createRadialGradient() { return { addColorStop() {} }; }
   createImageData(wide, high) { return { data: new Uint8ClampedArray(4 * wide * high), wide, high }; }
   putImageData(image) { this.image = image; }
-  isPointInPath({ points }, x, y) { // a ray to the right crosses the rim an odd number of times
+  isPointInPath({ points }, ...at) { // a ray to the right crosses the rim an odd number of times
+    const [x, y] = at.map((value) => value / RATIO);
     return points.filter(([ax, ay], k) => { const [bx, by] = points[(k + 1) % points.length]; return ay > y !== by > y && x < ax + ((bx - ax) * (y - ay)) / (by - ay); }).length % 2 === 1;
   }
   isPointInStroke() { return false; }
@@ -49,7 +53,7 @@ class Element {
   find(kind) { return this.className && this.className.split(" ").includes(kind) ? this : this.children.map((one) => one.find && one.find(kind)).find(Boolean); }
   get words() { return [this.textContent, ...this.children.map((one) => one.words ?? String(one))].filter(Boolean).join("|"); }
 }
-Object.assign(globalThis, { window: globalThis, document: { createElement: () => new Element() }, ResizeObserver: class { observe() {} }, matchMedia: () => ({ matches: false }) });
+Object.assign(globalThis, { window: globalThis, devicePixelRatio: RATIO, document: { createElement: () => new Element() }, ResizeObserver: class { observe() {} }, matchMedia: () => ({ matches: false }) });
 globalThis.Path2D = class {
   constructor() { this.points = []; }
   moveTo(...place) { this.points.push(place); }
@@ -58,6 +62,7 @@ globalThis.Path2D = class {
   closePath() {}
 };
 const { makeScene } = await import("./scene.js"), { makeTensor } = await import("./tensor.js");
+const { makeWallChart, makeWallScene } = await import("./wall.js"), { makeSpikePanel, Nerve } = await import("./spikes.js"), { makeEditor } = await import("./editor.js"), { makeBoardPanel } = await import("./board.js"), { makeStagePanel } = await import("./stage.js");
 const { makeCodePanel, makeSetPanel, makeVerdictPanel } = await import("./charts.js"), { TouchRecord } = await import("./record.js");
 
 const near = (a, b, off = 1e-5) => assert.ok(Math.abs(a - b) <= off * Math.max(1, Math.abs(b)), `${a} is not ${b}`);
@@ -92,8 +97,16 @@ function makeApp(more = {}, state = {}) {
   return app;
 }
 
-/** Draw, and what lay on the canvas then. @param {(app: any) => any} make @param {any} app */
-function paint(make, app) { const made = make(app); made.redraw(); return { made, ink: made.element.getContext("2d") }; }
+/** Draw, and what lay on the canvas then; words and boxes lie within it. @param {(app: any) => any} make @param {any} app */
+function paint(make, app, inside = true) { const made = make(app); made.redraw(); const ink = made.element.getContext("2d"); if (inside) checkInside(ink); return { made, ink }; }
+
+/** @param {Ink} ink @param {any[]} [lines] of which no point may lie beyond the canvas */
+function checkInside({ texts, rects, boxes, strokes, canvas }, lines = strokes.filter((one) => one.dash.length)) {
+  const within = (x, y) => assert.ok(x >= -1 && x <= canvas.clientWidth + 1 && y >= -1 && y <= canvas.clientHeight + 1, `${x}, ${y} is beyond the picture`);
+  for (const { x, y } of texts) within(x, y);
+  for (const { x, y, wide, high } of [...rects, ...boxes]) { within(x, y); within(x + wide, y + high); assert.ok(wide >= 0 && high >= 0); }
+  for (const { points } of lines) for (const [x, y] of points) within(x, y);
+}
 
 /** Pixels to a mm, by the antenna's own drawing: its first segment lies between its first two points. @param {any} app */
 function findScale(app) {
@@ -118,12 +131,16 @@ test("a bar is as long as its words say, at the scale of the antenna beside it, 
 
 test("antenna, base and objects stand and turn where they are, at the moment between two samples", () => {
   for (const side of ["left", "right"]) {
-    const app = makeApp({}, { touch: { side, location: 0.6, objects: [] } }), { ink } = paint(makeScene, app), { scale, ox, oy } = app.view;
+    const app = makeApp({}, { touch: { side, location: 0.6, objects: [] } }), { ink } = paint(makeScene, app, side === "left"), { scale, ox, oy } = app.view;
     const place = (x, y) => [ox + y * scale, oy + x * scale];
     const base = at((k) => [0.3 * k, 0.1 * k, 0.4 + 0.05 * k]), { px, py } = app.drawn.A;
     all([px[0], py[0]], place(base[0], base[1]));
     const [before, after] = [4, 5].map((k) => app.records.A.points(k));
     all([...px].map((x, k) => [x, py[k]]), [...px].map((_, k) => place((before[2 * k] + after[2 * k]) / 2, (before[2 * k + 1] + after[2 * k + 1]) / 2)));
+    if (side === "left") checkInside(ink, [{ points: [...px].map((x) => [x, py[0]]) }]); // the base, and as far as the tip is along
+    const pieces = ink.strokes.filter(({ points: [a, b, ...more] }) => b && !more.length && [...px].some((x, k) => k && b[0] === x && b[1] === py[k])).map((one) => one.ink);
+    const bends = at((k) => [...app.records.A.data.angle.subarray(4 * k, 4 * k + 4)]).map((value) => Math.abs(value) / app.findPeak());
+    assert.deepEqual(pieces, bends.map((share) => (share < 0.04 ? "body" : pick(HOT, 0.35 + 0.5 * Math.min(1, share)))));
     const front = ink.fills.find((one) => one.ink === "ink" && one.points.length === 3).points.slice(1); // the half disc's flat nose
     const nose = [(front[0][0] + front[1][0]) / 2 - px[0], (front[0][1] + front[1][1]) / 2 - py[0]], size = Math.hypot(...nose);
     all(nose, [size * Math.cos(base[2]), size * Math.sin(base[2])]); // along is to the right, across is down
@@ -172,6 +189,16 @@ test("what is dragged moves as far as the pointer, on an antenna of any length",
     app.handOn = true;
     drag(base[0], base[1], 0.5, 0.9);
     all(app.aimed.at(-1), [-1, base[0] + 0.5, base[1] + 0.9, base[2]], 1e-3);
+    drag(base[0], base[1], 0.5, 0.9, { shiftKey: true });
+    all(app.aimed.at(-1), [-1, base[0], base[1], base[2] + 0.05], 1e-3); // 10 mm to a radian, from the heading that it has
+    app.records.A.hand = true;
+    made.element.tell("keydown", { key: "ArrowDown", shiftKey: true });
+    all(app.aimed.at(-1), [-1, base[0] + 0.5, base[1], base[2]], 1e-3);
+    for (const [key, place] of [["ArrowDown", [x + 0.5, y]], ["ArrowDown", [x + 1, y]], ["ArrowLeft", [x + 1, y - 0.5]], ["ArrowUp", [x + 0.5, y - 0.5]]]) {
+      app.selected = 0;
+      made.element.tell("keydown", { key });
+      all(app.aimed.at(-1).slice(0, 3), [0, ...place], 1e-3);
+    }
     assert.ok(ink.strokes.some((one) => one.dash.length)); // who may be taken has a dashed ring
   }
 });
@@ -201,11 +228,27 @@ test("what the tensor draws over time has one axis: ticks, cursor, contact, trac
     all(contact.map(([, y]) => y), sensors.map((s) => panel.y + panel.high * (1 - (s + 0.5) / 3)));
     const trace = ink.strokes.find((one) => one.ink === SLOT_COLOURS.A).points;
     all(moved(trace), Array.from({ length: N }, (_, k) => x(k + 0.5)));
-    const heights = trace.map(([, y]) => y), angles = Array.from({ length: N }, (_, k) => record.angle(1, k));
-    angles.forEach((value, k) => near((heights[k] - heights[0]) / (heights[8] - heights[0]), (value - angles[0]) / (angles[8] - angles[0])));
+    const floor = ink.strokes.find(({ ink: colour, points: [a, b] }) => colour === "line" && a[0] === zero.x && a[1] === b[1] && a[1] > panel.y + panel.high).points[0][1];
+    const heights = trace.map(([, y]) => floor - y), angles = Array.from({ length: N }, (_, k) => record.angle(1, k));
+    angles.forEach((value, k) => near(heights[k] / heights[8], value / angles[8]));
+    assert.ok((heights[8] * app.findPeak()) / angles[8] > 25); // the set's peak would fill the trace's strip
+    const ticks = ink.texts.filter((one) => /^\d+( ms)?$/.test(one.words));
+    ticks.forEach((one, k) => { near(one.x, x(parseFloat(one.words) / interval)); assert.ok(!k || one.x - ticks[k - 1].x > 40); });
+    all(ink.pictures[0].box, [0, 0, N, 3, panel.x, panel.y, panel.wide, panel.high]);
+    near(panel.x, x(0));
+    near(panel.x + panel.wide, x(N));
+    checkInside(ink, ink.strokes);
+    near(ink.strokes.find((one) => one.ink === "rgba(255,255,255,0.85)").points[0][1], panel.y + panel.high / 2); // the second of three is pointed at
     made.element.tell("pointerdown", { clientX: x(3), clientY: panel.y + 0.1 * panel.high, pointerId: 1 });
     near(app.time, 3 * interval);
     assert.deepEqual(app.hover, { slot: "A", sensor: 2 }); // the tip is above
+    made.element.tell("pointerup", {});
+    for (const [key, shiftKey, ms] of [["ArrowRight", false, 1], ["ArrowRight", true, 11], ["ArrowLeft", false, 10], ["PageUp", false, 30], ["Home", false, 0], ["End", false, N * interval]]) {
+      if (key === "ArrowRight" && !shiftKey) app.time = 0;
+      made.element.tell("keydown", { key, shiftKey });
+      near(app.time, ms);
+    }
+    for (const [key, sensor] of [["ArrowUp", 2], ["ArrowDown", 1], ["ArrowDown", 0], ["ArrowDown", 0], ["ArrowUp", 1]]) { made.element.tell("keydown", { key }); assert.equal(app.hover.sensor, sensor); }
   }
 });
 
@@ -243,6 +286,7 @@ test("probabilities stand over their own milliseconds and at their own height, w
     app.records.A.reading = reading;
     const panel = makeVerdictPanel(app), ink = panel.element.find("chart").getContext("2d");
     panel.redraw();
+    checkInside(ink, ink.strokes);
     const zero = ink.texts.find((one) => one.words === "0 ms"), end = ink.texts.find((one) => one.words === String(5 * step) && one.y === zero.y);
     const level = (words) => ink.texts.find((one) => one.words === words && one.x < zero.x).y - 4, x = (ms) => zero.x + ((end.x - zero.x) * ms) / (5 * step);
     for (const [kind, chances] of [["ball", [0.5, 0.6, 0.3, 0.07, 0.95]], ["box", [0.5, 0.4, 0.7, 0.93, 0.05]]]) {
@@ -252,7 +296,9 @@ test("probabilities stand over their own milliseconds and at their own height, w
     }
     const cursor = ink.strokes.filter((one) => one.ink === "accent").at(-1).points;
     all(cursor.map(([to]) => to), [x(3 * step), x(3 * step)]);
-    assert.equal(panel.element.find("verdict").words, `box|0.93 · decided ${2 * step} ms after contact`);
+    const said = (ms) => { app.time = ms; panel.redraw(); return panel.element.find("verdict").words; };
+    assert.equal(said(3 * step), `box|0.93 · decided ${2 * step} ms after contact`);
+    assert.deepEqual([said(0), said(step), said(2 * step)], ["no touch noticed yet", "not sure yet|perhaps a ball, 0.6", "not sure yet|perhaps a box, 0.7"]);
   }
 });
 
@@ -262,6 +308,7 @@ test("bases say how long they are and are drawn base below; each activation is i
   const panel = makeCodePanel(app), ink = panel.element.find("code").getContext("2d");
   panel.redraw();
   assert.deepEqual(ink.texts.map((one) => one.words), ["bases, 7 ms", "when each is played"]);
+  checkInside(ink, [...ink.strokes, ...ink.fills]);
   ink.pictures.forEach(({ picture }, m) => {
     const values = app.studies.A.bases.data.slice(21 * m, 21 * m + 21), top = Math.max(...values);
     assert.deepEqual([picture.width, picture.height], [7, 3]);
@@ -271,6 +318,7 @@ test("bases say how long they are and are drawn base below; each activation is i
   areas.forEach((points, m) => {
     const [left, floor] = points[0], rises = points.slice(1, 6), wide = right - left;
     all(rises.map(([x]) => x), [0, 1, 2, 3, 4].map((k) => left + (wide * k) / 5));
+    all(points.at(-1), [right, floor]);
     const tall = areas[0][0][1] - areas[0][3][1]; // the greatest of all is the first component's third
     rises.forEach(([, y], k) => near((floor - y) / tall, [[0, 1, 4, 2, 0], [3, 0, 1, 1, 2]][m][k] / 4));
   });
@@ -304,4 +352,105 @@ test("a pair of the set is named, coloured, drawn and valued as what it is, unde
   assert.equal(rects.length, 16);
   map.tell("click", {});
   assert.deepEqual(app.store.state.touch, { kind: "ball", size: 1.5, location: 0.5, speed: 0.2 });
+});
+
+/** A body that runs past a wall, 7 samples. */
+function makeWall() {
+  const body = Array.from({ length: 7 }, (_, k) => [0.4 * k, 5 * k, 0.1 + 0.03 * k]), angle = [0.02, 0.3, -0.5, 0.1];
+  return { n: 7, body: body.flat(), angle: body.map((_, k) => angle.map((value) => value * (1 + 0.1 * k))),
+    header: { antenna: { ...ANTENNA, segments: [6, 2, 4, 3], rest: [0, 0.02, -0.01, 0] }, heading: 0.5, wall: [[9, -50], [9, 20], [3, 60]] },
+    end: { target: 11, error: 1.234, nearest: 0.321, collided: false, distance: new Float32Array([12, 10, 9, 11, 13, 14, 15]), estimate: new Float32Array([NaN, 11, 10, NaN, 12, 13, 16]) } };
+}
+
+test("along a wall, body, trail, wall and antenna stand at one scale, and the ring is round the hinge that bends most per length", () => {
+  const wall = makeWall(), app = makeApp({ walls: { A: wall }, time: 5 }), { ink } = paint(makeWallScene, app);
+  const [flagellum, ring] = [ink.strokes.filter(({ points }) => points.length === 2 && points[0].length === 2).slice(-4).map((one) => one.points), ink.strokes.find(({ points }) => points[0].length === 3).points[0]];
+  const [x, y, heading] = wall.body.slice(15, 18), scale = Math.hypot(flagellum[0][1][0] - flagellum[0][0][0], flagellum[0][1][1] - flagellum[0][0][1]) / 6, base = flagellum[0][0];
+  const place = (a, b) => [base[0] + (b - y) * scale, base[1] + (a - x) * scale];
+  let turn = heading + 0.5, at = [x, y];
+  const hinges = wall.angle[5].map((angle, k) => { const from = at; turn += angle; at = [at[0] + wall.header.antenna.segments[k] * Math.sin(turn), at[1] + wall.header.antenna.segments[k] * Math.cos(turn)]; return [from, at]; });
+  all(flagellum, hinges.map((pair) => pair.map((one) => place(...one))));
+  checkInside(ink, [{ points: flagellum.flat() }]);
+  const bends = wall.angle[5].map((angle, k) => Math.abs(angle - wall.header.antenna.rest[k]) / wall.header.antenna.segments[k]), most = Math.max(...bends);
+  assert.deepEqual(ink.strokes.filter(({ points }) => points.length === 2 && points[0].length === 2).slice(-4).map((one) => one.ink), bends.map((bend) => (bend / most < 0.06 ? "body" : pick(HOT, 0.35 + (0.5 * bend) / most))));
+  all(ring.slice(0, 2), place(...hinges[1][0])); // 0.45 over 2 mm is more than 0.74 over 4 mm
+  all(ink.strokes.find((one) => one.ink === "rim" && one.points.length === 3).points, wall.header.wall.map((one) => place(...one)));
+  all(ink.strokes.find((one) => one.ink === SLOT_COLOURS.A).points, [0, 3].map((k) => place(wall.body[3 * k], wall.body[3 * k + 1])));
+  for (const { points: [trunk] } of ink.fills.filter((one) => one.points[0].length === 5)) near(trunk[4], heading);
+});
+
+test("true and felt distance stand over their milliseconds at the height of their millimetres, and the error is the error", () => {
+  const wall = makeWall(), app = makeApp({ walls: { A: wall }, time: 3, duration: () => 7 }), { ink } = paint(makeWallChart, app);
+  const level = (mm) => ink.texts.find((one) => one.words === (mm === 20 ? "20 mm" : String(mm)) && one.ink === "soft" && one.x < 48).y - 4, start = ink.texts.find((one) => one.words === "0 ms").x;
+  near(level(10), (level(0) + level(20)) / 2);
+  checkInside(ink, ink.strokes);
+  const x = (k) => start + ((690 - start) * k) / 7, y = (mm) => level(0) + ((level(20) - level(0)) * mm) / 20, line = (colour) => ink.strokes.find((one) => one.ink === colour).points;
+  all(line(SLOT_COLOURS.A), [...wall.end.distance].map((mm, k) => [x(k), y(mm)]));
+  all(line(SLOT_COLOURS.B), [1, 2, 4, 5, 6].map((k) => [x(k), y(wall.end.estimate[k])]));
+  all(ink.strokes.find((one) => one.dash.length).points.map((one) => one[1]), [y(11), y(11)]);
+  all(ink.strokes.filter((one) => one.ink === "accent").at(-1).points.map((one) => one[0]), [x(3), x(3)]);
+  const said = (more) => { Object.assign(wall.end, more); return paint(makeWallChart, app).ink.texts.map((one) => one.words); };
+  assert.ok(said({}).includes("off target by 1.2 mm (rms)"));
+  assert.ok(said({ collided: true }).includes("ran into the wall"));
+  for (const [words, colour] of [["true distance", SLOT_COLOURS.A], ["felt, from the point of greatest curvature", SLOT_COLOURS.B]]) assert.equal(ink.texts.find((one) => one.words === words).ink, colour);
+});
+
+test("a spike stands at its moment, in the row of its sensor and the colour of its side", () => {
+  const record = makeRecord(4, 6, { ...ANTENNA, sensors: [1, 2, 4] }), app = makeApp({ records: { A: record, B: makeRecord() } }), panel = makeSpikePanel(app), more = panel.element.children.at(-1), heard = new Nerve(3, 4, 33.5);
+  for (let k = 0; k < N; k++) heard.push((sensor) => record.angle(sensor, k));
+  more.open = true;
+  panel.redraw();
+  panel.update();
+  const [dark, ...marks] = panel.element.find("raster").getContext("2d").rects, cursor = marks.pop();
+  assert.ok(heard.spikes.length > 5);
+  assert.equal(panel.element.find("scale").words, ` · ${heard.spikes.length} spikes, up to ${Number(heard.greatest.toPrecision(3))} Hz`);
+  all(marks.map((one) => [one.x + 0.5, one.y]), heard.spikes.map(({ unit, time }) => [dark.x + (dark.wide * (time + 2)) / 36, dark.y + dark.high * (1 - ((unit % 3) + 1) / 3)]));
+  for (const key of [(one) => one.ink, (one, k) => `${one.ink} ${heard.spikes[k].unit < 3}`]) assert.equal(new Set(marks.map(key)).size, 2);
+  checkInside(panel.element.find("raster").getContext("2d"));
+  near(cursor.x + 0.75, dark.x + (dark.wide * app.time) / 36);
+});
+
+test("handles and curves of the editor stand at their values, and a handle that is dragged takes the value that it is dragged to", () => {
+  const original = { stiffness: [100, 20, 5, 1], damping: [40, 20, 10, 4], handles: { stiffness: [[0, 100], [0.5, 10], [1, 1]], damping: [[0, 40], [1, 4]] } };
+  for (const editing of ["stiffness", "damping"]) {
+    const app = makeApp({ slot: "A", editing, findOriginal: () => original, root: { querySelector: () => null } }, { A: { preset: "x" } }), { made, ink } = paint(makeEditor, app);
+    const ticks = ink.texts.filter((one) => /^[\d.]+$/.test(one.words)).map((one) => [Math.log10(Number(one.words)), one.y - 4]), [[d0, y0], [d1, y1]] = [ticks[0], ticks.at(-1)];
+    const y = (value) => y0 + ((Math.log10(value) - d0) * (y1 - y0)) / (d1 - d0), left = ink.texts.find((one) => one.words === "base").x, right = ink.texts.find((one) => one.words === "tip").x, x = (share) => left + share * (right - left);
+    assert.ok(ticks.length > 2);
+    checkInside(ink, ink.strokes);
+    all(ink.fills.filter((one) => one.ink === "card").map((one) => one.points[0].slice(0, 2)), original.handles[editing].map(([share, value]) => [x(share), y(value)]));
+    const curve = (values) => values.map((value, k) => [x(k / 3), y(value)]), other = editing === "stiffness" ? "damping" : "stiffness";
+    all(ink.strokes.find((one) => one.dash.join() === "2,3").points, curve(original[other]));
+    all(ink.strokes.find((one) => one.ink === SLOT_COLOURS.A).points.slice(0, 4), curve(original[editing]));
+    const last = original.handles[editing].length - 1;
+    made.element.tell("pointerdown", { clientX: x(1), clientY: y(original.handles[editing][last][1]), pointerId: 1 });
+    made.element.tell("pointermove", { clientX: x(1), clientY: y(2.5) });
+    made.element.tell("pointerup", {});
+    all(app.store.state.A[editing].at(-1), [1, 2.5], 1e-3);
+    made.element.tell("keydown", { key: "ArrowUp" });
+    near(app.store.state.A[editing].at(-1)[1], 2.75, 1e-3);
+    made.element.tell("dblclick", { clientX: x(0.25), clientY: y(7) }); // away from all handles: a new one
+    all(app.store.state.A[editing][1], [0.25, 7], 1e-3);
+    made.element.tell("pointerdown", { clientX: x(0.25), clientY: y(7), pointerId: 1 });
+    for (const [share, kept] of [[0.3, 0.3], [-1, 0.01], [2, app.store.state.A[editing][2][0] - 0.01]]) { // it stays between its neighbours
+      made.element.tell("pointermove", { clientX: x(share), clientY: y(8.5) });
+      all(app.store.state.A[editing][1], [kept, 8.5], 1e-3);
+    }
+    made.element.tell("pointerup", {});
+  }
+});
+
+test("an antenna of one's own says its samples a second, live or recorded, and what was lost", () => {
+  const app = makeApp({ ports: { "/dev/x": "a board" }, listening: "/dev/x" }), panel = makeBoardPanel(app), said = () => { panel.update(); return panel.element.find("facts").words; };
+  Object.assign(app.records.A, { live: true, missing: 7, damaged: 3 });
+  assert.equal(said(), "samples a second|250|missing|7|lines that are none|3");
+  Object.assign(app.records.A, { live: false, name: "run.csv", rate: 31.25, source: "robot" });
+  assert.equal(said(), "recording|run.csv|samples a second|31.3|source|robot");
+});
+
+test("the clock says the moment shown, to a tenth where it goes slowly, and each speed how much slower it is", () => {
+  const app = makeApp({ rate: 0.1 }), panel = makeStagePanel(app), said = (more) => { Object.assign(app, more); panel.redraw(); return panel.element.find("clock").words; };
+  assert.deepEqual([said({}), said({ time: 7.26 }), said({ rate: 0.01 })], ["18 ms", "7 ms", "7.3 ms"]);
+  const find = (one) => (one["aria-label"] === "Slow motion" ? one : one.children && one.children.map(find).find(Boolean));
+  assert.deepEqual(find(panel.element).children.map((one) => one.words), ["100 × slower", "33 × slower", "10 × slower", "3.3 × slower", "real time"]);
 });

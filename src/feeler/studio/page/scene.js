@@ -13,7 +13,7 @@ export function makeScene(app) {
   let scale = 10, ox = 0, oy = 0;
   /** Where keys have moved what is in the hand. @type {Map<number, [number, number]>} */
   const keyed = new Map();
-  /** @type {{what: number, dx: number, dy: number, turn: number, at: MouseEvent, last: number} | null} */
+  /** @type {{what: number, dx: number, dy: number, turn: number, at: MouseEvent, last: number, from: number} | null} */
   let held = null;
   const { canvas, redraw } = makeCanvas({
     class: "stage", tabindex: "0", role: "application",
@@ -304,8 +304,9 @@ export function makeScene(app) {
     const now = hand ? { low: 0, high: 0, share: 0 } : t;
     const name = grip.number < 0 ? "base" : "place", from = grip.number < 0 ? 0 : 3 * grip.number;
     held = { what: grip.number, dx: x - mix(record, name, from, hand && app.handOn ? t : now),
-      dy: y - mix(record, name, from + 1, hand && app.handOn ? t : now), turn: grip.number < 0 ? mix(record, "base", 2, t) : 0, at: event, last: 0 };
+      dy: y - mix(record, name, from + 1, hand && app.handOn ? t : now), turn: grip.number < 0 ? mix(record, "base", 2, t) : 0, at: event, last: 0, from: 0 };
     held.last = y - held.dy;
+    held.from = x - held.dx;
     if (grip.number >= 0) app.selected = grip.number;
     app.hinted = true;
     canvas.classList.add("held");
@@ -321,7 +322,7 @@ export function makeScene(app) {
     hold.at = event;
     if (app.store.state.mode === "hand") {
       const base = hold.what < 0 && event.shiftKey;
-      if (base) app.aim(-1, mix(app.records.A, "base", 0, findMoment(app.records.A)), mix(app.records.A, "base", 1, findMoment(app.records.A)), (x - hold.dx) / 10);
+      if (base) app.aim(-1, mix(app.records.A, "base", 0, findMoment(app.records.A)), mix(app.records.A, "base", 1, findMoment(app.records.A)), hold.turn + (x - hold.dx - hold.from) / 10);
       else app.aim(hold.what, x - hold.dx, y - hold.dy, hold.turn);
       return;
     }
@@ -364,7 +365,7 @@ export function makeScene(app) {
     const name = what < 0 ? "base" : "place", from = Math.max(0, 3 * what);
     const [x, y] = keyed.get(what) || [mix(record, name, from, t), mix(record, name, from + 1, t)];
     keyed.set(what, [x + 0.5 * across, y + 0.5 * along]);
-    app.aim(what, x + 0.5 * across, y + 0.5 * along, 0);
+    app.aim(what, x + 0.5 * across, y + 0.5 * along, what < 0 ? mix(record, "base", 2, t) : 0);
     return true;
   }
   canvas.addEventListener("keydown", (event) => {

@@ -112,7 +112,7 @@ export function makeWallScene(app) {
         c.strokeStyle = colours.accent;
         c.lineWidth = 2;
         c.beginPath();
-        c.arc(...place(nx, ny), 7, 0, 2 * Math.PI);
+        c.arc(...place(x, y), 7, 0, 2 * Math.PI); // the hinge, at which its segment begins
         c.stroke();
         c.lineWidth = Math.max(2 * radius * scale, 2.6);
       }
