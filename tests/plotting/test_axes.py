@@ -13,7 +13,7 @@ from feeler.dispersion import Interval
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.closest import plot_index, plot_kinds
-from feeler.plotting.posture import plot_profiles
+from feeler.plotting.posture import MovingAntenna, plot_profiles
 from feeler.plotting.raster import plot_raster, plot_touch_spikes
 from feeler.plotting.space import _make_sheet
 from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
@@ -98,6 +98,22 @@ def test_profiles_stand_over_the_hinges_in_their_units():
     for ax, (label, values) in zip(axes, expected.items(), strict=True):
         assert name(ax) == ("position (base 0, tip 1)", label)
         np.testing.assert_allclose(read(ax.lines[0]), np.column_stack([place, values]))
+
+
+def test_a_moving_antenna_has_its_dots_on_the_hinges_that_are_sensed_and_its_colours_on_theirs():
+    antenna = cockroach().replace(sensors=(1, 2, 40, 139))
+    points = np.random.default_rng(0).normal(0, 10, (antenna.n_segments + 1, 2))
+    values, norm = np.linspace(0, 1, antenna.n_segments), Normalize(-1.0, 2.0)
+    ax = Figure().subplots()
+    ax.set(xlim=(-20, 20), ylim=(-20, 20))
+    skin, line, dots = MovingAntenna(antenna, ax, norm).move(points, values)
+    np.testing.assert_array_equal(read(dots), points[[0, 1, 39, 138]])
+    for lines in (skin, line):
+        np.testing.assert_array_equal(lines.get_segments(), np.stack([points[:-1], points[1:]], 1))
+    np.testing.assert_array_equal(line.get_array(), values)
+    assert (line.norm.vmin, line.norm.vmax) == (-1.0, 2.0)
+    wide = 2 * antenna.radius * ax.bbox.width / 40 * 72 / ax.get_figure().dpi
+    np.testing.assert_allclose(line.get_linewidth(), np.maximum(wide, 2.4))
 
 
 @pytest.mark.parametrize("points", [2, 5], ids=["bars", "a band"])
