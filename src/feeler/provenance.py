@@ -31,8 +31,16 @@ PACKAGES = (
     "xarray",
     "scikit-learn",
 )  # said in each file feeler writes
-_LOADED = time.time()  # s; a file changed later is not the code that runs
 _list_distributions = cache(packages_distributions)  # looks through all that is installed
+
+
+def tick() -> float:
+    """Seconds of a clock that nobody sets."""
+    boot = getattr(time, "CLOCK_BOOTTIME", None)
+    return time.monotonic() if boot is None else time.clock_gettime(boot)
+
+
+_LOADED = tick()  # s; a file changed later is not the code that runs
 
 
 @cache
@@ -134,8 +142,10 @@ def describe_code(*modules: str) -> dict[str, str]:
         path.relative_to(sources.SOURCE).as_posix(): path
         for path in sorted(sources.find_data(found))
     }
+    now = time.time()
+    loaded = now - (tick() - _LOADED)  # as the clock would have said it that now goes
     for path in (*(Path(module.path) for module in found.values()), *data.values()):
-        if _LOADED < path.stat().st_mtime <= time.time():
+        if loaded < path.stat().st_mtime <= now:
             raise StoreError(
                 f"feeler's own code changed while it was running ({_shorten(path)}): results would"
                 " be stored as those of code that did not make them. Start Python again and repeat"

@@ -36,7 +36,7 @@ def copied(copy, monkeypatch):
     """A copy of feeler's source, which a test may change; what is fingerprinted is the copy."""
     monkeypatch.setattr(sources, "SOURCE", copy)
     monkeypatch.setattr(
-        provenance, "_LOADED", time.time() + 3600
+        provenance, "_LOADED", provenance.tick() + 3600
     )  # as if Python were started after each change
     return copy
 
@@ -221,7 +221,7 @@ def write(folder: Path, **texts: str) -> None:
 
 def test_every_way_to_import_is_followed_but_those_for_types(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(provenance, "_LOADED", time.time() + 3600)
+    monkeypatch.setattr(provenance, "_LOADED", provenance.tick() + 3600)
     write(
         tmp_path,
         start=(
@@ -250,7 +250,7 @@ def test_an_entry_of_an_open_set_is_followed():
 
 def test_code_from_outside_counts(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(provenance, "_LOADED", time.time() + 3600)
+    monkeypatch.setattr(provenance, "_LOADED", provenance.tick() + 3600)
     write(tmp_path, my_shape="from my_numbers import WIDTH", my_numbers="WIDTH = 1")
     before = make_key({}, "my_shape")
     assert make_key({}, "my_shape") == before
@@ -279,7 +279,7 @@ def test_a_package_counts_where_it_is_used(monkeypatch):
 
 def test_code_that_changed_while_it_ran_is_refused(copied, monkeypatch):
     path = find_copy(copied, read_table.__module__)
-    monkeypatch.setattr(provenance, "_LOADED", time.time() - 60)
+    monkeypatch.setattr(provenance, "_LOADED", provenance.tick() - 60)
     for file in copied.rglob("*"):
         os.utime(file, (0, 0))
     describe_code(TRACKING)
@@ -288,6 +288,22 @@ def test_code_that_changed_while_it_ran_is_refused(copied, monkeypatch):
         StoreError,
         match=rf"changed while it was running \(tensors/{path.name}\).*Start Python again",
     ):
+        describe_code(TRACKING)
+
+
+@pytest.mark.parametrize("days", [-3650, -1, 1, 3650])
+def test_a_clock_that_is_set_changes_no_code_and_hides_no_change(copied, monkeypatch, days):
+    """As on a robot without a clock, whose time is right only after a while."""
+    began = time.time() - 60
+    now = time.time() + 86400 * days
+    made = now - 120 if days < 0 else began + 43200 * days
+    monkeypatch.setattr(provenance, "_LOADED", provenance.tick() - 60)
+    monkeypatch.setattr(provenance.time, "time", lambda: now)
+    for file in copied.rglob("*"):
+        os.utime(file, (0, made))
+    describe_code(TRACKING)
+    os.utime(find_copy(copied, read_table.__module__), (0, now - 1))
+    with pytest.raises(StoreError, match="changed while it was running"):
         describe_code(TRACKING)
 
 
