@@ -13,6 +13,7 @@ from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
+from feeler.tensors.unit import need
 
 
 @checked
@@ -74,6 +75,8 @@ def list_groups(
         raise InvalidInput(
             f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}."
         )
+    for data in tensors.values():
+        need(data, quantity, "speed")
     peak = max(float(data[quantity].max()) for data in tensors.values())
     if not peak > 0:
         raise InvalidInput(f"no tensor has a positive {quantity}: did any contact take place?")

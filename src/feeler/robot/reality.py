@@ -52,7 +52,7 @@ class Touches:
         Angles (sensor, time) before alignment, from rest, of any durations.
     """
 
-    values: np.ndarray
+    values: Annotated[np.ndarray, "trial hinge sample"]
     labels: tuple[Label, ...]
     antenna: Antenna
     motions: tuple[np.ndarray, ...]
