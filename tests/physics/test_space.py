@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import feeler
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import to_matrix, to_vector
 from feeler.errors import InvalidInput
@@ -255,3 +256,49 @@ def test_rods_refuse_space_by_name(engine):
 def test_antennae_of_planes_and_of_space_share_no_lanes():
     with pytest.raises(InvalidInput, match="of planes for all"):
         Simulations([Scene(antenna=make(2)), Scene(antenna=make(3))])
+
+
+def _contest(antenna):
+    from feeler.active.task import TouchTask
+
+    return TouchTask(antenna=antenna)
+
+
+def _paper(antenna):
+    from feeler.studies.paper.context import Context
+
+    return Context(antenna=antenna)
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [feeler.release, feeler.hit, lambda one: feeler.bend(one, 1e-6), _contest, _paper],
+    ids=["release", "hit", "bend", "active touch", "the paper"],
+)
+def test_what_works_in_the_plane_only_says_so(verb):
+    with pytest.raises(InvalidInput, match=r"works in the plane.*antenna\.flatten\(\)"):
+        verb(make(2))
+
+
+def test_planes_are_compared_as_more_sensors():
+    """Groups of touches in space hold one plane's sensors after the other's."""
+    from feeler.decoding.groups import list_groups
+
+    antenna = make(2)
+    sets = {
+        name: feeler.touch(
+            one,
+            [feeler.Trial(feature=Ball(radius=0.7), location=0.6, speed=0.2, azimuth=40.0)] * 2,
+            duration=12.0,
+        )
+        for name, one in (
+            ("one", antenna),
+            ("other", antenna.replace(stiffness=2 * antenna.stiffness)),
+        )
+    }
+    for name, (array, _) in list_groups(sets, reference="one")["profile"].items():
+        angle = sets[name]["angle"]
+        assert array.shape == (2, 2 * angle.sizes["sensor"], angle.sizes["time"])
+        n = angle.sizes["sensor"]
+        peak = max(float(data["angle"].max()) for data in sets.values())
+        np.testing.assert_allclose(array[:, n:], angle.isel(plane=1).clip(min=0) / peak)

@@ -13,6 +13,7 @@ from scipy.special import log_softmax
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.sample import SampledAntennas
+from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
@@ -101,6 +102,7 @@ class ActiveTask(Record, kw_only=False):
     def _check(self) -> None:
         noise = Common(self.noise) if is_number(self.noise) else parse_noise(self.noise)
         vars(self)["noise"] = noise
+        require_plane(self.first_antenna, "active touch")
 
     @property
     def first_antenna(self) -> Antenna:

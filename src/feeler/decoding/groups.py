@@ -12,7 +12,7 @@ from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
-from feeler.tensors.scaling import rectify
+from feeler.tensors.scaling import fold_planes, rectify
 from feeler.tensors.unit import need
 
 
@@ -86,7 +86,7 @@ def list_groups(
         every = make_labels(data)
         trials = np.flatnonzero(np.asarray(data["speed"]) == wanted)
         trials = trials[np.argsort(every[trials], kind="stable")]
-        return rectify(data[quantity].values[trials]) / peak, every[trials]
+        return rectify(fold_planes(data[quantity]).values[trials]) / peak, every[trials]
 
     listed = {
         "speed": {f"{v:g} m/s": pick(tensors[reference], v) for v in np.unique(speed)},

@@ -222,5 +222,5 @@ def touch_whole(
     time = recorded["time"].values
     end = float(time[held].max(initial=time[1]) + time[1] - time[0])
     moments = np.linspace(0.0, end, round(DURATION), endpoint=False)
-    angle = recorded[["angle"]].transpose("trial", "sensor", "time")
+    angle = recorded[["angle"]].transpose("trial", ..., "sensor", "time")
     return angle.interp(time=moments), end

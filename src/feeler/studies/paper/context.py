@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.draw import check_seed
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
@@ -56,6 +57,7 @@ class Context:
     def __post_init__(self) -> None:
         SCALES[self.scale]  # refuses what is no scale
         check_seed(self.seed)  # refuses what is no seed
+        require_plane(self.antenna, "the paper's run")
         object.__setattr__(self, "timestep", choose_timestep(self.timestep, self.engine))
         Clock(duration=1.0, timestep=self.timestep)
         get_engine(self.engine).check(get_contact(), self.timestep)
