@@ -128,7 +128,8 @@ def scheduler(tmp_path_factory):
     dask = [sys.executable, "-m", "dask"]
     where = ["--scheduler-file", str(file), "--no-dashboard"]
     running = [subprocess.Popen([*dask, "scheduler", "--port", "0", *where], **quiet)]
-    running += [subprocess.Popen([*dask, "worker", "--nthreads", "1", *where], **quiet)] * 2
+    worker = [*dask, "worker", "--nthreads", "1", *where]
+    running += [subprocess.Popen(worker, **quiet) for _ in range(2)]
     end = time.monotonic() + 60
     while not file.exists() and time.monotonic() < end:
         time.sleep(0.05)

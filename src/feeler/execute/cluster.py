@@ -3,18 +3,22 @@
 import logging
 import multiprocessing
 import threading
+import time
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
 from feeler.checked import checked
-from feeler.errors import InvalidInput, MissingExtra, StoreError
+from feeler.errors import Doubtful, InvalidInput, MissingExtra, StoreError
 from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
 
-PATIENCE = 10.0  # [C] s to find a scheduler
+PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
+_GLANCE = 1.0  # [C] s between two looks at whether there are workers
+_WAITING = "Start one, for which this waits, or press Ctrl-C twice."
 _GRACE = 2.0  # [C] s that a cluster's end may take; what then still runs is killed
 
 
@@ -29,6 +33,7 @@ class ClusterExecutor:
     def __init__(self, client: Any) -> None:
         self.client = client
         self._flying: dict[str, Any] = {}
+        self._watch: threading.Thread | None = None
 
     @property
     def workers(self) -> int:
@@ -48,8 +53,21 @@ class ClusterExecutor:
         answer: Future = Future()
         answer.set_running_or_notify_cancel()
         self._flying[task.key] = task
+        if self._watch is None or not self._watch.is_alive():
+            self._watch = threading.Thread(target=self._look_for_workers, daemon=True)
+            self._watch.start()
         task.add_done_callback(lambda done: self._pass_on(done, answer))
         return answer
+
+    def _look_for_workers(self) -> None:
+        """Say so once where tasks wait and no worker has been there for a while; one may come."""
+        seen, told = time.monotonic(), False
+        while self._flying and not told:
+            time.sleep(_GLANCE)
+            with suppress(Exception):  # the client is being closed
+                seen = time.monotonic() if self.client.nthreads() else seen
+            if told := time.monotonic() - seen > PATIENCE:
+                warnings.warn(f"the cluster has no workers. {_WAITING} {SAFE}", Doubtful, 2)
 
     def _pass_on(self, task: Any, answer: Future) -> None:
         mine = self._flying.pop(task.key, None) is not None
