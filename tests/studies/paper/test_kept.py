@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
+from feeler.plotting.words import LEAST
 from feeler.report.section import Section
 from feeler.studies.paper import kept
 from feeler.studies.paper.claims import load_claims
@@ -14,6 +15,7 @@ from feeler.studies.paper.kept import find_shipped
 from feeler.studies.paper.stage import Stage
 from feeler.studies.paper.story import OPENING_MOVIE
 from feeler.studies.paper.verdicts import judge_claims
+from tests.figures import find_mixed
 from tests.scripts import load_script
 
 keep_sections = load_script("benchmarks", "keep").keep_sections
@@ -47,6 +49,16 @@ def test_a_kept_section_has_its_numbers_and_says_whence(folder):
         r"Kept from a run at paper scale of \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
     )
     assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
+    assert found.blocks[1]["words"]["over"] == []
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in kept.SHIPPED.iterdir()))
+def test_the_words_of_kept_figures_can_be_read(name):
+    """What is measured when a figure is drawn is kept with it; an older section may not have it."""
+    for block in Section.load(kept.SHIPPED / name).blocks:
+        if words := block.get("words"):
+            assert words["least"] >= LEAST and words["over"] == words["covered"] == []
+            assert words["unnamed"] == {} and find_mixed(words["named"]) == []
 
 
 def test_the_first_screen_s_movie_is_kept_as_a_movie(tmp_path):

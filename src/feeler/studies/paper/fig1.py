@@ -31,6 +31,7 @@ from feeler.task.noise import Common
 from feeler.tensors import in_unit, rectify
 
 Spread = dict[str, float]
+_SHORT = {"threshold a tenth of the peak": "> peak / 10"}  # beside the panel's letter
 
 
 def compute_reading(
@@ -157,14 +158,22 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     axes[1].set(xlabel="sampling rate [Hz]", ylabel="shape and size read right [%]")
     for k, name in enumerate(next(iter(activity.values())).active):
         active = {factor: found.active[name] for factor, found in activity.items()}
-        _plot_curve(axes[2], active, PALETTE[1 + k], name.replace("threshold ", "> "), 1)
+        _plot_curve(
+            axes[2], active, PALETTE[1 + k], _SHORT.get(name, name.replace("threshold ", "> ")), 1
+        )
     noise = {factor: found.noise for factor, found in activity.items()}
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
     axes[3].set(xlabel="stiffness [× its own]", ylabel="noise borne [rad]", ylim=(0, None))
     for letter, ax in zip("ABCD", axes, strict=True):
         ax.set_title(letter, loc="left")
-        ax.legend(fontsize=6.5, handlelength=1.0)
+        ax.legend(
+            fontsize=6.5,
+            handlelength=1.0,
+            loc="lower right",
+            bbox_to_anchor=(1.05, 0.98),
+            borderpad=0,
+        )
 
 
 def _plot_curve(

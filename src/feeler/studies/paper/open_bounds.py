@@ -192,7 +192,8 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             mark_places(
                 ax.yaxis, [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
             )
-    figure.axes[3].legend(fontsize=6.5)
+    marks = figure.axes[3].get_legend_handles_labels()
+    figure.legend(*marks, loc="outside lower center", ncols=len(marks[1]))
 
 
 def _average(squares: np.ndarray) -> np.ndarray:
