@@ -1,8 +1,8 @@
 """``make mutants ROOM=dispersion MINUTES=10``: plant small mistakes, one at a time, and see which
 the room's tests notice.
 
-``ROOM=planted`` plants the mistakes of ``planted.toml``, which were made by hand, and runs the
-tests named there. ``ROOM=report`` swaps, doubles and mislabels what the report shows.
+``ROOM=planted`` and ``ROOM=hand`` plant the mistakes of ``planted.toml`` and ``hand.toml``, which
+were made by hand, and run the tests named there. ``ROOM=report`` swaps, doubles and mislabels what the report shows.
 """
 
 import argparse
@@ -51,8 +51,8 @@ def main() -> None:
         shutil.copytree(
             ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache")
         )
-        if said.room == "planted":
-            _judge_planted(copy, said.only)
+        if said.room in ("planted", "hand"):
+            _judge_planted(copy, _read_list("mistake", said.room), said.only)
         elif said.room == "report":
             _say_rate("report", *judge_report(copy, said.seed, said.number))
         else:
@@ -124,11 +124,11 @@ def _say_rate(room: str, noticed: int, tried: int) -> None:
     )
 
 
-def _judge_planted(copy: Path, only: list[str]) -> None:
+def _judge_planted(copy: Path, mistakes: Iterator[dict[str, str]], only: list[str]) -> None:
     unnoticed = []
     _run_first(copy, ["tests/response/test_measures.py"])
-    for mistake in _read_list("mistake"):
-        if only and mistake["name"] not in only:
+    for mistake in mistakes:
+        if (only and mistake["name"] not in only) or "tests" not in mistake:
             continue
         path = Path("src/feeler") / mistake["file"]
         source = (copy / path).read_text(encoding="utf-8")
@@ -166,8 +166,8 @@ def _run_first(copy: Path, tests: list[str]) -> Run:
     return first
 
 
-def _read_list(kind: str) -> Iterator[dict[str, str]]:
-    return iter(tomllib.loads((HERE / "planted.toml").read_text(encoding="utf-8")).get(kind, []))
+def _read_list(kind: str, file: str = "planted") -> Iterator[dict[str, str]]:
+    return iter(tomllib.loads((HERE / f"{file}.toml").read_text(encoding="utf-8")).get(kind, []))
 
 
 def _bound(noticed: int, tried: int) -> tuple[float, float]:

@@ -256,7 +256,11 @@ test("a pixel of the tensor is its sensor's, tip upwards; that of a difference t
   const other = { ...ANTENNA, segments: [3, 5, 1, 6] };
   for (const quantity of ["angle", "curvature"]) {
     const app = makeApp({ quantity, records: { A: makeRecord(), B: makeRecord(4, -0.6, other) }, findPeak: () => 0.4 }, { B: {} });
-    const pictures = paint(makeTensor, app).ink.pictures.map(({ picture }) => picture.getContext("2d").image), [A, B] = ["A", "B"].map((slot) => app.records[slot]);
+    const { ink } = paint(makeTensor, app), rows = ink.rects.filter((one) => one.ink === "#07060d");
+    all(rows.map((one) => [one.x, one.wide, one.high]), rows.map(() => [rows[0].x, rows[0].wide, rows[0].high]));
+    rows.forEach(({ y, high }, k) => { assert.ok(high > 40 && (!k || y > rows[k - 1].y + high)); near(ink.texts.find((one) => one.words === ["A", "B", "A − B"][k]).y, y + high / 2 + 4); });
+    all(ink.pictures.map(({ box }) => box.slice(4)), rows.map((one) => [one.x, one.y, one.wide, one.high]));
+    const pictures = ink.pictures.map(({ picture }) => picture.getContext("2d").image), [A, B] = ["A", "B"].map((slot) => app.records[slot]);
     assert.equal(pictures.length, 3);
     const value = (record, s, k) => record.angle(s, k) / (quantity === "angle" ? 1 : record.antenna.segments[ANTENNA.sensors[s] - 1]);
     const show = (v) => pick(v < 0 ? COLD : HOT, Math.abs(v) / 0.4), wanted = [(s, k) => show(value(A, s, k)), (s, k) => show(value(B, s, k)), (s, k) => pick(BOTH, 0.5 + (value(A, s, k) - value(B, s, k)) / 0.8)];
@@ -299,6 +303,7 @@ test("probabilities stand over their own milliseconds and at their own height, w
     const said = (ms) => { app.time = ms; panel.redraw(); return panel.element.find("verdict").words; };
     assert.equal(said(3 * step), `box|0.93 · decided ${2 * step} ms after contact`);
     assert.deepEqual([said(0), said(step), said(2 * step)], ["no touch noticed yet", "not sure yet|perhaps a ball, 0.6", "not sure yet|perhaps a box, 0.7"]);
+    assert.equal(said(4 * step), `ball|0.95 · decided ${3 * step} ms after contact`);
   }
 });
 
@@ -343,6 +348,10 @@ test("a pair of the set is named, coloured, drawn and valued as what it is, unde
     assert.equal(caption.textContent, `ball 1.5 mm at 0.5 L  ·  box 1.5 mm at 0.7 L: ${["NMI", "Pearson", "SSIM"][number]} ${Number(matrix[2].toPrecision(3))}`);
     assert.equal(panel.element.find("numbers").words.split("|").at(-1), `A: ${app.studies.A.averages[index]}`);
   });
+  for (const [key, row, column] of [["ArrowRight", 0, 0], ["ArrowDown", 1, 0], ["ArrowLeft", 1, 2], ["ArrowUp", 0, 2]]) { // round the corner, too
+    map.tell("keydown", { key });
+    assert.equal(caption.textContent.split(":")[0], [row, column].map((k) => `${study().labels[k][0]} ${study().labels[k][1]} mm at ${study().labels[k][2]} L`).join("  ·  "));
+  }
   const { rects } = panel.element.find("pair").getContext("2d"), { data } = app.studies.A.tensors;
   const wide = (700 - 8) / 2;
   for (const { ink: colour, x, y } of rects) {
@@ -376,6 +385,10 @@ test("along a wall, body, trail, wall and antenna stand at one scale, and the ri
   all(ring.slice(0, 2), place(...hinges[1][0])); // 0.45 over 2 mm is more than 0.74 over 4 mm
   all(ink.strokes.find((one) => one.ink === "rim" && one.points.length === 3).points, wall.header.wall.map((one) => place(...one)));
   all(ink.strokes.find((one) => one.ink === SLOT_COLOURS.A).points, [0, 3].map((k) => place(wall.body[3 * k], wall.body[3 * k + 1])));
+  const ringed = ink.strokes.find(({ points }) => points[0].length === 3).points[0], late = paint(makeWallScene, Object.assign(app, { time: 99 })).ink;
+  assert.notDeepEqual(late.strokes.find(({ points }) => points[0].length === 3).points[0], ringed);
+  all(late.fills.filter((one) => one.points[0].length === 5).map((one) => one.points[0][4]), [0.28, 0.28]); // after the end: the last sample
+  app.time = 5;
   for (const { points: [trunk] } of ink.fills.filter((one) => one.points[0].length === 5)) near(trunk[4], heading);
 });
 
@@ -405,7 +418,7 @@ test("a spike stands at its moment, in the row of its sensor and the colour of i
   assert.ok(heard.spikes.length > 5);
   assert.equal(panel.element.find("scale").words, ` · ${heard.spikes.length} spikes, up to ${Number(heard.greatest.toPrecision(3))} Hz`);
   all(marks.map((one) => [one.x + 0.5, one.y]), heard.spikes.map(({ unit, time }) => [dark.x + (dark.wide * (time + 2)) / 36, dark.y + dark.high * (1 - ((unit % 3) + 1) / 3)]));
-  for (const key of [(one) => one.ink, (one, k) => `${one.ink} ${heard.spikes[k].unit < 3}`]) assert.equal(new Set(marks.map(key)).size, 2);
+  for (const key of [(one) => one.ink, (one, k) => `${one.ink} ${heard.spikes[k].unit < 3}`, (one) => one.ink.length + one.ink]) assert.equal(new Set(marks.map(key)).size, 2);
   checkInside(panel.element.find("raster").getContext("2d"));
   near(cursor.x + 0.75, dark.x + (dark.wide * app.time) / 36);
 });
@@ -413,7 +426,7 @@ test("a spike stands at its moment, in the row of its sensor and the colour of i
 test("handles and curves of the editor stand at their values, and a handle that is dragged takes the value that it is dragged to", () => {
   const original = { stiffness: [100, 20, 5, 1], damping: [40, 20, 10, 4], handles: { stiffness: [[0, 100], [0.5, 10], [1, 1]], damping: [[0, 40], [1, 4]] } };
   for (const editing of ["stiffness", "damping"]) {
-    const app = makeApp({ slot: "A", editing, findOriginal: () => original, root: { querySelector: () => null } }, { A: { preset: "x" } }), { made, ink } = paint(makeEditor, app);
+    const line = new Element(), app = makeApp({ slot: "A", editing, findOriginal: () => original, root: { querySelector: () => line } }, { A: { preset: "x" } }), { made, ink } = paint(makeEditor, app);
     const ticks = ink.texts.filter((one) => /^[\d.]+$/.test(one.words)).map((one) => [Math.log10(Number(one.words)), one.y - 4]), [[d0, y0], [d1, y1]] = [ticks[0], ticks.at(-1)];
     const y = (value) => y0 + ((Math.log10(value) - d0) * (y1 - y0)) / (d1 - d0), left = ink.texts.find((one) => one.words === "base").x, right = ink.texts.find((one) => one.words === "tip").x, x = (share) => left + share * (right - left);
     assert.ok(ticks.length > 2);
@@ -429,6 +442,7 @@ test("handles and curves of the editor stand at their values, and a handle that 
     all(app.store.state.A[editing].at(-1), [1, 2.5], 1e-3);
     made.element.tell("keydown", { key: "ArrowUp" });
     near(app.store.state.A[editing].at(-1)[1], 2.75, 1e-3);
+    assert.equal(line.textContent, `${editing} at 100 % of the antenna: 2.75`); // to screen readers
     made.element.tell("dblclick", { clientX: x(0.25), clientY: y(7) }); // away from all handles: a new one
     all(app.store.state.A[editing][1], [0.25, 7], 1e-3);
     made.element.tell("pointerdown", { clientX: x(0.25), clientY: y(7), pointerId: 1 });
