@@ -2,7 +2,8 @@
 the room's tests notice.
 
 ``ROOM=planted`` and ``ROOM=hand`` plant the mistakes of ``planted.toml`` and ``hand.toml``, which
-were made by hand, and run the tests named there. ``ROOM=report`` swaps, doubles and mislabels what the report shows.
+were made by hand, and run the tests named there. ``ROOM=report`` swaps, doubles and mislabels what
+the report shows.
 """
 
 import argparse
