@@ -184,6 +184,7 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
     from feeler.plotting import plot_touch, style, write_touch_movie
     from feeler.plotting.movie import SLOWER
     from feeler.plotting.touch import take_curvature
+    from feeler.plotting.turn import describe_turnable
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
     from feeler.tensors.unit import in_unit
@@ -222,6 +223,14 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
         "Curvature of every sensor against time.",
         lambda figure: plot_touch(tensors, figure),
     )
+    if antenna.spatial:
+        scene = describe_turnable(antenna, trial, everything)
+        section.turnable(
+            "turnable",
+            "The touch as it goes on: drag the picture, or use the arrow keys, to turn it. Colours:"
+            f" curvature, from none to {scene['top']:.3g} /mm, as in the tensor above.",
+            scene,
+        )
     peak = in_unit(tensors["angle"], "deg").values.max()
     curvature = take_curvature(tensors).max()
     force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1).max()

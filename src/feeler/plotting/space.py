@@ -52,7 +52,7 @@ class SpaceScene:
         for artist in self._drawn:
             artist.remove()
         self._drawn = []
-        sheets = [_make_sheet(origin, axes, self.antenna.length)]
+        sheets = [make_sheet(origin, axes, self.antenna.length)]
         if not feature.unbounded:
             sheets = []
         options = {"color": OBJECT_COLOUR, "alpha": 0.45, "linewidth": 0, "shade": True}
@@ -62,7 +62,7 @@ class SpaceScene:
                 triangles = ConvexHull(own).simplices
                 self._drawn.append(self.ax.plot_trisurf(*own.T, triangles=triangles, **options))
             else:
-                sheets.append(_make_surface(own[0], own[-1], feature.rounding))
+                sheets.append(make_surface(own[0], own[-1], feature.rounding))
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
 
 
@@ -79,7 +79,7 @@ def _measure_width(antenna: Antenna, ax: Any) -> np.ndarray:
     return np.maximum(2 * antenna.radius * 0.6 * 72 * inches / antenna.length, 2.0)
 
 
-def _make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
+def make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
     """x, y, z of the surface about the line from ``a`` to ``b``, of a ball where they are one."""
     along = b - a if np.any(b != a) else np.array([0.0, 0.0, 1.0])
     along = along / np.linalg.norm(along)
@@ -93,7 +93,7 @@ def _make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
     return np.moveaxis(ends + radius * skin, -1, 0)
 
 
-def _make_sheet(origin: np.ndarray, axes: np.ndarray, reach: float) -> np.ndarray:
+def make_sheet(origin: np.ndarray, axes: np.ndarray, reach: float) -> np.ndarray:
     """x, y, z of a part of a wall."""
     corners = np.array([[[-1, -1], [-1, 1]], [[1, -1], [1, 1]]]) * reach / 3
     return np.moveaxis(np.asarray(origin) + corners @ axes[1:], -1, 0)

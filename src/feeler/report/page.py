@@ -89,6 +89,8 @@ def render_page(
         Markup(files("feeler.report").joinpath(name).read_text(encoding="utf-8"))
         for name in ("page.css", "page.js")
     )
+    if any('class="turnable"' in part.body for part in shown):
+        script += Markup(files("feeler.report").joinpath("turn.js").read_text(encoding="utf-8"))
     page = open_templates("feeler.report").get_template("page.html")
     return page.render(
         title=title,

@@ -110,6 +110,14 @@ class Section:
         still = path.with_suffix(".jpg").name if path.with_suffix(".jpg").exists() else ""
         self.blocks.append({"kind": "movie", "name": path.name, "caption": caption, "still": still})
 
+    def turnable(self, name: str, caption: str, scene: Mapping[str, object]) -> None:
+        """A touch in space that is turned by hand; ``scene`` is what
+        :func:`feeler.plotting.turn.describe_turnable` gives.
+        """
+        self.blocks.append(
+            {"kind": "turnable", "name": name, "caption": caption, "scene": dict(scene)}
+        )
+
     def numbers(self, name: str, **arrays: object) -> None:
         """Keep the numbers a figure draws as JSON."""
         text = json.dumps({key: to_json(value) for key, value in arrays.items()}, sort_keys=True)
