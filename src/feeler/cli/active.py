@@ -81,7 +81,7 @@ def active(
                 typer.echo(f"no movie: {missing}", err=True)
                 break
     conditions = (
-        f"{sets} sets of {contest.known} touches, each felt {copies} times, noise"
+        f"{sets} sets of {contest.known} touches, each felt {copies} time(s), noise"
         f" {noise}. {describe_versions()}"
     )
     page = write_active(measured, contest, out, films, conditions)

@@ -77,7 +77,7 @@ def compare(
         report=lambda line: typer.echo(line, err=as_json),
     )
     for title, *cells in [] if as_json else data.list_rows():
-        typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
+        typer.echo(f"{title:52}" + "".join(f"  {cell:>27}" for cell in cells))
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep"
         f" {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at {speed:g} m/s."
