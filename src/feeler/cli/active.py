@@ -80,8 +80,9 @@ def active(
             except MissingExtra as missing:
                 typer.echo(f"no movie: {missing}", err=True)
                 break
+    often = "once" if copies == 1 else f"{copies} times"
     conditions = (
-        f"{sets} sets of {contest.known} touches, each felt {copies} time(s), noise"
+        f"{sets} sets of {contest.known} touches, each felt {often}, noise"
         f" {noise}. {describe_versions()}"
     )
     page = write_active(measured, contest, out, films, conditions)
