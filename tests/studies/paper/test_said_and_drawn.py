@@ -17,6 +17,7 @@ from feeler.studies.paper import (
     fig2b_fit,
     fig2e,
     fig3,
+    fig3_family,
     fig4,
     fig5,
     fig5_bending,
@@ -313,3 +314,10 @@ def test_only_what_is_evidence_is_counted_and_only_that_can_fail():
     assert shown["held"] == [told.count(word) for word in EVIDENCE]
     assert shown["stated"] == len(words)
     assert len(shown["failed"]) == len(told) - told.count("reproduced") > 0
+
+
+def test_an_antenna_of_one_s_own_is_not_held_against_the_paper_s_wall(section, monkeypatch):
+    """The paper names no R² of it: the section goes on without the family, where it broke off."""
+    monkeypatch.setattr(fig3_family, "load", lambda _: SimpleNamespace(sweeps={"cricket": None}))
+    fig3_family.show(CONTEXT, section)
+    assert section.blocks == []

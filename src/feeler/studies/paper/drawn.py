@@ -43,7 +43,8 @@ def draw_moment(
     ``tensors`` holds this one touch.
     """
     reach = antenna.length
-    ax.set(xlim=(-0.16 * reach, 0.86 * reach), ylim=(-0.03 * reach, 1.08 * reach), aspect="equal")
+    left = max(0.16 * reach, 2.2 * trial.feature.size)
+    ax.set(xlim=(-left, 0.86 * reach), ylim=(-0.03 * reach, 1.08 * reach), aspect="equal")
     ax.axis("off")
     placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
     ax.add_patch(make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward))

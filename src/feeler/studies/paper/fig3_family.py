@@ -179,6 +179,8 @@ def show(context: Context, section: Section) -> None:
     judged by.
     """
     data = load(context)
+    if not {*CLAIMED} & {*data.sweeps}:
+        return  # nothing of the paper's to be held against
     antennas = {name: context.profiles[name] for name in data.sweeps}
     known = [*data.sweeps.items(), *data.default_sweeps.items()]
     family = compute(antennas, part=context.effort.wall_part, known=known)
