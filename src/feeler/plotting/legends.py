@@ -1,5 +1,6 @@
 """What legends say: which name has which colours, and which marks a legend lies on."""
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -54,7 +55,7 @@ def _covers(box: Bbox, mark: Artist) -> bool:
 
 def _meets(box: Bbox, path: Path, filled: bool) -> bool:
     clean = path.cleaned(remove_nans=True)
-    return bool(len(clean.vertices) > 1 and clean.intersects_bbox(box, filled=filled))
+    return bool(len(np.asarray(clean.vertices)) > 1 and clean.intersects_bbox(box, filled=filled))
 
 
 def _trace(mark: Artist) -> list[tuple[Path, bool]]:
@@ -63,7 +64,7 @@ def _trace(mark: Artist) -> list[tuple[Path, bool]]:
         path = mark.get_transform().transform_path(mark.get_path())
         if mark.get_linestyle() not in ("None", "", " "):
             return [(path, False)]
-        return [(Path([point, point + 1e-3]), False) for point in path.vertices]
+        return [(Path([point, point + 1e-3]), False) for point in np.asarray(path.vertices)]
     if isinstance(mark, PathCollection):
         places = mark.get_offset_transform().transform(mark.get_offsets())
         return [(Path([point, point + 1e-3]), False) for point in places]

@@ -45,6 +45,7 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
     bend = np.linalg.norm(bend[frames, :2], axis=1)
     top = float(bend.max()) or 1.0
     placed = place(antenna, trial)
+    assert placed.left is not None  # in space
     axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
     shift = placed.velocity * time[frames, None]
     return {

@@ -65,9 +65,12 @@ def _find_crowded(figure: Figure, renderer: Any) -> list[list[str]]:
         labels = [one for one in ax.get_xticklabels() if id(one) not in unseen and _is_shown(one)]
         boxes = [(one, Text.get_window_extent(one, renderer)) for one in labels]
         boxes.sort(key=lambda item: item[1].x0)
-        gap = _GAP * figure.dpi / 72
+        gap: float = _GAP * figure.dpi / 72
         for (a, first), (b, second) in pairwise(boxes):
-            if -_TOUCH <= second.x0 - first.x1 < gap * a.get_fontsize() and not a.get_rotation():
+            if (
+                -_TOUCH <= second.x0 - first.x1 < gap * float(a.get_fontsize())
+                and not a.get_rotation()
+            ):
                 found.append([a.get_text(), b.get_text()])
     return found
 

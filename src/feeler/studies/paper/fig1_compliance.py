@@ -46,8 +46,8 @@ def plot(
         Line2D([], [], color=colour, marker="o", ls="", ms=3, label=label)
         for colour, label in ((_ACTIVE, f"angle > {threshold:g} rad"), (_SILENT, "less"))
     ]
-    marks.append(Patch(color=OBJECT_COLOUR, label="object"))
-    figure.legend(handles=marks, loc="outside lower center", ncols=3)
+    met = Patch(color=OBJECT_COLOUR, label="object")
+    figure.legend(handles=[*marks, met], loc="outside lower center", ncols=3)
 
 
 def _draw(
