@@ -146,10 +146,21 @@ class Record:
         return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
+        if state.keys() != {f.name for f in dataclasses.fields(self)}:
+            state = self._make_anew(state).__getstate__()
         for value in state.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
         vars(self).update(state)
+
+    @classmethod
+    def _make_anew(cls, state: dict[str, Any]) -> Self:
+        """What another version pickled, whose fields were others."""
+        try:
+            return cls(**state)
+        except (InvalidInput, TypeError) as error:
+            words = f"another version of feeler pickled this {cls.__name__}: {error}"
+            raise InvalidInput(f"{words} Make it anew, or read it from a file.") from error
 
 
 def _refuse(self: Record, name: str, *_: Any) -> None:

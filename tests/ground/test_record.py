@@ -242,3 +242,28 @@ def test_an_array_of_texts_is_no_array_of_numbers(values):
 
     with pytest.raises(InvalidInput, match=r"values must be an array of numbers, got"):
         Row(values=values)
+
+
+def read_state(changes, lacking=()):
+    """A contact from what another version had pickled."""
+    state = Contact(stiffness=2.0, friction=0.1).__getstate__() | changes
+    contact = Contact.__new__(Contact)
+    contact.__setstate__({key: value for key, value in state.items() if key not in lacking})
+    return contact
+
+
+def test_what_an_older_version_pickled_has_the_defaults_of_newer_fields():
+    assert read_state({}, ("angle", "count")) == Contact(stiffness=2.0, friction=0.1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "lacking", "match"),
+    [
+        ({}, ("stiffness",), "another version of feeler pickled this Contact.*stiffness"),
+        ({"width": 1.0}, (), "another version of feeler pickled this Contact.*width.*Make it anew"),
+        ({"side": "up"}, ("name",), "another version .*side must be one of left, right"),
+    ],
+)
+def test_what_another_version_pickled_otherwise_is_refused(changes, lacking, match):
+    with pytest.raises(InvalidInput, match=match):
+        read_state(changes, lacking)
