@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
 from typing import Annotated, Any
+from urllib.parse import quote
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -34,7 +35,7 @@ class Movie(type(Path())):  # type: ignore[misc]  # until Python 3.12, Path itse
 
     def _repr_html_(self) -> str:
         if not self.is_file() or self.stat().st_size > _MOST_SHOWN:
-            return f'<a href="{escape(str(self))}">{escape(self.name)}</a>'
+            return f'<a href="{quote(self.as_posix())}">{escape(self.name)}</a>'
         data = base64.b64encode(self.read_bytes()).decode()
         return f'<video controls loop width="640" src="data:video/mp4;base64,{data}"></video>'
 
