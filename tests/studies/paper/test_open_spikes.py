@@ -107,6 +107,14 @@ def test_what_was_not_read_is_undefined_and_not_judged():
     assert (found.verdict, found.why) == ("not comparable", "undefined: not read in two sets")
 
 
+def test_costs_and_gains_have_their_signs_and_the_null_is_the_greatest_of_all():
+    """A receptor's noise costs 10 points, regular trains gain 3; one null of many is high."""
+    high = ("constant", "fast", "first", "null", "whole touch")
+    values = collect_values(plant(lambda *key: 0.4 if key == high else say_expected(*key)))
+    for name, points in (("cost.receptor", 10.0), ("gain.regular", 3.0), ("null", 40.0)):
+        assert values[f"spikes.{name}"]["value"] == pytest.approx(points, abs=0.4)
+
+
 def test_differences_are_paired_and_the_least_sure_neighbour_counts():
     cells = {}
     for speed, right in (("slow", [0.9, 0.7]), ("medium", [0.8, 0.6]), ("fast", [0.4, 0.5])):

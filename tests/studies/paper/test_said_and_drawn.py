@@ -13,6 +13,7 @@ from feeler.decoding.sweep import Sweep
 from feeler.dispersion import INDICES, Interval
 from feeler.report import Section
 from feeler.studies.paper import (
+    fig1,
     fig2b,
     fig2b_fit,
     fig2e,
@@ -21,6 +22,7 @@ from feeler.studies.paper import (
     fig4,
     fig5,
     fig5_bending,
+    fig5_complete,
     fig5_speed,
     fig6,
     figS2,
@@ -288,6 +290,93 @@ def test_every_reading_stands_beside_its_own_null(section, monkeypatch):
         for reading in readings
     ]
     np.testing.assert_allclose(pairs, [(0.5, 0.4), (0.6, 0.2), (0.9, 0.3)])
+
+
+def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(section):
+    parts = {"end": 512.0, "cut": 7, "again": 3, "pairs": 2, "ceiling": 0.9}
+    sweeps, cut = make_sweep(0.8), make_sweep(0.4)
+    ends = {"estimate": 0.3, "low": 0.2, "high": 0.35}
+    data = SimpleNamespace(
+        windows={"linear": SimpleNamespace(**parts)},
+        sweeps={noise: {"linear": sweeps} for noise in ("relative", "common")},
+        dispersion=SimpleNamespace(
+            average={index: {"linear": Interval(**ends)} for index in INDICES},
+            values=lambda *_: np.zeros(9),
+        ),
+    )
+    fig5_complete._tabulate(section, data)
+    row = dict(zip(section.blocks[-1]["header"], section.blocks[-1]["rows"][0], strict=True))
+    assert row == {
+        "profile": "linear",
+        "lets go at the latest [ms]": "512",
+        "cut by the window": "7",
+        "of these, out of contact at its end": "3",
+        "identical pairs": "2",
+        "ceiling": "0.9",
+    }
+    for name, value in parts.items():
+        assert section.values[f"window.{name}.linear"] == value
+    section.values |= {f"dispersion.tensor.{index}.linear": {"value": 0.6} for index in INDICES}
+    before = {noise: {"linear": cut} for noise in data.sweeps}
+    fig5_complete._keep_values(section, data, before)
+    for noise in data.sweeps:
+        assert section.values[f"complete.{noise}.linear"]["value"] == pytest.approx(0.8)
+        assert section.values[f"cut.{noise}.linear"]["value"] == pytest.approx(0.4)
+    for index in INDICES:
+        found = [section.values[f"dispersion.{window}.{index}.linear"] for window in WINDOWS]
+        assert [one["value"] for one in found] == [0.6, 0.3]  # first the paper's, then the whole
+        assert (found[1]["low"], found[1]["high"]) == (0.2, 0.35)
+    assert {cells[1] for cells in section.blocks[-1]["rows"]} == {"0.6 → 0.3"}
+
+
+def test_what_is_read_by_chance_and_over_which_spacing_is_that_of_the_same_question():
+    """Neighbours are 0.7 mm apart: of every third sensor, 2.1 mm. 5 places, 12 things."""
+
+    def make(value):
+        return {"value": value, "low": value - 0.01, "high": value + 0.02}
+
+    reading = SimpleNamespace(
+        place={1: make(0.5), 3: make(0.3)},
+        thing={100.0: make(0.4), 500.0: make(0.8)},
+        chance={"place": 1 / 5, "thing": 1 / 12},
+    )
+    active = SimpleNamespace(active={"threshold 1 rad": make(9.0)}, noise=make(0.05))
+    data = SimpleNamespace(reading=reading, activity={1.0: active, 4.0: active})
+    fig1.plot(data, 0.7, figure := Figure())
+    first, second, *_ = figure.axes
+    np.testing.assert_allclose(first.lines[0].get_xydata(), [[0.7, 50], [2.1, 30]])
+    np.testing.assert_allclose(second.lines[0].get_xydata(), [[100, 40], [500, 80]])
+    bars = first.collections[0].get_segments()
+    np.testing.assert_allclose(bars, [[[0.7, 49], [0.7, 52]], [[2.1, 29], [2.1, 32]]])
+    for ax, chance in ((first, 20), (second, 100 / 12)):
+        (line,) = (line for line in ax.lines if line.get_label() == "chance")
+        np.testing.assert_allclose(line.get_ydata(), chance)
+
+
+def test_speed_and_location_are_right_whatever_the_feature_is(section):
+    """One of four touches is named whole, two are right but for the feature, one but for the last
+    of its labels.
+    """
+    true = [("ball", 0.27, 0.9), ("ball", 0.27, 0.8), ("box", 0.1, 0.9), ("box", 0.1, 0.8)]
+    told = [("ball", 0.27, 0.9), ("box", 0.27, 0.8), ("box", 0.1, 0.7), ("ball", 0.1, 0.8)]
+    score = SimpleNamespace(true=true, predicted=told, share=lambda _: (0.25, 0.1, 0.4), total=4)
+    score.correct = {"all": 1}
+    fit = SimpleNamespace(stiffness_factor=1.1, damping_factor=1.2, error=0.03)
+    data = SimpleNamespace(
+        score=score,
+        sizes=(1.0,),
+        by_size=[score],
+        variants=(2,),
+        by_variants=[score],
+        shots=(),
+        by_shots=[],
+        fit=fit,
+        calibration=SimpleNamespace(resolution=np.radians([0.2, 0.7, 0.3])),
+    )
+    fig6._list_scores(SimpleNamespace(effort=SimpleNamespace(robots=3)), section, data)
+    names = ("speed_location", "p1", "p2", "fit_error", "resolution")
+    said = [section.values[f"robot.{name}"] for name in names]
+    assert said == pytest.approx([0.75, 1.1, 1.2, 0.03, 0.7])
 
 
 def test_only_what_is_evidence_is_counted_and_only_that_can_fail():
