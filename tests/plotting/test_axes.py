@@ -15,7 +15,7 @@ from feeler.plotting.bases import plot_bases
 from feeler.plotting.closest import plot_index, plot_kinds
 from feeler.plotting.posture import MovingAntenna, plot_profiles
 from feeler.plotting.raster import plot_raster, plot_touch_spikes
-from feeler.plotting.space import _make_sheet
+from feeler.plotting.space import make_sheet
 from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch
 from feeler.plotting.wall import Shapes, plot_approach
@@ -189,7 +189,7 @@ def test_a_wall_that_comes_nearer_is_drawn_where_it_stands(ax, side):
 def test_a_wall_in_space_is_drawn_across_its_own_direction():
     axes = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])  # forward, left, up
     origin = np.array([3.0, 4.0, 5.0])
-    points = np.moveaxis(_make_sheet(origin, axes, reach=30.0), 0, -1) - origin
+    points = np.moveaxis(make_sheet(origin, axes, reach=30.0), 0, -1) - origin
     np.testing.assert_allclose(points @ axes[0], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.abs(points @ axes[1:].T), 10.0)
 
