@@ -96,6 +96,7 @@ test("nothing of the touch before is left once another is whole, and at once whe
   const record = new TouchRecord(), mode = { frequency: 0.02, damping_ratio: 0.5 };
   record.begin(HEADER);
   record.add(0, makePiece(0, 5, 3));
+  near(record.tip(0)[1], Math.cos(0) + 2 * Math.cos(0.3) + 3 * Math.cos(0.9));
   Object.assign(record, { mode, reading: makeReading() });
   record.begin({ ...HEADER, id: 5 });
   assert.equal(record.reading.old, true);
