@@ -28,36 +28,43 @@ HEADLINES = {
         "curvature follows wall distance in the paper's order of antennas in"
         " {wall.family.order:.0%} of the set-ups with a map",
     ),
-    "Encoding": ("Fig. 4, 5F–G, S5", "bases map to location: p = {encoding.location_p:.3f}"),
+    "Encoding": (
+        "Fig. 4, 5F–G, S5",
+        "which basis is strongest tells the place of contact: p = {encoding.location_p:.3f}",
+    ),
     "Dispersion and classification": (
         "Fig. 5A–E, S6",
-        "closest-match NMI {dispersion.tensor.nmi.slow:.2f} at slow touch (0.06 m/s), 380 ms",
+        "likeness (NMI) of a slow touch (0.06 m/s) and the one most like it:"
+        " {dispersion.tensor.nmi.slow:.2f}, in 380 ms",
     ),
     "Convolutional network": (
         "Fig. S4",
-        "{cnn.slow:.2f} accuracy at slow touch (0.06 m/s), noise of 10, 20 and 30 % of the peak",
+        "share of slow touches (0.06 m/s) named right: {cnn.slow:.2f}, noise of 10, 20 and 30 % of"
+        " the peak",
     ),
     "Beyond the paper: speed against accuracy against energy": (
         "beyond",
-        "which of thirty touches it was (4.91 bits): a whole touch tells"
-        " {tradeoff.whole.common.slowest:.2f} at the slowest speed (0.03 m/s),"
+        "of the 4.91 bits that say which of thirty touches it was, a whole touch tells"
+        " {tradeoff.whole.common.slowest:.2f} at the slowest speed (0.03 m/s) and"
         " {tradeoff.whole.common.fastest:.2f} at the fastest (1.2 m/s), noise of"
         " {choices.common:g} rad",
     ),
     "Beyond the paper: what the gradient does": (
         "beyond",
-        "{gradient.fastest.common.-0.0827:.2f} bits with the published gradient,"
-        " {gradient.fastest.common.0:.2f} without any, at 0.3 m/s, noise of {choices.common:g} rad",
+        "a touch tells {gradient.fastest.common.-0.0827:.2f} bits with the published gradient of"
+        " stiffness, {gradient.fastest.common.0:.2f} with none, at 0.3 m/s, noise of"
+        " {choices.common:g} rad",
     ),
     "Beyond the paper: which receptor noise makes the gradient best": (
         "beyond",
-        "none: {receptor.fine.lead.sample:.1f} points ahead of the best other rate in the noise"
-        " that suits it most, at 0.3 m/s",
+        "none that was tried: even in the noise that suits the published gradient most, its lead"
+        " over the best other one is {receptor.fine.lead.sample:.1f} points, at 0.3 m/s",
     ),
     "Beyond the paper: place, size and speed beside their bounds": (
         "beyond",
-        "place to {bounds.error.location.common.0.003:.2f} mm at 0.24 to 0.36 m/s, noise of 0.003"
-        " rad",
+        "the best reader is wrong about the place by"
+        " {bounds.error.location.common.0.003:.2f} mm (root mean square), at 0.24 to 0.36"
+        " m/s, noise of 0.003 rad",
     ),
     "Beyond the paper: which antenna tells most": (
         "beyond",
@@ -66,8 +73,9 @@ HEADLINES = {
     ),
     "Beyond the paper: an antenna designed for sizes and places never met": (
         "beyond",
-        "{unseen.wrong.unseen.unseen:.1f} % of them named wrong by the reader of the search,"
-        " {unseen.wrong.published.unseen:.1f} % with the published antenna, at 0.3 m/s, noise of"
+        "touches of new sizes at new places that are named wrong:"
+        " {unseen.wrong.unseen.unseen:.1f} % with the antenna that was searched for them,"
+        " {unseen.wrong.published.unseen:.1f} % with the published one, at 0.3 m/s, noise of"
         " 0.3 peaks",
     ),
     "Beyond the paper: what a nerve says": (
@@ -78,8 +86,8 @@ HEADLINES = {
     ),
     "Beyond the paper: touched from out of the plane": (
         "beyond",
-        "{space.gradient:.0f} points ahead of the nearest other antenna, touched from within ± 60°"
-        " at 0.3 m/s, noise of 0.03 rad",
+        "the published antenna leads the next best by {space.gradient:.0f} points when touched from"
+        " within ± 60°, at 0.3 m/s, noise of 0.03 rad",
     ),
     "The robotic antenna": (
         "Fig. 6, S7, Movie S4",
@@ -96,12 +104,28 @@ PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 SCALES = ("smoke", "quick", "published", "paper")
 _TOLD = ("reproduced", "partly", "not reproduced", "depends on a definition", "no evidence")
 MARKS = re.compile(r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)", re.S)
+RESULT = (
+    "{complete.common.exponential:.0%} of the touches of an antenna that is stiff at its base and"
+    " soft at its tip are named right, and\n{complete.common.constant:.0%} of an antenna that is"
+    " equally stiff everywhere."
+)
+"""README's one result."""
+RESULT_MARKS = re.compile(r"(<!-- result: .*? -->\n).*(<!-- end of result -->)", re.S)
+
+
+def make_result(results: dict) -> str:
+    """README's one result, from the run at paper scale."""
+    return fill(RESULT, _collect(results["paper"])) + "\n"
+
+
+def _collect(found: dict) -> dict:
+    return {key: value for part in found["values"].values() for key, value in part.items()}
 
 
 def make_table(results: dict) -> str:
     """The table's lines, all from the run at paper scale, and a line for every scale."""
     found = results["paper"]
-    values = {key: value for part in found["values"].values() for key, value in part.items()}
+    values = _collect(found)
     lines = ["| figure | command | seconds | headline |", "|---|---|---|---|"]
     for title, (figures, words) in HEADLINES.items():
         keys = {key for key, _ in PLACE.findall(words)}
@@ -136,7 +160,7 @@ def _make_total(scale: str, found: dict) -> str:
     claims = found["claims"]["paper"]
     told = [f"{claims[word]} {word}" for word in _TOLD if claims.get(word)]
     rest = sum(claims.values()) - sum(claims.get(word, 0) for word in _TOLD)
-    headline = f"of {sum(claims.values())} statements {', '.join(told)}; {rest} cannot be judged"
+    headline = f"of {sum(claims.values())} statements {', '.join(told)}; {rest} without a verdict"
     headline += f" ({found['note']})" if "note" in found else ""
     return (
         f"| all of it, {found['cores']} cores | {_name_command(scale)} | {found['seconds']:.0f} |"
@@ -149,8 +173,11 @@ def _name_command(scale: str) -> str:
 
 
 def main() -> None:
-    readme, table = ROOT / "README.md", make_table(json.loads(RESULTS.read_text()))
-    readme.write_text(MARKS.sub(lambda found: f"{found[1]}{table}{found[2]}", readme.read_text()))
+    readme, results = ROOT / "README.md", json.loads(RESULTS.read_text())
+    text = readme.read_text()
+    for marks, made in ((MARKS, make_table(results)), (RESULT_MARKS, make_result(results))):
+        text = marks.sub(lambda found, made=made: f"{found[1]}{made}{found[2]}", text)
+    readme.write_text(text)
 
 
 if __name__ == "__main__":

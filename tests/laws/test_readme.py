@@ -27,6 +27,12 @@ def test_readme_holds_the_generated_table(table_maker):
     assert table in (ROOT / "README.md").read_text(), "run: python docs/make_table.py"
 
 
+def test_readme_s_one_result_is_the_measured_one(table_maker):
+    result = table_maker.make_result(json.loads(table_maker.RESULTS.read_text()))
+    assert "±" in result and "{" not in result
+    assert result in (ROOT / "README.md").read_text(), "run: python docs/make_table.py"
+
+
 @pytest.mark.parametrize(
     ("value", "said"),
     [
