@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check audit size golden kept numba-oldest mutants bench peers docs notebooks clean
+.PHONY: help reproduce test test-long test-slow check audit locked hashes size golden kept numba-oldest mutants bench peers docs notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -67,6 +67,16 @@ $(BIN)/.audit: $(BIN)/.core
 audit: $(BIN)/.audit  ## known weaknesses of the versions in constraints.txt (asks an advisory service)
 	@$(BIN)/python -m pip_audit --no-deps --disable-pip -r constraints.txt
 
+LOCKED := $(VENV)-locked
+locked: constraints.hashed.txt  ## an environment of its own, each of whose files has the hash in constraints.hashed.txt (pip refuses any other)
+	@$(PYTHON) -m venv --clear $(LOCKED)
+	@$(LOCKED)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r constraints.hashed.txt
+	@$(LOCKED)/bin/python -m pip check
+
+hashes:  ## constraints.hashed.txt anew from constraints.txt (needs uv)
+	@uv pip compile --quiet --python-version 3.11.7 --no-deps --generate-hashes --no-annotate --no-header --no-emit-index-url \
+	  constraints.txt --output-file constraints.hashed.txt
+
 size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
 	@$(BIN)/python benchmarks/size.py
 
@@ -106,4 +116,4 @@ notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebo
 	@$(BIN)/python docs/notebooks.py $(NAME)
 
 clean:  ## remove what the targets made, except stores
-	@rm -rf $(VENV) $(OLDEST) site build src/*.egg-info .pytest_cache
+	@rm -rf $(VENV) $(OLDEST) $(LOCKED) site build src/*.egg-info .pytest_cache

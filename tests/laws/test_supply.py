@@ -1,5 +1,6 @@
 """What is installed with feeler has a licence in NOTICE.md and a version in constraints.txt."""
 
+import re
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -65,3 +66,20 @@ def test_licences_that_ask_for_more_are_named():
         or "GPL" in (package.metadata.get("License-Expression") or "")
     }
     assert {name for name in strict if f"**{name}**" not in text} == set()
+
+
+def read_hashes():
+    """Versions and hashes of constraints.hashed.txt, by package."""
+    text = (ROOT / "constraints.hashed.txt").read_text().replace("\\\n", " ")
+    lines = (line.split(" ") for line in text.splitlines())
+    return {words[0]: [word for word in words[1:] if word] for words in lines}
+
+
+def test_every_version_has_its_hashes():
+    """pip refuses a file of any other content: ``make locked``."""
+    text, hashes = (ROOT / "constraints.txt").read_text(), read_hashes()
+    fixed = [line.split("==") for line in text.splitlines() if "==" in line]
+    assert {*hashes} == {f"{canonicalize_name(name)}=={version}" for name, version in fixed}
+    assert all(found for found in hashes.values())
+    words = [word for found in hashes.values() for word in found]
+    assert all(re.fullmatch(r"--hash=sha256:[0-9a-f]{64}", word) for word in words)
