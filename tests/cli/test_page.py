@@ -52,11 +52,30 @@ def test_verbs_with_many_options_show_five_first(name, verb):
         (["robot", "check"], "give time_unit=.", "give --time-unit."),
         (["robot", "check"], "give n_channels=.", "feeler robot new --hinges N writes."),
         (["info"], "give frame_rate=.", "give frame_rate=."),
+        (["touch"], "Trial.location must be ≤ 1, got 2.", "--location must be ≤ 1, got 2."),
+        (["touch"], "Ball.radius must be > 0 mm", "--size must be > 0 mm"),
+        (["wall"], "Posture.inter_antennal_angle must be", "--angle must be"),
+        (["tradeoff"], "Ball.radius must be > 0 mm", "Ball.radius must be > 0 mm"),
+        (["touch"], "a.toml: Ball.radius must be", "a.toml: Ball.radius must be"),
         (["tracks"], "x --frame-rate=3 y_frame_rate=2", "x --frame-rate=3 y_frame_rate=2"),
     ],
 )
 def test_arguments_become_options_of_the_verb(words, message, said):
     assert say_in_shell(message, list_options(GROUP, words)).endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["touch", "--speed", "fast"], "'--speed': give a number, got 'fast'"),
+        (["touch", "--speed=fast"], "'--speed': give a number, got 'fast'"),
+        (["tradeoff", "--out", "o", "--sets", "2.5"], "'--sets': give a whole number, got '2.5'"),
+        (["reproduce", "--seed", "-1"], "'--seed': give at least 0, got '-1'"),
+    ],
+    ids=lambda one: one[-1] if isinstance(one, list) else "",
+)
+def test_a_value_that_is_none_is_refused_with_what_was_got(words, said):
+    assert said in CliRunner().invoke(door.app, words).output
 
 
 def test_an_error_reaches_the_terminal_in_its_own_words(monkeypatch, capsys, tmp_path):

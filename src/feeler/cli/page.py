@@ -4,10 +4,11 @@ words of the command line.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from importlib import import_module
 from inspect import Parameter, Signature
+from itertools import pairwise
 from types import ModuleType
 from typing import Annotated, Any, get_type_hints
 
@@ -36,12 +37,36 @@ SHOWN_FIRST = {
 _ARGUMENT = re.compile(
     r"(?<![\w-])(?P<name>[a-z][a-z0-9_]*)=(?:['\"](?P<word>[^'\"]*)['\"]|(?P<bare>[\w.]*\w)?)"
 )
+_FIELD = re.compile(r"^[A-Z]\w+\.(?P<name>[a-z_]+)(?= must )")
+# what a verb calls a field that has another name in the library
+_CALLED = {
+    "radius": "size",
+    "half_width": "size",
+    "inter_antennal_angle": "angle",
+    "readers": "reader",
+}
+_PLAINLY = {
+    r"Input should be a valid number.*": "give a number",
+    r"Input should be a valid integer.*": "give a whole number",
+    r"Input should be greater than or equal to (.+)": r"give at least \1",
+    r"Input should be less than or equal to (.+)": r"give at most \1",
+}
 # what the command line has in the place of an argument
 _INSTEAD = {"n_channels=": "--antenna robot.toml, which feeler robot new --hinges N writes"}
 
 
 class Page(TyperCommand):
     """A verb whose help has the options that matter first in a list of their own."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """A value that an option cannot take is refused in plain words."""
+        words = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            opts = getattr(error.param, "opts", [])
+            error.message = say_plainly(error.message, opts, words)
+            raise
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Two lists where a verb has many options."""
@@ -86,8 +111,8 @@ def list_options(group: Any, words: list[str]) -> dict[str, str]:
 def say_in_shell(message: str, options: dict[str, str]) -> str:
     """A message of the library in the words of the command line.
 
-    ``frame_rate=`` becomes ``--frame-rate`` and ``gaps='bridge'`` ``--gaps bridge``, where the verb
-    has the option.
+    ``frame_rate=`` becomes ``--frame-rate``, ``gaps='bridge'`` ``--gaps bridge`` and ``Trial.speed
+    must`` ``--speed must``, where the verb has the option.
     """
 
     def turn(found: re.Match) -> str:
@@ -99,7 +124,21 @@ def say_in_shell(message: str, options: dict[str, str]) -> str:
 
     for argument, words in _INSTEAD.items():
         message = message.replace(argument, words)
+    if found := _FIELD.match(message):
+        name = found["name"]
+        said = options.get(name) or options.get(_CALLED.get(name, ""), found[0])
+        message = said + message.removeprefix(found[0])
     return _ARGUMENT.sub(turn, message)
+
+
+def say_plainly(message: str, opts: Sequence[str], words: Sequence[str]) -> str:
+    """What is wrong with an option's value, with what was got, found among the words."""
+    for pattern, plain in _PLAINLY.items():
+        if re.fullmatch(pattern, message):
+            given = [b for a, b in pairwise(words) if a in opts]
+            given += [b for a, _, b in (word.partition("=") for word in words) if b and a in opts]
+            return re.sub(pattern, plain, message) + "".join(f", got {one!r}" for one in given[-1:])
+    return message
 
 
 EngineName = Annotated[
