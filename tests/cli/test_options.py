@@ -133,3 +133,10 @@ def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
     page = (tmp_path / "o" / "spikes.html").read_text()
     assert f"{drawn['feature'].values[2]} at {drawn['location'].values[2]:.2g}" in page
     assert drawn.attrs["spike_seed"] == 3 and "'order': 2" in drawn.attrs["firing"]
+
+
+@pytest.mark.parametrize("name", ["scene.stl", "scene"])
+def test_a_scene_is_written_as_xml_and_not_under_another_name(name, tmp_path):
+    result = CliRunner().invoke(app, ["export", str(tmp_path / name)])
+    assert isinstance(result.exception, InvalidInput)
+    assert "Name it scene.xml" in str(result.exception) and not (tmp_path / name).exists()

@@ -38,9 +38,15 @@ def export(
     """Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed."""
     import feeler
     from feeler.cli.choose import choose_antenna
+    from feeler.errors import InvalidInput
     from feeler.physics.mjcf import write_mjcf
     from feeler.stimulus.feature import parse_feature
 
+    if file.suffix.lower() not in (".xml", ".mjcf"):
+        raise InvalidInput(
+            f"the scene is written as MJCF, which is XML; got {file.name!r}. Name it"
+            f" {file.with_suffix('.xml').name}."
+        )
     shape = parse_feature(feature, size)
     trial = feeler.Trial(feature=shape, location=location, speed=speed, azimuth=azimuth)
     write_mjcf(choose_antenna(antenna), trial, file, control=control)

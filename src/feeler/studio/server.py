@@ -237,5 +237,6 @@ def _explain(port: int, error: Exception) -> InvalidInput:
             f"port {port} is taken, perhaps by another studio; give --port 0 to take any free one."
         )
     return InvalidInput(
-        f"cannot listen on port {port} of {HOST}: {error}. Give --port 0 to take any free one."
+        f"cannot listen on port {port} of {HOST}: {str(error).rstrip('.')}. Give --port 0 to take"
+        " any free one."
     )
