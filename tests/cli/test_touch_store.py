@@ -146,3 +146,16 @@ def test_a_killed_command_leaves_no_orphans(tmp_path):
     os.kill(process.pid, signal.SIGKILL)
     process.communicate(timeout=60)
     wait_for(lambda: list_session(process.pid) == [])
+
+
+@pytest.mark.parametrize("workers", [[], ["--processes"]], ids=["threads", "processes"])
+def test_too_few_addresses_are_said_in_one_line(tmp_path, workers):
+    """Compiled libraries would end Python itself."""
+    resource = pytest.importorskip("resource")
+    few = partial(resource.setrlimit, resource.RLIMIT_AS, (7 * 10**8, 7 * 10**8))
+    ended = subprocess.run(
+        [*FEELER, *SET, *workers], cwd=tmp_path, check=False, capture_output=True, preexec_fn=few
+    )
+    assert ended.returncode == 2
+    assert ended.stderr.decode().startswith("feeler: there is not enough memory")
+    assert len(ended.stderr.splitlines()) == 1

@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from importlib.util import find_spec
 from typing import Annotated, Any
 
 import typer
@@ -102,20 +103,41 @@ NO_MEMORY = (
 )
 
 
+_LEAST = 900 * 10**6  # [C] bytes of addresses, below which compiled libraries end Python itself
+
+
+def _is_starved() -> bool:
+    """Whether a limit of the system leaves fewer addresses than can be done with."""
+    if find_spec("resource") is None:  # Windows
+        return False
+    import resource
+
+    return 0 <= resource.getrlimit(resource.RLIMIT_AS)[0] < _LEAST
+
+
 def _run() -> None:
+    if _is_starved():
+        _give_up()
     try:
         app()
     except FeelerError as error:
+        if lacks_memory(error.__cause__):  # there is none for the words of the shell
+            _give_up()
         _fail(_put_in_shell(str(error)), 2)
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
     except Exception as error:
         if lacks_memory(error):
-            print(f"feeler: {NO_MEMORY}", file=sys.stderr)
-            _leave(2)  # what is loaded by half would say more at the end
+            _give_up()
         if not isinstance(error, OSError):
             raise
         _fail(_explain(error), 2)
+
+
+def _give_up() -> None:
+    """End for want of memory; what is loaded by half would say more at the end."""
+    print(f"feeler: {NO_MEMORY}", file=sys.stderr)
+    _leave(2)
 
 
 def _put_in_shell(words: str) -> str:
