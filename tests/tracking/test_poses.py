@@ -29,6 +29,8 @@ def trials():
 
 @pytest.mark.parametrize("unit", ["px", "mm"])
 def test_poses_come_back_as_they_were(tmp_path, trials, unit):
+    from pynwb import NWBHDF5IO
+
     path, films = (
         tmp_path / "a.nwb",
         [film.scaled(10.0) if unit == "mm" else film for film in trials],
@@ -50,6 +52,13 @@ def test_poses_come_back_as_they_were(tmp_path, trials, unit):
         )
         np.testing.assert_allclose(back.position, film.position, rtol=1e-12)
         assert back.source == film.source == "synthetic"
+    said = {"px": ("pixels", 1.0), "mm": ("meters", 1e-3)}[unit]
+    with NWBHDF5IO(str(path), "r") as io:
+        module = io.read().processing["behavior"]
+        for k in range(len(films)):
+            for series in module[f"trial_{k:06d}"].pose_estimation_series.values():
+                assert (series.unit, series.conversion) == said
+                assert "x to the right, y downwards" in series.reference_frame
 
 
 def test_all_films_share_one_clock(tmp_path, trials):
