@@ -81,7 +81,7 @@ def _draw_stiffness(antennas: Mapping[str, Antenna], ax: Axes) -> None:
     for name, colour in pick_colours(antennas).items():
         one = antennas[name]
         ax.plot(one.hinge_position / one.length, one.stiffness, color=colour, label=name)
-    ax.legend()
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=0.8)
     set_decades(ax)
     ax.set(xlabel="place (base 0, tip 1)", ylabel="stiffness [N·mm/rad]")
 

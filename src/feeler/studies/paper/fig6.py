@@ -40,7 +40,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Panels A to E as the paper names them, from the top; below them, F on, what lies beyond the
     paper.
     """
-    rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.15), squeeze=False).flat
+    rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.6), squeeze=False).flat
     title: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 8}
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
@@ -249,13 +249,7 @@ def _label_share(ax: Axes, title: str, xlabel: str) -> None:
         yticks=np.linspace(0, 1, 6),
         title=title,
     )
-    ax.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.38),
-        ncols=2,
-        columnspacing=0.8,
-        handlelength=1.4,
-    )
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), handlelength=1.4)
 
 
 def _errorbar(
@@ -288,7 +282,7 @@ def show(context: Context, section: Section) -> None:
         " paper, shares of the surrogates' touches: against the size of the reality gap, against"
         " what closes it, and against time since contact. (Fig. 6A–E)",
         lambda figure: plot(data, figure),
-        height=11.5,
+        height=12.3,
         numbers={
             "sizes": data.sizes,
             "shares": [score.share("all") for score in data.by_size],
