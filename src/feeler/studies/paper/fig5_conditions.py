@@ -94,7 +94,7 @@ def _draw_ways(speeds: list[float], ax: Axes) -> None:
     ):
         ax.plot(time, speed * time, color=colour, label=f"{speed:g} m/s")
     ax.axvline(_LATER, color="#888888", ls=":", lw=0.8)
-    ax.legend()
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=0.8)
     ax.set(xlabel="time since contact [ms]", ylabel="distance since contact [mm]", ylim=(0, None))
 
 
