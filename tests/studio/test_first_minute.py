@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import feeler
+from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.studio import Studio
 from feeler.studio.leaving import make_file
 
@@ -201,6 +203,10 @@ def test_a_saved_picture_shows_the_quantity_of_the_page(quantity, label, monkeyp
     assert tensors["angle"].values.max() > 0
 
 
+def _read_colour(name: str) -> np.ndarray:
+    return np.array([int(name[k : k + 2], 16) for k in (1, 3, 5)])
+
+
 @pytest.mark.parametrize("hand", [None, [[1, 0, 0.2, 0.0, 0.0], [4, -1, 0.0, 0.3, 0.002]]])
 def test_a_movie_shows_every_object_and_the_hand(hand):
     """Base left, as the page has it; one frame after the other is another picture."""
@@ -220,6 +226,10 @@ def test_a_movie_shows_every_object_and_the_hand(hand):
     first, last = (
         one.reshape(height, width, 3).astype(int) for one in pictures[:: len(pictures) - 1]
     )
-    green = (first[:, :, 1] - first[:, :, 0] > 60) & (first[:, :, 1] > 120)
-    assert green[:, : width // 2].sum() > 200 and not green[:, width // 2 :].any()
+    seen = 0.85 * _read_colour(OBJECT_COLOUR) + 0.15 * 255  # they are a little transparent
+    spots, n = ndimage.label(np.abs(first - seen).max(axis=2) < 12)
+    areas = ndimage.sum_labels(spots > 0, spots, range(1, n + 1))
+    places = ndimage.center_of_mass(spots > 0, spots, 1 + np.flatnonzero(areas > 200))
+    assert len(places) == 2  # ball and box; letters are smaller
+    assert all(across < width // 2 for _, across in places)
     assert np.abs(last - first).max() > 100
