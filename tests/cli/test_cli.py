@@ -22,8 +22,8 @@ from ._command import run
         (("reproduce", "--timestep", "5"), "--timestep 1"),
         (("reproduce", "--timestep", "0.5"), "use at most 0.1 ms"),
         (("reproduce", "--timestep", "0"), "timestep must be finite and > 0"),
-        (("reproduce", "--seed", "-1"), "greater than or equal to 0"),
-        (("calibrate", "--seed", "-1"), "greater than or equal to 0"),
+        (("reproduce", "--seed", "-1"), "give at least 0, got"),
+        (("calibrate", "--seed", "-1"), "give at least 0, got"),
         (("touch", "--out", "/proc/nowhere"), "check the path"),
         (("touch", "--timestep", "0"), "timestep must be finite and > 0"),
         (

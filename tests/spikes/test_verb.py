@@ -47,7 +47,7 @@ def test_the_verb_says_and_writes_what_the_library_draws(folder):
         (("--identifier", "x"), "needs both --session-start and --identifier"),
         (("--gain", "5000"), "too coarse for how fast these sensilla adapt"),
         (("--gain", "-1"), "gains must be > 0"),
-        (("--order", "0"), "Firing.order must be ≥ 1"),
+        (("--order", "0"), "--order must be ≥ 1"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(folder, options, words):

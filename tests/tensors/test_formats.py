@@ -216,7 +216,7 @@ def test_absent_files_pipes_and_folders_are_refused(tmp_path):
         "absent": "no such file",
         "pipe": "not a regular file",
         "folder": "is a folder, no store of touches: name a file .nothing",
-        "a\0": "must be text or a path that a file can have",
+        "a\0": "must be .*a path that a file can have",
     }.items():
         with pytest.raises(InvalidInput, match=words):
             load(tmp_path / name)

@@ -108,8 +108,8 @@ def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, 
         "best speed [m/s]",
     )
     assert (work.get_ylabel(), force.get_ylabel()) == (
-        "work of a touch [µJ]",
-        "dashed or open: peak force [mN]",
+        "work of a\ntouch [µJ]",
+        "peak force\n[mN]",
     )
     for ax, level, unit in (
         (common, levels["common"], "rad"),
@@ -156,7 +156,10 @@ def test_the_legend_fits_into_the_figure(declared, measured, names):
         plot_tradeoff(dict.fromkeys(names, shown), levels, figure)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
-    box, page = figure.legends[0].get_window_extent(canvas.get_renderer()), figure.bbox
-    assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
-    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    speeds, antennas = figure.legends
+    for legend in (speeds, antennas):
+        box, page = legend.get_window_extent(canvas.get_renderer()), figure.bbox
+        assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
+    assert all(text.get_text().endswith(" m/s") for text in speeds.get_texts())
+    said = [text.get_text() for text in antennas.get_texts()]
     assert said[: len(names)] == names and len(said) == len(names) + 2
