@@ -34,6 +34,8 @@ def find_meaning(name):
     """What a name in a figure means: which thing with a colour of its own, or its first word."""
     if re.match(r"(slow|medium|fast)\b(?!-)|[\d.]+ m/s", name):
         return "a speed"
+    if re.match(r"\w+ at [\d.]+", name):
+        return name  # one of several answers, not every touch of that object
     first = re.match(r"basis \d+|\w+|", name)[0]
     return f"{first} noise" if first in NOISE_COLOURS else first
 
