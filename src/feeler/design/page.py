@@ -158,7 +158,8 @@ def plot_designs(found: DesignOutcome, figure: Figure) -> None:
     _name(axes[1], "position (base 0, tip 1)", "damping [N·mm·ms/rad]", "log")
     _name(axes[2], "mode", "damping ratio", "log")
     _name(axes[3], "antennas simulated", "missing bits", "linear")
-    axes[0].legend()
+    marks = axes[0].get_legend_handles_labels()
+    figure.legend(*marks, loc="outside lower center", ncols=len(shown))
 
 
 def _name(ax: Axes, x: str, y: str, kind: str) -> None:
