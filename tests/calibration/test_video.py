@@ -271,3 +271,16 @@ def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
             series["displacement_000000"].rate == 1000
             and np.abs(recorded / recorded[0] - fitted).max() < 0.1
         )
+
+
+def test_a_lone_outlier_is_no_release():
+    """The release leaves what is held for two samples; one bad sample before it does not count."""
+    rng = np.random.default_rng(6)
+    time = np.arange(400.0)
+    signal = np.where(time < 120, 3.0, 3.0 * np.exp(-(time - 119) / 25) * np.cos(time / 4))
+    signal += 0.002 * rng.standard_normal(400)
+    clean, rest = find_release(signal)
+    signal[60] = 9.0
+    assert find_release(signal)[0] == clean
+    assert abs(clean - 119) <= 2
+    assert abs(rest) < 0.01

@@ -302,3 +302,15 @@ def test_planes_are_compared_as_more_sensors():
         n = angle.sizes["sensor"]
         peak = max(float(data["angle"].max()) for data in sets.values())
         np.testing.assert_allclose(array[:, n:], angle.isel(plane=1).clip(min=0) / peak)
+
+
+def test_a_motion_turns_what_stands_turned():
+    """A base's own turn comes first, its motion's after it: turns in space do not commute."""
+    own, first = [0.4, -0.2, 0.9], [0.3, 1.1, -0.5]
+    pose = np.tile([1.0, 2.0, 3.0, *first], (4, 1))
+    motion = BaseMotion(time=np.linspace(0.0, 30.0, 4), pose=pose)
+    scene = Scene(antenna=make(2), base=(0.5, 0.1, -0.2, *own), base_motion=motion)
+    found = to_matrix(scene.base_pose[3:])
+    np.testing.assert_allclose(found, to_matrix(first) @ to_matrix(own), atol=1e-12)
+    assert np.abs(found - to_matrix(own) @ to_matrix(first)).max() > 0.1
+    np.testing.assert_allclose(scene.base_pose[:3], [1.5, 2.1, 2.8])

@@ -153,6 +153,14 @@ test("a state travels in an address, is undone and redone, and makes its own wis
   assert.equal(store.state.touch.speed, 0.06);
   store.redo();
   assert.equal(store.state.touch.speed, 0.3);
+  store.undo();
+  store.change((s) => { s.touch.speed = 0.4; });
+  store.redo(); // what was undone before a new change is gone
+  assert.equal(store.state.touch.speed, 0.4);
+  store.undo();
+  assert.equal(store.state.touch.speed, 0.06);
+  store.redo();
+  assert.equal(store.state.touch.speed, 0.4);
   assert.deepEqual(makeWish(store.state, "B", true), { antenna: { preset: "matched" }, ...store.state.touch, preview: true });
 });
 
