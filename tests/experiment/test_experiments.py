@@ -201,3 +201,16 @@ def test_release_starts_where_it_was_held():
     hinges = ANTENNA.shape(released["angle"].values[0, :, 0])
     arc = ANTENNA.hinge_position
     assert np.interp(10.0, arc, hinges[:-1, 0]) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_the_cylinder_of_a_hit_touches_at_time_0():
+    """Its centre is then its radius, and the antenna's, away from the antenna's line."""
+    radius, location = 1.7, 0.6
+    antenna = feeler.presets.cockroach()
+    found = feeler.hit(antenna, location=location, radius=radius, duration=6.0)
+    touched = int(np.searchsorted(found.time, 0.0))
+    place = antenna.shape()
+    gap = np.linalg.norm(place - found.object[touched], axis=1).min()
+    thick = antenna.radius[round(location * antenna.n_segments) - 1]
+    np.testing.assert_allclose(gap, radius + thick, atol=0.3)
+    assert np.abs(found.force[: touched - 1]).max() == 0.0

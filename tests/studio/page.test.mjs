@@ -222,6 +222,11 @@ test("spikes are as many as the rates say, in their order and place, and the sam
   counts.forEach((count, unit) => assert.ok(Math.abs(count - expected[unit]) <= 5 * Math.sqrt(expected[unit] / runs), `${count} is not ${expected[unit]}`));
   assert.ok(Math.min(...expected) > 0.5);
   assert.deepEqual(hear().nerve.spikes, hear().nerve.spikes);
+  const busy = new Nerve(1, 20, 30); // several spikes within a sample
+  for (const bend of [0, 0.05, 0.1, 0.1, 0.1]) busy.push(() => bend);
+  const times = busy.spikes.filter(({ unit }) => unit === 0).map(({ time }) => time);
+  assert.ok(times.length > 8);
+  times.slice(1).forEach((time, k) => assert.ok(time > times[k], "spikes run backwards"));
   const lost = new Nerve(1, 1, 30);
   for (const bend of [0, 0.02, NaN, 0.02]) lost.push(() => bend);
   assert.ok(Number.isFinite(lost.rate[0]));
