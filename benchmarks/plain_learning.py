@@ -1,6 +1,7 @@
-"""What Stable-Baselines3's PPO, as it comes, learns on the plain environment: docs/images/ppo.png.
+"""What Stable-Baselines3's PPO, as it comes, learns on the plain environment. Declared, and not run
+yet: no result and no picture of it is kept.
 
-    python benchmarks/plain_learning.py --steps 200000 --seeds 3
+    python benchmarks/plain_learning.py --steps 200000 --seeds 3      writes docs/images/ppo.png
 
 Nothing is tuned: PPO's own defaults, a policy of two layers, episodes of at most 100 ms with an
 action every 10 ms, declared before any run. Learning is judged by the loss of the prediction at an

@@ -212,5 +212,6 @@ def test_the_cylinder_of_a_hit_touches_at_time_0():
     place = antenna.shape()
     gap = np.linalg.norm(place - found.object[touched], axis=1).min()
     thick = antenna.radius[round(location * antenna.n_segments) - 1]
-    np.testing.assert_allclose(gap, radius + thick, atol=0.3)
+    # as near as the next hinge, and as a sample's way of the cylinder
+    np.testing.assert_allclose(gap, radius + thick, atol=antenna.segment_length.max())
     assert np.abs(found.force[: touched - 1]).max() == 0.0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import feeler
+from feeler.errors import InvalidInput
 from feeler.plotting.turn import describe_turnable
 from feeler.presets import make_preset
 from feeler.report import Section
@@ -62,6 +63,12 @@ def test_the_scene_is_the_touch():
     assert gap[0] > RADIUS
     assert RADIUS * 0.9 < gap.min() < RADIUS * 1.3
     assert (np.array(scene["bend"]).max(), len(scene["colours"])) == (31, 32)
+
+
+def test_an_antenna_in_a_plane_is_not_turned():
+    antenna, trial, tensors = touch(Ball(radius=RADIUS))
+    with pytest.raises(InvalidInput, match="lies in a plane, which there is nothing to turn"):
+        describe_turnable(antenna.flatten(), trial.replace(azimuth=0.0), tensors)
 
 
 @pytest.mark.parametrize("feature", [Peg(radius=0.5, half_length=4.0), Wall()], ids=["peg", "wall"])

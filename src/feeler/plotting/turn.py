@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.plotting.look import TENSOR_COLOURS
 from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.plotting.space import make_sheet, make_surface
@@ -36,16 +37,25 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
     dict
         ``time`` (frame,) [ms]; ``points`` (frame, joint, 3) [mm]; ``bend`` (frame, segment), which
         of the ``colours``; ``top`` [1/mm], the curvature of the last; ``lines`` of the object
-        (line)(corner)(3) [mm] at time 0; ``shift`` (frame, 3) [mm] of them.
+        (line)(corner)(3) [mm] at time 0; ``shift`` (frame, 3) [mm] of them; ``reach`` [mm].
+
+    Raises
+    ------
+    InvalidInput
+        An antenna in the plane.
     """
+    placed = place(antenna, trial)
+    if placed.left is None:
+        raise InvalidInput(
+            f"{antenna.name!r} lies in a plane, which there is nothing to turn: take an antenna in"
+            " space (docs/space.md), or write_touch_movie."
+        )
     time = in_unit(tensors["time"], "ms").values
     frames = np.unique(np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int))
     angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values[0]
     bend = spread_angles(angle, antenna, tensors["segment"].values - 1) / antenna.segment_length
     bend = np.linalg.norm(bend[frames, :2], axis=1)
     top = float(bend.max()) or 1.0
-    placed = place(antenna, trial)
-    assert placed.left is not None  # in space
     axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
     shift = placed.velocity * time[frames, None]
     return {
