@@ -1,5 +1,7 @@
 """Touches in space from ``touch`` to files, codes and pictures: the same verbs."""
 
+import json
+
 import mujoco
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ from feeler.physics.mjcf import write_mjcf
 from feeler.physics.scene import make_scene
 from feeler.plotting import plot_touch, write_touch_movie
 from feeler.plotting.touch import take_curvature
-from feeler.stimulus import Ball, Peg, Trial, Wall, place
+from feeler.provenance import make_plain
+from feeler.stimulus import Ball, Flow, Peg, Trial, Wall, place
+from feeler.stimulus.flow import parse_flow
 from feeler.stimulus.solid import compute_gap_in_space
 from feeler.tensors.contract import find_breaches, validate
 from feeler.tensors.posture import reconstruct_posture
@@ -212,3 +216,61 @@ def test_engines_agree_on_a_touch():
         states.append(stepper.read())
     np.testing.assert_allclose(states[0].angle, states[1].angle, rtol=0, atol=1e-9)
     assert np.linalg.norm(states[0].force) > 1e-6
+
+
+STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
+
+
+@pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
+def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
+    options = {"engine": engine, "timestep": 0.02}
+    found = feeler.touch(WHISKER, TRIALS[1], duration=6, flow=STREAM, all_hinges=True, **options)
+    runs = feeler.Simulation(WHISKER, TRIALS[1], flow=STREAM, **options)
+    runs.step(5.0)
+    np.testing.assert_array_equal(found["angle"][0, :, :, 5], runs.angle)
+    assert np.abs(runs.angle - BEND).max() > 1e-3
+
+
+def test_a_flow_belongs_to_what_a_set_was_made_with(tmp_path):
+    store = tmp_path / "set.zarr"
+    found = feeler.touch(WHISKER, TRIALS[:1], duration=4, flow=STREAM, store=store)
+    assert json.loads(found.attrs["configuration"])["flow"] == make_plain(STREAM)
+    still = feeler.touch(WHISKER, TRIALS[:1], duration=4)
+    assert "flow" not in still.attrs["configuration"]
+    for other in (None, STREAM.replace(drag=1e-5)):
+        with pytest.raises(StoreError, match=r"another configuration .*flow"):
+            feeler.touch(WHISKER, TRIALS[:1], duration=4, flow=other, store=store)
+
+
+@pytest.mark.parametrize(
+    ("antenna", "engine", "words"),
+    [
+        (WHISKER.flatten(), "chain", "flow drags antennae in space only, and 'bent'"),
+        (WHISKER, "rod", "works in the plane, and 'bent' is an antenna in space"),
+    ],
+)
+def test_where_a_flow_would_be_ignored_it_is_refused(antenna, engine, words, tmp_path):
+    with pytest.raises(InvalidInput, match=words):
+        feeler.touch(antenna, TRIALS[0], flow=STREAM, engine=engine, store=tmp_path / "a.zarr")
+
+
+def test_a_flow_is_read_from_one_line():
+    assert parse_flow("drag=2e-5,x=0.3, y=-0.2,z=0.1") == STREAM
+    assert parse_flow("drag=2e-5,along=0").along == 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x=0.3", "needs its drag"),
+        ("drag=1e-5,speed=1", "each of drag, along, x, y, z once at most; got 'speed=1'"),
+        ("drag=1e-5,x", "got 'x'"),
+        ("drag=1e-5,x=1,x=2", "got 'x=2'"),
+        ("drag=much", "'much' is no number"),
+        ("drag=-1", "Flow.drag must be ≥ 0 N·ms/mm², got -1"),
+        ("drag=1,x=nan", "Flow.velocity must be 3 numbers, got .nan"),
+    ],
+)
+def test_a_line_that_says_no_flow_says_why(text, words):
+    with pytest.raises(InvalidInput, match=words):
+        parse_flow(text)

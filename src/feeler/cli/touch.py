@@ -67,6 +67,13 @@ class TouchOptions:
     contact: Annotated[
         str, typer.Option(help="smooth, hard, or even as in version 0.2 (docs: Contact)")
     ] = "smooth"
+    flow: Annotated[
+        str | None,
+        typer.Option(
+            help="for an antenna in space: what drags it along, drag [N·ms/mm²] and velocity x, y,"
+            " z [m/s], as in drag=2e-5,x=0.3"
+        ),
+    ] = None
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
@@ -97,6 +104,18 @@ class TouchOptions:
         bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")
     ] = False
     as_json: Json = False
+
+    def list_options(self) -> dict[str, Any]:
+        """What one touch and many are simulated with."""
+        from feeler.stimulus.flow import parse_flow
+
+        return {
+            "duration": self.duration,
+            "timestep": self.timestep,
+            "engine": self.engine,
+            "contact": self.contact,
+            "flow": None if self.flow is None else parse_flow(self.flow),
+        }
 
     def make_trials(self) -> list[Any]:
         """Every combination of features, sizes, locations and speeds."""
@@ -159,11 +178,8 @@ def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
                 store=said.store,
                 executor=executor,
                 progress=progress,
-                timestep=said.timestep,
-                engine=said.engine,
-                contact=said.contact,
-                duration=said.duration,
                 seed=said.seed,
+                **said.list_options(),
             )
         finished, asked = tensors.sizes["trial"], len(trials)
         if said.as_json:
@@ -192,13 +208,7 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
     out, movie = said.out, said.movie
     # first of all: a wrong path is said before the work is done
     out.mkdir(parents=True, exist_ok=True)
-    options: dict[str, Any] = {
-        "duration": said.duration,
-        "timestep": said.timestep,
-        "engine": said.engine,
-        "contact": said.contact,
-    }
-    everything = simulate(antenna, trial, all_hinges=True, **options)
+    everything = simulate(antenna, trial, all_hinges=True, **said.list_options())
     tensors = everything.isel(sensor=antenna.sensors - 1)
     save(tensors, out / "tensor.nc")
     with style():

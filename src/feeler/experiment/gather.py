@@ -60,7 +60,8 @@ class Gathering:
     def _make_groups(self) -> list[Sequence[int]]:
         if self.store is None:
             scenes = [
-                make_scene(self.job.antenna, trial, self.job.contact) for trial in self.trials
+                make_scene(self.job.antenna, trial, self.job.contact, self.job.flow)
+                for trial in self.trials
             ]  # for their order
             return [*make_groups(scenes, get_engine(self.job.engine))]
         n, size, finished = len(self.trials), self.store.label.group, self.store.finished

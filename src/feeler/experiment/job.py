@@ -22,6 +22,7 @@ from feeler.physics.run import Result, make_groups, run_group
 from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.flow import Flow
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import choose_quantities, reduce_motion, stack_readings
 from feeler.tensors.group import StoredGroup, write_group
@@ -88,6 +89,7 @@ class Job:
     antenna: Antenna
     variants: SampledAntennas | None = None
     contact: Contact
+    flow: Flow | None = None
     clock: Clock
     engine: str
     accuracy: float | None
@@ -113,7 +115,8 @@ class Job:
         done = ShareResult()
         pairs = zip(share.indices, share.trials, strict=True)
         scenes = [
-            make_scene(self.get_antenna(index), trial, self.contact) for index, trial in pairs
+            make_scene(self.get_antenna(index), trial, self.contact, self.flow)
+            for index, trial in pairs
         ]
         times = 1 if self.accuracy is None else TOGETHER
         for lanes in make_groups(scenes, get_engine(self.engine), times):

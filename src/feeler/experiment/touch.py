@@ -23,8 +23,10 @@ from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.scene import make_scene
 from feeler.progress import show_progress
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
+from feeler.stimulus.flow import Flow
 from feeler.stimulus.placement import place
 from feeler.stimulus.sample import SampledTrials
 from feeler.stimulus.trial import Trial
@@ -49,6 +51,7 @@ def touch(
     accuracy: float | None = None,
     engine: str = DEFAULT_ENGINE,
     contact: Contact | str | None = None,
+    flow: Flow | None = None,
     all_hinges: bool = False,
     store: str | os.PathLike | None = None,
     load: bool = True,
@@ -81,6 +84,8 @@ def touch(
     contact
         Softness of contact, or its name: ``smooth`` (default) or ``hard``; it does not depend on
         the timestep.
+    flow
+        What drags an antenna in space along: a :class:`feeler.stimulus.flow.Flow`.
     all_hinges
         Record every hinge instead of the antenna's sensors.
     store
@@ -138,6 +143,7 @@ def touch(
     options: dict[str, Any] = {
         "engine": engine,
         "accuracy": accuracy,
+        "flow": flow,
         "save": save,
         "dtype": dtype,
         "seed": seed,
@@ -173,6 +179,7 @@ def _make_job(
     *,
     engine: str,
     accuracy: float | None,
+    flow: Flow | None,
     all_hinges: bool,
     save: Sequence[str] | None,
     dtype: str,
@@ -185,24 +192,31 @@ def _make_job(
     variants = antenna if isinstance(antenna, SampledAntennas) else None
     antenna = antenna.antenna if isinstance(antenna, SampledAntennas) else antenna
     moved, modules = _survey(antenna, trials)
+    if flow is not None:
+        make_scene(antenna, trials[0], contact, flow)  # refuses it in the plane
     modules = tuple(sorted({*modules, get_engine(engine).module}))
     save = _choose(save, moved, accuracy)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
-    recipes = {"trials": getattr(trials, "recipe", None), "antennas": variants and variants.recipe}
-    recipes = {name: recipe for name, recipe in recipes.items() if recipe is not None}
+    more = {
+        "trials": getattr(trials, "recipe", None),
+        "antennas": variants and variants.recipe,
+        "flow": flow,
+    }
+    more = {name: value for name, value in more.items() if value is not None}
     return Job(
         antenna=antenna,
         variants=variants,
         contact=contact,
+        flow=flow,
         clock=clock,
         engine=engine,
         accuracy=accuracy,
         save=save,
         dtype=dtype,
         seed=int(seed),
-        attrs=_describe_attributes(antenna, clock, contact, engine, seed, accuracy, recipes),
-        sampled="trials" in recipes,
+        attrs=_describe_attributes(antenna, clock, contact, engine, seed, accuracy, more),
+        sampled="trials" in more,
         code=fingerprint_code(modules) if stored else "",
         modules=modules,
     )
@@ -303,7 +317,7 @@ def _describe_attributes(
     engine: str,
     seed: Annotated[int, "≥ 0"],
     accuracy: float | None = None,
-    recipes: Mapping[str, object] | None = None,
+    more: Mapping[str, object] | None = None,
 ) -> dict[str, object]:
     """The attributes of each Dataset of such touches: configuration, engine, versions, timestep,
     licence.
@@ -315,7 +329,7 @@ def _describe_attributes(
         "engine": engine,
     }  # trials: coordinates
     made_with |= {"accuracy": accuracy} if accuracy is not None else {}
-    made_with |= recipes or {}
+    made_with |= more or {}
     return {
         "configuration": make_plain(made_with | {"seed": seed, "units": "g, mm, ms"}),
         "engine": engine,

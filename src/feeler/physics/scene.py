@@ -244,12 +244,18 @@ class Motion:
     error: float = float("nan")
 
 
-def make_scene(antenna: Antenna, trial: Trial, contact: Contact | str | None = None) -> Scene:
+def make_scene(
+    antenna: Antenna,
+    trial: Trial,
+    contact: Contact | str | None = None,
+    flow: Flow | None = None,
+) -> Scene:
     """The scene of one trial."""
     return Scene(
         antenna=antenna,
         objects=(make_object(antenna, trial),),
         contact=get_contact(contact),
         base_motion=trial.base_motion,
+        flow=flow,
         label=trial.label,
     )

@@ -2,7 +2,12 @@
 
 from typing import Annotated
 
+from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.record import Ge, Record, Unit
+
+_WORDS = ("drag", "along", "x", "y", "z")
+_EXAMPLE = "name=number,name=number as in drag=2e-5,x=0.3"
 
 
 class Flow(Record):
@@ -30,3 +35,37 @@ class Flow(Record):
     def _check(self) -> None:
         if self.along is None:
             vars(self)["along"] = self.drag / 2
+
+
+@checked
+def parse_flow(text: str) -> Flow:
+    """A flow from one line, as in ``drag=2e-5,x=0.3``: ``drag``, ``along``, and x, y and z of its
+    velocity.
+
+    Raises
+    ------
+    InvalidInput
+        Another name, one that is said twice, or no number.
+    """
+    values: dict[str, float] = {}
+    for name, equals, number in (pair.partition("=") for pair in text.split(",")):
+        key = name.strip()
+        if key not in _WORDS or not equals or key in values:
+            raise InvalidInput(
+                f"the flow {text!r} must be {_EXAMPLE}, each of {', '.join(_WORDS)} once at most;"
+                f" got {name + equals + number!r}."
+            )
+        values[key] = _parse_number(number, text)
+    if "drag" not in values:
+        raise InvalidInput(f"the flow {text!r} needs its drag [N·ms/mm²], as in {_EXAMPLE}.")
+    velocity = tuple(values.pop(axis, 0.0) for axis in "xyz")
+    return Flow(velocity=velocity, **values)
+
+
+def _parse_number(number: str, text: str) -> float:
+    try:
+        return float(number)
+    except ValueError:
+        raise InvalidInput(
+            f"the flow {text!r} must be {_EXAMPLE}; {number.strip()!r} is no number."
+        ) from None
