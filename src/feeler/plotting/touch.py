@@ -25,7 +25,7 @@ from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.plotting.space import SpaceScene, add_space
 from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus import Trial, place
-from feeler.tensors.posture import reconstruct_posture, spread_angles
+from feeler.tensors.posture import compute_bend, reconstruct_posture
 from feeler.tensors.unit import in_unit, need
 
 
@@ -62,19 +62,17 @@ class _View:
         norm: Normalize,
         axes: Sequence[Axes],
     ) -> None:
-        hinge = tensors["segment"].values - 1
-        angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values[0]
         self.points = reconstruct_posture(tensors, antenna).values[0]
-        self.bend = spread_angles(angle, antenna, hinge) / antenna.segment_length
+        self.bend = compute_bend(tensors, antenna)
         self.time = in_unit(tensors["time"], "ms").values
-        self.tensor = take_curvature(tensors)[0][np.isin(hinge, antenna.sensors - 1)]
+        sensed = np.isin(tensors["segment"].values, antenna.sensors)
+        self.tensor = take_curvature(tensors)[0][sensed]
         self.ax, below = axes
         self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
         self.image = plot_tensor(self.tensor, self.time, below, norm)
         self.to_come = _ToCome(self.image)
         if self.space is not None:
-            self.bend = np.linalg.norm(self.bend[:, :2], axis=1)
             return
         reach = antenna.length
         self.ax.set(
@@ -100,11 +98,8 @@ class _View:
 
     def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
         if self.trial is not None and self.placement is not None:
-            placed = self.placement
-            assert placed.left is not None
-            axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
-            origin = placed.origin + placed.velocity * self.time[now]
-            space.place(self.trial.shape, origin, axes)
+            origin = self.placement.origin + self.placement.velocity * self.time[now]
+            space.place(self.trial.shape, origin, self.placement.axes)
         space.move(self.points[now], self.bend[now])
         self.to_come.start(now)
         return []

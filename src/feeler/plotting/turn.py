@@ -19,7 +19,7 @@ from feeler.plotting.space import make_sheet, make_surface
 from feeler.stimulus import Trial, place
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.solid import list_solids
-from feeler.tensors.posture import reconstruct_posture, spread_angles
+from feeler.tensors.posture import compute_bend, reconstruct_posture
 from feeler.tensors.unit import in_unit
 
 _FRAMES = 100  # [C] moments at most
@@ -52,24 +52,18 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
         )
     time = in_unit(tensors["time"], "ms").values
     frames = np.unique(np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int))
-    angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values[0]
-    bend = spread_angles(angle, antenna, tensors["segment"].values - 1) / antenna.segment_length
-    bend = np.linalg.norm(bend[frames, :2], axis=1)
+    bend = compute_bend(tensors, antenna)[frames]
     top = float(bend.max()) or 1.0
-    axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
-    shift = placed.velocity * time[frames, None]
+    edges = _list_lines(trial.shape, np.asarray(placed.origin), placed.axes, antenna.length)
     return {
         "time": time[frames].round(2).tolist(),
         "points": reconstruct_posture(tensors, antenna).values[0][frames].round(3).tolist(),
         "bend": np.floor(bend / top * (_LEVELS - 1e-9)).astype(int).tolist(),
         "colours": [mpl.colors.to_hex(c) for c in _sample_colours()],
         "top": top,
-        "lines": [
-            line.round(3).tolist()
-            for line in _list_lines(trial.shape, np.asarray(placed.origin), axes, antenna.length)
-        ],
+        "lines": [line.round(3).tolist() for line in edges],
         "object": OBJECT_COLOUR,
-        "shift": shift.round(3).tolist(),
+        "shift": (placed.velocity * time[frames, None]).round(3).tolist(),
         "reach": float(antenna.length),
     }
 

@@ -39,11 +39,14 @@ class Part:
     ----------
     name : str
         Where links lead to.
+    turnable : bool
+        Whether it shows a view that is turned by hand.
     """
 
     name: str
     title: str
     body: Markup
+    turnable: bool = False
 
 
 @lru_cache
@@ -89,7 +92,7 @@ def render_page(
         Markup(files("feeler.report").joinpath(name).read_text(encoding="utf-8"))
         for name in ("page.css", "page.js")
     )
-    if any('class="turnable"' in part.body for part in shown):
+    if any(part.turnable for part in shown):
         script += Markup(files("feeler.report").joinpath("turn.js").read_text(encoding="utf-8"))
     page = open_templates("feeler.report").get_template("page.html")
     return page.render(
@@ -126,7 +129,8 @@ def _fill(section: Section, beside: Mapping[str, str]) -> Part:
         texts,
         section.say_kept(),
     )
-    return Part(name=section.name, title=section.title, body=body)
+    turnable = any(block["kind"] == "turnable" for block in section.blocks)
+    return Part(name=section.name, title=section.title, body=body, turnable=turnable)
 
 
 def embed(path: Path) -> str:

@@ -43,6 +43,12 @@ class Placement:
     velocity: np.ndarray
     left: np.ndarray | None = None
 
+    @property
+    def axes(self) -> np.ndarray:
+        """The frame's axes in space, one a row."""
+        assert self.left is not None
+        return np.array([self.forward, self.left, np.cross(self.forward, self.left)])
+
 
 @checked
 def place(antenna: Antenna, trial: Trial) -> Placement:

@@ -55,6 +55,15 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
     )
 
 
+def compute_bend(tensors: xr.Dataset, antenna: Antenna) -> np.ndarray:
+    """Curvature of every segment (time, segment) [1/mm] in a Dataset's first touch; in space the
+    length of its vector of both planes.
+    """
+    angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values[0]
+    bend = spread_angles(angle, antenna, tensors["segment"].values - 1) / antenna.segment_length
+    return np.linalg.norm(bend[:, :2], axis=1) if antenna.spatial else bend
+
+
 def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.ndarray:
     """Angles of all hinges (…, hinge) [rad] from those of some (…, sensor), as
     :func:`reconstruct_posture` says.

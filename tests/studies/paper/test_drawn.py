@@ -9,10 +9,10 @@ from feeler.experiment.touch import touch
 from feeler.plotting.touch import take_curvature
 from feeler.presets import cockroach
 from feeler.stimulus import Ball, Box, Trial
-from feeler.studies.paper.drawn import draw_moment, find_touch, measure_bend
+from feeler.studies.paper.drawn import draw_moment, find_touch
 from feeler.studies.paper.fig1_compliance import count_active
 from feeler.studies.paper.fig1_touch import choose_moments
-from feeler.tensors.posture import reconstruct_posture
+from feeler.tensors.posture import compute_bend, reconstruct_posture
 from feeler.tensors.unit import in_unit
 
 
@@ -30,14 +30,14 @@ def test_the_antenna_stands_where_the_touch_has_bent_it(touched):
     points = np.array(drawn.colours.get_segments())
     truth = reconstruct_posture(tensors, antenna).values[0, now]
     np.testing.assert_allclose(points[:, 0], truth[:-1])
-    np.testing.assert_allclose(drawn.colours.get_array(), measure_bend(tensors, antenna)[now])
+    np.testing.assert_allclose(drawn.colours.get_array(), compute_bend(tensors, antenna)[now])
     place = ax.patches[0].get_path().vertices.mean(axis=0)
     assert abs(place[1] - 0.5 * antenna.length) < 0.5  # mm, it flies on at this height
 
 
 def test_bends_at_sensors_are_the_curvatures_that_were_recorded(touched):
     antenna, _, tensors = touched
-    felt = measure_bend(tensors, antenna)[:, antenna.sensors - 1].T
+    felt = compute_bend(tensors, antenna)[:, antenna.sensors - 1].T
     np.testing.assert_allclose(felt, take_curvature(tensors)[0], atol=1e-12)
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
@@ -10,7 +9,7 @@ from matplotlib.colors import Normalize
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.stimulus import Trial, place
-from feeler.tensors.posture import reconstruct_posture, spread_angles
+from feeler.tensors.posture import compute_bend, reconstruct_posture
 from feeler.tensors.unit import in_unit
 
 
@@ -22,13 +21,6 @@ def find_touch(touches: Sequence[Trial], speed: float) -> int:
     kind = touches[asked[0]].feature.kind
     same = [k for k in asked if touches[k].feature.kind == kind]
     return min(same, key=lambda k: (touches[k].location, -touches[k].feature.size))
-
-
-def measure_bend(tensors: xr.Dataset, antenna: Antenna) -> np.ndarray:
-    """Curvature of every segment over time (time, segment) [1/mm] in a Dataset of one touch."""
-    hinge = tensors["segment"].values - 1
-    angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values[0]
-    return spread_angles(angle, antenna, hinge) / antenna.segment_length
 
 
 def draw_moment(
@@ -49,7 +41,6 @@ def draw_moment(
     placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
     ax.add_patch(make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward))
     drawn = MovingAntenna(antenna, ax, norm)
-    drawn.move(
-        reconstruct_posture(tensors, antenna).values[0, now], measure_bend(tensors, antenna)[now]
-    )
+    posture = reconstruct_posture(tensors, antenna).values[0, now]
+    drawn.move(posture, compute_bend(tensors, antenna)[now])
     return drawn

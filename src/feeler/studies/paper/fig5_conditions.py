@@ -15,7 +15,8 @@ from feeler.stimulus import Trial
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, list_touches, load_tensors
-from feeler.studies.paper.drawn import draw_moment, find_touch, measure_bend
+from feeler.studies.paper.drawn import draw_moment, find_touch
+from feeler.tensors.posture import compute_bend
 from feeler.tensors.unit import in_unit
 
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
@@ -48,7 +49,7 @@ def _take(context: Context, profile: str, speed: float, moment: float) -> Touch:
 def plot(found: Mapping[str, Mapping[str, Touch]], figure: Figure) -> None:
     """Profiles and their touches above, touches at each speed below."""
     profiles, speeds = found.values()
-    bends = [measure_bend(t, a)[_find(t, m, trial)].max() for a, trial, t, m in _list(found)]
+    bends = [compute_bend(t, a)[_find(t, m, trial)].max() for a, trial, t, m in _list(found)]
     norm = Normalize(0.0, max(*map(float, bends), 1e-9))
     columns = 1 + max(len(profiles), len(speeds))
     axes = figure.subplots(2, columns, width_ratios=(1.2, *[1] * (columns - 1)))
