@@ -5,6 +5,7 @@ import pytest
 
 import feeler
 from feeler.antenna import compute_modes
+from feeler.antenna.rat import FOLLICLE
 from feeler.antenna.space import to_matrix
 from feeler.presets import rat_whiskers
 
@@ -74,3 +75,18 @@ def test_a_whisker_on_the_head_meets_a_peg_there():
     simulation = feeler.Simulation(whisker.antenna, peg, base=base, timestep=0.05)
     simulation.step(20.0)
     assert simulation.force @ across < 0
+
+
+def test_a_follicle_changes_what_holds_a_whisker_and_nothing_else():
+    """Clamped unless asked for; let go of, its base stands aside by force over stiffness."""
+    held = rat_whiskers("left", follicle=FOLLICLE)
+    for name, (antenna, pose) in held.items():
+        assert LEFT[name].antenna.follicle is None and antenna.follicle == FOLLICLE
+        assert antenna.replace(follicle=None) == LEFT[name].antenna
+        np.testing.assert_array_equal(pose, LEFT[name].pose)
+    gravity = np.array([2e-3, -9e-3, 4e-3])
+    runs = feeler.Simulation(held["C2"].antenna, gravity=tuple(gravity), timestep=0.05)
+    runs.step(400.0)
+    np.testing.assert_allclose(
+        runs.base[:3], gravity * held["C2"].antenna.segment_mass.sum() / 0.03, rtol=1e-6
+    )

@@ -6,7 +6,11 @@ whisker lies, the place of its base [mm] and its angles [rad], in ``rat_whiskers
 the base, slope of the radius, modulus and density. WHISKiT's program halves the radius at the tip
 once more than its equation says; here the equation is used. Choices [C] are the radius of the
 thinnest tips and that all first modes have the damping ratio 0.14, the middle of what Hartmann et
-al. 2003 measured (doi:10.1523/JNEUROSCI.23-16-06510.2003).
+al. 2003 measured (doi:10.1523/JNEUROSCI.23-16-06510.2003) of whiskers whose base was held fast.
+
+Bases are clamped, as WHISKiT clamps them: it gives the first link springs of 1.25 and locks them.
+``FOLLICLE`` is a choice [C]; a follicle's stiffness was not found published in numbers. Tissue of
+some 10 kPa holds some 3 mm of shaft, equally in all directions, and springs back within 1 ms.
 """
 
 from functools import cache
@@ -16,6 +20,7 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.follicle import Follicle
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.space import to_vector
 from feeler.checked import checked
@@ -24,6 +29,7 @@ _MODULUS = 5000.0  # MPa [B]
 _DENSITY = "1.26e-3 + 0.43e-3 * x"  # g/mm³ [B]
 _THINNEST = 0.0015  # mm, radius of a tip [C]
 _DAMPING_RATIO = 0.14  # [B+C]
+FOLLICLE = Follicle(stiffness=(0.03, 0.03, 0.03), damping=(0.03, 0.03, 0.03))  # [C]
 
 
 class Whisker(NamedTuple):
@@ -44,10 +50,23 @@ class Whisker(NamedTuple):
 
 @checked
 def rat_whiskers(
-    side: Literal["left", "right"] = "right", *, n_segments: Annotated[int, "> 0"] = 20
+    side: Literal["left", "right"] = "right",
+    *,
+    n_segments: Annotated[int, "> 0"] = 20,
+    follicle: Follicle | None = None,
 ) -> dict[str, Whisker]:
-    """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost."""
-    return {row["name"]: _make(row, side == "left", n_segments) for row in _read_rows()}
+    """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost.
+
+    ``follicle`` holds each of them, such as :data:`feeler.antenna.rat.FOLLICLE`, which is a choice;
+    by default their bases are clamped.
+    """
+    made = {row["name"]: _make(row, side == "left", n_segments) for row in _read_rows()}
+    if follicle is None:
+        return made
+    return {
+        name: Whisker(antenna.replace(follicle=follicle), pose)
+        for name, (antenna, pose) in made.items()
+    }
 
 
 @cache
