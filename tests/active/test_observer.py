@@ -197,8 +197,8 @@ def test_a_policy_that_gives_no_speeds_is_named(observer, policy, said):
     ("text", "said"),
     [
         ("hover", "unknown policy 'hover'; valid: learned, fixed"),
-        ("fixed:fast", "takes numbers, One speed"),
-        ("fixed:1,2", "takes numbers"),
+        ("fixed:fast", r"'fixed' takes speed as numbers, got 'fast'\. Write it as in fixed:0\.3"),
+        ("fast-then-slow:x", "takes fast, slow, after as numbers, got 'x'"),
         ("nowhere.py:policy", "there is no file nowhere.py"),
     ],
 )

@@ -1,6 +1,7 @@
 """Ways to move in order to know; anyone may register one more."""
 
 from collections.abc import Callable
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
 
@@ -78,8 +79,10 @@ def parse_policy(text: str) -> Policy:
     except InvalidInput:
         raise
     except (TypeError, ValueError):
+        usual = signature(make).parameters.values()
         raise InvalidInput(
-            f"{name!r} takes numbers, {(make.__doc__ or '').strip()} Got {rest!r}."
+            f"{name!r} takes {', '.join(one.name for one in usual)} as numbers, got {rest!r}."
+            f" Write it as in {name}:{','.join(f'{one.default:g}' for one in usual)}."
         ) from None
 
 

@@ -124,7 +124,8 @@ def describe_bag(path: str) -> list[str]:
     other = [topic for topic in kinds if topic not in numeric]
     lines = [f"span        {about['span']:.4g} s, {sum(counts.values())} messages"]
     for topic in numeric[:_MAX_TOPICS]:
-        rate = counts[topic] / about["span"] if about["span"] else 0.0
+        # from the first message to the last there is one pause fewer than messages
+        rate = (counts[topic] - 1) / about["span"] if about["span"] else 0.0
         lines.append(
             f"topic       {topic} ({kinds[topic]}), {counts[topic]} messages, {rate:.3g}/s"
         )
@@ -175,6 +176,8 @@ def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
     about: dict[str, Any] = {"notes": {}, "unit": "", "topic": topic}
     for part in _list_parts(path):
         with _open(part) as bag:
+            if not bag.kinds:  # a recorder may close a part before anything was sent
+                continue
             about["topic"] = chosen = _choose(bag.kinds, topic)
             about["notes"] |= bag.notes
             for message, sent in bag.read(chosen):
@@ -184,7 +187,7 @@ def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
                 clocks[0].append(sent)
                 clocks[1].append(_read_stamp(message, bag.kinds[chosen]))
     if not rows:
-        raise InvalidInput(f"{about['topic']} holds no message.")
+        raise InvalidInput(f"{about['topic'] or 'it'} holds no message.")
     # one clock for all: a simulation's stamps may begin at 0, and who stamps nothing says 0 always
     time = clocks[1] if any(clocks[1]) else clocks[0]
     since = np.array([at - time[0] for at in time], dtype=float)
@@ -218,10 +221,8 @@ def _open_mcap(part: Path) -> Iterator[Bag]:
     with open(part, "rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         summary = reader.get_summary()
-        if summary is None or not summary.channels:
-            raise InvalidInput(
-                "it has no index: it was not closed, or is empty. `mcap recover` mends it."
-            )
+        if summary is None:
+            raise InvalidInput("it has no index: it was not closed. `mcap recover` mends it.")
         channels, schemas = summary.channels, summary.schemas
         counts, ends = _count_messages(reader, summary.statistics)
         yield Bag(
