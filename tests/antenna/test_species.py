@@ -76,3 +76,34 @@ def test_a_shaken_rod_swings_as_a_pendulum_on_a_spring_does():
     angle = omega**2 * 0.5 * 1.5 / (2.0 + 0.7j * omega - omega**2 * 0.5 * 3)
     swing = compute_base_response(rod, omega / (2 * np.pi))
     np.testing.assert_allclose(swing, np.stack([np.ones(4), 1 + 3 * angle], axis=1), rtol=1e-12)
+
+
+def test_the_cockroach_in_space_has_its_flagellum_behind_two_joints_across_each_other():
+    flat, whole = feeler.presets.cockroach(), make_preset("cockroach-in-space")
+    for name in ("segment_length", "segment_mass", "radius", "stiffness", "damping"):
+        behind = getattr(whole, name)[..., 2:]
+        np.testing.assert_allclose(
+            behind, np.broadcast_to(getattr(flat, name), behind.shape), rtol=1e-12
+        )
+    yields = whole.stiffness[:, :2].argmin(axis=0)
+    assert [whole.planes[plane] for plane in yields] == ["x", "z"]
+    np.testing.assert_array_equal(whole.sensors, [1, 2, *(flat.sensors + 2)])
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 90.0])
+def test_a_push_turns_the_joint_that_lies_across_it(azimuth):
+    """From the side the scape gives way, from above the pedicel: k θ + c θ̇ is the force's moment
+    there. The other joint turns by a hundredth of that.
+    """
+    antenna = make_preset("cockroach-in-space")
+    trial = feeler.Trial(feature=feeler.Peg(radius=1.0), location=0.3, speed=0.02, azimuth=azimuth)
+    runs = feeler.Simulation(antenna, trial)
+    runs.step(60.0)
+    plane = int(azimuth / 90)
+    turned = runs.angle[plane, :2]
+    assert turned[plane] > 1e-2
+    assert 0.005 < turned[1 - plane] / turned[plane] < 0.02
+    arms = runs.contacts.point - runs.shape()[plane]
+    moment = np.linalg.norm(np.cross(arms, runs.contacts.force).sum(axis=0))
+    held = turned[plane] + 0.668 * runs.velocity[plane, plane]
+    assert held == pytest.approx(moment, rel=0.01)
