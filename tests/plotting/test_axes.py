@@ -141,6 +141,26 @@ def test_units_of_either_side_are_named_after_the_bending_that_they_answer(ax):
     assert name(ax) == ("time [ms]", "unit (base → tip)")
 
 
+def test_units_around_an_antenna_in_space_are_named_after_their_side(ax):
+    times = np.arange(6.0)[:, None]
+    around = np.array([0, 0, 90, 90, 30, 30])
+    plot_raster(times, ax, np.array([1, -1, 1, -1, 1, -1]), around=around)
+    drawn = {line.get_label(): read(line).tolist() for line in ax.lines[:6]}
+    names = ("+x", "−x", "+z", "−z", "30°", "210°")
+    assert drawn == {f"bent towards {name}": [[k, 1]] for k, name in enumerate(names)}
+
+
+def test_of_a_touch_in_space_both_planes_of_bending_stand_above_its_spikes():
+    tensor = np.random.default_rng(0).normal(size=(3, 2, 6))
+    times, rate = np.array([[3.5], [4.0]]), np.ones((2, 6))
+    sides, around = np.array([1, 1]), np.array([0, 90])
+    plot_touch_spikes(tensor, times, rate, np.arange(6.0), sides, figure := Figure(), around=around)
+    for ax, plane in zip(figure.axes[:2], tensor[:2], strict=True):
+        np.testing.assert_array_equal(ax.images[0].get_array(), plane)
+        assert ax.images[0].get_clim()[1] == np.abs(tensor[:2]).max()
+    assert [bar.get_ylabel() for bar in figure.axes[4:]] == ["towards x [°]", "towards z [°]"]
+
+
 def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
     time, rng = 3.0 + 0.5 * np.arange(6), np.random.default_rng(0)
     tensor, rate = rng.normal(size=(2, 6)), rng.uniform(5, 90, size=(4, 6))

@@ -6,6 +6,8 @@ Examples:
 
   feeler spikes --touches set.zarr --show 3 --order 4 --refractory 1
 
+  feeler spikes --antenna rat-whisker --feature peg --azimuth 45
+
   feeler spikes --touches set.zarr --session-start 2026-01-31T10:00:00+01:00 --identifier model-1
 
 The last one also writes spikes.nwb, whose table of units pynwb and pynapple read.
@@ -36,6 +38,10 @@ class SpikeOptions:
         0.7
     )
     speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3
+    azimuth: Annotated[
+        float,
+        typer.Option(help="for an antenna in space: side from which it comes [degrees about it]"),
+    ] = 0.0
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     sensors: Annotated[
         int | None,
@@ -107,14 +113,14 @@ def _make_touches(said: SpikeOptions) -> Any:
     if said.touches is not None:
         return validate(load(said.touches)).load()
     feature = parse_feature(said.feature, said.size)
-    trial = Trial(feature=feature, location=said.location, speed=said.speed)
+    trial = Trial(feature=feature, location=said.location, speed=said.speed, azimuth=said.azimuth)
     antenna = choose_antenna(said.antenna)
     duration = trial.lead + antenna.length / said.speed + 100.0
     return touch(antenna, trial, duration=float(round(duration)))
 
 
 def _place(said: SpikeOptions, touches: Any) -> Any:
-    """Sensilla on both sides, with the gain that was given or found."""
+    """Sensilla on both sides, in space on four, with the gain that was given or found."""
     import numpy as np
 
     from feeler.spikes import find_gain, place_sensilla
@@ -122,9 +128,10 @@ def _place(said: SpikeOptions, touches: Any) -> Any:
     places = touches["position"].values
     if said.sensors is not None:
         places = np.linspace(places[0], places[-1], said.sensors)
+    around = np.array((0.0, 90.0) if "plane" in touches.dims else (0.0,))
     if said.gain is not None:
-        return place_sensilla(places, said.gain)
-    return find_gain(touches, place_sensilla(places, 30.0), said.rate)
+        return place_sensilla(places, said.gain, around=around)
+    return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
 
 
 def _tell(said: SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None:
@@ -145,8 +152,8 @@ def _tell(said: SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None
     section = Section(name="spikes", title=title, folder=said.out, vector=False)
     section.figure(
         "spikes",
-        "Angle of every sensor; spikes of every sensillum, on the two sides of the antenna in two"
-        " colours; and the mean rate of all. Grey: contact.",
+        "Angle of every sensor; spikes of every sensillum, each side of the antenna in its"
+        " colour; and the mean rate of all. Grey: contact.",
         lambda figure: plot_touch_spikes(
             in_unit(shown["angle"], "deg").values,
             times[said.show],
@@ -155,8 +162,9 @@ def _tell(said: SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None
             shown["unit_side"].values,
             figure,
             lead,
+            shown["unit_around"].values if "unit_around" in shown.coords else None,
         ),
-        height=5.0,
+        height=6.5 if "plane" in shown.dims else 5.0,
         numbers={"spike_time": times[said.show], "rate": shown["rate"].values},
     )
     known = {

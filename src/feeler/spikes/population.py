@@ -5,10 +5,11 @@ from typing import Annotated, Literal
 
 import numpy as np
 import xarray as xr
+from scipy.special import cosdg, sindg
 
 from feeler.checked import checked
 from feeler.errors import Doubtful, InvalidInput
-from feeler.record import Len, Of, Record
+from feeler.record import Ge, Le, Len, Of, Record, Unit
 from feeler.spikes.kernel import TABLE, encode_touch
 from feeler.spikes.sensillum import CAMPANIFORM, Sensillum
 from feeler.tensors.dataset import label_units
@@ -35,6 +36,9 @@ class Population(Record):
         One for each unit, or one for all.
     quantity : Literal[angle, curvature]
         What bends them: the hinge's ``angle`` [rad] or its ``curvature`` [1/mm].
+    around : np.ndarray
+        (unit,) or one number: where around the antenna side 1 lies, 0 towards x and 90 towards z
+        [degrees]; side −1 lies opposite. What bends towards a side compresses it.
 
     Raises
     ------
@@ -48,6 +52,7 @@ class Population(Record):
     gain: Annotated[np.ndarray, "unit?"]
     sensilla: Annotated[tuple[Sensillum, ...], Len(1)] = (CAMPANIFORM,)
     quantity: Literal["angle", "curvature"] = "angle"
+    around: Annotated[np.ndarray, "unit?", Ge(-360), Le(360), Unit("degrees")] = 0.0  # type: ignore[assignment]
 
     def _check(self) -> None:
         count = self.position.size
@@ -67,7 +72,8 @@ class Population(Record):
                 f"{count} units but {len(self.sensilla)} sensilla; give one for all or one for"
                 " each."
             )
-        vars(self)["gain"] = np.broadcast_to(self.gain, (count,))
+        for name in ("gain", "around"):
+            vars(self)[name] = np.broadcast_to(getattr(self, name), (count,))
 
     @property
     def table(self) -> np.ndarray:
@@ -84,10 +90,12 @@ class Population(Record):
             side=self.side[chosen],
             gain=self.gain[chosen],
             sensilla=tuple(self.sensilla[k] for k in chosen) if many else self.sensilla,
+            around=self.around[chosen],
         )
 
     def find_taps(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """For each unit the sensor on its base's side, and its share of the way to the next.
+        """For each unit the sensor on its base's side, as :meth:`bend_sides` numbers them, and its
+        share of the way to the next.
 
         Raises
         ------
@@ -107,7 +115,16 @@ class Population(Record):
         found = np.searchsorted(places, self.position, side="right") - 1
         taps = np.clip(found, 0, places.size - 2)
         shares = (self.position - places[taps]) / (places[taps + 1] - places[taps])
-        return taps, np.clip(shares, 0.0, 1.0)
+        rank = np.unique(self.around, return_inverse=True)[1]
+        return taps + rank * places.size, np.clip(shares, 0.0, 1.0)
+
+    def bend_sides(self, bent: np.ndarray, spatial: bool) -> np.ndarray:
+        """Bending (…, sensor), in space (…, plane, sensor), towards each direction of ``around``
+        that occurs: all sensors for one direction, then those for the next. Torsion bends nothing.
+        """
+        x, z = (bent[..., 0, :], bent[..., 1, :]) if spatial else (bent, 0.0)
+        found = [x * cosdg(side) + z * sindg(side) for side in np.unique(self.around)]
+        return np.ascontiguousarray(np.concatenate(found, axis=-1))
 
     @checked
     def encode(self, touches: xr.Dataset, *, limit: float = STIFFEST) -> xr.Dataset:
@@ -141,6 +158,8 @@ class Population(Record):
             unit_position=("unit", self.position),
             unit_side=("unit", self.side),
         )
+        if self.around.any() or "plane" in touches.dims:
+            found = found.assign_coords(unit_around=("unit", self.around))
         return label_units(found.assign(rate=(("trial", "unit", "time"), rates.swapaxes(1, 2))))
 
     def _encode(self, touches: xr.Dataset, limit: float) -> np.ndarray:
@@ -149,19 +168,20 @@ class Population(Record):
             raise InvalidInput(f"sensilla feel {self.quantity!r}, which these touches lack.")
         time = in_unit(touches["time"], "ms").values
         step = find_step(time)
-        bent = in_unit(touches[self.quantity], _UNITS[self.quantity])
-        if "plane" in bent.dims:
-            raise InvalidInput(
-                "sensilla stand on two sides of one plane, but these touches are in space: give"
-                " those of one plane, touches.isel(plane=0, drop=True)."
-            )
-        samples = np.ascontiguousarray(bent.transpose("trial", "time", "sensor"), dtype=float)
+        samples = self._feel(touches)
         refuse_gaps(samples)
         rates = np.empty((len(samples), time.size, self.position.size))
         fixed = (*self.find_taps(touches["position"].values), self.side * self.gain, self.table)
         for touch, rate in zip(samples, rates, strict=True):
             refuse_coarse(encode_touch(touch, *fixed, step, rate), step, limit)
         return rates
+
+    def _feel(self, touches: xr.Dataset) -> np.ndarray:
+        """Bending (trial, time, …) as :meth:`bend_sides` gives it."""
+        bent = in_unit(touches[self.quantity], _UNITS[self.quantity])
+        rows = ("plane", "sensor") if "plane" in bent.dims else ("sensor",)
+        values = bent.transpose("trial", "time", *rows).values.astype(float)
+        return self.bend_sides(values, "plane" in rows)
 
 
 def find_step(time: np.ndarray) -> float:
@@ -195,6 +215,7 @@ def place_sensilla(
     *,
     sensillum: Sensillum = CAMPANIFORM,
     quantity: str = "angle",
+    around: float | np.ndarray = 0.0,
 ) -> Population:
     """A population with a unit on each of both sides at each place.
 
@@ -210,11 +231,14 @@ def place_sensilla(
         What sits there.
     quantity
         ``angle`` [rad] or ``curvature`` [1/mm].
+    around
+        Where around the antenna side 1 lies, 0 towards x [degrees]; of several there are two sides
+        for each: (0, 90) places a unit on four.
 
     Returns
     -------
     Population
-        First all units of side 1 from base to tip, then all of side −1.
+        First all units of side 1 from base to tip, then all of side −1; so for each ``around``.
     """
     places = np.atleast_1d(np.asarray(position, dtype=float))
     gains = np.asarray(gain, dtype=float)
@@ -223,13 +247,15 @@ def place_sensilla(
             "position must be places (place,) and gain one number or one for each, got shapes"
             f" {places.shape} and {gains.shape}."
         )
+    turns = np.atleast_1d(np.asarray(around, dtype=float))
     gains = np.broadcast_to(gains, places.shape)
     return Population(
-        position=np.tile(places, 2),
-        side=np.repeat((1, -1), places.size),
-        gain=np.tile(gains, 2),
+        position=np.tile(places, 2 * turns.size),
+        side=np.tile(np.repeat((1, -1), places.size), turns.size),
+        gain=np.tile(gains, 2 * turns.size),
         sensilla=(sensillum,),
         quantity=quantity,  # type: ignore[arg-type]
+        around=np.repeat(turns, 2 * places.size),
     )
 
 
@@ -255,7 +281,7 @@ def find_gain(
         No gain gives that rate.
     """
     low, high = 1e-6, 1e6
-    peak = float(np.abs(touches[population.quantity]).max())
+    peak = float(np.abs(population._feel(touches)).max())
     start = population.replace(gain=population.gain / max(peak * population.gain.max(), 1e-12))
     for _ in range(40):
         middle = float(np.sqrt(low * high))

@@ -53,6 +53,7 @@ class SensillaStream:
             raise InvalidInput(f"step must be > 0 ms, got {step}.")
         self._taps, self._shares = population.find_taps(np.asarray(position, dtype=float))
         self._gains, self._table = population.side * population.gain, population.table
+        self._population = population
         self._sensors, self._firing, self.step = len(position), firing, float(step)
         self._seed, self._start = (seed, trial), float(start)
         self.reset()
@@ -68,7 +69,8 @@ class SensillaStream:
         start_firing(self._firing.order, self._rng, self._left)
 
     def push(self, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Take the bending of all sensors (sensor,), in the population's quantity.
+        """Take the bending of all sensors (sensor,), in space (plane, sensor), in the population's
+        quantity.
 
         Returns
         -------
@@ -82,9 +84,14 @@ class SensillaStream:
             Other sensors, missing values, or a change too fast for the step.
         """
         values = np.ascontiguousarray(sample, dtype=float)
-        if values.shape != (self._sensors,):
-            raise InvalidInput(f"a sample has {self._sensors} sensors, got shape {values.shape}.")
+        planes = values.shape[:-1]
+        if values.shape[-1:] != (self._sensors,) or planes not in ((), (2,), (3,)):
+            raise InvalidInput(
+                f"a sample has {self._sensors} sensors, got shape {values.shape}; in space it is"
+                " (plane, sensor), of two planes or three."
+            )
         refuse_gaps(values)
+        values = self._population.bend_sides(values, planes != ())
         stiff = step_units(
             values,
             self._taps,

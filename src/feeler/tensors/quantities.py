@@ -194,6 +194,7 @@ for _name, _quantity in {
     ),
     "unit_position": _label("1", "arc length of the unit over antenna length", "unit"),
     "unit_side": _label("", "the side of the antenna that the unit answers to, 1 or -1", "unit"),
+    "unit_around": _label("deg", "where around the antenna side 1 lies, from x towards z", "unit"),
     "feature": _label("", "the object's name", required=True),
     "kind": _label("", "the object's shape: ball, box …"),
     "size": _label("mm", "half-width or radius of the object", required=True),
