@@ -52,6 +52,11 @@ def raise_untravelled(_):
     raise Untravelled(1, 2)
 
 
+def nap(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
 def slow(x):
     time.sleep(0.3)
     return x

@@ -56,6 +56,21 @@ def test_where_no_worker_can_begin_the_batch_says_so():
         run_while_killing(most=10**6)
 
 
+def test_a_worker_that_ends_before_its_word_is_heard_costs_nothing():
+    """A task that a worker took is said to be another's, who has ended, and then that worker ends:
+    so it looks where a worker says that it took a task after its end was noticed.
+    """
+    with ProcessExecutor(2) as executor:
+        answers = [executor.submit(_tasks.nap, 2.0) for _ in range(2)]
+        tasks = executor._pool._pool_manager.task_manager.tasks
+        while len([task for task in [*tasks.values()] if task.worker_id]) < 2:
+            time.sleep(0.01)
+        first = min(tasks.values(), key=lambda task: task.id)
+        ended, first.worker_id = first.worker_id, 2**22 + 1  # more than a process number can be
+        psutil.Process(ended).kill()
+        assert [answer.result(timeout=60) for answer in answers] == [2.0, 2.0]
+
+
 LATE = """
 import sys
 from multiprocessing.synchronize import Lock
@@ -141,8 +156,8 @@ def scheduler(tmp_path_factory):
 
 def check(command, store, undisturbed, killed):
     """What is right after a kill: finished, or one line of ours; no trial wrong or lost."""
-    said = command.stdout.read()
     assert command.poll() is not None, f"hangs after {killed} was killed"
+    said = command.stdout.read()
     assert "Traceback" not in said, f"after {killed}: {said[-3000:]}"
     assert command.returncode in (0, 2), f"after {killed}: {said[-3000:]}"
     if command.returncode == 2:
@@ -173,6 +188,8 @@ def test_a_killed_worker_ends_no_command(kind, tmp_path, undisturbed, request):
         killed, after = kill_one(command, kind, place, delay, root or command.pid)
         check(command, store, undisturbed, killed)
         ends.append((command.returncode, bool(killed), after if killed else 0.0))
+        if killed and after > 10:
+            print(f"{kind}, command {k}: {after:.1f} s; after {delay} s, place {place}, {killed}")
     codes, lost, after = zip(*ends, strict=True)
     print(
         f"\n{kind}: {n} commands, {sum(lost)} of them lost a process, {codes.count(2)} ended in a"

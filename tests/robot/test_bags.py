@@ -173,7 +173,7 @@ def test_a_part_that_was_closed_before_anything_was_sent_is_passed_over(tmp_path
         read_bag(str(tmp_path), "joint_states")
     write(tmp_path, parts=12)
     table = read_bag(str(tmp_path), "antenna/touch")
-    np.testing.assert_array_equal(table.values[:, 1:], CAPACITANCE.T)
+    np.testing.assert_array_equal(table.values[:, 1:], CAPACITANCE)
 
 
 def write_texts(folder, ending, number, times):

@@ -44,7 +44,7 @@ class WorkerCrashed(FeelerError, RuntimeError):
     """A worker process ended before it had answered."""
 
 
-CONSTS.channel_lock_timeout = 5.0  # s; a worker may have been killed while it held the lock
+CONSTS.channel_lock_timeout = 3.0  # s; a worker may have been killed while it held the lock
 _GLANCE = 0.2  # s between two looks at whether the pool still works
 OPENINGS = 3  # [C] pools in a row that may break as they begin
 _BROKEN = (BrokenProcessPool, RuntimeError, OSError, EOFError)
@@ -125,8 +125,8 @@ class ProcessExecutor:
                 return
 
     def _take(self, message: bytes, answer: Future, kills: int, done: Future) -> None:
-        """Pass a worker's answer on. A pool that breaks has not begun this task, whose worker would
-        be known: it is sent again, by a thread that the broken pool does not wait for.
+        """Pass a worker's answer on. A task of a pool that breaks has not begun, or its worker has
+        ended: it is sent again, by a thread that the broken pool does not wait for.
         """
         self._tasks.discard(done)
         if done.cancelled() or not isinstance(done.exception(), BrokenProcessPool):
@@ -152,11 +152,15 @@ class ProcessExecutor:
             return self._pool
 
     def _watch(self, pool: ProcessPool) -> None:
-        """Drop a pool that breaks while nothing is sent; it tells nobody by itself."""
+        """Drop a pool that breaks while nothing is sent, or that waits for a worker which has
+        ended; it tells nobody by itself.
+        """
+        ended: set[int] = set()
         while pool is self._pool:
             time.sleep(_GLANCE)
+            before, ended = ended, _find_ended(pool)
             with self._opening:
-                if pool is self._pool and not _works(pool):
+                if pool is self._pool and (before & ended or not _works(pool)):
                     self._drop(broken=True)
 
     def _drop(self, broken: bool = False) -> None:
@@ -199,6 +203,18 @@ def _works(pool: ProcessPool) -> bool:
         return pool.active
     except _BROKEN:
         return False
+
+
+def _find_ended(pool: ProcessPool) -> set[int]:
+    """Workers that have ended, and whose tasks the pool still counts as begun.
+
+    A worker may say that it took a task after its pool has noticed its end, as when the process it
+    was forked from was killed. The pool then waits for it for ever.
+    """
+    manager = pool._pool_manager
+    tasks = [*manager.task_manager.tasks.values()]
+    begun = {task.worker_id for task in tasks if task.worker_id}
+    return begun - {*manager.worker_manager.workers}
 
 
 def _pass_on(done: Future, answer: Future) -> None:
