@@ -3,14 +3,17 @@
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from feeler.antenna.antenna import Antenna
 from feeler.physics.chain.space import fields as s
 from feeler.physics.clock import Clock
 from feeler.physics.engine import ENGINES, Engine, get_engine
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
+from feeler.physics.simulation import Simulation
 from feeler.physics.spec import compile_model
-from feeler.stimulus import Box, Mesh, Outline, Triangle
+from feeler.stimulus import Ball, Box, Mesh, Outline, Triangle
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.hull import make_hull
 from feeler.stimulus.object import Object
@@ -127,3 +130,70 @@ def test_prisms_are_mujocos_meshes(body, way):
         compare(Scene(antenna=antenna, objects=(item,), base_motion=CARRIED), "alike", 1e-7)
     finally:
         ENGINES.unregister("alike")
+
+
+RADIUS, CENTRE = 1.5, np.array([-0.5, 12.0, 0.0])
+ROD = Antenna(
+    segment_length=[20.0],
+    segment_mass=[1e-3],
+    radius=0.1,
+    stiffness=np.ones((2, 1)),
+    damping=np.ones((2, 1)),
+)
+
+
+def press(feature: Feature, short: float = 0.0) -> Simulation:
+    """A rod on a spring that rests against a solid whose middle has come to CENTRE; its front is
+    ``short`` of the ball's.
+    """
+    start = (-0.2 - short, CENTRE[1], 0.0)
+    item = Object(feature=feature, place=start, velocity=(0.12, 0.0, 0.0), friction=0.0)
+    runs = Simulation(ROD, item, timestep=0.02, contact="hard")
+    runs.step(10.0)
+    runs.move_object(0)
+    runs.step(15.0)
+    assert np.abs(runs.velocity).max() < 1e-9
+    return runs
+
+
+def read_rest(runs: Simulation) -> tuple[float, float, float]:
+    """How far the solid reaches towards the rod's axis, less how deep the rod has sunk in; the
+    place of contact [mm]; the force [N].
+    """
+    along = runs.tip / ROD.length
+    aside = float(np.linalg.norm(CENTRE - CENTRE @ along * along))
+    contacts = runs.contacts
+    reach = aside - ROD.radius[0] - contacts.distance[0]
+    return reach, contacts.place[0] * ROD.length, float(np.linalg.norm(contacts.force))
+
+
+def test_a_rod_rests_against_a_ball_as_a_tangent():
+    """Force over the arm is the spring's moment, at the foot of the perpendicular."""
+    runs = press(Ball(radius=RADIUS))
+    reach, place, force = read_rest(runs)
+    assert reach == pytest.approx(RADIUS, abs=1e-9)
+    assert place == pytest.approx(CENTRE @ runs.tip / ROD.length, abs=1e-9)
+    assert force == pytest.approx(runs.angle[0, 0] / place, rel=1e-9)
+
+
+@pytest.mark.parametrize("turned", range(3))
+@pytest.mark.parametrize(
+    "subdivisions", [1, 2, 3, pytest.param(4, marks=pytest.mark.slow)], ids="{} cuts".format
+)
+def test_a_mesh_of_more_faces_comes_to_the_ball(subdivisions, turned):
+    """Its faces lie at most w = e²/6R within the ball (e: their greatest edge), a quarter of it for
+    each cut; the place a of contact is off by at most the half width e/√3 of a face; the force
+    F = kθ/a so by k w/a² + F e/√3a.
+    """
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=RADIUS)
+    corners = ball.vertices @ Rotation.random(random_state=turned).as_matrix()
+    edge = ball.edges_unique_length.max()
+    within = RADIUS - np.sqrt(RADIUS**2 - edge**2 / 3)
+    runs = press(Mesh(vertices=corners), short=RADIUS - corners[:, 0].max())
+    reach, place, force = read_rest(runs)
+    _, foot, wanted = read_rest(press(Ball(radius=RADIUS)))
+    beside, nearest = edge / np.sqrt(3), foot - edge / np.sqrt(3)
+    assert -1e-9 < RADIUS - reach < within
+    assert abs(place - CENTRE @ runs.tip / ROD.length) < beside
+    assert abs(force - wanted) < (within / nearest + wanted * beside) / nearest
