@@ -70,8 +70,8 @@ class TouchOptions:
     flow: Annotated[
         str | None,
         typer.Option(
-            help="for an antenna in space: what drags it along, drag [N·ms/mm²] and velocity x, y,"
-            " z [m/s], as in drag=2e-5,x=0.3"
+            help="for an antenna in space: what drags it along, drag [N·ms/mm²] and speed along"
+            " x y z [m/s], as in drag=2e-5,x=0.3"
         ),
     ] = None
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
