@@ -58,8 +58,8 @@ def parse_flow(text: str) -> Flow:
         values[key] = _parse_number(number, text)
     if "drag" not in values:
         raise InvalidInput(f"the flow {text!r} needs its drag [N·ms/mm²], as in {_EXAMPLE}.")
-    velocity = tuple(values.pop(axis, 0.0) for axis in "xyz")
-    return Flow(velocity=velocity, **values)
+    x, y, z = (values.pop(axis, 0.0) for axis in "xyz")
+    return Flow(velocity=(x, y, z), **values)
 
 
 def _parse_number(number: str, text: str) -> float:
