@@ -100,7 +100,7 @@ kept: $(BIN)/.core  ## which kept results were made by other code than today's
 numba-oldest: $(OLDEST)/.ready  ## the engines' parity with the oldest numba that is supported, in an environment of its own
 	@$(OLDEST)/bin/python -m pytest -q -n0 tests/physics/test_parity_chain.py tests/physics/test_plain.py
 
-mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted; ROOM=hand; ROOM=cli PRINTED=1)
+mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted, hand or fresh; ROOM=cli PRINTED=1)
 	@$(BIN)/python benchmarks/mutants $(ROOM) --minutes $(MINUTES) --number $(NUMBER) --seed $(SEED) $(if $(PRINTED),--printed)
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops

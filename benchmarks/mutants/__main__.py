@@ -1,13 +1,12 @@
 """``make mutants ROOM=dispersion MINUTES=10``: plant small mistakes, one at a time, and see which
 the room's tests notice.
 
-``ROOM=planted`` and ``ROOM=hand`` plant the mistakes of ``planted.toml`` and ``hand.toml``, which
-were made by hand, and run the tests named there. ``ROOM=report`` swaps, doubles and mislabels what
-the report shows.
+``ROOM=planted``, ``ROOM=hand`` and ``ROOM=fresh`` plant the mistakes of those files, which were
+made by hand, and run the tests named there; rates by area follow. ``ROOM=report`` swaps, doubles
+and mislabels what the report shows.
 """
 
 import argparse
-import math
 import shutil
 import tempfile
 import time
@@ -17,10 +16,12 @@ from pathlib import Path
 
 from child import Run, import_packages, run_tests
 from draw import Mutant, draw_mutants
+from rates import read_first, tabulate, write_rate
 from report import judge_report
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+BY_HAND = ("planted", "hand", "fresh")
 PARTS = {
     "measures": (
         "encoding",
@@ -52,8 +53,8 @@ def main() -> None:
         shutil.copytree(
             ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache")
         )
-        if said.room in ("planted", "hand"):
-            _judge_planted(copy, _read_list("mistake", said.room), said.only)
+        if said.room in BY_HAND:
+            _judge_planted(copy, list(_read_list("mistake", said.room)), said.only)
         elif said.room == "report":
             _say_rate("report", *judge_report(copy, said.seed, said.number))
         else:
@@ -118,33 +119,35 @@ def _judge_room(copy: Path, said: argparse.Namespace) -> None:
 
 
 def _say_rate(room: str, noticed: int, tried: int) -> None:
-    low, high = _bound(noticed, tried)
-    print(
-        f"{room}: {noticed} of {tried} noticed, {noticed / max(tried, 1):.0%} (95 %: {low:.0%}"
-        f" to {high:.0%})"
-    )
+    rate, interval = write_rate(noticed, tried)
+    print(f"{room}: {rate} noticed (95 %: {interval})")
 
 
-def _judge_planted(copy: Path, mistakes: Iterator[dict[str, str]], only: list[str]) -> None:
-    unnoticed = []
+def _judge_planted(copy: Path, mistakes: list[dict[str, str]], only: list[str]) -> None:
+    noticed = {}
     _run_first(copy, ["tests/response/test_measures.py"])
     for mistake in mistakes:
-        if (only and mistake["name"] not in only) or "tests" not in mistake:
-            continue
-        path = Path("src/feeler") / mistake["file"]
-        source = (copy / path).read_text(encoding="utf-8")
-        if source.count(mistake["before"]) != 1:
-            print(
-                f"{mistake['name']}: {path} holds {mistake['before']!r}"
-                f" {source.count(mistake['before'])} times"
-            )
-            unnoticed.append(mistake["name"])
-            continue
-        mutant = Mutant(path, 0, "", "", source.replace(mistake["before"], mistake["after"]))
-        found = _judge(copy, mutant, mistake["tests"].split(), Run(seconds={"": 0.0}))
-        print(f"{mistake['name']}: {found.failed or 'UNNOTICED'}", flush=True)
-        unnoticed += [] if found.failed else [mistake["name"]]
+        if (not only or mistake["name"] in only) and "tests" in mistake:
+            said = _plant(copy, mistake)
+            noticed[mistake["name"]] = bool(said)
+            print(f"{mistake['name']}: {said or 'UNNOTICED'}", flush=True)
+    if first := read_first(mistakes):
+        print(f"\nbefore any law was written for them:\n{tabulate(mistakes, first)}\n\nnow:")
+    if all("area" in mistake for mistake in mistakes):
+        print(tabulate(mistakes, noticed))
+    unnoticed = [name for name, red in noticed.items() if not red]
     raise SystemExit(f"unnoticed: {', '.join(unnoticed)}" if unnoticed else 0)
+
+
+def _plant(copy: Path, mistake: dict[str, str]) -> str:
+    """The test that notices it; empty: none, or the line that it changes is gone."""
+    path = Path("src/feeler") / mistake["file"]
+    source = (copy / path).read_text(encoding="utf-8")
+    if (found := source.count(mistake["before"])) != 1:
+        print(f"{mistake['name']}: {path} holds {mistake['before']!r} {found} times")
+        return ""
+    mutant = Mutant(path, 0, "", "", source.replace(mistake["before"], mistake["after"]))
+    return _judge(copy, mutant, mistake["tests"].split(), Run(seconds={"": 0.0})).failed
 
 
 def _judge(copy: Path, mutant: Mutant, tests: list[str], first: Run) -> Run:
@@ -169,16 +172,6 @@ def _run_first(copy: Path, tests: list[str]) -> Run:
 
 def _read_list(kind: str, file: str = "planted") -> Iterator[dict[str, str]]:
     return iter(tomllib.loads((HERE / f"{file}.toml").read_text(encoding="utf-8")).get(kind, []))
-
-
-def _bound(noticed: int, tried: int) -> tuple[float, float]:
-    """Wilson's interval of a share at 95 % (https://doi.org/10.1080/01621459.1927.10502953)."""
-    n, z = max(tried, 1), 1.959964
-    middle = (noticed / n + z * z / (2 * n)) / (1 + z * z / n)
-    half = (
-        z / (1 + z * z / n) * math.sqrt(noticed / n * (1 - noticed / n) / n + z * z / (4 * n * n))
-    )
-    return middle - half, middle + half
 
 
 main()
