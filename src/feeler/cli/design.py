@@ -56,6 +56,7 @@ def design(
     """Search for the antenna that tells a task's touches apart best, and judge it on touches that
     the search has not seen.
     """
+    from feeler.antenna.space import require_plane
     from feeler.cli.choose import choose_executor
     from feeler.cli.say import say_what_stays
     from feeler.design.outcome import JOURNAL, carry_out
@@ -69,6 +70,8 @@ def design(
         typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
         return
     plan = load_plan(task)
+    if robot:
+        require_plane(plan.reference, "--robot")
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = say_what_stays(f"every simulated antenna is in {out / JOURNAL}")
@@ -137,8 +140,9 @@ class _Watcher:
             axes = figure.subplots(1, 4)
             for antenna in (self._plan.reference, problem.space.build(problem.best.x).antenna):
                 plot_profiles(antenna, axes)
-            axes[2].lines[1].set_color(PALETTE[0])
-            axes[3].lines[1].set_color(PALETTE[0])
+            for ax in axes[2:]:
+                for line in ax.lines[len(ax.lines) // 2 :]:
+                    line.set_color(PALETTE[0])
             figure.suptitle(
                 f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
                 fontsize=8,

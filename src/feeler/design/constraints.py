@@ -8,6 +8,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
+from feeler.design.space import list_bending
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record
 
@@ -15,7 +16,7 @@ Positive = Annotated[float, Gt(0)]
 
 
 class Constraints(Record):
-    """What a design must keep; all are off by default.
+    """What a design must keep; all are off by default. In space stiffness is that of bending.
 
     Attributes
     ----------
@@ -69,14 +70,14 @@ class Constraints(Record):
         if self.mass is not None:
             found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
         if self.compliance is not None:
-            share = np.sum(1 / antenna.stiffness) / np.sum(1 / reference.stiffness)
+            own, other = (list_bending(one.stiffness) for one in (antenna, reference))
+            share = np.sum(1 / own) / np.sum(1 / other)
             found["compliance"] = _lack(share, self.compliance[0]) + _lack(
                 self.compliance[1], share
             )
         if self.softest is not None:
-            found["softest"] = _lack(
-                antenna.stiffness.min(), self.softest * reference.stiffness.min()
-            )
+            own, other = (list_bending(one.stiffness) for one in (antenna, reference))
+            found["softest"] = _lack(own.min(), self.softest * other.min())
         if self.thickness is not None:
             found["thickness"] = _lack(
                 compute_diameter(antenna, self.modulus).min(), self.thickness
@@ -90,9 +91,11 @@ class Constraints(Record):
 
 def compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
     """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E
-    π d⁴ / (64 ℓ).
+    π d⁴ / (64 ℓ). In space (plane, segment).
     """
-    return (64 * antenna.stiffness * antenna.segment_length / (np.pi * modulus)) ** 0.25
+    return (
+        64 * list_bending(antenna.stiffness) * antenna.segment_length / (np.pi * modulus)
+    ) ** 0.25
 
 
 def _lack(value: float, least: float) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from annotated_types import Len
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.design.scoring import Score, score
 from feeler.design.task import DesignTask
@@ -36,6 +37,7 @@ def make_strips(
     Each hinge takes the thickest sheet of which a strip at least ``length`` wide is soft enough, so
     that widths can be cut; otherwise the thinnest.
     """
+    require_plane(antenna, "cutting flexures from sheets")
     modulus, stocks = ROBOT_FACTS["modulus"].number, np.array(sorted(sheets))
     widths = 12 * antenna.stiffness[:, None] * length / (modulus * stocks**3)
     fits = (widths >= length) & (widths <= WIDEST)
@@ -72,6 +74,7 @@ def measure_tolerance(
 
     Stiffness goes with width and the cube of thickness, and damping with stiffness.
     """
+    require_plane(antenna, "the tolerance of flexures")
     rng, found = np.random.default_rng(seed), []
     for _ in range(copies):
         width, thickness = 1 + share * rng.uniform(-1, 1, (2, antenna.n_segments))

@@ -48,8 +48,8 @@ def write_design(
     section.figure(
         "profiles",
         "Stiffness (strokes: sensors) and damping of the best antenna of each start (colours) and"
-        " of the reference (black), the damping ratios of the first modes, and the fewest missing"
-        " bits during each search.",
+        " of the reference (black; in space dashed: towards z), the damping ratios of the first"
+        " modes, and the fewest missing bits during each search.",
         lambda figure: plot_designs(found, figure),
         height=4.6,
     )
@@ -130,7 +130,7 @@ def _list_cells(one: Score, antenna: Antenna) -> list[object]:
 
 
 def plot_designs(found: DesignOutcome, figure: Figure) -> None:
-    """Four panels."""
+    """Four panels; in space dashed what bends towards z."""
     axes = figure.subplots(2, 2).flat
     shown = [(found.plan.reference, "black", "reference")]
     shown += [
@@ -139,15 +139,12 @@ def plot_designs(found: DesignOutcome, figure: Figure) -> None:
     ]
     for antenna, colour, label in shown:
         place = antenna.hinge_position / antenna.length
-        axes[0].plot(place, antenna.stiffness, color=colour, label=label)
-        axes[0].plot(
-            place[antenna.sensors - 1],
-            antenna.stiffness[antenna.sensors - 1],
-            "|",
-            color=colour,
-            ms=3,
-        )
-        axes[1].plot(place, antenna.damping, color=colour)
+        stiffness, damping = (np.atleast_2d(x)[:2] for x in (antenna.stiffness, antenna.damping))
+        for ls, row, lost in zip(("-", "--"), stiffness, damping, strict=False):
+            axes[0].plot(place, row, ls, color=colour, label=label if ls == "-" else None)
+            axes[1].plot(place, lost, ls, color=colour)
+        at = antenna.sensors - 1
+        axes[0].plot(place[at], stiffness[0, at], "|", color=colour, ms=3)
         ratio = compute_modes(antenna, 6).damping_ratio
         axes[2].plot(np.arange(1, ratio.size + 1), ratio, "o-", ms=3, color=colour)
     for end, colour in zip(found.ends, PALETTE, strict=False):

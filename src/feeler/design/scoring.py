@@ -26,7 +26,6 @@ import numpy as np
 from sklearn.base import clone
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.decoding import READERS, Reader
 from feeler.decoding.sweep import N_COPIES
@@ -129,23 +128,25 @@ def touch_classes(
     **options: Any,
 ) -> np.ndarray:
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
-    same trials.
+    same trials, in space as :func:`feeler.tensors.scaling.fold_planes` puts its planes.
     """
-    require_plane(antenna, "the score of designs")
     scenes = _make_scenes(antenna, task, purpose, speed)
     clock = Clock(duration=task.duration, timestep=task.timestep)
     motions = expect_motions(run_scenes(scenes, clock, **options))
     angles = np.array(
-        [motion.angle[round(LEAD) + 1 :, antenna.sensors - 1].T for motion in motions]
+        [motion.angle[round(LEAD) + 1 :, ..., antenna.sensors - 1] for motion in motions]
     )
-    return angles.reshape(task.n_classes, task.train + task.test, *angles.shape[1:])
+    each, rows = task.train + task.test, len(antenna.planes) * antenna.sensors.size
+    folded = angles.reshape(len(motions), -1, rows).swapaxes(1, 2)
+    return folded.reshape(task.n_classes, each, *folded.shape[1:])
 
 
 def _make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float) -> list[Scene]:
     """The scene of every touch; where objects stand depends on the antenna's outline alone, and is
     kept.
     """
-    outline = antenna.replace(stiffness=1.0, damping=1.0, sensors=[1], name="")
+    even = np.ones_like(antenna.stiffness)
+    outline = antenna.replace(stiffness=even, damping=even, sensors=[1], name="")
     objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
     return [
         Scene(antenna=antenna, objects=(item,), contact=get_contact(), label=item.name)

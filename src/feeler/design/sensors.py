@@ -41,10 +41,8 @@ def choose_sensors(
         raise InvalidInput(
             f"count must be at most the antenna's {antenna.sensors.size} sensors, got {count}."
         )
-    angles = touch_classes(antenna, task, purpose, task.speeds[0])
-    return np.sort(
-        antenna.sensors[CHOICES[choice](_whiten(angles, task), task.noise.size, count)[:count]]
-    )
+    known = _feel(antenna, task, purpose)
+    return np.sort(antenna.sensors[CHOICES[choice](known, task.noise.size, count)[:count]])
 
 
 @checked
@@ -58,10 +56,7 @@ def measure_sensors(
     """Bits (count,) that sets of so many sensors tell; chosen on the optimiser's draws, asked on
     those of ``purpose``.
     """
-    known, asked = (
-        _whiten(touch_classes(antenna, task, name, task.speeds[0]), task)
-        for name in ("optimiser", purpose)
-    )
+    known, asked = (_feel(antenna, task, name) for name in ("optimiser", purpose))
     chosen = [
         np.sort(CHOICES[choice](known, task.noise.size, n)[:n]) for n in counts
     ]  # in their order along the antenna
@@ -75,10 +70,15 @@ def _tell(tensors: np.ndarray, task: DesignTask) -> float:
         )
 
 
-def _whiten(angles: np.ndarray, task: DesignTask) -> np.ndarray:
-    """The angles in whose unit the noise is white; noise that is not even is taken for white."""
-    flat = angles.reshape(-1, *angles.shape[2:])
-    return task.noise.whiten(flat).reshape(angles.shape)
+def _feel(antenna: Antenna, task: DesignTask, purpose: str) -> np.ndarray:
+    """The angles (class, touch, sensor, time) in whose unit the noise is white, of each sensor one
+    plane after the other; noise that is not even is taken for white.
+    """
+    angles = touch_classes(antenna, task, purpose, task.speeds[0])
+    flat = task.noise.whiten(angles.reshape(-1, *angles.shape[2:]))
+    each, count = angles.shape[:2], antenna.sensors.size
+    planes = flat.reshape(*each, len(antenna.planes), count, angles.shape[3])
+    return planes.swapaxes(2, 3).reshape(*each, count, -1)
 
 
 @CHOICES.register("d-optimal")

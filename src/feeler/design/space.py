@@ -7,7 +7,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import require_plane
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record
@@ -30,7 +29,8 @@ class Space(Record):
     Stiffness and damping have values at knots spread evenly over the segments, between which the
     logarithm of the factor is a natural cubic spline: 0 knots leave the profile, 1 scales it, 2
     give the exponential family (of an exponential reference), as many as hinges free each hinge.
-    All entries of x are 0 at the reference; ±1 is each bound.
+    All entries of x are 0 at the reference; ±1 is each bound. In space the factors are those of
+    both planes of bending; torsion stays the reference's.
 
     Attributes
     ----------
@@ -68,7 +68,6 @@ class Space(Record):
     held: Literal["nothing", "total", "tip"] = "nothing"
 
     def _check(self) -> None:
-        require_plane(self.reference, "a search for designs")
         n = self.reference.n_segments
         if max(self.stiffness, self.damping) > n:
             raise InvalidInput(f"stiffness and damping must have 0 to {n} knots, one per hinge.")
@@ -107,7 +106,8 @@ class Space(Record):
         changes: dict[str, Any] = {}
         for name, at in zip(("stiffness", "damping"), logs, strict=True):
             factor = np.exp(np.log(self.span) * make_basis(n, len(at)) @ at)
-            changes[name] = getattr(base, name) * factor
+            rows = getattr(base, name)
+            changes[name] = put_bending(rows, list_bending(rows) * factor)
         if self.held != "nothing":
             changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
         grow = np.exp(_scale(part.get("length"), self.length))
@@ -126,23 +126,35 @@ class Space(Record):
 
 @checked
 def match_compliance(
-    shape: Annotated[np.ndarray, "segment"],
+    shape: Annotated[np.ndarray, "... segment"],
     reference: Antenna,
     held: Literal["total", "tip"] = "total",
 ) -> np.ndarray:
     """Stiffness of this shape, scaled so that one compliance is the reference's.
 
     ``held`` is the ``total`` Σ 1/k_n, or that of the ``tip`` under a force, Σ (L − s_n)² / k_n with
-    s_n the place of hinge n.
+    s_n the place of hinge n. In space it is the sum of both planes of bending, and torsion is not
+    scaled.
     """
     shape, arm = np.asarray(shape, float), reference.length - reference.hinge_position
-    if shape.shape != arm.shape or not np.all(shape > 0):
+    if shape.shape != reference.stiffness.shape or not np.all(shape > 0):
         raise InvalidInput(
-            f"shape must be a stiffness > 0 for each of the {arm.size} segments of the reference,"
-            f" got shape {shape.shape}."
+            f"shape must be a stiffness > 0 for each of the {arm.size} segments of the reference"
+            f" {reference.stiffness.shape}, got shape {shape.shape}."
         )
     weight = arm**2 if held == "tip" else np.ones_like(arm)
-    return shape * np.sum(weight / shape) / np.sum(weight / reference.stiffness)
+    bent, known = list_bending(shape), list_bending(reference.stiffness)
+    return put_bending(shape, bent * np.sum(weight / bent) / np.sum(weight / known))
+
+
+def list_bending(rows: np.ndarray) -> np.ndarray:
+    """What a hinge has for bending, without torsion: (plane, segment), in the plane (segment,)."""
+    return rows if rows.ndim == 1 else rows[:2]
+
+
+def put_bending(rows: np.ndarray, bent: np.ndarray) -> np.ndarray:
+    """The rows with others for bending, and that of torsion as it is."""
+    return bent if rows.ndim == 1 else np.concatenate([bent, rows[2:]])
 
 
 def make_basis(n_segments: int, knots: int) -> np.ndarray:

@@ -103,7 +103,9 @@ def make_patch(
 
 @checked
 def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
-    """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes."""
+    """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes; in space
+    of both planes of bending, that towards z dashed.
+    """
     position = antenna.hinge_position / antenna.length
     quantities = (
         (antenna.segment_length, "segment length [mm]"),
@@ -114,7 +116,8 @@ def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
     if len(axes) != len(quantities):
         raise InvalidInput(f"four Axes are needed, got {len(axes)}.")
     for ax, (values, label) in zip(axes, quantities, strict=True):
-        ax.plot(position, values, color="black")
+        for ls, row in zip(("-", "--"), np.atleast_2d(values), strict=False):
+            ax.plot(position, row, ls, color="black")
         ax.set(xlabel="position (base 0, tip 1)", ylabel=label)
         if values.max() > SPANS_DECADES * values.min():
             set_decades(ax)
