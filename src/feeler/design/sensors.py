@@ -60,10 +60,12 @@ def measure_sensors(
     chosen = [
         np.sort(CHOICES[choice](known, task.noise.size, n)[:n]) for n in counts
     ]  # in their order along the antenna
-    return np.array([_tell(asked[:, :, own], task) for own in chosen])
+    return np.array([_tell(asked[:, :, own], task, len(antenna.planes)) for own in chosen])
 
 
-def _tell(tensors: np.ndarray, task: DesignTask) -> float:
+def _tell(felt: np.ndarray, task: DesignTask, planes: int) -> float:
+    """Bits of what sensors feel, put plane by plane, as the score meets the same noise."""
+    tensors = felt.reshape(*felt.shape[:3], planes, -1).swapaxes(2, 3)
     with hold_blas():
         return float(
             decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.noise.size)[0].mean()
