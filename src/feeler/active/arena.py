@@ -53,11 +53,13 @@ class Arena:
         self.fresh = np.ones(n, bool)
         """Whether (lane,) an episode has begun and not moved yet."""
         self._paid = np.zeros(n)
-        self._rate = [(0.0, 0.0, 0.0)] * n
+        self._rate: list[tuple[float, ...]] = [(0.0, 0.0, 0.0)] * n
         self._heading = np.zeros(n)
         self._rngs = [np.random.default_rng(0)] * n
-        self._window = np.zeros((n, task.window, len(self.sensors)))
-        self._drawn = np.zeros((n, _BLOCK, len(self.sensors)))
+        self.n_felt = len(task.first_antenna.planes) * len(self.sensors)
+        """Numbers that a body feels: in space the sensors of one plane after those of the other."""
+        self._window = np.zeros((n, task.window, self.n_felt))
+        self._drawn = np.zeros((n, _BLOCK, self.n_felt))
         self._used = np.full(n, _BLOCK)
 
     def save(self) -> tuple[Any, ...]:
@@ -82,7 +84,7 @@ class Arena:
         self._rngs[lane], self._used[lane], self.fresh[lane] = rng, _BLOCK, True
         self.base[lane] = self.time[lane] = self.work[lane] = 0.0
         self._heading[lane] = start.scene.base[2]
-        rest = start.scene.initial_angle[self.sensors]
+        rest = self._feel(start.scene.initial_angle[None])[0]
         for _ in range(self.task.window):
             self._push([lane], rest[None])
 
@@ -101,6 +103,11 @@ class Arena:
         drawn = self._drawn[lanes, self._used[lanes]]
         self._window[lanes, -1] = angle + self.task.measure_noise(angle) * drawn
         self._used[lanes] += 1
+
+    def _feel(self, angle: np.ndarray) -> np.ndarray:
+        """What sensors feel (lane, number) of the hinges' angles (lane, segment), in space (lane,
+        plane, segment)."""
+        return angle[..., self.sensors].reshape(-1, self.n_felt)
 
     def check_action(self, action: np.ndarray) -> np.ndarray:
         """Speeds and turn rates (lane, 2), if the bodies may move so; else an error that names the
@@ -141,8 +148,11 @@ class Arena:
         self.time[active] += SAMPLE
         self.base[active, 0] += SAMPLE * self.base[active, 2]
         sound = [lane for lane in active if self.simulations.failed[lane] is None]
-        self._push(sound, state.angle[sound][:, self.sensors])
-        self.base[sound, 1] = state.base[sound, 2] - self._heading[sound]
+        self._push(sound, self._feel(state.angle[sound]))
+        if self.task.first_antenna.spatial:  # whose turns are all about z
+            self.base[sound, 1] += SAMPLE * self.base[sound, 3]
+        else:
+            self.base[sound, 1] = state.base[sound, 2] - self._heading[sound]
         spent = state.base_work + np.nansum(state.object_work, axis=1)
         self.work[sound] = (self._paid + MICRO * spent)[sound]
 
@@ -153,26 +163,27 @@ class Arena:
         if not self.fresh[lane]:
             change = self.task.acceleration * SAMPLE
             speed = before + min(max(speed - before, -change), change)
-        x, y = start.direction
+        x, y, *up = start.direction
         if heading:  # from +y towards +x
             c, s = math.cos(heading), math.sin(heading)
             x, y = c * x + s * y, c * y - s * x
         self.base[lane, 2:] = speed, turn
-        rate = (speed * x, speed * y, turn)
+        rate = (speed * x, speed * y, *(speed * z for z in up), turn)
         if self.fresh[lane]:
-            moving = BaseMotion(velocity=rate[:2], turn=turn)
+            moving = BaseMotion(velocity=rate[:-1], turn=turn)  # type: ignore[arg-type]  # 2 or 3
             self.simulations.reset(lane, replace(start.scene, base_motion=moving))
             self._paid[lane] = _compute_energy(start.scene, rate)
             self.fresh[lane] = False
         elif rate != self._rate[lane]:
-            self.simulations.move_base(lane, rate[:2], turn)
+            self.simulations.move_base(lane, rate[:-1], turn)
         self._rate[lane] = rate
 
     def observe(self) -> dict[str, np.ndarray]:
         """What the bodies know now, in arrays of their own.
 
         ``angle`` (lane, window, sensor) [rad] holds the last samples of every sensor with their
-        noise, the newest last; ``base`` (lane, 4) and ``time`` (lane, 1) are the arena's.
+        noise, the newest last, in space the sensors of one plane after those of the other; ``base``
+        (lane, 4) and ``time`` (lane, 1) are the arena's.
         """
         return {
             "angle": self._window.copy(),
@@ -183,8 +194,8 @@ class Arena:
     @property
     def felt(self) -> np.ndarray:
         """What the sensors would say without noise (lane, sensor) [rad]."""
-        rest = np.array([start.scene.initial_angle[self.sensors] for start in self.starts])
-        now = rest if self.state is None else self.state.angle[:, self.sensors]
+        rest = self._feel(np.array([start.scene.initial_angle for start in self.starts]))
+        now = rest if self.state is None else self._feel(self.state.angle)
         return np.where(self.fresh[:, None], rest, now)
 
     @property
@@ -219,8 +230,16 @@ class Arena:
         return self.time >= self.task.duration - 1e-9
 
 
-def _compute_energy(scene: Scene, rate: tuple[float, float, float]) -> float:
-    """Energy of motion [µJ] of an antenna that is carried along unbent."""
+def _compute_energy(scene: Scene, rate: tuple[float, ...]) -> float:
+    """Energy of motion [µJ] of an antenna that is carried along unbent, its segments as points at
+    their middle, in space at their centre of mass.
+    """
+    if scene.antenna.spatial:
+        ends = scene.antenna.shape(scene.initial_angle, np.array(scene.base[3:]))
+        share = (scene.antenna.mass_centre / scene.antenna.segment_length)[:, None]
+        turning = np.cross([0.0, 0.0, -rate[-1]], (1 - share) * ends[:-1] + share * ends[1:])
+        square = ((np.array(rate[:-1]) + turning) ** 2).sum(axis=1)
+        return MICRO * 0.5 * float(scene.antenna.segment_mass @ square)
     points = scene.antenna.shape(scene.initial_angle, scene.base[2])
     middle = (points[:-1] + points[1:]) / 2
     velocity = np.array(rate[:2]) + rate[2] * middle[:, ::-1] * [1.0, -1.0]  # from +y towards +x

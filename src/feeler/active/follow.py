@@ -7,6 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from feeler.active.task import ActiveTask, Start
+from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.record import Gt, Unit
 from feeler.wall.course import Course
@@ -49,6 +50,7 @@ class FollowTask(ActiveTask):
 
     def _check(self) -> None:
         super()._check()
+        require_plane(self.first_antenna, "following a wall")
         if not self.courses or not self.starts:
             raise InvalidInput(
                 "there is no wall to follow: give at least one of courses= and one of starts=."

@@ -192,7 +192,7 @@ class Observer:
         branches = [_Branch(self._arena.save(), np.arange(true.size), np.zeros(k, bool))]
         rows = [(softmax(evidence, axis=1) @ self._members, speed, work)]
         for step in range(round(duration / self.period)):
-            noise = rng.standard_normal((true.size, round(self.period), len(self._arena.sensors)))
+            noise = rng.standard_normal((true.size, round(self.period), self._arena.n_felt))
             time = step * self.period
             known = self._tell(branches, evidence, way, speed, time, duration - time)
             speed = self._read(policy(known), true.size)

@@ -52,12 +52,17 @@ class Film:
 
 
 def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
-    """Points (joint, 2) [mm], hinge angles (segment,) [rad] and the antenna of a lane."""
+    """Points (joint, 2) [mm], hinge angles (segment,) [rad] and the antenna of a lane; in space as
+    seen along z.
+    """
     scene = arena.starts[lane].scene
     if arena.state is None or arena.fresh[lane]:
         angle, base = scene.initial_angle, np.array(scene.base)
     else:
         angle, base = arena.state.angle[lane], arena.state.base[lane]
+    if scene.antenna.spatial:
+        points = scene.antenna.shape(angle, base[3:]) + base[:3]
+        return points[:, :2], angle[0], scene.antenna.flatten()
     return scene.antenna.shape(angle, base[2]) + base[:2], angle, scene.antenna
 
 
@@ -77,7 +82,7 @@ def draw_lane(arena: Arena, lane: int) -> np.ndarray:
 def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
     """Objects, and room for all points (row, joint, 2)."""
     for item in scene.objects:
-        ax.add_patch(make_patch(item.feature, np.array(item.place), np.array(item.forward)))
+        ax.add_patch(make_patch(item.feature, np.array(item.place)[:2], np.array(item.forward)[:2]))
     low, high = points.min(axis=(0, 1)) - 6.0, points.max(axis=(0, 1)) + 6.0
     low, high = np.minimum(low, [-14.0, -4.0]), np.maximum(high, [14.0, 46.0])
     ax.set(
@@ -100,7 +105,7 @@ def write_film(
         left, grid = figure.add_subplot(1, 2, 1), figure.add_gridspec(2, 2)
         above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         _set_up(left, film.scene, film.points)
-        antenna = MovingAntenna(film.scene.antenna, left, Normalize(0.0, _PEAK))
+        antenna = MovingAntenna(film.scene.antenna.flatten(), left, Normalize(0.0, _PEAK))
         (pace,) = above.plot([], [], color="#1b1f24")
         above.set(
             xlim=(0, film.time[-1]),

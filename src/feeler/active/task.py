@@ -13,7 +13,6 @@ from scipy.special import log_softmax
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.sample import SampledAntennas
-from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
@@ -35,8 +34,8 @@ class Start(Record):
     ----------
     scene : Scene
         The antenna and what it may meet; nothing moves yet.
-    direction : tuple[float, float]
-        Where the body goes when it goes ahead, in the world [unit vector].
+    direction : tuple[float, ...]
+        Where the body goes when it goes ahead, in the world [unit vector], in space three numbers.
     target : float
         What is asked for, as it is now.
     course : Course | None
@@ -44,7 +43,7 @@ class Start(Record):
     """
 
     scene: Scene
-    direction: tuple[float, float]
+    direction: tuple[float, ...]
     target: float
     course: Course | None = None
 
@@ -102,7 +101,6 @@ class ActiveTask(Record, kw_only=False):
     def _check(self) -> None:
         noise = Common(self.noise) if is_number(self.noise) else parse_noise(self.noise)
         vars(self)["noise"] = noise
-        require_plane(self.first_antenna, "active touch")
 
     @property
     def first_antenna(self) -> Antenna:
@@ -218,9 +216,13 @@ class TouchTask(ActiveTask):
         if isinstance(antenna, SampledAntennas):
             antenna = antenna[index % len(antenna)]
         scene = make_scene(antenna, self.trials[index])
-        x, y = scene.objects[0].velocity[:2]
-        still = replace(scene, objects=(scene.objects[0].replace(velocity=(0.0, 0.0)),))
-        return Start(scene=still, direction=(-x, -y), target=self.get_target(index))
+        velocity = scene.objects[0].velocity
+        stopped = scene.objects[0].replace(velocity=(0.0,) * len(velocity))
+        return Start(
+            scene=replace(scene, objects=(stopped,)),
+            direction=tuple(-v for v in velocity),
+            target=self.get_target(index),
+        )
 
     def get_target(self, index: int) -> float:
         """Number of the object of touch ``index``."""
