@@ -287,3 +287,23 @@ def test_antennas_are_drawn_too():
     task = make_task(antenna=antennas)
     found = {task.make_start(k).scene.antenna.stiffness[0] for k in range(8)}
     assert len(found) == 4
+
+
+@pytest.mark.parametrize("ended", [False, True])
+def test_an_episode_pays_for_its_own_work_alone(ended):
+    """The same episode twice, after another one that was left or came to its end: the same
+    rewards.
+    """
+    task = make_task(gap=2.0, work_cost=2.0, duration=12.0)
+    used, rewards = TouchVectorEnv(task, 2), []
+    used.reset(seed=3)
+    for _ in range(12 if ended else 5):
+        used.step(make_action(2, 0.9))
+    for envs in (used, TouchVectorEnv(task, 2)):
+        envs.reset(seed=7)
+        steps = [envs.step(make_action(2, 0.6)) for _ in range(6)]
+        rewards.append([step[1] for step in steps])
+        spent = [step[-1]["work"] for step in steps]
+        paid = [step[-1]["base_reward"] for step in steps]
+        np.testing.assert_allclose(np.sum(paid, axis=0), -2.0 * spent[-1], rtol=1e-12)
+    np.testing.assert_array_equal(*rewards)

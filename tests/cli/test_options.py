@@ -6,11 +6,13 @@ import json
 import numpy as np
 import pytest
 from awkward_touches import SENSORS, make_antenna, make_set
+from typer.main import get_command
 from typer.testing import CliRunner
 
 import feeler
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
+from feeler.studies.scale import SCALES
 from feeler.tensors.formats import save
 
 HEARD = "this is as far as it goes"
@@ -148,3 +150,33 @@ def test_a_scene_is_written_as_xml_and_not_under_another_name(name, tmp_path):
     result = CliRunner().invoke(app, ["export", str(tmp_path / name)])
     assert isinstance(result.exception, InvalidInput)
     assert "Name it scene.xml" in str(result.exception) and not (tmp_path / name).exists()
+
+
+def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
+    """Each option where it works: the touches, the encoder, who reads and by which seed."""
+    touched = []
+
+    def touch(antenna, trials, *, seed):
+        touched.append(({trial.speed for trial in trials}, seed))
+        return antenna, 33.0
+
+    monkeypatch.setattr("feeler.studies.comparison.touch_whole", touch)
+    words = ("compare", "linear", "constant", "--speed", 0.37, "--seed", 7, "--reader", "svm")
+    place = "feeler.studies.comparison.compare_antennas"
+    told = hear(monkeypatch, place, *words, "--scale", "smoke", "--out", tmp_path / "a.html")
+    assert touched == [({0.37}, 7)] * 2
+    assert [*told[0]] == ["linear", "constant"] and told[1].random_state == 7
+    assert (told["reader"], told["random_state"]) == ("svm", 7)
+    assert told["plan"] == SCALES["smoke"].plan
+
+
+def test_the_turn_of_a_wall_goes_the_way_that_its_help_says(monkeypatch):
+    """Positive towards the body, which stands to the left of a wall that is run along."""
+    told = hear(monkeypatch, "feeler.wall.follow", "follow", "--turn", 20)
+    before, after = np.diff(told[1].corners, axis=0)
+    body = feeler.wall.Course(lengths=(50.0,), turns=()).measure(np.array([[-1.0, 20.0]]))
+    assert body[0] == pytest.approx(1.0) and before[0] == 0.0
+    (option,) = [p for p in get_command(app).commands["follow"].params if p.name == "turn"]
+    ways = {"towards the body": after[0] < 0, "away from the body": after[0] > 0}
+    (way,) = [way for way in ways if f"positive {way}" in option.help]
+    assert ways[way]

@@ -219,3 +219,19 @@ def test_one_way_to_run_side_by_side():
         if any(word in p.read_text() for word in pools)
     }
     assert opened == {"execute"}
+
+
+@pytest.mark.parametrize("retries", [0, 1, 3])
+def test_what_crashes_is_tried_again_as_often_as_was_said(retries):
+    """Each item once, and so many times more; others once."""
+    tried = []
+
+    def crash(item):
+        tried.append(item)
+        if item == 1:
+            raise WorkerCrashed("killed")
+        return item
+
+    outcomes = collect(crash, range(3), executor=ThreadExecutor(1), retries=retries)
+    assert isinstance(outcomes[1].error, WorkerCrashed)
+    assert sorted(tried) == [0, *[1] * (retries + 1), 2]

@@ -105,3 +105,10 @@ def test_accuracy_covers_the_width_of_contact():
 def test_what_does_not_get_there_says_that_it_is_unknown():
     scene = touch("box", 1.0, n=30, contact="even", speed=0.6)
     assert run_accurately([scene], 20.0, 1.0, "chain-consistent", 1e-6)[0].error == np.inf
+
+
+@pytest.mark.parametrize("speeds", [(0.3, 4.0), (4.0, 0.3), (0.3, 4.0, 0.6)])
+def test_of_several_trials_the_fastest_is_warned_of_wherever_it_stands(speeds):
+    trials = [feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=s) for s in speeds]
+    with pytest.warns(Doubtful, match="At 4 mm/ms an object moves 0.4 mm .* of 0.1 ms"):
+        feeler.touch(cockroach(), trials, duration=2, timestep=0.1)

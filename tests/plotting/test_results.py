@@ -1,6 +1,7 @@
 """What notebooks show: every result has a picture or a table of its own, and films play."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -130,3 +131,16 @@ def test_records_simulations_and_pictures_of_nothing_else_show_themselves():
 def test_values_are_told_in_a_line(value, words):
     assert tell_value(value) == words
     assert words in show_html("t", [("name", value)])
+
+
+def test_a_confusion_reads_down_what_was_and_across_what_it_was_taken_for():
+    """Three of ten boxes are called a ball."""
+    sweep = replace(make_sweep(), confusion=np.array([[[10, 0], [3, 7]]]))
+    _, counts, _ = sweep.plot().axes
+    (image,) = counts.images
+    down, across = (
+        [t.get_text() for t in axis.get_ticklabels()] for axis in (counts.yaxis, counts.xaxis)
+    )
+    said = {counts.get_ylabel(): down.index("box"), counts.get_xlabel(): across.index("ball")}
+    assert image.get_array()[said["was"], said["taken for"]] == 30.0
+    assert (counts.get_ylabel(), counts.get_xlabel()) == ("was", "taken for")

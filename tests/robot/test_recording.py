@@ -377,3 +377,13 @@ def test_a_calibration_of_other_units_is_refused():
         counts.replace(unit="mV")
     millivolts = counts.replace(quantity="voltage", unit="")
     np.testing.assert_allclose(millivolts.to_angles(lines).values, 0.5)
+
+
+@pytest.mark.parametrize("missing", [1, 20, 300])
+def test_the_interval_said_is_that_of_neighbours_however_long_the_gaps(missing):
+    """Samples every 2 ms, of which one stretch in the middle is missing."""
+    time = 2.0 * np.delete(np.arange(60 + missing), np.arange(30, 30 + missing))
+    values = np.random.default_rng(0).normal(0, 0.1, (2, 60))
+    fixed = repair(Recording(time=time, values=values), interval=2.0, gaps="keep")
+    said = f"recorded every 2 ms (jitter sd 0 ms), {missing} samples dropped; time base evened"
+    assert said in fixed.history
