@@ -22,6 +22,21 @@ REST = np.stack([np.zeros(8), np.full(8, 0.02)])
 ANTENNA = FLAT.unflatten().replace(rest_angle=REST)
 
 
+@pytest.mark.parametrize(
+    ("azimuth", "way"), [(0.0, (1.0, 0.0)), (90.0, (0.0, 1.0)), ((-60.0, 60.0), None)]
+)
+def test_the_body_goes_towards_what_stands_around_it(azimuth, way):
+    """Against the object's way, across the antenna, towards x or z as the azimuth says."""
+    task = make_task(azimuth=azimuth, approach=90.0, antenna=FLAT.unflatten())
+    for k, trial in enumerate(task.trials):
+        x, y, z = task.make_start(k).direction
+        across = np.radians(trial.azimuth)
+        expected = (np.cos(across), np.sin(across)) if way is None else way
+        np.testing.assert_allclose((-x, -z), expected, atol=1e-12)
+        assert y == pytest.approx(0.0, abs=1e-12)
+    assert ("azimuth" in task.to_plain()) == (azimuth != 0.0)
+
+
 def make_task(**changes):
     fields = {"antenna": ANTENNA, "features": OBJECTS, "pool": 6, "duration": 25.0}
     return TouchTask(**fields | changes)

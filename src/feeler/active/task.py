@@ -154,6 +154,9 @@ class TouchTask(ActiveTask):
         Angle of the motion to the antenna [degrees], a spread.
     friction : Any
         Coefficient of friction, a spread.
+    azimuth : Any
+        Of an antenna in space: by how much the approach is turned about the touched segment
+        [degrees], a spread; the body goes that way.
     pool : int
         How many touches are drawn beforehand, of which episodes take one at random.
     """
@@ -164,6 +167,7 @@ class TouchTask(ActiveTask):
     gap: Any = (2.0, 8.0)
     approach: Any = (86.0, 94.0)
     friction: Any = (0.6, 1.0)
+    azimuth: Any = 0.0
     pool: Annotated[int, Gt(0)] = 2048
 
     def _check(self) -> None:
@@ -175,6 +179,10 @@ class TouchTask(ActiveTask):
                 "there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)]."
             )
         vars(self)["features"] = tuple(self.features)
+
+    def to_plain(self) -> dict[str, Any]:
+        """The task as plain data; an azimuth of 0 is left out, as in the plane there is none."""
+        return {k: v for k, v in super().to_plain().items() if k != "azimuth" or v}
 
     @property
     def n_outputs(self) -> int:  # type: ignore[override]
@@ -189,6 +197,7 @@ class TouchTask(ActiveTask):
             "location": self.locations,
             "approach": self.approach,
             "friction": self.friction,
+            "azimuth": self.azimuth,
         }
         # for a task, a single number would be how far off the value may lie
         by = {
