@@ -8,7 +8,7 @@ import pytest
 from awkward_touches import make_antenna
 
 import feeler
-from feeler.studio import leaving, study
+from feeler.studio import leaving, running, study
 from feeler.studio.script import _write_objects
 from feeler.studio.touching import describe_antenna
 from feeler.studio.wish import ObjectWish, TouchWish
@@ -89,3 +89,20 @@ def test_a_decoder_reads_touches_as_loud_as_those_that_taught_it():
         posterior, noticed = made.decode(tensors[1], threading.Event())
         np.testing.assert_allclose(np.transpose(heard), 0.2 * tensors[1] / peak)
         assert posterior.tolist() == [[0.1, 0.9]] * 5 and noticed == 2
+
+
+def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
+    """Without friction the maps of two speeds are one map, so no number on the page tells them
+    apart.
+    """
+    made = []
+    monkeypatch.setattr(running, "_maps", {})
+    monkeypatch.setattr(
+        running,
+        "calibrate",
+        lambda antenna, *, speed, watch: made.append(speed) or (antenna, speed),
+    )
+    asked = [(make_antenna(), 0.7), (make_antenna(), 0.2), (feeler.presets.robot(), 0.2)]
+    for antenna, speed in 2 * asked:
+        assert running._find_map(antenna, speed, threading.Event()) == (antenna, speed)
+    assert made == [0.7, 0.2, 0.2]
