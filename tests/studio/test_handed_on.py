@@ -9,6 +9,7 @@ from awkward_touches import make_antenna
 
 import feeler
 from feeler.studio import leaving, running, study
+from feeler.studio.drawing import read_shown
 from feeler.studio.script import _write_objects
 from feeler.studio.touching import describe_antenna
 from feeler.studio.wish import ObjectWish, TouchWish
@@ -106,3 +107,28 @@ def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
     for antenna, speed in 2 * asked:
         assert running._find_map(antenna, speed, threading.Event()) == (antenna, speed)
     assert made == [0.7, 0.2, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("count", "by_hand", "title"),
+    [
+        (0, False, "linear: ball 2.2 mm at 0.61 L, 0.37 m/s"),
+        (1, False, "linear: ball 2.2 mm at 0.61 L, 0.37 m/s, and 1 more"),
+        (3, False, "linear: ball 2.2 mm at 0.61 L, 0.37 m/s, and 3 more"),
+        (2, True, "linear: ball moved by hand, and 2 more"),
+    ],
+)
+def test_a_picture_s_title_names_the_first_object_and_counts_the_others(count, by_hand, title):
+    wish = TouchWish.from_plain(
+        {
+            "antenna": {"preset": "linear"},
+            "kind": "ball",
+            "size": 2.2,
+            "location": 0.61,
+            "speed": 0.37,
+            "objects": count * [BALL],
+        }
+    )
+    readings = {"angle": np.zeros((2, wish.antenna.make().n_segments))}
+    shown = read_shown(wish, readings, "angle", by_hand=by_hand)
+    assert shown.title == title and len(shown.features) == count + 1
