@@ -2,6 +2,7 @@
 killed; the same numbers.
 """
 
+import logging
 import os
 import signal
 
@@ -24,6 +25,14 @@ pytest.importorskip("distributed", reason="needs the extra `cluster`")
 def client():
     with open_cluster("local:2") as client:
         yield client
+
+
+def test_processes_of_a_cluster_print_no_traceback_while_they_are_closed(client):
+    """A worker that loses its scheduler says so as an ERROR, with a traceback."""
+    (said,) = set(
+        client.run(lambda: logging.getLogger("distributed.worker").getEffectiveLevel()).values()
+    )
+    assert said > logging.ERROR
 
 
 def test_a_killed_worker_costs_its_group_and_no_number_changes(client, tmp_path):

@@ -154,10 +154,16 @@ def open_cluster(address: str) -> Iterator[Any]:
         yield client
 
 
+_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
+
+
 def _start_here(n: int) -> Any:
     """A cluster of processes here; where one of them ends as it begins, all are begun anew."""
+    import dask
     from distributed import LocalCluster
 
+    # processes set their own log up, which would show what they meet while they are closed
+    dask.config.set({f"{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED": "critical"})
     for left in reversed(range(OPENINGS)):
         try:
             with uninterrupted():  # Ctrl-C is this process's business
