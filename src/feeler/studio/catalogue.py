@@ -1,5 +1,6 @@
 """The catalogue: what a page can choose from, and where each number comes from."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib.metadata import version
 from typing import Any
@@ -31,11 +32,7 @@ def _make_fixed() -> dict[str, Any]:
         "speeds": SPEEDS,
         "locations": LOCATIONS,
         "sizes": HALF_SIZES,
-        "presets": {
-            name: describe_original(antenna)
-            for name, antenna in known.items()
-            if not antenna.spatial  # the studio draws and touches in the plane
-        },
+        "presets": {name: describe_original(antenna) for name, antenna in known.items()},
         "tags": SOURCE_TAGS,
         "facts": {
             name: {"value": fact.value, "unit": fact.unit, "tag": fact.tag, "note": fact.note}
@@ -49,17 +46,18 @@ def _make_fixed() -> dict[str, Any]:
 
 
 def describe_original(antenna: Antenna) -> dict[str, Any]:
-    """An unchanged antenna: what is drawn, and handles from which it may be changed."""
+    """An unchanged antenna: what is drawn, and handles from which it may be changed; in space of
+    bending towards x.
+    """
+    shown = describe_antenna(antenna)
     return {
-        **describe_antenna(antenna),
-        "compliance": compute_compliance(antenna.stiffness),
-        "handles": {
-            name: _make_handles(getattr(antenna, name)) for name in ("stiffness", "damping")
-        },
+        **shown,
+        "compliance": compute_compliance(np.array(shown["stiffness"])),
+        "handles": {name: _make_handles(shown[name]) for name in ("stiffness", "damping")},
     }
 
 
-def _make_handles(values: np.ndarray) -> list[list[float]]:
+def _make_handles(values: Sequence[float]) -> list[list[float]]:
     """Handles on a profile, evenly spaced, four digits; every hinge where there are few."""
     n = len(values)
     at = np.unique(np.round(np.linspace(0, n - 1, min(HANDLES, n))).astype(int))

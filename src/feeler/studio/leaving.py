@@ -42,7 +42,7 @@ def make_file(message: dict[str, Any]) -> Leaving:
         return read_shown(wish, readings, quantity, by_hand=commands is not None)
 
     makers: dict[str, tuple[str, Callable[[], bytes]]] = {
-        "toml": ("application/toml", lambda: write_antenna(wish.antenna.make()).encode()),
+        "toml": ("application/toml", lambda: write_antenna(wish.antenna.make_any()).encode()),
         "script": ("text/x-python", lambda: write_script(wish, commands, samples).encode()),
         "svg": ("image/svg+xml", lambda: draw(shown(), "svg")),
         "png": ("image/png", lambda: draw(shown(), "png")),

@@ -44,9 +44,16 @@ def write_script(wish: TouchWish, commands: list[Command] | None = None, n_sampl
     else:
         lines += [
             f"tensors = feeler.touch(antenna, trial, duration={wish.duration!r}{_step(wish)})",
-            'angle = tensors["angle"].values[0]',
+            _read_angle(wish),
         ]
     return "\n".join(lines) + "\n" + TAIL
+
+
+def _read_angle(wish: TouchWish) -> str:
+    """The line that takes the tensor; in space the sensors of one plane after those of another."""
+    if not wish.antenna.make_any().spatial:
+        return 'angle = tensors["angle"].values[0]'
+    return 'angle = tensors["angle"].values[0].reshape(-1, tensors.sizes["time"])'
 
 
 def _step(wish: TouchWish) -> str:
@@ -99,7 +106,8 @@ def _write_antenna(wish: AntennaWish) -> list[str]:
 
 
 def _write_trial(wish: TouchWish) -> list[str]:
-    names = ("location", "speed", "approach", "side", "friction", "lead")
+    names = ["location", "speed", "approach", "side", "friction", "lead"]
+    names += ["azimuth"] if wish.antenna.make_any().spatial else []
     return [
         f"    feature={_write_shape(wish.kind, wish.size)},",
         *(f"    {n}={getattr(wish, n)!r}," for n in names),

@@ -13,6 +13,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
+from feeler.plotting.turn import describe_turnable
 from feeler.studio import study
 from feeler.studio.board import Boards, listen
 from feeler.studio.catalogue import make_catalogue
@@ -31,6 +32,7 @@ from feeler.studio.touching import (
     hash_tensor,
     simulate_pieces,
 )
+from feeler.studio.turning import describe_beginning, fold_sensors, touch_in_space
 from feeler.studio.wish import AntennaWish, TouchWish, read_number
 
 SLOTS = ("A", "B")
@@ -140,7 +142,10 @@ class Session:
     def _touch(self, message: dict[str, Any], stop: Event) -> None:
         wish = TouchWish.from_plain(message.get("wish"))
         about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message)}
-        antenna = wish.antenna.make()
+        antenna = wish.antenna.make_any()
+        if antenna.spatial:
+            self._turn(about, antenna, wish, stop)
+            return
         self._say({**about, "part": "begin", "total": count_samples(wish), **describe_scene(wish)})
         angle = []
         for first, readings in simulate_pieces(wish, stop):
@@ -152,6 +157,21 @@ class Session:
         end = {"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview}
         self._say({**about, **end} | ({} if wish.preview else {"mode": describe_mode(antenna)}))
         self._read(about, antenna, wish, tensor, stop)
+
+    def _turn(self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, stop: Event) -> None:
+        """A touch in space, whole, and the view of it that is turned by hand."""
+        begin = {"part": "begin", "total": count_samples(wish)}
+        self._say({**about, **begin, **describe_beginning(antenna, wish)})
+        tensors = touch_in_space(wish)
+        if stop.is_set():
+            return
+        angle = tensors["angle"].values[0]
+        scene = describe_turnable(antenna, wish.make_trial(), tensors)
+        piece = {"part": "piece", "first": 0, "scene": scene}
+        self._say({**about, **piece}, angle=np.moveaxis(angle, 2, 0))
+        end = {"part": "end", "hash": hash_tensor(fold_sensors(antenna, angle))}
+        mode = {} if wish.preview else {"mode": describe_mode(antenna)}
+        self._say({**about, **end, "preview": wish.preview, **mode})
 
     def _read(
         self,

@@ -109,16 +109,22 @@ def count_samples(wish: TouchWish) -> int:
 
 
 def describe_antenna(antenna: Antenna) -> dict[str, Any]:
-    """What a page needs to draw an antenna and to label its tensor."""
-    return {
+    """What a page needs to draw an antenna and to label its tensor; in space profiles are those of
+    bending towards x.
+    """
+    profiles = {
+        "stiffness": antenna.stiffness,
+        "damping": antenna.damping,
+        "rest": antenna.rest_angle,
+    }
+    own = {"planes": list(antenna.planes)} if antenna.spatial else {}
+    return own | {
         "name": antenna.name,
         "length": antenna.length,
         "segments": antenna.segment_length.tolist(),
         "radius": float(antenna.radius.mean()),
         "sensors": (find_sensed(antenna) + 1).tolist(),
-        "stiffness": antenna.stiffness.tolist(),
-        "damping": antenna.damping.tolist(),
-        "rest": antenna.rest_angle.tolist(),
+        **{name: np.atleast_2d(rows)[0].tolist() for name, rows in profiles.items()},
     }
 
 

@@ -78,21 +78,30 @@ class AntennaWish(Record):
         return _read_original(self.preset, self.toml)
 
     def make(self) -> Antenna:
-        """The antenna that is wished for."""
+        """The antenna that is wished for, where it must lie in one plane."""
+        antenna = _make_antenna(self)
+        require_plane(antenna, "this part of the studio")
+        return antenna
+
+    def make_any(self) -> Antenna:
+        """The antenna that is wished for, also one in space."""
         return _make_antenna(self)
 
 
 @lru_cache(maxsize=16)
 def _read_original(preset: str, toml: str) -> Antenna:
-    antenna = parse_antenna(toml, "the antenna file").antenna if toml else make_preset(preset)
-    require_plane(antenna, "the studio")
-    return antenna
+    return parse_antenna(toml, "the antenna file").antenna if toml else make_preset(preset)
 
 
 @lru_cache(maxsize=64)
 def _make_antenna(wish: AntennaWish) -> Antenna:
     original = wish.make_original()
     changes: dict[str, Any] = {}
+    if original.spatial and (wish.stiffness or wish.damping):
+        raise InvalidInput(
+            f"handles change a profile in one plane, and {original.name!r} is an antenna in space:"
+            " change its file, which has a row for each plane."
+        )
     for name in ("stiffness", "damping"):
         if (handles := getattr(wish, name)) is not None:
             changes[name] = sample_handles(handles, original.n_segments)
@@ -176,6 +185,8 @@ class TouchWish(Record):
         What is touched.
     kind, size, location, speed, approach, side, friction, lead
         As in :class:`feeler.Trial`.
+    azimuth : float
+        Of an antenna in space [degrees], as in :class:`feeler.Trial`; in the plane there is none.
     duration : float
         Recorded time [ms], in whole samples.
     objects : tuple[ObjectWish, ...]
@@ -193,6 +204,7 @@ class TouchWish(Record):
     side: Literal["left", "right"] = "left"
     friction: Friction = 1.0
     lead: Annotated[float, Ge(0.1), Le(500), Unit("ms")] = 5.0
+    azimuth: Annotated[float, Ge(-180), Le(180), Unit("degrees")] = 0.0
     duration: Annotated[float, Ge(2), Le(MAX_DURATION), Unit("ms")] = 380.0
     objects: Annotated[tuple[ObjectWish, ...], Len(0, 8)] = ()
     preview: bool = False
@@ -211,6 +223,7 @@ class TouchWish(Record):
             side=self.side,
             friction=self.friction,
             lead=self.lead,
+            azimuth=self.azimuth if self.antenna.make_any().spatial else 0.0,
         )
 
     def make_objects(self) -> list[Trial | Object]:
@@ -239,5 +252,5 @@ def wish_for(antenna: Antenna | str) -> AntennaWish:
     if isinstance(antenna, Antenna):
         return AntennaWish(toml=write_antenna(antenna), name=antenna.name)
     wish = AntennaWish(preset=antenna)
-    wish.make()
+    wish.make_any()
     return wish

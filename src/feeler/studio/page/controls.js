@@ -2,6 +2,7 @@
 import { KIND_COLOURS, SLOT_COLOURS } from "./colours.js";
 import { make, makeChoice, makePanel, makeSlider, show, write } from "./dom.js";
 import { findHandles, makeEditor, readCurve, sumCompliance } from "./editor.js";
+import { leavePlane } from "./state.js";
 import { findTag } from "./tags.js";
 /** @typedef {import("./studio.js").App} App */
 /** @typedef {import("./panels.js").Panel} Panel */
@@ -40,10 +41,18 @@ export function makeAntennaPanel(app) {
     app.store.change((/** @type {any} */ s) => { s.B = null; });
   } });
   const swap = make("button", { type: "button", class: "plain small", text: "swap", onclick: () => app.store.change((/** @type {any} */ s) => { [s.A, s.B] = [s.B, s.A]; }) });
-  const presets = make("select", { "aria-label": "Preset", onchange: () => change((one) => {
-    for (const key of Object.keys(one)) delete one[key];
-    one.preset = presets.value;
-  }) });
+  const presets = make("select", { "aria-label": "Preset", onchange: () => {
+    const spatial = Boolean(app.catalogue.presets[presets.value].planes);
+    if (spatial) app.slot = "A";
+    app.store.change((/** @type {any} */ s) => {
+      if (spatial) leavePlane(s);
+      const one = s[app.slot] || s.A;
+      for (const key of Object.keys(one)) delete one[key];
+      one.preset = presets.value;
+    });
+  } });
+  const inSpace = make("p", { class: "caption", text: "An antenna in space: drag its picture to turn it. By hand, walls, boards, a second antenna, "
+    + "further objects, handles, spikes and the reading stay in the plane and are switched off." });
   const quantity = makeChoice("Quantity that the handles change", [["stiffness", "Stiffness"], ["damping", "Damping"]], () => app.editing, (value) => { app.editing = value; app.draw(); });
   const unit = make("span", { class: "unit" });
   const gradient = makeSlider({
@@ -85,6 +94,10 @@ export function makeAntennaPanel(app) {
     presets.value = one.toml ? "" : one.preset || "exponential";
     slots.update();
     quantity.update();
+    const spatial = app.isSpatial();
+    show(inSpace, spatial);
+    for (const part of planar) show(part, !spatial);
+    slots.element.children[1].disabled = spatial;
     show(drop, Boolean(app.store.state.B));
     show(swap, Boolean(app.store.state.B));
     unit.textContent = app.editing === "stiffness" ? "N·mm/rad" : "N·mm·ms/rad";
@@ -94,7 +107,7 @@ export function makeAntennaPanel(app) {
     matched.checked = Boolean(one.matched);
     show(reset, Boolean(one.stiffness || one.damping || one.length || one.sensors));
     element.style.setProperty("--slot", SLOT_COLOURS[/** @type {"A"} */ (app.slot)]);
-    editor.redraw();
+    if (!spatial) editor.redraw();
     sayFacts(one);
   }
 
@@ -103,10 +116,11 @@ export function makeAntennaPanel(app) {
     const first = app.findOriginal(app.slot);
     if (!first) return;
     const k = readCurve(one, first, "stiffness"), mode = app.records[app.slot].mode;
+    const towards = first.planes ? ", towards x" : "";
     const rows = [
-      ["stiffest", `${write(Math.max(...k))} N·mm/rad`, findTag(one, "stiffness", 0)],
-      ["softest", `${write(Math.min(...k))} N·mm/rad`, findTag(one, "stiffness", 1)],
-      ["compliance Σ 1/k", `${write(sumCompliance(k))} rad/(N·mm)`, "derived"],
+      [`stiffest${towards}`, `${write(Math.max(...k))} N·mm/rad`, findTag(one, "stiffness", 0)],
+      [`softest${towards}`, `${write(Math.min(...k))} N·mm/rad`, findTag(one, "stiffness", 1)],
+      [`compliance Σ 1/k${towards}`, `${write(sumCompliance(k))} rad/(N·mm)`, "derived"],
       ["first mode, damped", mode ? (mode.frequency ? `${write(mode.frequency * 1e3)} Hz` : "does not swing") : "–", "derived"],
       ["damping ratio", mode ? write(mode.damping_ratio) : "–", "derived"],
     ];
@@ -116,12 +130,12 @@ export function makeAntennaPanel(app) {
     facts.replaceChildren(...rows.flatMap(([name, value, tag]) => [make("dt", { text: name }), make("dd", { text: value, "data-tag": tag, tabindex: "0" })]));
   }
 
+  const planar = [make("div", { class: "row spread" }, quantity.element, unit), editor.element,
+    make("label", { class: "check" }, matched, "keep the total compliance Σ 1/k"), gradient.element];
   const element = makePanel("Antenna", "antenna-panel",
-    make("div", { class: "row" }, slots.element, presets),
+    make("div", { class: "row" }, slots.element, presets), inSpace,
     make("div", { class: "row beside" }, swap, drop),
-    make("div", { class: "row spread" }, quantity.element, unit),
-    editor.element,
-    make("label", { class: "check" }, matched, "keep the total compliance Σ 1/k"), gradient.element, length.element, sensors.element,
+    ...planar, length.element, sensors.element,
     facts, reset);
   return /** @type {Panel} */ ({ element, place: "left", isShown: () => true, update });
 }
@@ -143,6 +157,7 @@ export function makeTouchPanel(app) {
     slide("friction", { label: "Friction", min: 0, max: 2, step: 0.05, tag: "friction" }),
     slide("duration", { label: "Recorded time", min: 60, max: 1000, step: 10, unit: "ms", tag: "duration" }),
   ];
+  const azimuth = slide("azimuth", { label: "Azimuth", min: -180, max: 180, step: 5, unit: "°", tag: "own" });
   const list = make("ul", { class: "objects" });
   const add = make("button", { type: "button", class: "plain small", text: "+ another object", onclick: () => app.addObject() });
   const more = make("details", {}, make("summary", { text: "More" }), ...others.map((it) => it.element));
@@ -150,7 +165,8 @@ export function makeTouchPanel(app) {
   function update() {
     kinds.update();
     side.update();
-    for (const slider of [...sliders, ...others]) slider.update();
+    for (const slider of [...sliders, azimuth, ...others]) slider.update();
+    show(azimuth.element, app.isSpatial());
     sliders[0].element.classList.toggle("off", touch().kind === "wall");
     list.replaceChildren(...touch().objects.map((/** @type {any} */ item, /** @type {number} */ k) => {
       const kind = make("select", { "aria-label": `Shape of object ${k + 2}`, onchange: () => app.store.change((/** @type {any} */ s) => { s.touch.objects[k].kind = kind.value; }) },
@@ -159,10 +175,10 @@ export function makeTouchPanel(app) {
         make("button", { type: "button", class: "plain small", "aria-label": `Turn object ${k + 2} by 15 degrees`, text: "↻", onclick: () => app.store.change((/** @type {any} */ s) => { s.touch.objects[k].heading = ((s.touch.objects[k].heading + 195) % 360) - 180; }) }),
         make("button", { type: "button", class: "plain small", "aria-label": `Take object ${k + 2} away`, text: "×", onclick: () => app.removeObject(k) }));
     }));
-    show(add, touch().objects.length < 8);
+    show(add, touch().objects.length < 8 && !app.isSpatial());
   }
   const element = makePanel("Touch", "touch-panel", make("div", { class: "row" }, kinds.element, side.element),
-    ...sliders.map((it) => it.element), list, add, more);
+    ...sliders.map((it) => it.element), azimuth.element, list, add, more);
   return /** @type {Panel} */ ({ element, place: "left", isShown: () => !["wall", "board"].includes(app.store.state.mode), update });
 }
 

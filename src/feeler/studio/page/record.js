@@ -50,6 +50,11 @@ export class TouchRecord {
     this.peak = 0;
     this.mode = null;
     this.newPeak = 0;
+    /** Of an antenna in space what its view draws, and the angles (sample, plane, segment), of which one plane is shown. @type {any} */
+    this.scene = null;
+    /** @type {{shape: number[], data: Float32Array} | null} */
+    this.bends = null;
+    this.plane = 0;
     /** @type {number[]} */
     this.index = [];
     /** @type {{id: number, at: Map<number, number[]>} | null} */
@@ -59,7 +64,7 @@ export class TouchRecord {
   /** A touch begins; what is known of the one before stays until it is overwritten. @param {any} header */
   begin(header) {
     const same = this.antenna && this.antenna.segments.length === header.antenna.segments.length &&
-      this.antenna.sensors.join() === header.antenna.sensors.join() && this.rims.length === header.rims.length &&
+      this.antenna.sensors.join() === header.antenna.sensors.join() && String(this.antenna.planes) === String(header.antenna.planes) && this.rims.length === header.rims.length &&
       this.total === header.total && !this.hand && !header.hand && !header.live;
     const sameAntenna = JSON.stringify(this.antenna) === JSON.stringify(header.antenna);
     Object.assign(this, { mode: sameAntenna ? this.mode : null, id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
@@ -70,6 +75,8 @@ export class TouchRecord {
       this.data = {};
       this.shown = 0;
       this.peak = 0;
+      this.scene = this.bends = null;
+      this.plane = 0;
     }
     this.newPeak = 0;
     this.index = header.antenna.sensors.map((/** @type {number} */ n) => n - 1);
@@ -101,6 +108,20 @@ export class TouchRecord {
         if (size > this.newPeak) this.newPeak = size;
       }
     this.peak = this.filled === this.total || this.hand || this.live ? this.newPeak : Math.max(this.peak, this.newPeak);
+  }
+
+  /** A whole touch in space. @param {any} scene @param {{shape: number[], data: Float32Array}} bends */
+  turn(scene, bends) {
+    Object.assign(this, { scene, bends });
+    this.choose(Math.min(this.plane, bends.shape[1] - 1));
+  }
+
+  /** Show the bending of one plane. @param {number} plane */
+  choose(plane) {
+    const [rows, planes, wide] = this.bends.shape, data = new Float32Array(rows * wide);
+    for (let k = 0; k < rows; k++) data.set(this.bends.data.subarray((k * planes + plane) * wide, (k * planes + plane + 1) * wide), k * wide);
+    Object.assign(this, { plane, newPeak: 0, best: null, top: null });
+    this.add(0, { angle: { shape: [rows, wide], data } });
   }
 
   /** Make room for so many samples, and for a quarter more. @param {number} over */

@@ -60,6 +60,10 @@ export function makeShare(app) {
       }
       return;
     }
+    if (app.isSpatial() && !["script", "toml"].includes(what)) {
+      app.say("A touch in space leaves as an address, as a Python script, and its antenna as TOML; feeler touch draws pictures and movies of it.");
+      return;
+    }
     if (what === "csv" && state.mode !== "wall") {
       keepFile("feeler-recording.csv", "text/csv", new TextEncoder().encode(writeRecording(record, state.mode === "board" ? record.source || "robot" : "simulation")));
       return;

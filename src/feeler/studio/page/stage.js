@@ -2,22 +2,24 @@
 import { make, makeChoice, show, write } from "./dom.js";
 import { makeScene } from "./scene.js";
 import { makeTensor } from "./tensor.js";
+import { makeTurnableScene } from "./turnable.js";
 import { makeWallChart, makeWallScene } from "./wall.js";
 /** @typedef {import("./studio.js").App} App */
 /** @typedef {import("./panels.js").Panel} Panel */
 /** The middle of the page: the scene with its clock, and the tensor below it. */
 
+const PLANE_WORDS = { x: "towards x", z: "towards z", twist: "twist" };
 const RATES = [0.01, 0.03, 0.1, 0.3, 1];
 
 /** @param {App} app @returns {Panel} */
 export function makeStagePanel(app) {
-  const scene = makeScene(app), wall = makeWallScene(app), transport = makeTransport(app);
-  const element = make("section", { class: "panel stage-panel", "aria-label": "Scene" }, scene.element, wall.element, transport.element);
+  const scene = makeScene(app), wall = makeWallScene(app), turned = makeTurnableScene(app), transport = makeTransport(app);
+  const views = [scene, wall, turned];
+  const element = make("section", { class: "panel stage-panel", "aria-label": "Scene" }, ...views.map((view) => view.element), transport.element);
   function redraw() {
-    const onWall = app.store.state.mode === "wall";
-    show(scene.element, !onWall);
-    show(wall.element, onWall);
-    (onWall ? wall : scene).redraw();
+    const now = app.store.state.mode === "wall" ? wall : app.records.A.scene ? turned : scene;
+    for (const view of views) show(view.element, view === now);
+    now.redraw();
     transport.redraw();
   }
   return { element, place: "middle", isShown: () => true, update: transport.update, redraw };
@@ -61,9 +63,10 @@ export function makeTensorPanel(app) {
   const tensor = makeTensor(app), chart = makeWallChart(app);
   const quantity = makeChoice("Quantity shown", [["angle", "Angle"], ["curvature", "Curvature"]], () => app.quantity,
     (value) => { app.quantity = value; app.refresh(); });
+  const plane = make("select", { "aria-label": "Plane of bending shown", onchange: () => { app.records.A.choose(Number(plane.value)); app.refresh(); } });
   const title = make("h2", { text: "Tensor" }), scale = make("span", { class: "scale" });
   const element = make("section", { class: "panel tensor-panel", "aria-label": "Tensor" },
-    make("div", { class: "row spread" }, title, make("div", { class: "row" }, scale, quantity.element)), tensor.element, chart.element);
+    make("div", { class: "row spread" }, title, make("div", { class: "row" }, scale, plane, quantity.element)), tensor.element, chart.element);
   const isWall = () => app.store.state.mode === "wall";
 
   function redraw() {
@@ -74,6 +77,10 @@ export function makeTensorPanel(app) {
   function update() {
     quantity.update();
     show(quantity.element, !isWall());
+    const { bends, antenna } = app.records.A, names = bends ? antenna.planes.map((/** @type {string} */ name) => PLANE_WORDS[/** @type {"x"} */ (name)]) : [];
+    show(plane, names.length > 0);
+    if (plane.options.length !== names.length) plane.replaceChildren(...names.map((text, value) => make("option", { value: String(value), text })));
+    plane.value = String(app.records.A.plane);
     title.textContent = isWall() ? "Distance from the wall" : "Tensor";
     const peak = app.findPeak();
     const range = app.quantity === "angle" ? `0 … ${write((peak * 180) / Math.PI)}°` : `0 … ${write(peak)} /mm`;

@@ -1,13 +1,19 @@
 // @ts-check
 /** The state: what is wished for, with its past, and as a part of the address. */
 
-export const TOUCH = { kind: "ball", size: 1.5, location: 0.7, speed: 0.06, approach: 90, side: "left", friction: 1, lead: 5,
+export const TOUCH = { kind: "ball", size: 1.5, location: 0.7, speed: 0.06, approach: 90, side: "left", friction: 1, lead: 5, azimuth: 0,
   duration: 380, objects: /** @type {any[]} */ ([]) };
 const LIMIT = 200;
 
 /** @param {any} antenna */
 export function makeState(antenna) {
   return { mode: "touch", A: { ...antenna }, B: /** @type {any} */ (null), touch: structuredClone(TOUCH), unsure: 0.02, wall: { turn: 30, speed: 0.45 } };
+}
+
+/** Leave out of a state what an antenna in space is not shown with. @param {any} state */
+export function leavePlane(state) {
+  Object.assign(state, { mode: "touch", B: null });
+  state.touch.objects = [];
 }
 
 export class Store {

@@ -5,7 +5,7 @@ import { linkModel, linkServer } from "./link.js";
 import { PANELS } from "./panels.js";
 import { TouchRecord } from "./record.js";
 import { keepFile, makeShare } from "./share.js";
-import { Store, decodeState, makeState, makeWish } from "./state.js";
+import { Store, decodeState, leavePlane, makeState, makeWish } from "./state.js";
 import { makeTags } from "./tags.js";
 import { STEPS, makeTour } from "./tour.js";
 import { WallRecord } from "./wall.js";
@@ -119,7 +119,7 @@ export class App {
 
   studySoon() {
     clearTimeout(this.studyTimer);
-    if (this.plan.rest < Infinity) this.studyTimer = window.setTimeout(() => this.study(), this.plan.rest);
+    if (this.plan.rest < Infinity && !this.isSpatial()) this.studyTimer = window.setTimeout(() => this.study(), this.plan.rest);
   }
 
   askWall() {
@@ -170,6 +170,7 @@ export class App {
   /** Let each antenna be studied at the present speed, where it was not. */
   study() {
     const { state } = this.store;
+    if (this.isSpatial()) return;
     if (state.mode !== "touch" && !(state.mode === "board" && (this.listening || this.opened))) return;
     for (const slot of ["A", "B"]) {
       if (!state[slot]) continue;
@@ -218,7 +219,8 @@ export class App {
     }
     if (header.id !== record.id) return;
     if (header.part === "piece") {
-      record.add(header.first, arrays);
+      if (header.scene) record.turn(header.scene, arrays.angle);
+      else record.add(header.first, arrays);
       if (this.asked && header.slot === "A" && !header.hand) {
         const from = this.asked;
         this.asked = 0;
@@ -264,7 +266,7 @@ export class App {
     this.studying[header.slot] = null;
     if (this.store.state.mode === "board") {
       if (this.opened) this.open(this.opened);
-    } else if (this.store.state.mode === "touch" && !this.plan.alone) // a page that computes by itself has read it already
+    } else if (this.store.state.mode === "touch" && !this.plan.alone && !this.isSpatial()) // a page that computes by itself has read it already
       this.send({ type: "touch", slot: header.slot, wish: makeWish(this.store.state, header.slot, false) });
   }
 
@@ -272,7 +274,12 @@ export class App {
   hearOpened(header, arrays) {
     if (header.what === "antenna") {
       this.originals[header.antenna.toml] = header.original;
-      this.store.change((s) => { s[this.slot] = { ...header.antenna }; s.mode = "touch"; });
+      if (header.original.planes) this.slot = "A";
+      this.store.change((s) => {
+        s[this.slot] = { ...header.antenna };
+        s.mode = "touch";
+        if (header.original.planes) leavePlane(s);
+      });
       this.say(`${header.antenna.name || "the antenna"} is antenna ${this.slot} now.`);
       return;
     }
@@ -313,6 +320,7 @@ export class App {
       const found = await decodeState(address, first);
       if (!found && address.length > 1) this.say("This address is cut or damaged. What is shown is the first scene.", true);
       this.store.state = found || first;
+      if (this.isSpatial()) leavePlane(this.store.state);
       this.store.before = JSON.stringify(this.store.state);
     }
     if (this.store.state.mode === "wall") this.askWall();
@@ -419,7 +427,13 @@ export class App {
 
   /** Whether there is a verdict, a code and a set to show. */
   isLearned() {
-    return this.store.state.mode !== "wall";
+    return this.store.state.mode !== "wall" && !this.isSpatial();
+  }
+
+  /** Whether the antenna is one in space. */
+  isSpatial() {
+    const first = this.findOriginal("A"), { A } = this.records;
+    return Boolean(first ? first.planes : this.store.state.A.toml && A.antenna && A.antenna.planes);
   }
 
   /** Whether the study of an antenna is of an earlier one, or of another speed. */
@@ -559,6 +573,7 @@ function makeStudioHeader(app) {
 
   function update() {
     modes.update();
+    [...modes.element.children].slice(1).forEach((button) => { button.disabled = app.isSpatial(); });
     undo.disabled = !app.store.past.length;
     redo.disabled = !app.store.future.length;
     status.update();

@@ -109,7 +109,7 @@ export function makeTensor(app) {
   function paint(slot, peak) {
     const both = slot === "A − B", record = app.records[both ? "A" : slot], other = app.records.B;
     if (both && (other.total !== record.total || other.index.length !== record.index.length)) return null;
-    const key = [record.id, record.filled, record.shown, peak, app.quantity, both ? other.id : "", both ? other.filled : ""].join();
+    const key = [record.id, record.plane, record.filled, record.shown, peak, app.quantity, both ? other.id : "", both ? other.filled : ""].join();
     const known = pictures[slot], n = record.index.length, total = record.total;
     if (known && known.key === key && known.canvas.width === total) return known.canvas;
     const canvas = known && known.canvas.width === total && known.canvas.height === n ? known.canvas : document.createElement("canvas");

@@ -1,0 +1,46 @@
+"""A touch of an antenna in space: computed whole, shown as a view that is turned by hand."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.experiment.touch import touch
+from feeler.studio.touching import describe_antenna, find_sensed
+from feeler.studio.wish import PREVIEW, TouchWish
+
+
+def touch_in_space(wish: TouchWish) -> xr.Dataset:
+    """The touch, with every hinge as a sensor.
+
+    Raises
+    ------
+    InvalidInput
+        Further objects, which the view does not draw.
+    """
+    if wish.objects:
+        raise InvalidInput(
+            "the studio shows one object beside an antenna in space; take the others away, or touch"
+            " it by feeler.Simulation."
+        )
+    return touch(
+        wish.antenna.make_any(),
+        wish.make_trial(),
+        duration=wish.duration,
+        timestep=PREVIEW if wish.preview else None,
+        all_hinges=True,
+    )
+
+
+def describe_beginning(antenna: Antenna, wish: TouchWish) -> dict[str, Any]:
+    """What a page needs to label the tensor; profiles are those of bending towards x."""
+    return {"antenna": describe_antenna(antenna), "rims": [], "preview": wish.preview}
+
+
+def fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+    """The tensor (sensor, time) of angles (plane, segment, time): the sensors of one plane after
+    those of the other.
+    """
+    return angle[:, find_sensed(antenna)].reshape(-1, angle.shape[-1])
