@@ -85,3 +85,23 @@ def test_noise_that_cannot_be_is_refused(tensors, sd, said):
         compute_told(tensors, sd)
     with pytest.raises(InvalidInput, match="at least two tensors"):
         compute_told(tensors[:1], np.ones((1, 4, 30)))
+
+
+@pytest.mark.parametrize("sd", [[[0.3], [2.4]], [[0.2, 1.5], [2.0, 0.7]]], ids=["one", "two"])
+def test_of_two_touches_it_tells_what_the_normal_law_of_its_log_odds_says(sd):
+    """Touches at ±x: with entries weighed by w = 1 / ⟨g²⟩ the log odds of the true one are normal,
+    with a mean of 2 Σ w x² and an sd of 2 √(Σ w² g² x²); their bits are 1 − ⟨log₂(1 + 1/odds)⟩.
+    """
+    g = np.array(sd)
+    x = np.array([0.6, 0.9])[: g.shape[1]]
+    weight = 1 / np.mean(g**2, axis=0)
+    middle = np.full(2, 2 * np.sum(weight * x**2))
+    spread = 2 * np.sqrt(np.sum((weight * g * x) ** 2, axis=1))
+    z, share = np.polynomial.hermite_e.hermegauss(120)
+    odds = middle[:, None] + spread[:, None] * z
+    lost = (np.logaddexp(0, -odds) * share / share.sum()).sum(axis=1) / np.log(2)
+    found = compute_told(np.stack([-x, x]), g, n_draws=100_000)
+    right = norm.cdf(middle / spread).mean()
+    assert found.accuracy == pytest.approx(right, abs=4 * found.accuracy_error)
+    assert found.bits == pytest.approx(1 - lost.mean(), abs=4 * found.bits_error)
+    assert found.bits_error < 0.003
