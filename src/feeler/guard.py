@@ -33,14 +33,14 @@ resource: Any = (
 _BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
 _BLOCK = 16 * 2**20  # bytes sent together
 _TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
-ENVIRONMENT = {
+_ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "HDF5_PLUGIN_PRELOAD": "::",
     "HDF5_USE_FILE_LOCKING": "FALSE",
 }
 MAX_TEXT = 64 * 2**20  # [C] bytes of JSON and other text in one file
 _FRAME = struct.Struct(">cQ")
-Frames = Iterator[tuple[bytes, bytes]]
+_Frames = Iterator[tuple[bytes, bytes]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ def open_guarded(
     return content, {key: _fill(frames, kind, shape, name) for key, kind, shape in plan}
 
 
-def _fill(frames: Frames, kind: str, shape: list[int], name: str) -> Any:
+def _fill(frames: _Frames, kind: str, shape: list[int], name: str) -> Any:
     import numpy as np  # whoever reads TOML does without
 
     values, place = np.empty(math.prod(shape) * int(kind[-1]), np.uint8), 0
@@ -131,14 +131,14 @@ def _fill(frames: Frames, kind: str, shape: list[int], name: str) -> Any:
     return values.view(kind).reshape(shape)
 
 
-def _take(frames: Frames, wanted: bytes, name: str) -> bytes:
+def _take(frames: _Frames, wanted: bytes, name: str) -> bytes:
     kind, part = next(frames, (b"e", b"is damaged: its reader ended early."))
     if kind != wanted or (wanted == b"d" and not part):
         raise InvalidInput(f"{name}: {part[:1000].decode('utf-8', 'replace')}")
     return part
 
 
-def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, ...]) -> Frames:
+def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, ...]) -> _Frames:
     """Frames from a process that runs :func:`main`."""
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
     size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
@@ -156,7 +156,7 @@ def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, .
     command += more
     environment = {
         **os.environ,
-        **ENVIRONMENT,
+        **_ENVIRONMENT,
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
     }
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
@@ -182,7 +182,7 @@ def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, .
             process.kill()
 
 
-def answer(function: str, path: str, max_bytes: int, *words: str) -> Frames:
+def answer(function: str, path: str, max_bytes: int, *words: str) -> _Frames:
     """The frames of one file; any failure becomes the last of them."""
     try:
         content, arrays = resolve_name(function)(path, *words)

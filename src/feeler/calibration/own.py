@@ -171,7 +171,7 @@ def _simulate_all(
     rows: dict[str, np.ndarray] = {}
     for animal, one in zip(traces.animals, found, strict=True):
         places = traces.take(animal)[0]
-        moved = simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
+        moved = _simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
         rows |= {f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)}
     return np.array(
         [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
@@ -195,7 +195,7 @@ def _measure_spread(
     return xs[0], covariance, student.ppf(upper, max(n - xs.shape[1], 1)), words
 
 
-def simulate_steps(
+def _simulate_steps(
     hinges: Hinges,
     xs: Sequence[np.ndarray],
     protocol: Protocol,
@@ -235,7 +235,7 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
 
     def simulate(xs: Sequence[np.ndarray]) -> np.ndarray:
         shifts = [step * x[n] if traces.found else 0.0 for x in xs]
-        return simulate_steps(
+        return _simulate_steps(
             hinges, [x[:n] for x in xs], protocol, traces.time, places, shifts
         ).reshape(len(xs), -1)
 
@@ -329,7 +329,7 @@ def make_synthetic_traces(
     time = np.arange(0.0, duration, interval)
     protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
-    tips = simulate_steps(hinges, list(xs), protocol, time)[:, 0]
+    tips = _simulate_steps(hinges, list(xs), protocol, time)[:, 0]
     noisy = 8.0 * (tips + noise * rng.standard_normal(tips.shape))
     names = tuple(f"synthetic{k + 1}" for k in range(n_animals))
     return Traces(time=time, displacement=noisy, names=names, source="synthetic")

@@ -13,16 +13,16 @@ from feeler.cli.page import Verbs, add_verb, list_options, say_in_shell
 from feeler.errors import FeelerError, lacks_memory, say_warnings
 from feeler.files import FULL
 
-GROUPS = {
+_GROUPS = {
     "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),
     "Your own animal": ("tracks", "calibrate"),
     "Your own robot": ("robot", "design"),
     "The paper and its questions": ("reproduce", "tradeoff", "active", "wall", "follow"),
     "Data": ("info", "validate", "convert"),
 }
-VERBS = tuple(verb for verbs in GROUPS.values() for verb in verbs)
+_VERBS = tuple(verb for verbs in _GROUPS.values() for verb in verbs)
 
-INTERRUPTED = 130  # the shells' exit code after Ctrl-C
+_INTERRUPTED = 130  # the shells' exit code after Ctrl-C
 
 
 class _Interrupted(Exception):
@@ -38,9 +38,9 @@ class _Verbs(TyperGroup):
 
     def format_commands(self, _ctx: Any, formatter: Any) -> None:
         """Verbs by what one wants to do, in place of one long list."""
-        for title, verbs in GROUPS.items():
+        for title, verbs in _GROUPS.items():
             with formatter.section(title):
-                short = 78 - max(map(len, VERBS))
+                short = 78 - max(map(len, _VERBS))
                 rows = [(verb, self.commands[verb].get_short_help_str(short)) for verb in verbs]
                 formatter.write_dl(rows)
 
@@ -62,7 +62,7 @@ app = Verbs(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for verb in VERBS:
+for verb in _VERBS:
     add_verb(app, verb)
 
 
@@ -92,12 +92,12 @@ def main() -> None:
             say_warnings(put=_put_in_shell)
             _run()
     except SystemExit as end:
-        if end.code == INTERRUPTED:
+        if end.code == _INTERRUPTED:
             _leave()
         raise
 
 
-NO_MEMORY = (
+_NO_MEMORY = (
     "there is not enough memory (some 1.5 GiB of addresses are needed). Close other programs, raise"
     " the limit (ulimit -v), or use fewer workers; what was finished before is on disk."
 )
@@ -125,7 +125,7 @@ def _run() -> None:
             _give_up()
         _fail(_put_in_shell(str(error)), 2)
     except _Interrupted:
-        _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
+        _fail("interrupted; whatever was finished and kept is on disk", _INTERRUPTED)
     except Exception as error:
         if lacks_memory(error):
             _give_up()
@@ -136,7 +136,7 @@ def _run() -> None:
 
 def _give_up() -> None:
     """End for want of memory; what is loaded by half would say more at the end."""
-    print(f"feeler: {NO_MEMORY}", file=sys.stderr)
+    print(f"feeler: {_NO_MEMORY}", file=sys.stderr)
     _leave(2)
 
 
@@ -162,7 +162,7 @@ def _fail(message: str, code: int) -> None:
     sys.exit(code)
 
 
-def _leave(code: int = INTERRUPTED) -> None:
+def _leave(code: int = _INTERRUPTED) -> None:
     """End at once: worker threads may still be inside an engine, which the interpreter's own end
     would pull away.
     """

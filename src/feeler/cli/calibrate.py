@@ -28,7 +28,7 @@ BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is 
 
 
 @dataclass(frozen=True, kw_only=True)
-class CalibrateOptions:
+class _CalibrateOptions:
     """What ``feeler calibrate`` is told."""
 
     data: Annotated[
@@ -107,7 +107,7 @@ class CalibrateOptions:
     as_json: Json = False
 
 
-def calibrate(said: CalibrateOptions) -> None:
+def calibrate(said: _CalibrateOptions) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own
     animals.
     """
@@ -120,7 +120,7 @@ def calibrate(said: CalibrateOptions) -> None:
         _fit_targets(said, antenna, said.profile or "exponential")
 
 
-def _fit_data(said: CalibrateOptions, antenna: Any, profile: str) -> None:
+def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
     from feeler.progress import ProgressBar
 
@@ -302,7 +302,7 @@ def _explain(profile: str, name: str) -> str:
     return f"{profile} hinges on the segments of {name}"
 
 
-def _fit_targets(said: CalibrateOptions, antenna: Any, profile: str) -> None:
+def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
     import numpy as np
 
     from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts

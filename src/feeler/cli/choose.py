@@ -12,7 +12,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
 
-SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
+_SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
 
 
 def choose_antenna(name: str) -> Antenna:
@@ -56,9 +56,9 @@ def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:
     for change in changes:
         name, _, text = change.partition("=")
         quantity = name.strip().split(".")[-1]
-        if quantity not in SETTABLE:
+        if quantity not in _SETTABLE:
             raise InvalidInput(
-                f"--set cannot change {name!r}; valid: {', '.join(SETTABLE)}, as in --set"
+                f"--set cannot change {name!r}; valid: {', '.join(_SETTABLE)}, as in --set"
                 " stiffness=2."
             )
         try:

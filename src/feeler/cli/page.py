@@ -65,7 +65,7 @@ class Page(TyperCommand):
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
             opts = getattr(error.param, "opts", [])
-            error.message = say_plainly(error.message, opts, words)
+            error.message = _say_plainly(error.message, opts, words)
             raise
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
@@ -131,7 +131,7 @@ def say_in_shell(message: str, options: dict[str, str]) -> str:
     return _ARGUMENT.sub(turn, message)
 
 
-def say_plainly(message: str, opts: Sequence[str], words: Sequence[str]) -> str:
+def _say_plainly(message: str, opts: Sequence[str], words: Sequence[str]) -> str:
     """What is wrong with an option's value, with what was got, found among the words."""
     for pattern, plain in _PLAINLY.items():
         if re.fullmatch(pattern, message):

@@ -20,7 +20,7 @@ import typer
 
 from feeler.execute.processes import USUAL, prepare_workers
 
-PREPARED = ("feeler.studies.paper.reproduce", "feeler.studies.paper.fig2e", "feeler.physics.chain")
+_PREPARED = ("feeler.studies.paper.reproduce", "feeler.studies.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
 
 
@@ -62,7 +62,7 @@ def reproduce(
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
     if workers != 1:
-        prepare_workers([*USUAL, *PREPARED])  # while this process imports what it needs itself
+        prepare_workers([*USUAL, *_PREPARED])  # while this process imports what it needs itself
 
     from feeler.cli.choose import change_antenna, choose_antenna
     from feeler.cli.say import say_what_stays

@@ -23,7 +23,7 @@ from feeler.cli.say import Json, say_json
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpikeOptions:
+class _SpikeOptions:
     """What ``feeler spikes`` is told."""
 
     touches: Annotated[
@@ -70,7 +70,7 @@ class SpikeOptions:
     as_json: Json = False
 
 
-def spikes(said: SpikeOptions) -> None:
+def spikes(said: _SpikeOptions) -> None:
     """Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
@@ -101,7 +101,7 @@ def spikes(said: SpikeOptions) -> None:
     _tell(said, drawn, float(population.gain[0]), files)
 
 
-def _make_touches(said: SpikeOptions) -> Any:
+def _make_touches(said: _SpikeOptions) -> Any:
     """The touches of a file, or one made now."""
     from feeler.cli.choose import choose_antenna
     from feeler.experiment.touch import touch
@@ -119,7 +119,7 @@ def _make_touches(said: SpikeOptions) -> Any:
     return touch(antenna, trial, duration=float(round(duration)))
 
 
-def _place(said: SpikeOptions, touches: Any) -> Any:
+def _place(said: _SpikeOptions, touches: Any) -> Any:
     """Sensilla on both sides, in space on four, with the gain that was given or found."""
     import numpy as np
 
@@ -134,7 +134,7 @@ def _place(said: SpikeOptions, touches: Any) -> Any:
     return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
 
 
-def _tell(said: SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None:
+def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None:
     """The page, and what is said in the terminal."""
     import numpy as np
 

@@ -30,7 +30,7 @@ _MANY = "; repeat it with --store"
 
 
 @dataclass(frozen=True, kw_only=True)
-class TouchOptions:
+class _TouchOptions:
     """What ``feeler touch`` is told."""
 
     feature: Annotated[
@@ -138,7 +138,7 @@ class TouchOptions:
         ]
 
 
-def touch(said: TouchOptions) -> None:
+def touch(said: _TouchOptions) -> None:
     """Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many
     times into a store.
     """
@@ -158,7 +158,7 @@ def touch(said: TouchOptions) -> None:
         _show(said, antenna, trials[0])
 
 
-def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
+def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
     from feeler.cli.say import say_what_stays
@@ -190,7 +190,7 @@ def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
             )
 
 
-def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
+def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and movie."""
     import numpy as np
     from matplotlib.figure import Figure

@@ -31,11 +31,11 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
+_HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackOptions:
+class _TrackOptions:
     """What ``feeler tracks`` is told."""
 
     files: Annotated[
@@ -102,7 +102,7 @@ class TrackOptions:
     as_json: Json = False
 
 
-def tracks(said: TrackOptions) -> None:
+def tracks(said: _TrackOptions) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
@@ -264,7 +264,7 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
         draw,
         height=height,
     )
-    section.table(HEADER, [_list_cells(row) for row in found["trials"]])
+    section.table(_HEADER, [_list_cells(row) for row in found["trials"]])
     section.text(_write_words(found).splitlines()[-1])
     write_page(
         out / "tracks.html",
@@ -277,7 +277,7 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
     )
 
 
-def _save_poses(said: TrackOptions, trials: list, edges: list) -> None:
+def _save_poses(said: _TrackOptions, trials: list, edges: list) -> None:
     """tracks.nwb: all landmarks of all trials."""
     from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
@@ -309,7 +309,7 @@ def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
-def _measure_posture(said: TrackOptions, trials: list) -> None:
+def _measure_posture(said: _TrackOptions, trials: list) -> None:
     """Say how a flagellum bends, and keep it as netCDF."""
     from feeler.tracking import measure_posture
 

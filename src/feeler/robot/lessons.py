@@ -17,7 +17,7 @@ from feeler.robot.surrogate import make_surrogate
 from feeler.robot.touches import Label, make_touches
 from feeler.stimulus import Box, Feature, Outline, Trial
 
-ROBOTS = 24  # [C] surrogate robots whose touches a reader learns
+_ROBOTS = 24  # [C] surrogate robots whose touches a reader learns
 _SIZES = (0.2, 6.0)  # [C] of a stranger, over the size of the object in whose place it is met
 _TOGETHER = 4  # [C] robots that are simulated between two marks of progress
 _CORNERS = 16  # [C] of an ellipse
@@ -71,7 +71,7 @@ def draw_lessons(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    robots: Annotated[int, "> 0"] = ROBOTS,
+    robots: Annotated[int, "> 0"] = _ROBOTS,
     seed: Annotated[int, "≥ 0"] = 0,
     **how: Any,
 ) -> Lessons:
@@ -98,10 +98,10 @@ def draw_lessons(
 
 def _replace_objects(trials: Sequence[Trial], seed: np.random.SeedSequence) -> list[Trial]:
     rng = np.random.default_rng(seed.spawn(1)[0])
-    return [replace(trial, feature=draw_stranger(trial.feature, rng)) for trial in trials]
+    return [replace(trial, feature=_draw_stranger(trial.feature, rng)) for trial in trials]
 
 
-def draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:
+def _draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:
     """Something else in the place of an object: a box with round edges, or an ellipse."""
     wide, high = feature.size * np.exp(rng.uniform(np.log(_SIZES[0]), np.log(_SIZES[1]), 2))
     share = rng.uniform(0, 0.99)
@@ -118,7 +118,7 @@ def make_classifier(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    robots: Annotated[int, "> 0"] = ROBOTS,
+    robots: Annotated[int, "> 0"] = _ROBOTS,
     seed: Annotated[int, "≥ 0"] = 0,
     lessons: Lessons | None = None,
     **how: Any,

@@ -20,12 +20,12 @@ from feeler.stimulus import Trial
 QUIET = 4e-5
 _ENTRIES = tuple(entry.name for entry in fields(Gap))
 _MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_angle", "play")
-TOUCH = ("location", "speed", "size", "approach", "friction")
-_SENSING = tuple(name for name in _ENTRIES if name not in _MECHANICS + TOUCH)
+_TOUCH = ("location", "speed", "size", "approach", "friction")
+_SENSING = tuple(name for name in _ENTRIES if name not in _MECHANICS + _TOUCH)
 PARTS: dict[str, tuple[str, ...]] = {
     "everything": _ENTRIES,
     "all mechanics": _MECHANICS,
-    "all of the touch": TOUCH,
+    "all of the touch": _TOUCH,
     "all sensing": _SENSING,
     **{
         name: (name,)

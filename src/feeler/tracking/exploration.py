@@ -12,7 +12,7 @@ from feeler.tracking.angle import SIDES, compute_antenna_angle
 from feeler.tracking.speed import CUTOFF, MIN_PROMINENCE, Sweeps, find_sweeps
 from feeler.tracking.tracks import Tracks
 
-ANTENNA_LENGTH = 42.0  # [D] mm
+_ANTENNA_LENGTH = 42.0  # [D] mm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +59,7 @@ class Exploration:
 def measure_exploration(
     trials: Sequence[Tracks],
     *,
-    length: float = ANTENNA_LENGTH,
+    length: float = _ANTENNA_LENGTH,
     cutoff: float = CUTOFF,
     max_gap: int = 0,
     min_prominence: float = MIN_PROMINENCE,

@@ -11,7 +11,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.angle import find_runs
 
-ORDER = 2  # [P] second-order Butterworth
+_ORDER = 2  # [P] second-order Butterworth
 CUTOFF = 6e-3  # [C] kHz (6 Hz); the paper does not state it
 # [C] frames bridged by a straight line in the paper's measure; elsewhere none is unless asked for
 MAX_GAP = 5
@@ -89,7 +89,7 @@ def bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
 
 
 def smooth(
-    angle: np.ndarray, interval: float, *, cutoff: float = CUTOFF, order: int = ORDER
+    angle: np.ndarray, interval: float, *, cutoff: float = CUTOFF, order: int = _ORDER
 ) -> np.ndarray:
     """Zero-phase Butterworth low-pass (frame,) of each stretch without NaN.
 

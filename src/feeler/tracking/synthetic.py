@@ -13,11 +13,11 @@ from feeler.files import writing
 from feeler.physics.clock import MAX_SAMPLES
 from feeler.tracking.tracks import LANDMARKS, Tracks
 
-FRAME_RATE = (
+_FRAME_RATE = (
     30.0  # [C] frames per second, an ordinary security camera; the paper does not state its own
 )
-SCALE = 8.0  # [C] px/mm
-BODY_LENGTH = 28.0  # [B] mm, antenna about 1.5 times the body
+_SCALE = 8.0  # [C] px/mm
+_BODY_LENGTH = 28.0  # [B] mm, antenna about 1.5 times the body
 
 
 @checked
@@ -27,7 +27,7 @@ def make_synthetic_tracks(
     peak_speed: tuple[float, float] = (np.deg2rad(86.67e-3), np.deg2rad(86.67e-3)),
     sweep_rate: Annotated[float, "> 0"] = 0.5e-3,
     duration: Annotated[float, "> 0"] = 20_000.0,
-    frame_rate: Annotated[float, "> 0"] = FRAME_RATE,
+    frame_rate: Annotated[float, "> 0"] = _FRAME_RATE,
     length: Annotated[float, "> 0"] = 42.0,
     noise: float = 0.5,
     gap_share: float = 0.0,
@@ -53,7 +53,7 @@ def make_synthetic_tracks(
     heading = 0.6 * np.sin(2 * np.pi * time / 15_000.0) + rng.uniform(-np.pi, np.pi)
     forward = np.stack([np.cos(heading), np.sin(heading)], axis=1)
     abdomen = np.cumsum(forward, axis=0) * 0.01 * interval  # walks at 10 mm/s
-    head = abdomen + BODY_LENGTH * forward
+    head = abdomen + _BODY_LENGTH * forward
     position = np.empty((time.size, len(LANDMARKS), 2))
     position[:, 2], position[:, 3] = head, abdomen
     for side, (peak, outward) in enumerate(zip(peak_speed, (1.0, -1.0), strict=True)):
@@ -63,7 +63,7 @@ def make_synthetic_tracks(
         )
         direction = heading + outward * swing
         position[:, side] = head + length * np.stack([np.cos(direction), np.sin(direction)], axis=1)
-    position = SCALE * position + rng.normal(0.0, noise, position.shape)
+    position = _SCALE * position + rng.normal(0.0, noise, position.shape)
     lost = rng.random(time.size) < gap_share
     position[lost, rng.integers(0, len(LANDMARKS), lost.sum())] = np.nan
     return Tracks(position=position, landmarks=LANDMARKS, interval=interval, source="synthetic")

@@ -61,7 +61,7 @@ def read_tracker(
     ``first``: of several animals the first one, where none is named.
     """
     source = Path(path).name
-    if has_hdf5(path):
+    if _has_hdf5(path):
         return _read_hdf5_file(path, individual, first)
     text = read_text(path, MAX_BYTES)
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
@@ -78,7 +78,7 @@ def read_tracker(
     return table
 
 
-def has_hdf5(path: str | os.PathLike) -> bool:
+def _has_hdf5(path: str | os.PathLike) -> bool:
     """Whether a file is HDF5, by how it begins."""
     try:
         return read_start(path, len(HDF5)) == HDF5

@@ -15,9 +15,9 @@ from feeler.tracking.trackers import OWN_UNIT, Found, project, read_tracker
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
-ORIGINS = ("top-left", "bottom-left")
+_ORIGINS = ("top-left", "bottom-left")
 MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
-MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
+_MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
 # [C] frames per second; slower than any film of a moving animal. Converters that have not seen the
 # film write 1
 _PLACEHOLDER = 2.0
@@ -150,13 +150,13 @@ def load_tracks(
     Tracks
         y upwards. With ``top-left`` y is the negative of the file's, which changes no angle.
     """
-    if origin not in ORIGINS:
-        raise InvalidInput(f"unknown origin {origin!r}; valid: {', '.join(ORIGINS)}.")
+    if origin not in _ORIGINS:
+        raise InvalidInput(f"unknown origin {origin!r}; valid: {', '.join(_ORIGINS)}.")
     if not 0 <= min_likelihood <= 1:
         raise InvalidInput(f"min_likelihood must lie in [0, 1], got {min_likelihood}.")
-    if frame_rate is not None and not 0 < frame_rate <= MAX_FRAME_RATE:  # also refuses NaN
+    if frame_rate is not None and not 0 < frame_rate <= _MAX_FRAME_RATE:  # also refuses NaN
         raise InvalidInput(
-            f"frame_rate must lie in (0, {MAX_FRAME_RATE:g}] frames per second, got {frame_rate}."
+            f"frame_rate must lie in (0, {_MAX_FRAME_RATE:g}] frames per second, got {frame_rate}."
         )
     found, name = read_tracker(path, individual), os.path.basename(path)
     first = first_pixel or 0.0
@@ -204,7 +204,7 @@ def _check_rate(found: Found, name: str) -> float:
         raise InvalidInput(f"{name} has no even clock: {clock}. To count frames alone, {advice}")
     if found.frame_rate is None:
         raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
-    if not _PLACEHOLDER < found.frame_rate <= MAX_FRAME_RATE:
+    if not _PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
         raise InvalidInput(
             f"{name} claims {found.frame_rate:.4g} frames/s, which no film of a moving animal has;"
             f" {advice}"
