@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from calibration._fits import make_fit
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
@@ -170,32 +171,18 @@ def test_a_fit_is_kept_as_the_antenna_of_its_means_and_each_number_stands_in_its
     monkeypatch, figures, tmp_path
 ):
     traces = calibration.load_traces("synthetic_step")
-    found = calibration.TraceFit(
-        names=("p1", "p2"),
-        animals=("ada", "bob"),
-        each=np.array([[1.1, 0.9], [1.4, 0.6]]),
-        p=np.array([1.25, 0.75]),
-        low=np.array([1.05, 0.65]),
-        high=np.array([1.35, 0.95]),
-        residual=np.array([0.02, 0.04]),
-        simulated=traces.displacement / traces.displacement[:, :1],
-        interval="spread between animals",
-        band=None,
-        directions=None,
-    )
+    found = make_fit(simulated=traces.displacement / traces.displacement[:, :1])
     monkeypatch.setattr(calibration, "fit_traces", lambda *_, **__: found)
     run("calibrate", "--data", "synthetic_step", "--out", tmp_path)
     antenna, plain = load_antenna(tmp_path / "antenna.toml"), cockroach()
-    np.testing.assert_allclose(antenna.stiffness, 1.25 * plain.stiffness)
-    np.testing.assert_allclose(antenna.damping, 0.75 * plain.damping)
+    np.testing.assert_allclose(antenna.stiffness, 1.2 * plain.stiffness)
+    np.testing.assert_allclose(antenna.damping, 0.8 * plain.damping)
     words, (unit,) = (
         read_words(tmp_path / "calibration.html"),
         {*calibration.make_hinges("scale", plain).units},
     )
-    assert (
-        f"parameter unit value from to p1 {unit} 1.25 1.05 1.35 p2 {unit} 0.75 0.65 0.95" in words
-    )
-    assert "animal p1 p2 residual ada 1.1 0.9 0.02 bob 1.4 0.6 0.04" in words
+    assert f"parameter unit value from to p1 {unit} 1.2 1.05 1.35 p2 {unit} 0.8 0.65 0.95" in words
+    assert "animal p1 p2 residual one 1.1 0.9 0.02 two 1.3 0.7 0.04" in words
     kept = json.loads((tmp_path / "calibration.json").read_text())
     for name in ("each", "p", "low", "high", "residual"):
         np.testing.assert_array_equal(kept[name], getattr(found, name))

@@ -12,13 +12,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from calibration._fits import make_fit
 from matplotlib.figure import Figure
 from tensors._sets import make_set
 from typer.testing import CliRunner
 
 import feeler
 from feeler import calibration, comparison, robot, wall
-from feeler.calibration.own import TraceFit
 from feeler.cli.app import app
 from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
@@ -162,23 +162,11 @@ def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch)
 
 
 def test_calibrate_prints_each_animal_and_the_interval(monkeypatch):
-    result = TraceFit(
-        names=("p1", "p2"),
-        animals=("a", "b"),
-        each=np.array([[1.1, 0.9], [1.3, 0.7]]),
-        p=np.array([1.2, 0.8]),
-        low=np.array([1.05, 0.65]),
-        high=np.array([1.35, 0.95]),
-        residual=np.array([0.02, 0.04]),
-        simulated=np.zeros((2, 3)),
-        interval="spread between animals",
-        band=None,
-        directions=None,
-    )
+    result = make_fit()
     plant(monkeypatch, calibration, fit_traces=lambda *_, **__: result)
     said = run("calibrate", "--data", "synthetic_step")
-    assert read("a +# +# +#\n", said) == [1.1, 0.9, 0.02]
-    assert read("b +# +# +#\n", said) == [1.3, 0.7, 0.04]
+    assert read("one +# +# +#\n", said) == [1.1, 0.9, 0.02]
+    assert read("two +# +# +#\n", said) == [1.3, 0.7, 0.04]
     assert read(r"p1 = # +\(95 %: # to #; spread between animals\)", said) == [1.2, 1.05, 1.35]
     assert read(r"p2 = # +\(95 %: # to #; ", said) == [0.8, 0.65, 0.95]
 

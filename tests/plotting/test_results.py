@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from calibration._fits import make_fit
 
 import feeler
-from feeler.calibration import TraceFit
 from feeler.calibration.hinges import Band
 from feeler.decoding.sweep import Sweep
 from feeler.design.problem import Candidate
@@ -32,23 +32,10 @@ def make_sweep():
     )
 
 
-def make_fit(known):
-    values = np.array([[3.0, 2.0, 1.0], [0.6, 0.5, 0.2]])
-    return TraceFit(
-        names=("stiffness", "damping"),
-        animals=("one", "two"),
-        each=np.array([[1.2, 0.7], [1.4, 0.9]]),
-        p=np.array([1.3, 0.8]),
-        low=np.array([1.1, 0.6]),
-        high=np.array([1.6, 1.0]),
-        residual=np.array([0.1, 0.2]),
-        simulated=np.array([[1.0, 0.3, -0.1], [1.0, 0.2, 0.1]]),
-        interval="t",
-        band=Band(place=np.array([0.0, 0.3, 0.8]), middle=values, low=0.8 * values, high=2 * values)
-        if known
-        else None,
-        directions=None,
-    )
+def make_fit_with_band():
+    middle = np.array([[3.0, 2.0, 1.0], [0.6, 0.5, 0.2]])
+    place = np.array([0.0, 0.3, 0.8])
+    return make_fit(band=Band(place=place, middle=middle, low=0.8 * middle, high=2 * middle))
 
 
 def make_optimum():
@@ -66,8 +53,8 @@ def make_optimum():
     ("made", "axes", "lines"),
     [
         (make_sweep, 3, [("clean", [100.0, 90.0, 65.0])]),
-        (lambda: make_fit(True), 2, [("stiffness", [3.0, 2.0, 1.0])]),
-        (lambda: make_fit(False), 2, []),
+        (make_fit_with_band, 2, [("stiffness", [3.0, 2.0, 1.0])]),
+        (make_fit, 2, []),
         (make_optimum, 2, [("search", [1.5, 0.9, 0.4])]),
     ],
     ids=["sweep", "calibration", "calibration by targets", "design"],
