@@ -2,9 +2,10 @@
 import { findDecision, makeVerdictPanel } from "./charts.js";
 import { makeIcon } from "./controls.js";
 import { make, makeChoice, makePanel, write } from "./dom.js";
-import { linkEngine } from "./link.js";
 import { makeStagePanel, makeTensorPanel } from "./stage.js";
 import { App, makeStatus } from "./studio.js";
+/** @typedef {import("./link.js").Hear} Hear */
+/** @typedef {import("./link.js").Link} Link */
 /** A page that computes by itself: antenna left, tensor right, verdict below, and a few switches. */
 
 const CLOSE = 0.15; // of the length: what bends so close to a place bends there
@@ -178,4 +179,37 @@ export function startAlone(root) {
   app.inPage = true;
   app.link = linkEngine(read("engine"), config, (header, arrays) => app.hear(header, arrays), () => app.send({ type: "hello" }));
   return app;
+}
+
+/**
+ * An engine in the page itself, in a worker where those are allowed. `code` is its module, `config` what it computes with.
+ * @param {string} code @param {any} config @param {Hear} hear @param {(s: "on"|"off") => void} tell @returns {Link}
+ */
+function linkEngine(code, config, hear, tell) {
+  const whole = (/** @type {string} */ name) => `(function (port) {"use strict";\n${code}\n})(${name});`;
+  const take = (/** @type {MessageEvent} */ event) => hear(event.data.header, event.data.arrays);
+  /** @type {any} */
+  let port = null;
+  const start = () => {
+    port.postMessage(config);
+    tell("on");
+  };
+  const stayHere = () => {
+    /** @type {any} */
+    const inner = { budget: 8, postMessage: (/** @type {any} */ data) => take(/** @type {any} */ ({ data })), onmessage: null };
+    Object.assign(window, { feelerPort: inner });
+    document.head.append(Object.assign(document.createElement("script"), { textContent: whole("window.feelerPort") }));
+    port = { postMessage: (/** @type {any} */ data) => inner.onmessage({ data }), terminate: () => {} };
+    start();
+  };
+  try {
+    const worker = new Worker(URL.createObjectURL(new Blob([whole("self")], { type: "text/javascript" })));
+    worker.onmessage = take;
+    worker.onerror = stayHere;
+    port = worker;
+    setTimeout(start);
+  } catch {
+    setTimeout(stayHere);
+  }
+  return { send: (message) => port.postMessage(message), close: () => port.terminate() };
 }

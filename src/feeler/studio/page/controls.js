@@ -51,7 +51,7 @@ export function makeAntennaPanel(app) {
       one.preset = presets.value;
     });
   } });
-  const inSpace = make("p", { class: "caption", text: "An antenna in space: drag its picture to turn it. By hand, walls, boards, a second antenna, "
+  const inSpace = make("p", { class: "caption", text: "An antenna in space: drag its picture to turn it. By hand, wall following, own antenna, antenna B, "
     + "further objects, handles, spikes and the reading stay in the plane and are switched off." });
   const quantity = makeChoice("Quantity that the handles change", [["stiffness", "Stiffness"], ["damping", "Damping"]], () => app.editing, (value) => { app.editing = value; app.draw(); });
   const unit = make("span", { class: "unit" });

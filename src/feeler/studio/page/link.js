@@ -1,7 +1,7 @@
 // @ts-check
 import { unpack } from "./record.js";
 /**
- * Three hosts, one way to talk: `send(message)`; what comes back goes to `hear(header, arrays)`.
+ * Several hosts, one way to talk (a page that computes by itself has its engine, in alone.js): `send(message)`; what comes back goes to `hear(header, arrays)`.
  * @typedef {{send: (message: any) => void, close: () => void}} Link
  * @typedef {(header: any, arrays: any) => void} Hear
  */
@@ -64,37 +64,4 @@ export function linkModel(model, hear, tell) {
   model.on("msg:custom", take);
   setTimeout(() => tell("on"));
   return { send: (message) => model.send(message), close: () => model.off("msg:custom", take) };
-}
-
-/**
- * An engine in the page itself, in a worker where those are allowed. `code` is its module, `config` what it computes with.
- * @param {string} code @param {any} config @param {Hear} hear @param {(s: "on"|"off") => void} tell @returns {Link}
- */
-export function linkEngine(code, config, hear, tell) {
-  const whole = (/** @type {string} */ name) => `(function (port) {"use strict";\n${code}\n})(${name});`;
-  const take = (/** @type {MessageEvent} */ event) => hear(event.data.header, event.data.arrays);
-  /** @type {any} */
-  let port = null;
-  const start = () => {
-    port.postMessage(config);
-    tell("on");
-  };
-  const stayHere = () => {
-    /** @type {any} */
-    const inner = { budget: 8, postMessage: (/** @type {any} */ data) => take(/** @type {any} */ ({ data })), onmessage: null };
-    Object.assign(window, { feelerPort: inner });
-    document.head.append(Object.assign(document.createElement("script"), { textContent: whole("window.feelerPort") }));
-    port = { postMessage: (/** @type {any} */ data) => inner.onmessage({ data }), terminate: () => {} };
-    start();
-  };
-  try {
-    const worker = new Worker(URL.createObjectURL(new Blob([whole("self")], { type: "text/javascript" })));
-    worker.onmessage = take;
-    worker.onerror = stayHere;
-    port = worker;
-    setTimeout(start);
-  } catch {
-    setTimeout(stayHere);
-  }
-  return { send: (message) => port.postMessage(message), close: () => port.terminate() };
 }
