@@ -61,8 +61,7 @@ def test_factors_are_those_of_both_planes_and_torsion_stays(held):
         if held == "nothing" or name == "damping":
             np.testing.assert_array_equal(own[0], getattr(flat, name))
     arm = TWISTING.length - TWISTING.hinge_position
-    weight = {"total": arm**0, "tip": arm**2}.get(held)
-    if weight is not None:
+    for weight in {"total": [arm**0], "tip": [arm**2]}.get(held, []):
         kept = [np.sum(weight / one.stiffness[:2]) for one in (made, TWISTING)]
         assert kept[0] == pytest.approx(kept[1])
 

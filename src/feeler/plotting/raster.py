@@ -71,7 +71,7 @@ def plot_touch_spikes(
     """
     felt = tensor[:2] if tensor.ndim == 3 else tensor[None]
     axes = figure.subplots(len(felt) + 2, 1, sharex=True, height_ratios=(*[2] * len(felt), 2, 1))
-    names = ("angle [°]",) if len(felt) == 1 else ("towards x [°]", "towards z [°]")
+    names = ("angle [°]",) if len(felt) == 1 else ("angle towards x [°]", "angle towards z [°]")
     largest = np.abs(felt).max()
     for ax, plane, name in zip(axes, felt, names, strict=False):
         _draw_felt(plane, time, ax, name, largest)
