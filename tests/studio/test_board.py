@@ -18,7 +18,7 @@ from feeler.robot import SensorCalibration, load_calibration_table, load_recordi
 from feeler.robot.examples import get_example
 from feeler.robot.link import frame_sample
 from feeler.studio import Boards, alone, opening, study
-from feeler.studio.board import LEAST_STEP, WINDOW, listen
+from feeler.studio.board import _PATIENCE, LEAST_STEP, WINDOW, listen
 from feeler.studio.listener import Judge
 from feeler.studio.wish import AntennaWish
 
@@ -325,3 +325,13 @@ def test_of_a_long_recording_every_so_many_samples_are_shown():
     header, arrays = page.find("opened")[0]
     assert header["interval"] == 3.0
     assert header["total"] == len(arrays["angle"]) == -(-20_000 // 3)
+
+
+@pytest.mark.parametrize("at_once", [1, _PATIENCE - 1])
+def test_any_number_of_damaged_lines_between_good_ones_is_counted_and_passed_over(at_once):
+    good = write_lines(HALF * np.linspace(0, 1, 80)[:, None], np.arange(80.0))
+    between = [line for one in good[20:] for line in (*at_once * [b"noise\n"], one)]
+    heard, error = hear([*good[:20], *between])
+    assert "fell silent" in error
+    assert heard[-1][0]["damaged"] == at_once * len(good[20:]) > _PATIENCE
+    assert "in a row" in hear([*good[:20], *_PATIENCE * [b"noise\n"], *good[20:]])[1]
