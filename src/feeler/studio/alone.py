@@ -35,9 +35,9 @@ _PAPER = (
     "Meng, McDonnell, Jayaram & Mongeau 2025, Physically intelligent soft antennae enhance tactile"
     " perception by active touch"
 )
-DOI = "https://doi.org/10.1101/2025.10.20.683587"
-NAME_LENGTH = 40  # letters of an antenna's name on a switch
-NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as level
+_DOI = "https://doi.org/10.1101/2025.10.20.683587"
+_NAME_LENGTH = 40  # letters of an antenna's name on a switch
+_NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as level
 _SURE = 0.9  # as the verdict's panel has it
 # [C] of what is expected, in the decoder's units, of which its floor is 0.004; the finest with
 # which a page stays small
@@ -46,7 +46,7 @@ _LARGEST = 390_000  # characters
 _KINDS = {f.KIND_BALL: "ball", f.KIND_BOX: "box", f.KIND_POLYGON: "polygon"}
 
 
-class Choice(NamedTuple):
+class _Choice(NamedTuple):
     """An antenna that a page offers."""
 
     name: str
@@ -82,11 +82,12 @@ def write_touch_page(
     wish = TouchWish() if wish is None else wish.replace(preview=False)
     choices = _choose(wish.antenna, other)
     speeds = sorted({SPEEDS["slow"], wish.speed, SPEEDS["fast"]})
+    names = {value: name for name, value in SPEEDS.items()}
     state = {
         "mode": "touch" if commands is None else "hand",
         "A": wish.antenna.to_plain(),
         "B": None,
-        "touch": _describe_touch(wish),
+        "touch": {k: v for k, v in wish.to_plain().items() if k not in ("antenna", "preview")},
         "unsure": unsure,
         "wall": {},
     }
@@ -95,12 +96,12 @@ def write_touch_page(
         "state": state,
         "contact": pack_contact(),
         "antennas": [_pack(choice) for choice in choices],
-        "speeds": [{"name": _name_speed(speed), "value": speed} for speed in speeds],
+        "speeds": [{"name": names.get(v, f"{v:g} m/s"), "value": v} for v in speeds],
         "shapes": _pack_shapes(wish.antenna.make()),
         "commands": None if commands is None else list(commands),
         "samples": samples,
         "paper": _PAPER,
-        "doi": DOI,
+        "doi": _DOI,
     }
     for step in _STEPS:
         page = fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
@@ -109,18 +110,18 @@ def write_touch_page(
     return page
 
 
-def _choose(first: AntennaWish, other: AntennaWish | None) -> list[Choice]:
+def _choose(first: AntennaWish, other: AntennaWish | None) -> list[_Choice]:
     """The two antennas of a page."""
     antenna = first.make()
     if other is not None:
         return [
-            Choice(f"A: {antenna.name}"[:NAME_LENGTH], first),
-            Choice(f"B: {other.make().name}"[:NAME_LENGTH], other),
+            _Choice(f"A: {antenna.name}"[:_NAME_LENGTH], first),
+            _Choice(f"B: {other.make().name}"[:_NAME_LENGTH], other),
         ]
-    if np.max(antenna.stiffness) <= NEARLY_LEVEL * np.min(antenna.stiffness):
-        return [Choice("graded", AntennaWish()), Choice("level", first)]
+    if np.max(antenna.stiffness) <= _NEARLY_LEVEL * np.min(antenna.stiffness):
+        return [_Choice("graded", AntennaWish()), _Choice("level", first)]
     level = AntennaWish(preset="matched") if first == AntennaWish() else _level(first, antenna)
-    return [Choice("graded", first), Choice("level", level)]
+    return [_Choice("graded", first), _Choice("level", level)]
 
 
 def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
@@ -138,17 +139,7 @@ def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
     )
 
 
-def _name_speed(speed: float) -> str:
-    names = {value: name for name, value in SPEEDS.items()}
-    return names.get(speed, f"{speed:g} m/s")
-
-
-def _describe_touch(wish: TouchWish) -> dict[str, Any]:
-    plain = wish.to_plain()
-    return {name: value for name, value in plain.items() if name not in ("antenna", "preview")}
-
-
-def _pack(choice: Choice) -> dict[str, Any]:
+def _pack(choice: _Choice) -> dict[str, Any]:
     antenna = choice.wish.make()
     return {
         "name": choice.name,
@@ -168,7 +159,7 @@ def _pack_shapes(antenna: Antenna) -> dict[str, Any]:
 
 
 def _teach_all(
-    choices: Sequence[Choice], speeds: Sequence[float], unsure: float, step: float
+    choices: Sequence[_Choice], speeds: Sequence[float], unsure: float, step: float
 ) -> dict[str, Any]:
     """The thirty touches, and what they taught (antenna, speed)."""
     labels = [(trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])]

@@ -22,11 +22,11 @@ from feeler.studio.touching import SAMPLE_INTERVAL, describe_antenna, find_sense
 
 WINDOW = 2000  # [C] samples that the page keeps
 _FRAME = 1 / 30  # s between messages to the page
-PROBE = 12  # [C] lines by which a board is known: how many numbers, how far apart
+_PROBE = 12  # [C] lines by which a board is known: how many numbers, how far apart
 LEAST_STEP = 0.2  # [C] ms; twelve readings in a row that rise faster are a clock and no hinge
 _PATIENCE = 50  # [C] lines in a row that are no samples
-BAUDRATE = 115_200
-Say = Callable[..., None]
+_BAUDRATE = 115_200
+_Say = Callable[..., None]
 
 
 @checked
@@ -38,7 +38,7 @@ class Boards:
     def __init__(
         self,
         port: str | None = None,
-        baudrate: int = BAUDRATE,
+        baudrate: int = _BAUDRATE,
         calibration: SensorCalibration | None = None,
     ) -> None:
         self.port, self.baudrate, self.calibration = port, baudrate, calibration
@@ -69,7 +69,7 @@ def listen(
     antenna: Antenna,
     calibration: SensorCalibration | None,
     find: Callable[[Antenna], AntennaStudy | None],
-    say: Say,
+    say: _Say,
     stop: Event,
 ) -> None:
     """Show what comes from a board until ``stop`` is set.
@@ -86,7 +86,7 @@ def listen(
     InvalidInput
         Another number of channels, no numbers, no angles, or a board that is gone or silent.
     """
-    known = list(islice(lines, 1, PROBE))  # the first line may have begun before
+    known = list(islice(lines, 1, _PROBE))  # the first line may have begun before
     given, antenna = antenna, _find_antenna(known, antenna)
     n_channels = find_sensed(antenna).size
     if calibration is not None and calibration.n_hinges != n_channels:

@@ -16,7 +16,7 @@ from feeler.stimulus.ninety import HALF_SIZES, LOCATIONS, SPEEDS
 from feeler.studio.touching import describe_antenna
 from feeler.studio.wish import AntennaWish, compute_compliance
 
-HANDLES = 5  # [C] of a profile that is not changed yet
+_HANDLES = 5  # [C] of a profile that is not changed yet
 
 
 def make_catalogue(first: AntennaWish) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def describe_original(antenna: Antenna) -> dict[str, Any]:
 def _make_handles(values: Sequence[float]) -> list[list[float]]:
     """Handles on a profile, evenly spaced, four digits; every hinge where there are few."""
     n = len(values)
-    at = np.unique(np.round(np.linspace(0, n - 1, min(HANDLES, n))).astype(int))
+    at = np.unique(np.round(np.linspace(0, n - 1, min(_HANDLES, n))).astype(int))
     share = at / max(n - 1, 1)
     return [
         [float(x), float(f"{max(values[i], 1e-12):.4g}")] for x, i in zip(share, at, strict=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from threading import Event, Lock, Thread, current_thread
 
-Work = Callable[[Event], None]
+_Work = Callable[[Event], None]
 
 
 class Desk:
@@ -14,9 +14,9 @@ class Desk:
     def __init__(self) -> None:
         self._lock = Lock()
         self._now: dict[str, tuple[Event, Thread]] = {}
-        self._next: dict[str, Work] = {}
+        self._next: dict[str, _Work] = {}
 
-    def give(self, kind: str, work: Work) -> None:
+    def give(self, kind: str, work: _Work) -> None:
         """Run ``work(stop)`` in its thread; it should end within milliseconds of ``stop``."""
         with self._lock:
             if kind in self._now:
@@ -29,7 +29,7 @@ class Desk:
             self._now[kind] = (Event(), thread)
             thread.start()
 
-    def _run(self, kind: str, work: Work | None) -> None:
+    def _run(self, kind: str, work: _Work | None) -> None:
         try:
             while work is not None:
                 stop = self._now[kind][0]

@@ -11,16 +11,16 @@ from importlib.resources.abc import Traversable
 from typing import Any
 
 PAGE = files("feeler.studio").joinpath("page")
-ENTRY = "studio.js"
+_ENTRY = "studio.js"
 _IMPORT = re.compile(r'^import\s[^;]*?from\s+"\./([\w-]+\.js)";\n', re.M)
 _EXPORT = re.compile(r"^export (?=(async function|function|const|class|let)\b)", re.M)
 _REMARK = re.compile(r"^ *(/\*\*((?!\*/)[\s\S])*\*/|// .*)\n", re.M)
 _INDENT = re.compile(r"^ +", re.M)
-CSP = (
+_CSP = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
     " blob:; worker-src blob:"
 )
-SHELL = """<!doctype html>
+_SHELL = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, \
 initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{csp}">
@@ -40,7 +40,7 @@ def read_page(name: str) -> Traversable:
 
 
 @lru_cache(maxsize=4)
-def bundle(entry: str = ENTRY) -> str:
+def bundle(entry: str = _ENTRY) -> str:
     """A module and all that it imports as one: each stands before those that import it, ``import``
     lines, ``export`` words, remarks and most of the indents taken out.
 
@@ -77,4 +77,4 @@ def fill_page(config: Mapping[str, Any]) -> str:
     data = json.dumps(config, allow_nan=False).replace("<", "\\u003c")
     parts = {"script": bundle("alone.js"), "engine": bundle("worker.js")}
     code = {name: text.replace("</", "<\\/") for name, text in parts.items()}
-    return SHELL.format(csp=CSP, css=read_style(), config=data, **code)
+    return _SHELL.format(csp=_CSP, css=read_style(), config=data, **code)

@@ -20,9 +20,9 @@ from feeler.studio.wish import TouchWish, read_number
 
 _FRAME = 1 / 60  # s
 LONGEST = 4000  # [C] samples of one recording; then time stands still, so that memory stays bounded
-MAX_SPEED, _MAX_TURN = 1.2, 0.03  # [C] mm/ms and rad/ms; the hand is not followed faster than that
-GLIDE = 6.0  # [C] ms in which a hand at rest would be reached
-STILL = 2e-5  # rad/ms; slower than this everywhere, with nothing in motion, time stands still
+_MAX_SPEED, _MAX_TURN = 1.2, 0.03  # [C] mm/ms and rad/ms; the hand is not followed faster than that
+_GLIDE = 6.0  # [C] ms in which a hand at rest would be reached
+_STILL = 2e-5  # rad/ms; slower than this everywhere, with nothing in motion, time stands still
 Say = Callable[..., None]
 Command = tuple[int, int, float, float, float]
 """Sample before which it holds, object (−1: the base), velocity x, y [mm/ms] and turn [rad/ms]."""
@@ -75,7 +75,7 @@ class Hand:
             began = time.monotonic()
             due = min(due + pace * 1e3 * _FRAME / SAMPLE_INTERVAL, done + 40)
             while done < min(int(due), LONGEST) and not stop.is_set():
-                new = self._steer(simulation, done, max(GLIDE, 1.5e3 * _FRAME * pace))
+                new = self._steer(simulation, done, max(_GLIDE, 1.5e3 * _FRAME * pace))
                 commands += new
                 apply(simulation, new)
                 if _is_still(simulation, commands):
@@ -112,7 +112,7 @@ class Hand:
             here = state.base[0] if what < 0 else np.append(state.place[0, what], turn)
             way = (np.array([x, y]) - here[:2]) / glide
             fast = float(np.hypot(*way))
-            way *= min(1.0, MAX_SPEED / fast) if fast > 1e-4 else 0.0
+            way *= min(1.0, _MAX_SPEED / fast) if fast > 1e-4 else 0.0
             spin = (
                 float(np.clip((turn - here[2]) / glide, -_MAX_TURN, _MAX_TURN)) if what < 0 else 0.0
             )
@@ -163,4 +163,4 @@ def read_commands(value: Any) -> list[Command]:
 def _is_still(simulation: Simulations, commands: list[Command]) -> bool:
     last = {what: (vx, vy, turn) for _, what, vx, vy, turn in commands}
     moving = any(abs(number) > 0 for rates in last.values() for number in rates)
-    return not moving and float(np.abs(simulation.state.velocity).max()) < STILL
+    return not moving and float(np.abs(simulation.state.velocity).max()) < _STILL

@@ -12,12 +12,12 @@ from feeler.studio.touching import describe_antenna
 from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
 
 _PIECE = 20  # periods of 1 ms
-FACES = (120.0, 150.0)  # [C] mm before and after the turn
+_FACES = (120.0, 150.0)  # [C] mm before and after the turn
 
 
 def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: Event) -> None:
     """Calibrate, then run past one turn of ``turn`` degrees; the map is kept for the next run."""
-    course = make_turn(turn, FACES)
+    course = make_turn(turn, _FACES)
     corners = course.line.tolist()
     say(
         {

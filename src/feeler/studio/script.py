@@ -6,7 +6,7 @@ from feeler.studio.hand import Command
 from feeler.studio.touching import SAMPLE_INTERVAL
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
-HEAD = '''"""What feeler studio showed: {title}. Needs feeler {version}."""
+_HEAD = '''"""What feeler studio showed: {title}. Needs feeler {version}."""
 
 import hashlib
 
@@ -14,7 +14,7 @@ import numpy as np
 
 import feeler
 '''
-TAIL = """
+_TAIL = """
 tensor = angle.astype("<f4")  # (sensor, time) [rad], as shown
 print(tensor.shape, hashlib.sha256(np.ascontiguousarray(tensor).tobytes()).hexdigest())
 """
@@ -25,7 +25,7 @@ def write_script(wish: TouchWish, commands: list[Command] | None = None, n_sampl
     from importlib.metadata import version
 
     lines = [
-        HEAD.format(title=wish.make_trial().label, version=version("feeler")),
+        _HEAD.format(title=wish.make_trial().label, version=version("feeler")),
         *_write_antenna(wish.antenna),
     ]
     lines += ["trial = feeler.Trial(", *_write_trial(wish), ")"]
@@ -46,7 +46,7 @@ def write_script(wish: TouchWish, commands: list[Command] | None = None, n_sampl
             f"tensors = feeler.touch(antenna, trial, duration={wish.duration!r}{_step(wish)})",
             _read_angle(wish),
         ]
-    return "\n".join(lines) + "\n" + TAIL
+    return "\n".join(lines) + "\n" + _TAIL
 
 
 def _read_angle(wish: TouchWish) -> str:

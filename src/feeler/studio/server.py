@@ -25,7 +25,7 @@ from feeler.studio.session import Session
 from feeler.studio.touching import simulate_pieces
 from feeler.studio.wish import AntennaWish, TouchWish
 
-HOST, PORT = "127.0.0.1", 8765
+_HOST, _PORT = "127.0.0.1", 8765
 _KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FILES = {
     "" if path.name == "index.html" else path.name: (
@@ -36,7 +36,7 @@ FILES = {
     if Path(path.name).suffix in _KINDS
 }
 """What the page is made of, by address: the file and its type."""
-HEADERS = {
+_HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
         "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -47,7 +47,7 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
 }
 MAX_PAGES = 8  # [C] open at once
-TRY_LATER = 1013  # RFC 6455's register: the server is asked too much
+_TRY_LATER = 1013  # RFC 6455's register: the server is asked too much
 
 
 @checked
@@ -98,7 +98,7 @@ class Studio:
     @property
     def address(self) -> str:
         """What to open in a browser."""
-        return f"http://{HOST}:{self.port}/{self.token}/"
+        return f"http://{_HOST}:{self.port}/{self.token}/"
 
     @property
     def busy(self) -> bool:
@@ -132,10 +132,10 @@ class Studio:
             "server_header": None,
             "close_timeout": 1.0,
         }
-        wanted = [PORT, 0] if self._asked is None else [self._asked]
+        wanted = [_PORT, 0] if self._asked is None else [self._asked]
         for port in wanted:
             try:
-                server = await serve(self._talk, HOST, port, **options)
+                server = await serve(self._talk, _HOST, port, **options)
             except (OSError, OverflowError) as error:
                 self._error = _explain(port, error)
                 continue
@@ -153,7 +153,7 @@ class Studio:
         """A static file, or None where a WebSocket may be opened; 403 for other sites, 404 for all
         else.
         """
-        own = {f"{name}:{self.port}" for name in (HOST, "localhost")}
+        own = {f"{name}:{self.port}" for name in (_HOST, "localhost")}
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         if not (
             len(hosts) == 1
@@ -181,7 +181,7 @@ class Studio:
         from websockets.exceptions import ConnectionClosed
 
         if len(self._sessions) >= MAX_PAGES:  # a page is told no reason before it is connected
-            await connection.close(TRY_LATER, f"{MAX_PAGES} pages are open already")
+            await connection.close(_TRY_LATER, f"{MAX_PAGES} pages are open already")
             return
         session = Session(_make_put(connection, self._loop), self._antenna, self._boards)
         self._sessions.add(session)
@@ -226,7 +226,7 @@ def _respond(
     from websockets.http11 import Response
 
     headers = Headers(
-        {**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"}
+        {**_HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"}
     )
     return Response(status.value, status.phrase, headers, body)
 
@@ -237,6 +237,6 @@ def _explain(port: int, error: Exception) -> InvalidInput:
             f"port {port} is taken, perhaps by another studio; give --port 0 to take any free one."
         )
     return InvalidInput(
-        f"cannot listen on port {port} of {HOST}: {str(error).rstrip('.')}. Give --port 0 to take"
+        f"cannot listen on port {port} of {_HOST}: {str(error).rstrip('.')}. Give --port 0 to take"
         " any free one."
     )

@@ -35,9 +35,9 @@ from feeler.studio.touching import (
 from feeler.studio.turning import describe_beginning, fold_sensors, touch_in_space
 from feeler.studio.wish import AntennaWish, TouchWish, read_number
 
-SLOTS = ("A", "B")
-Put = Callable[[bytes], None]
-Task = Callable[[dict[str, Any], Event], None]
+_SLOTS = ("A", "B")
+_Put = Callable[[bytes], None]
+_Task = Callable[[dict[str, Any], Event], None]
 
 
 @checked
@@ -47,13 +47,13 @@ class Session:
     """
 
     def __init__(
-        self, put: Put, antenna: AntennaWish | None = None, boards: Boards | None = None
+        self, put: _Put, antenna: AntennaWish | None = None, boards: Boards | None = None
     ) -> None:
         self._put, self._desk, self._hand = put, Desk(), Hand()
         self._boards = boards or Boards()
         self._calibration = self._boards.calibration
         self._first, self._unsure = antenna or AntennaWish(), study.UNSURE
-        self._tasks: dict[str, Task] = {
+        self._tasks: dict[str, _Task] = {
             "hello": self._greet,
             "touch": self._touch,
             "study": self._study,
@@ -107,7 +107,7 @@ class Session:
             self._say(header)
 
     def _work(
-        self, task: Task, about: dict[str, Any], message: dict[str, Any], stop: Event
+        self, task: _Task, about: dict[str, Any], message: dict[str, Any], stop: Event
     ) -> None:
         try:
             task(message, stop)
@@ -298,7 +298,7 @@ def _advise(asked: str) -> str:
 
 def _read_slot(message: dict[str, Any]) -> str:
     slot = message.get("slot", "A")
-    if slot not in SLOTS:
+    if slot not in _SLOTS:
         raise InvalidInput(f"slot must be A or B, got {str(slot)[:40]!r}.")
     return slot
 

@@ -27,7 +27,7 @@ from feeler.tensors.scaling import rectify, scale_common
 
 _DURATION, _INTERVAL = 380.0, 1.0  # ms [P]
 INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}
-ENCODER: dict[str, Any] = {
+_ENCODER: dict[str, Any] = {
     "n_components": 3,
     "n_lags": 40,
     "sparseness": 0.8,
@@ -35,22 +35,22 @@ ENCODER: dict[str, Any] = {
     "warn": False,
     "random_state": 0,
 }
-ROUNDS, ITERATIONS = (
+_ROUNDS, _ITERATIONS = (
     8,
     3,
 )  # [C] bases are learned in short stretches, so that learning can be stopped
 # the decoder reads angles scaled so that the set's peak is this; its floor of 0.004 then is 2 % of
 # it [C]
 LOUDNESS = 0.2
-CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
+_CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
 ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
 # [C] half-widths by which place and speed of other touches differ, relative to length and speed
-SHIFT = 0.02
+_SHIFT = 0.02
 UNSURE = 0.02
 KEPT = 6  # studies
 
-Label = tuple[str, float, float]
-Tell = Callable[[str, float], None]
+_Label = tuple[str, float, float]
+_Tell = Callable[[str, float], None]
 
 
 class Stopped(Exception):
@@ -76,7 +76,7 @@ class AntennaStudy:
 
     antenna: Antenna
     speed: float
-    labels: tuple[Label, ...]
+    labels: tuple[_Label, ...]
     tensors: np.ndarray
     similarity: dict[str, np.ndarray]
     encoder: ConvolutiveNMF
@@ -125,7 +125,7 @@ def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Antenn
 
 
 def make_study(
-    antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float = UNSURE
+    antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float = UNSURE
 ) -> AntennaStudy:
     """Make a study, or hand out the one that was made; ``tell`` hears what is done and how far it
     is.
@@ -149,7 +149,7 @@ def make_study(
     return found
 
 
-def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float) -> AntennaStudy:
+def _make(antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float) -> AntennaStudy:
     labels, angle, decoder, peak = teach(antenna, speed, tell, stop, unsure)
     tell("comparing", 0.65)
     scaled = scale_common(rectify(angle))
@@ -168,8 +168,8 @@ def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
 
 
 def teach(
-    antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
-) -> tuple[tuple[Label, ...], np.ndarray, StreamDecoder, float]:
+    antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float
+) -> tuple[tuple[_Label, ...], np.ndarray, StreamDecoder, float]:
     """Labels and angles (trial, sensor, time) of the thirty touches, the decoder that they taught,
     and their greatest angle [rad].
 
@@ -181,7 +181,7 @@ def teach(
         One of the touches cannot be computed.
     """
     nominal = trials([speed])
-    jittered = Nuisances.only(location=SHIFT, speed=unsure).jitter(
+    jittered = Nuisances.only(location=_SHIFT, speed=unsure).jitter(
         nominal, np.random.default_rng(0)
     )
     motions = _simulate(antenna, [*nominal, *jittered], tell, stop)
@@ -196,7 +196,7 @@ def teach(
         "lag_step": 2,
         "interval": _INTERVAL,
     }
-    decoder = StreamDecoder(**options, noise=0.0, correlation=CORRELATION).fit(
+    decoder = StreamDecoder(**options, noise=0.0, correlation=_CORRELATION).fit(
         list(LOUDNESS / peak * angle), labels
     )
     if missing := len(labels) - len(decoder.classes_):
@@ -209,7 +209,7 @@ def teach(
     return labels, angle, decoder, peak
 
 
-def _simulate(antenna: Antenna, touches: list[Trial], tell: Tell, stop: Event) -> np.ndarray:
+def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) -> np.ndarray:
     """Angles (trial, sensor, time) of all touches, in lanes, with looks at ``stop`` in between."""
     clock = Clock(
         duration=_DURATION,
@@ -231,12 +231,12 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: Tell, stop: Event) -
     return angle
 
 
-def _learn(tensors: np.ndarray, tell: Tell, stop: Event) -> ConvolutiveNMF:
-    encoder = ConvolutiveNMF(**ENCODER, max_iter=ITERATIONS)
+def _learn(tensors: np.ndarray, tell: _Tell, stop: Event) -> ConvolutiveNMF:
+    encoder = ConvolutiveNMF(**_ENCODER, max_iter=_ITERATIONS)
     starts: dict[str, np.ndarray] = {}
-    for done in range(ROUNDS):
+    for done in range(_ROUNDS):
         _check(stop)
-        tell("learning bases", 0.7 + 0.3 * done / ROUNDS)
+        tell("learning bases", 0.7 + 0.3 * done / _ROUNDS)
         encoder.fit(tensors, **starts)
         starts = {"components": encoder.components_, "activations": encoder.activations_}
     return encoder

@@ -19,7 +19,7 @@ from feeler.stimulus.trial import Trial
 from feeler.studio.wish import PREVIEW, TouchWish
 
 SAMPLE_INTERVAL = 1.0  # ms between samples
-FIRST, PIECE = (
+_FIRST, _PIECE = (
     12,
     46,
 )  # samples; the first is short, so that something is seen at once; each costs 2 ms on its way
@@ -86,7 +86,7 @@ def make_simulation(wish: TouchWish) -> Simulations:
 def simulate_pieces(wish: TouchWish, stop: Event) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Number of the first sample and readings of each piece; ends early when ``stop`` is set."""
     simulation, readings, n_samples = make_simulation(wish), Readings(), count_samples(wish)
-    done, size = 0, FIRST
+    done, size = 0, _FIRST
     for k in range(n_samples):
         if stop.is_set():
             return
@@ -95,7 +95,7 @@ def simulate_pieces(wish: TouchWish, stop: Event) -> Iterator[tuple[int, dict[st
         readings.add(simulation)
         if len(readings.rows) == size or k == n_samples - 1:
             yield done, readings.take()
-            done, size = k + 1, PIECE
+            done, size = k + 1, _PIECE
 
 
 def find_sensed(antenna: Antenna) -> np.ndarray:

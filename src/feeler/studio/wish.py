@@ -21,18 +21,18 @@ from feeler.stimulus.feature import Feature, make_feature
 from feeler.stimulus.object import Object
 from feeler.stimulus.trial import Trial
 
-MAX_DURATION = 2000.0  # [C] ms
+_MAX_DURATION = 2000.0  # [C] ms
 # ms; the coarsest timestep that the contact allows, for what is shown while something is dragged
 PREVIEW = 0.1
-FACTOR = 50.0  # [C] an antenna may be stretched and shrunk by this
-Kind = Literal["ball", "box", "triangle", "wall"]
-Handles = Annotated[
+_FACTOR = 50.0  # [C] an antenna may be stretched and shrunk by this
+_Kind = Literal["ball", "box", "triangle", "wall"]
+_Handles = Annotated[
     tuple[tuple[Annotated[float, Ge(0), Le(1)], Annotated[float, Ge(1e-12), Le(1e9)]], ...],
     Len(1, 64),
 ]
-HalfWidth = Annotated[float, Ge(0.01), Le(1e3), Unit("mm")]
-Friction = Annotated[float, Ge(0), Le(100)]
-Place = Annotated[float, Ge(-1e4), Le(1e4), Unit("mm")]
+_HalfWidth = Annotated[float, Ge(0.01), Le(1e3), Unit("mm")]
+_Friction = Annotated[float, Ge(0), Le(100)]
+_Place = Annotated[float, Ge(-1e4), Le(1e4), Unit("mm")]
 
 
 class AntennaWish(Record):
@@ -61,8 +61,8 @@ class AntennaWish(Record):
 
     preset: Annotated[str, Len(0, 40)] = "exponential"
     toml: Annotated[str, Len(0, 400_000)] = ""
-    stiffness: Handles | None = None
-    damping: Handles | None = None
+    stiffness: _Handles | None = None
+    damping: _Handles | None = None
     length: Annotated[float, Ge(0.01), Le(1e5), Unit("mm")] | None = None
     sensors: Annotated[int, Ge(1), Le(1000)] | None = None
     matched: bool = False
@@ -111,10 +111,10 @@ def _make_antenna(wish: AntennaWish) -> Antenna:
         )
     if wish.length is not None:
         factor = wish.length / original.length
-        if not 1 / FACTOR <= factor <= FACTOR:
+        if not 1 / _FACTOR <= factor <= _FACTOR:
             raise InvalidInput(
-                f"length must lie within {original.length / FACTOR:.3g} and"
-                f" {original.length * FACTOR:.3g} mm."
+                f"length must lie within {original.length / _FACTOR:.3g} and"
+                f" {original.length * _FACTOR:.3g} mm."
             )
         changes["segment_length"] = factor * original.segment_length
         changes["segment_mass"] = factor * original.segment_mass
@@ -154,13 +154,13 @@ class ObjectWish(Record):
         [mm/ms], the way its front points.
     """
 
-    kind: Kind = "ball"
-    size: HalfWidth = 1.5
-    x: Place = 4.0
-    y: Place = 20.0
+    kind: _Kind = "ball"
+    size: _HalfWidth = 1.5
+    x: _Place = 4.0
+    y: _Place = 20.0
     heading: Annotated[float, Ge(-360), Le(360), Unit("degrees")] = 90.0
     speed: Annotated[float, Ge(0), Le(10), Unit("mm/ms")] = 0.0
-    friction: Friction = 1.0
+    friction: _Friction = 1.0
 
     def make(self, number: int) -> Object:
         """The object, with a name of its own."""
@@ -196,16 +196,16 @@ class TouchWish(Record):
     """
 
     antenna: AntennaWish = field(default_factory=AntennaWish)
-    kind: Kind = "ball"
-    size: HalfWidth = 1.5
+    kind: _Kind = "ball"
+    size: _HalfWidth = 1.5
     location: Annotated[float, Ge(1e-3), Le(1)] = 0.7
     speed: Annotated[float, Ge(1e-3), Le(4), Unit("m/s")] = 0.06
     approach: Annotated[float, Ge(1), Le(179), Unit("degrees")] = 90.0
     side: Literal["left", "right"] = "left"
-    friction: Friction = 1.0
+    friction: _Friction = 1.0
     lead: Annotated[float, Ge(0.1), Le(500), Unit("ms")] = 5.0
     azimuth: Annotated[float, Ge(-180), Le(180), Unit("degrees")] = 0.0
-    duration: Annotated[float, Ge(2), Le(MAX_DURATION), Unit("ms")] = 380.0
+    duration: Annotated[float, Ge(2), Le(_MAX_DURATION), Unit("ms")] = 380.0
     objects: Annotated[tuple[ObjectWish, ...], Len(0, 8)] = ()
     preview: bool = False
 
