@@ -258,10 +258,10 @@ def test_antennae_of_planes_and_of_space_share_no_lanes():
         Simulations([Scene(antenna=make(2)), Scene(antenna=make(3))])
 
 
-def _contest(antenna):
-    from feeler.active.task import TouchTask
+def _follow(antenna):
+    from feeler.active.follow import FollowTask
 
-    return TouchTask(antenna=antenna)
+    return FollowTask(antenna=antenna)
 
 
 def _paper(antenna):
@@ -272,8 +272,8 @@ def _paper(antenna):
 
 @pytest.mark.parametrize(
     "verb",
-    [feeler.release, feeler.hit, lambda one: feeler.bend(one, 1e-6), _contest, _paper],
-    ids=["release", "hit", "bend", "active touch", "the paper"],
+    [feeler.release, feeler.hit, lambda one: feeler.bend(one, 1e-6), _follow, _paper],
+    ids=["release", "hit", "bend", "following a wall", "the paper"],
 )
 def test_what_works_in_the_plane_only_says_so(verb):
     with pytest.raises(InvalidInput, match=r"works in the plane.*antenna\.flatten\(\)"):

@@ -158,7 +158,8 @@ def test_of_a_touch_in_space_both_planes_of_bending_stand_above_its_spikes():
     for ax, plane in zip(figure.axes[:2], tensor[:2], strict=True):
         np.testing.assert_array_equal(ax.images[0].get_array(), plane)
         assert ax.images[0].get_clim()[1] == np.abs(tensor[:2]).max()
-    assert [bar.get_ylabel() for bar in figure.axes[4:]] == ["towards x [°]", "towards z [°]"]
+    named = ["angle towards x [°]", "angle towards z [°]"]
+    assert [bar.get_ylabel() for bar in figure.axes[4:]] == named
 
 
 def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():

@@ -453,8 +453,8 @@ def test_a_wall_s_run_is_calibrated_at_its_own_speed(page, speed):
     tops = bent.argmax(axis=1), (bent / antenna.segment_length).argmax(axis=1)
     page.seek(int(np.argmax((tops[0] != tops[1]) & (bent.max(axis=1) > 1e-4))))
     at = int(page.ask("Math.round(app.time)"))
-    stage = "[...document.querySelectorAll('canvas.stage')].at(-1)"
-    strokes = page.ask(f"{stage}.strokes")
+    stages = "[...document.querySelectorAll('canvas.stage')].filter(one => one.offsetParent)"
+    (strokes,) = page.ask(f"{stages}.map(one => one.strokes)")
     (ring,) = (k for k, one in enumerate(strokes) if [p[2:] for p in one["points"]] == [[7]])
     after = len(strokes) - 1 - ring  # the segments beyond, a stroke each
     assert antenna.n_segments - 1 - after == tops[1][at] != tops[0][at]
