@@ -86,6 +86,7 @@ def test_what_was_not_judged_is_in_no_rate(first, row):
     rates = load_script("benchmarks/mutants", "rates")
     mistakes = [{"name": f"H{k}", "area": "wall"} for k in range(2)]
     made = [
-        each if by is None else each | {"first": by} for each, by in zip(mistakes, first, strict=True)
+        each if by is None else each | {"first": by}
+        for each, by in zip(mistakes, first, strict=True)
     ]
     assert row in rates.tabulate(made, rates.read_first(made))
