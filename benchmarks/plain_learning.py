@@ -1,12 +1,11 @@
-"""What Stable-Baselines3's PPO, as it comes, learns on the plain environment. Declared, and not run
-yet: no result and no picture of it is kept.
+"""What Stable-Baselines3's PPO, as it comes, learns on the plain environment.
 
     python benchmarks/plain_learning.py --steps 200000 --seeds 3      writes docs/images/ppo.png
 
 Nothing is tuned: PPO's own defaults, a policy of two layers, episodes of at most 100 ms with an
 action every 10 ms, declared before any run. Learning is judged by the loss of the prediction at an
-episode's last step, the mean of the last thousand episodes; ln 6 = 1.79 nat is guessing. Every
-seed's curve is kept in benchmarks/results/plain_learning.json.
+episode's last step, the mean of the last thousand episodes; ln 6 = 1.79 nat is guessing. What every
+seed began and ended with is kept in benchmarks/results/plain_learning.json.
 """
 
 import argparse
