@@ -51,7 +51,7 @@ def test_gymnasium_finds_nothing_wrong(name):
         check_env(made.env.env if name.startswith("Plain") else made.unwrapped)
 
 
-def test_a_constant_speed_is_a_touch_bit_for_bit():
+def test_a_constant_speed_is_a_touch():
     task, speed, n = make_task(noise=0.0, gap=(4.0, 8.0)), 0.5, 4
     envs = TouchVectorEnv(task, n)
     envs.reset(seed=5)

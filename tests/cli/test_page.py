@@ -51,6 +51,7 @@ def test_verbs_with_many_options_show_five_first(name, verb):
         (["export"], "control=True is for strips", "--control is for strips"),
         (["robot", "check"], "give time_unit=.", "give --time-unit."),
         (["robot", "check"], "give n_channels=.", "feeler robot new --hinges N writes."),
+        (["wall"], "Use its planar twin, antenna.flatten().", "Name an antenna in the plane."),
         (["info"], "give frame_rate=.", "give frame_rate=."),
         (["touch"], "Trial.location must be ≤ 1, got 2.", "--location must be ≤ 1, got 2."),
         (["touch"], "Ball.radius must be > 0 mm", "--size must be > 0 mm"),

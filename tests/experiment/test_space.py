@@ -57,7 +57,8 @@ def touches():
 def test_contact_begins_after_the_lead(trial):
     """The gap at time 0 closes exactly in that time, whatever the antenna's curve."""
     placed = place(WHISKER, trial)
-    axes = placed.axes
+    axes = np.array([placed.forward, placed.left, np.cross(placed.forward, placed.left)])
+    np.testing.assert_array_equal(placed.axes, axes)
     for time, closed in ((0.0, False), (trial.lead - 1e-6, False), (trial.lead + 1e-6, True)):
         where = placed.origin + time * placed.velocity
         points = WHISKER.shape()

@@ -166,6 +166,17 @@ def test_a_bag_in_several_files_is_read_in_their_order(tmp_path):
     assert table.columns == ("time_ms", "hinge1", "hinge2", "hinge3")
 
 
+def test_a_topic_on_which_nobody_spoke_has_the_rate_0(tmp_path):
+    with open(tmp_path / "run.mcap", "wb") as stream, Writer(stream) as bag:
+        kind = bag.register_msgdef("std_msgs/msg/Float64MultiArray", ARRAY)
+        bag._writer.register_channel("/silent", "cdr", kind.id)
+        text = bag.register_msgdef("std_msgs/msg/String", "string data")
+        for time in (0, 400):
+            bag.write_message("/rosout", text, {"data": "hello"}, SENT + 1_000_000 * time)
+    told = describe_bag(str(tmp_path / "run.mcap"))
+    assert told[1].endswith("/silent (std_msgs/msg/Float64MultiArray), 0 messages, 0/s")
+
+
 def test_a_part_that_was_closed_before_anything_was_sent_is_passed_over(tmp_path):
     with open(tmp_path / "run_0.mcap", "wb") as stream:
         Writer(stream).finish()

@@ -52,7 +52,10 @@ _PLAINLY = {
     r"Input should be less than or equal to (.+)": r"give at most \1",
 }
 # what the command line has in the place of an argument
-_INSTEAD = {"n_channels=": "--antenna robot.toml, which feeler robot new --hinges N writes"}
+_INSTEAD = {
+    "n_channels=": "--antenna robot.toml, which feeler robot new --hinges N writes",
+    "Use its planar twin, antenna.flatten().": "Name an antenna in the plane.",
+}
 
 
 class Page(TyperCommand):

@@ -19,6 +19,7 @@ from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
 PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
 _GLANCE = 1.0  # [C] s between two looks at whether there are workers
 _WAITING = "Start one, for which this waits, or press Ctrl-C twice."
+_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
 _GRACE = 2.0  # [C] s that a cluster's end may take; what then still runs is killed
 
 
@@ -152,9 +153,6 @@ def open_cluster(address: str) -> Iterator[Any]:
         ) from error
     with _closing_soon(client):
         yield client
-
-
-_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
 
 
 def _start_here(n: int) -> Any:

@@ -125,7 +125,7 @@ def describe_bag(path: str) -> list[str]:
     lines = [f"span        {about['span']:.4g} s, {sum(counts.values())} messages"]
     for topic in numeric[:_MAX_TOPICS]:
         # from the first message to the last there is one pause fewer than messages
-        rate = (counts[topic] - 1) / about["span"] if about["span"] else 0.0
+        rate = max(counts[topic] - 1, 0) / about["span"] if about["span"] else 0.0
         lines.append(
             f"topic       {topic} ({kinds[topic]}), {counts[topic]} messages, {rate:.3g}/s"
         )
