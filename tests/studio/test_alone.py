@@ -3,7 +3,6 @@
 import base64
 import json
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +19,10 @@ from feeler.studio.exporting import bundle
 from feeler.studio.leaving import make_file
 from feeler.studio.wish import AntennaWish, TouchWish
 
+from ._page import APP, ask, press, stop_at, wait_for
+
 DECLARED = json.loads(Path(__file__).with_name("declared_touches.json").read_text())
 TIMESTEP = 0.05
-APP = "const app = document.getElementById('studio').studio; return "
 CHECK = """
 const read = text => new Float64Array(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer);
 window.compare = ({ constants, objects, contact, touch, angle, samples }) => {
@@ -122,17 +122,6 @@ def quiet_page(tmp_path_factory):
     return path
 
 
-def ask(browser, words):
-    return browser.execute_script(APP + words)
-
-
-def wait_for(browser, words, seconds=90.0):
-    end = time.monotonic() + seconds
-    while not ask(browser, words):
-        assert time.monotonic() < end, f"never came true: {words}"
-        time.sleep(0.02)
-
-
 def open_page(browser, path, width=1280, height=720):
     browser.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",
@@ -156,12 +145,6 @@ def expect(browser):
     return feeler.touch(wish.antenna.make(), wish.make_trial(), duration=wish.duration)["angle"]
 
 
-def press(browser, kind, x, y):
-    buttons = 0 if kind == "mouseReleased" else 1
-    event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1}
-    browser.execute_cdp_cmd("Input.dispatchMouseEvent", event)
-
-
 BALL = """(() => { const b = document.querySelector('canvas.stage').getBoundingClientRect();
     const { scale, ox, oy } = app.view, p = app.records.A.data.place;
     return [b.left + ox + scale * p[1], b.top + oy + scale * (p[0] - 1), scale]; })()"""
@@ -175,7 +158,7 @@ def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quie
     wait_for(browser, "app.records.A.reading && app.studies.A && !app.isStale()")
     cells = ask(browser, "[...document.querySelectorAll('.tally td')].map(c => c.innerText)")
     assert [text for text in cells if text] == ["17 of 30"] * 4
-    ask(browser, "(app.play(false), app.seek(0))")
+    stop_at(browser, 0)
     x, y, scale = ask(browser, BALL)
     press(browser, "mousePressed", x, y)
     for step in range(1, 5):
@@ -265,7 +248,7 @@ def test_printing_shows_the_tensor(browser, quiet_page, tmp_path):
     from pypdf import PdfReader
 
     open_page(browser, quiet_page)
-    ask(browser, "(app.play(false), app.seek(100))")
+    stop_at(browser, 100)
     printed = browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})["data"]
     path = tmp_path / "page.pdf"
     path.write_bytes(base64.b64decode(printed))
@@ -330,7 +313,7 @@ def test_the_verdict_is_the_studio_s_and_the_tour_s_sentence_holds(browser, tmp_
 def felt(browser, antenna, location, speed):
     """Where the antenna bends most (median share of its length), and for how many ms it touches."""
     browser.execute_script(
-        APP.removesuffix("return ") + "const [a, location, speed] = arguments; app.store.change("
+        APP + "const [a, location, speed] = arguments; app.store.change("
         "s => { s.A = JSON.parse(document.getElementById('config').textContent).antennas[a].wish;"
         " Object.assign(s.touch, { location, speed }); })",
         antenna,

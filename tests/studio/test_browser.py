@@ -14,7 +14,7 @@ import feeler
 from feeler.studio import Boards, Studio
 from feeler.studio.touching import hash_tensor
 
-APP = "const app = document.getElementById('studio').studio; "
+from ._page import APP, ask, stop_at, wait_for
 
 
 @pytest.fixture(scope="module")
@@ -27,19 +27,6 @@ def studio():
     running = Studio(port=0, token="the-same-after-a-restart")
     yield running
     running.close()
-
-
-def ask(browser, words):
-    return browser.execute_script(APP + "return " + words)
-
-
-def wait_for(browser, words, seconds=120.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if ask(browser, words):
-            return
-        time.sleep(0.02)
-    raise AssertionError(f"never came true: {words}; status {ask(browser, 'app.status')}")
 
 
 def open_page(browser, address):
@@ -92,7 +79,7 @@ def test_the_object_is_dragged_previewed_and_then_exact(studio, browser):
     from selenium.webdriver.common.action_chains import ActionChains
 
     open_page(browser, studio.address)
-    ask(browser, "app.seek(0)")
+    stop_at(browser, 0)
     before = ask(browser, "app.store.state.touch.location")
     stage = browser.find_element("css selector", "canvas.stage")
     mouse = ActionChains(browser, duration=30).move_to_element_with_offset(

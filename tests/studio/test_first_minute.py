@@ -15,7 +15,8 @@ from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.studio import Studio
 from feeler.studio.leaving import make_file
 
-APP = "const app = document.getElementById('studio').studio; "
+from ._page import ask, press, stop_at, wait_for
+
 SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080)]
 
 
@@ -24,17 +25,6 @@ def studio():
     running = Studio(port=0)
     yield running
     running.close()
-
-
-def ask(browser, words):
-    return browser.execute_script(APP + "return " + words)
-
-
-def wait_for(browser, words, seconds=120.0):
-    end = time.monotonic() + seconds
-    while not ask(browser, words):
-        assert time.monotonic() < end, f"never came true: {words}"
-        time.sleep(0.02)
 
 
 def open_page(browser, address, width=1440, height=900):
@@ -53,27 +43,12 @@ PLACE = """(() => { const b = document.querySelector('canvas.stage').getBounding
     return [b.left + ox + scale * now[1], b.top + oy + scale * now[0], scale]; })()"""
 
 
-def press(browser, kind, x, y):
-    browser.execute_cdp_cmd(
-        "Input.dispatchMouseEvent",
-        {
-            "type": kind,
-            "x": x,
-            "y": y,
-            "button": "left",
-            "buttons": 0 if kind == "mouseReleased" else 1,
-            "clickCount": 1,
-        },
-    )
-
-
 @pytest.mark.parametrize("width", [1024, 1280, 1440, 1920])
 def test_an_object_taken_by_hand_stays_under_the_pointer(studio, browser, width):
     open_page(browser, studio.address, width)
     browser.find_element("xpath", "//button[text()='By hand']").click()
     wait_for(browser, "app.root.dataset.mode == 'hand' && app.status == 'exact'")
-    ask(browser, "(app.play(false), app.seek(0))")
-    time.sleep(0.3)
+    stop_at(browser, 0)
     x, y, scale = ask(browser, PLACE)
     y -= scale  # within the ball, whose foremost point is its place
     press(browser, "mousePressed", x, y)
@@ -124,8 +99,7 @@ def test_the_tour_puts_the_speed_beside_the_words_that_ask_for_it(studio, browse
 def test_the_first_demo_decides_within_a_quarter_of_a_second(studio, browser):
     open_page(browser, studio.address)
     wait_for(browser, "app.studies.A && app.records.A.reading")
-    ask(browser, "(app.play(false), app.seek(250))")
-    time.sleep(0.3)
+    stop_at(browser, 250)
     said = browser.find_element("css selector", ".verdict-panel .verdict").text
     kind, decided = re.match(r"(\w+)\s+[\d.]+ · decided (\d+) ms", said).groups()
     assert kind == ask(browser, "app.store.state.touch.kind") and int(decided) < 250

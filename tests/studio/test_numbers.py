@@ -17,7 +17,8 @@ from feeler.studio import Studio, study
 from feeler.tensors.scaling import rectify, scale_common
 from feeler.wall import FOLLOWING, calibrate, follow, make_turn
 
-APP = "const app = document.getElementById('studio').studio; "
+from ._page import APP
+
 LISTEN = """const plain = CanvasRenderingContext2D.prototype;
 const keep = {
     clearRect(c) { Object.assign(c.canvas, { texts: [], inks: [], strokes: [], rects: [] }); },
