@@ -143,6 +143,15 @@ def test_first_interrupt_finishes_what_runs():
     assert len(out.splitlines()) < 12
 
 
+def test_what_runs_for_long_is_not_waited_for_after_the_first_interrupt():
+    process = start(function="_tasks.nap", item="1e4", executor="ProcessExecutor(2)")
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (0, "interrupted\n"), err
+    assert "which have 2 s" in err
+
+
 def test_two_interrupts_with_threads_inside_an_engine_end_without_a_crash():
     process = start(function="_tasks.step_mujoco", item="1.0", executor="ThreadExecutor(2)")
     time.sleep(0.5)

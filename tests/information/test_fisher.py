@@ -33,6 +33,9 @@ def test_what_cannot_be_told_has_no_bound():
     assert np.isinf(compute_bounds(compute_fisher(np.array([[1.0], [0.0]]), 1.0))[1])
     with pytest.raises(InvalidInput, match="finite"):
         compute_fisher(np.array([[np.nan]]), 1.0)
+    for sd in (1e308, 1e-200, np.inf):
+        with pytest.raises(InvalidInput, match="sd must be"):
+            compute_fisher(np.array([[1.0]]), sd)
 
 
 def test_parameters_move_a_touch_by_millimetres_and_per_cent():

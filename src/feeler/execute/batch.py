@@ -5,10 +5,11 @@ understood.
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from types import FrameType
 from typing import Any, Protocol
 
@@ -19,6 +20,7 @@ from feeler.execute.threads import ThreadExecutor
 
 RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
 _WINDOW = 2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
+_GRACE = 2.0  # [C] s that a trial has to end after Ctrl-C: a person should not wait longer
 UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they have
 
 
@@ -56,8 +58,8 @@ def run_batch(
 
     A crashed worker or a lack of memory costs its item one of ``retries``; every other error is the
     item's outcome and the batch goes on. At most ``window`` items are in flight (default two per
-    worker), so results cannot pile up. The first Ctrl-C hands out nothing more, waits for what is
-    running and then raises KeyboardInterrupt; the second stops at once.
+    worker), so results cannot pile up. The first Ctrl-C hands out nothing more, waits 2 s at most
+    for what is running and then raises KeyboardInterrupt; the second stops at once.
 
     Parameters
     ----------
@@ -77,7 +79,7 @@ def run_batch(
     chosen: Any = executor or own
     batch = _Batch(function, chosen, retries)
     try:
-        with _Interrupt(on_first=batch.cancel, on_second=batch.stop) as interrupt:
+        with _Interrupt(on_first=batch.call_back, on_second=batch.stop) as interrupt:
             yield from batch.run(iter(items), window or _window(chosen), interrupt)
             if interrupt.asked:
                 raise KeyboardInterrupt
@@ -121,9 +123,20 @@ class _Batch:
                     self._submit(*following, 0)
             more = more and not interrupt.asked
             if self.flying:
-                outcome = self._settle(*self.done.get())
+                outcome = self._settle(*self._wait(interrupt))
                 if outcome is not None:
                     yield outcome
+
+    def _wait(self, interrupt: "_Interrupt") -> tuple[int, Any]:
+        """The number of the next finished item and its future; after Ctrl-C, for a while only."""
+        finished = None
+        while finished is None:
+            try:
+                finished = self.done.get(timeout=interrupt.find_left())
+            except Empty:
+                self.stop()
+                raise KeyboardInterrupt from None
+        return finished
 
     def _submit(self, index: int, item: Any, failures: int) -> None:
         future = self.executor.submit(self.function, item)
@@ -151,6 +164,11 @@ class _Batch:
             if isinstance(future, Future):  # a Dask future would also stop what is running
                 future.cancel()
 
+    def call_back(self) -> None:
+        """Call back what has not started, and let the batch see that it was asked to end."""
+        self.cancel()
+        self.done.put(None)
+
     def stop(self) -> None:
         """End workers at once, where the executor can."""
         self.cancel()
@@ -167,6 +185,7 @@ class _Interrupt:
 
     def __init__(self, on_first: Callable[[], None], on_second: Callable[[], None]) -> None:
         self.asked = False
+        self._end = 0.0
         self._on_first, self._on_second = on_first, on_second
         self._before: Any = None
 
@@ -179,14 +198,20 @@ class _Interrupt:
         if self._before is not None:
             signal.signal(signal.SIGINT, self._before)
 
+    def find_left(self) -> float | None:
+        """How long [s] a running item may still take; None: as long as it likes."""
+        return max(0.0, self._end - time.monotonic()) if self.asked else None
+
     def _handle(self, _number: int, _frame: FrameType | None) -> None:
         if self.asked:
             self._on_second()
             raise KeyboardInterrupt
+        self._end = time.monotonic() + _GRACE
         self.asked = True
         self._on_first()
         print(
-            "\nstopping after the trials that are running; press Ctrl-C again to stop at once",
+            "\nstopping after the trials that are running, which have"
+            f" {_GRACE:g} s; press Ctrl-C again to stop at once",
             file=sys.stderr,
         )
 

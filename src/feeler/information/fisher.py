@@ -25,6 +25,10 @@ def compute_fisher(
     """
     if np.size(derivatives) == 0:
         raise InvalidInput("derivatives must be of one parameter or more, and of some entries.")
+    if not 1e-150 < sd < 1e150:
+        raise InvalidInput(
+            f"sd must be above 1e-150 and below 1e150, whose squares are numbers, got {sd:g}."
+        )
     flat = np.asarray(derivatives, dtype=float).reshape(len(derivatives), -1)
     if not np.isfinite(flat).all():
         raise InvalidInput(
