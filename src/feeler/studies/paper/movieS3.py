@@ -33,6 +33,8 @@ from feeler.wall import Course, WallTouch, find_peak
 from feeler.wall.following import Run, Watch, follow
 
 APPROACH_SLOWER, FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
+_CURVATURE = "curvature beyond rest [1/mm]"
+_SHOWN = 0.95  # [C] of bends lie within the colours; one sharp bend would leave all others white
 MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}
 
 
@@ -40,22 +42,17 @@ def _write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS
     """A wall comes nearer: one panel per antenna, from above, the body's base at the origin."""
     time = next(iter(touches.values())).motions[0].time
     frames = choose_frames(time, slower=APPROACH_SLOWER, fps=fps)
-    bends = [touch.motions[0].angle - touch.antenna.rest_angle for touch in touches.values()]
-    top = max(
-        float(np.abs(bend / touch.antenna.segment_length).max())
-        for bend, touch in zip(bends, touches.values(), strict=True)
-    )
     with style():
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         axes = np.atleast_1d(figure.subplots(1, len(touches), sharey=True))
-        norm = Normalize(-top, top)
+        norm = _scale(*(_find_curvature(touch) for touch in touches.values()))
         panels = [
             _Panel(name, touch, ax, norm)
             for (name, touch), ax in zip(touches.items(), axes, strict=True)
         ]
         axes[0].set_ylabel("y [mm]")
         figure.colorbar(
-            panels[0].antenna.colours, ax=axes, label="curvature beyond rest [1/mm]", shrink=0.8
+            panels[0].antenna.colours, ax=axes, label=_CURVATURE, shrink=0.8, extend="both"
         )
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")
         away = next(iter(touches.values())).distance[0]
@@ -72,11 +69,22 @@ def _write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS
         return write_movie(path, figure, draw, len(frames), fps)
 
 
+def _find_curvature(touch: WallTouch) -> np.ndarray:
+    """Of each hinge beyond rest (time, segment) [1/mm]."""
+    return (touch.motions[0].angle - touch.antenna.rest_angle) / touch.antenna.segment_length
+
+
+def _scale(*curvature: np.ndarray) -> Normalize:
+    bent = np.abs(np.concatenate([one.ravel() for one in curvature]))
+    top = float(np.quantile(bent[bent > 0], _SHOWN))
+    return Normalize(-top, top)
+
+
 class _Panel:
     def __init__(self, name: str, touch: WallTouch, ax: Axes, norm: Normalize) -> None:
         self.touch, self.points, self.sign = touch, touch.points[0], touch.posture.sign
         bend = touch.motions[0].angle - touch.antenna.rest_angle
-        self.curvature = bend / touch.antenna.segment_length
+        self.curvature = _find_curvature(touch)
         self.peak = np.where(touch.contact[0], find_peak(touch.antenna, bend).position, np.nan)
         self.arc = np.append(touch.antenna.hinge_position, touch.antenna.length)
         self.antenna = MovingAntenna(touch.antenna, ax, norm, "RdBu_r")
@@ -115,13 +123,12 @@ def _write_following(
     with style():
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.4))
-        norm = Normalize(-(top := float(np.abs(curvature).max())), top)
         behind = np.array([100.0, 0.0])
         left.add_patch(
             Polygon(np.vstack([course.line, course.line[::-1] + behind]), color=OBJECT_COLOUR, lw=0)
         )
         left.plot(*run.body[:, :2].T, lw=0.6, color="#999999", label="path of the body")
-        shown = MovingAntenna(antenna, left, norm, "RdBu_r")
+        shown = MovingAntenna(antenna, left, _scale(curvature), "RdBu_r")
         (body,) = left.plot([], [], "s", ms=5, color="#1b1f24", zorder=6, label="body")
         reach = 1.2 * antenna.length
         middle = (run.body[:, :2].min(axis=0) + run.body[:, :2].max(axis=0)) / 2
@@ -132,7 +139,7 @@ def _write_following(
         )
         left.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
         left.legend(loc="lower left")
-        figure.colorbar(shown.colours, ax=left, label="curvature beyond rest [1/mm]", shrink=0.8)
+        figure.colorbar(shown.colours, ax=left, label=_CURVATURE, shrink=0.8, extend="both")
         (true,) = right.plot([], [], color="#1b1f24", label="true distance")
         (felt,) = right.plot(
             [], [], ".", ms=2, color=PALETTE[0], label="felt, from the point of greatest curvature"
@@ -171,8 +178,8 @@ def show(context: Context, section: Section) -> None:
     )
     section.movie(
         path,
-        f"A wall (green) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
-        " colours: curvature beyond rest, on one scale; red: the point of greatest bend while in"
+        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        " colours: curvature beyond rest, on one scale, which 5 % of bends exceed; red: the point of greatest bend while in"
         " contact. (Movie S3)",
     )
     if context.effort.followers != 0:
