@@ -2,6 +2,7 @@
 
 import logging
 import multiprocessing
+import sys
 import threading
 import time
 import warnings
@@ -10,6 +11,7 @@ from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from importlib.util import find_spec
+from multiprocessing import resource_tracker
 from typing import Any
 
 from feeler.checked import checked
@@ -162,6 +164,7 @@ def _start_here(n: int) -> Any:
 
     # processes set their own log up, which would show what they meet while they are closed
     dask.config.set({f"{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED": "critical"})
+    _track_in_silence()
     for left in reversed(range(OPENINGS)):
         try:
             with uninterrupted():  # Ctrl-C is this process's business
@@ -175,6 +178,13 @@ def _start_here(n: int) -> Any:
                     " have run out of memory: use fewer. What is finished is in the store."
                 ) from error
     raise AssertionError("unreachable")
+
+
+def _track_in_silence() -> None:
+    """Python's tracker removes semaphores of processes that were ended, and need not tell of it."""
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    resource_tracker.ensure_running()
+    sys.warnoptions.pop()
 
 
 @contextmanager
