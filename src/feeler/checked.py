@@ -28,18 +28,18 @@ from annotated_types import Len
 from feeler.errors import InvalidInput, OutOfMemory
 from feeler.rules import OneOf
 
-Test = Callable[[Any], bool]
+_Test = Callable[[Any], bool]
 F = TypeVar("F", bound=Callable)
-ITEMS = 1000  # of a long sequence, the first so many are looked at
+_ITEMS = 1000  # of a long sequence, the first so many are looked at
 _LONGEST = 255  # bytes of a file's name on all usual systems
-MAX_BITS = 128  # of a whole number: seeds of NumPy have as many
+_MAX_BITS = 128  # of a whole number: seeds of NumPy have as many
 _PLAIN = {
     float: ("a number", (int, float, np.integer, np.floating)),
     int: ("a whole number", (int, np.integer)),
     bool: ("True or False", (bool, np.bool_)),
     str: ("text", (str,)),
 }
-LISTS = (
+_LISTS = (
     list,
     tuple,
     set,
@@ -72,7 +72,7 @@ def _wrap(function: F, name: str) -> F:
     ]
 
     @functools.cache
-    def find_tests() -> dict[str, tuple[Test, str]]:
+    def find_tests() -> dict[str, tuple[_Test, str]]:
         """Resolved at the first call, when the modules that annotations name are there."""
         hints = _resolve(function)
         named = {
@@ -121,7 +121,7 @@ def _resolve(function: Callable) -> dict[str, Any]:
     return {key: hint for key, hint in hints.items() if key != "return"}
 
 
-def _make_test(hint: Any) -> tuple[Test, str]:
+def _make_test(hint: Any) -> tuple[_Test, str]:
     """Whether a value fits an annotation, and its words; what is not understood fits."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
@@ -140,7 +140,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
             lambda value: (
                 isinstance(value, kinds)
                 and (hint is bool or not isinstance(value, bool))
-                and not (isinstance(value, int) and value.bit_length() > MAX_BITS)
+                and not (isinstance(value, int) and value.bit_length() > _MAX_BITS)
             )
         ), words
     if hint is np.ndarray:
@@ -156,7 +156,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
         return (lambda value: test(value) and len(value) >= least), f"{words}, {least} or more"
     if origin is Literal:
         return (lambda value: isinstance(value, str) and value in inner), str(OneOf(inner))
-    if (origin or hint) in LISTS:
+    if (origin or hint) in _LISTS:
         return _make_list_test(origin, inner)
     if origin is collections.abc.Callable or hint is Callable:
         return callable, "something to call"
@@ -170,7 +170,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
     return (lambda value: isinstance(value, kind)), _say(kind)
 
 
-def _make_protocol_test(kind: type) -> tuple[Test, str]:
+def _make_protocol_test(kind: type) -> tuple[_Test, str]:
     """Something that has what a protocol asks for; a class has it not yet."""
     named = {name for name in {*vars(kind), *kind.__annotations__} if not name.startswith("_")}
     words = f"something with {', '.join(sorted(named))}" if named else "anything"
@@ -181,20 +181,20 @@ def _make_protocol_test(kind: type) -> tuple[Test, str]:
     ), words
 
 
-def _make_mapping_test(kind: type, inner: tuple) -> tuple[Test, str]:
+def _make_mapping_test(kind: type, inner: tuple) -> tuple[_Test, str]:
     """A mapping whose keys and values are what it says."""
     (fits_key, key), (fits_value, value) = map(_make_test, inner)
 
     def test(given: Any) -> bool:
         return isinstance(given, collections.abc.Mapping) and all(
             fits_key(name) and fits_value(item)
-            for name, item in itertools.islice(given.items(), ITEMS)
+            for name, item in itertools.islice(given.items(), _ITEMS)
         )
 
     return test, f"a mapping of {key} to {value}"
 
 
-def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
+def _make_closer_test(hint: Any, more: str) -> tuple[_Test, str]:
     """An array of named dimensions, or a finite number in a range."""
     if hint is np.ndarray:
         dims = more.split()
@@ -239,7 +239,7 @@ def _check_sizes(name: str, dims: dict[str, list[str]], given: dict[str, Any]) -
                 raise InvalidInput(f"{name}: {who} must have {both}, got {same} and {size}.")
 
 
-def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
+def _make_list_test(origin: Any, inner: tuple) -> tuple[_Test, str]:
     fixed = origin is tuple and Ellipsis not in inner and bool(inner)
     items = [_make_test(item) for item in inner if item is not Ellipsis]
     # of a library's or of our own class, which no array of numbers holds
@@ -266,7 +266,7 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
                 t(item) for (t, _), item in zip(items, value, strict=True)
             )
         return not items or all(
-            items[0][0](item) for _, item in zip(range(ITEMS), value, strict=False)
+            items[0][0](item) for _, item in zip(range(_ITEMS), value, strict=False)
         )
 
     return test, words

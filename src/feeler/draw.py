@@ -9,7 +9,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.rules import show
 
-MAX_DRAWN = 100_000_000
+_MAX_DRAWN = 100_000_000
 
 
 @checked
@@ -41,8 +41,8 @@ of scipy.stats.
 
 def check_count(n: object) -> int:
     """How many are to be drawn."""
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= MAX_DRAWN:
-        raise InvalidInput(f"n must be a whole number from 1 to {MAX_DRAWN:,}, got {n!r}.")
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= _MAX_DRAWN:
+        raise InvalidInput(f"n must be a whole number from 1 to {_MAX_DRAWN:,}, got {n!r}.")
     return int(n)
 
 

@@ -16,7 +16,7 @@ from feeler.provenance import make_plain, write_plain
 
 _MAX_BYTES = 256 * 2**20  # [C] a million antennas
 _REMEDY = "Free some space and run the same command again; it goes on from what is kept."
-FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
+_FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
 
 
 class Journal:
@@ -142,7 +142,7 @@ def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any],
     if not raw:
         return {}, 0
     first, *lines = raw[:whole].splitlines() or [b""]
-    found = FIRST_LINE.fullmatch(first)
+    found = _FIRST_LINE.fullmatch(first)
     if found is None:
         raise InvalidInput(f"{path} is no journal of a {of}. Name another; it is left as it is.")
     if found[1].decode() != key:
@@ -164,7 +164,7 @@ def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any],
 
 def _make_first_line(key: str) -> bytes:
     line = json.dumps({"key": key}).encode()
-    if not FIRST_LINE.fullmatch(line):
+    if not _FIRST_LINE.fullmatch(line):
         raise InvalidInput(f"a journal's key must be 1 to 16 hexadecimal digits, got {key!r}.")
     return line + b"\n"
 

@@ -22,7 +22,7 @@ from feeler.errors import InvalidInput, StoreError
 LICENCE = (  # of data made by simulation; change it in the file's attributes if yours is another
     "CC0-1.0"
 )
-PACKAGES = (
+_PACKAGES = (
     "feeler",
     "mujoco",
     "numpy",
@@ -46,7 +46,7 @@ _LOADED = tick()  # s; a file changed later is not the code that runs
 @cache
 def list_versions() -> dict[str, str]:
     """Versions of Python and of the packages that can change a number."""
-    return {"python": platform.python_version(), **{name: find_version(name) for name in PACKAGES}}
+    return {"python": platform.python_version(), **{name: find_version(name) for name in _PACKAGES}}
 
 
 def describe_versions() -> str:

@@ -26,14 +26,14 @@ from typing import Any
 SOURCE = Path(__file__).parent
 _FOUND = ".json"  # results of feeler's own, kept beside the module that shows them
 _DATA = (".toml", ".csv", ".npz", ".safetensors", _FOUND)  # files that hold numbers
-HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
+_HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
 
-Wanted = tuple[str, str | None]
+_Wanted = tuple[str, str | None]
 """An import: the module, and the name taken from it (None: the module itself)."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Module:
+class _Module:
     """What one file of Python says that matters here.
 
     Attributes
@@ -52,17 +52,17 @@ class Module:
 
     path: str
     digest: str
-    imports: tuple[Wanted, ...]
-    names: dict[str, Wanted]
+    imports: tuple[_Wanted, ...]
+    names: dict[str, _Wanted]
     texts: tuple[str, ...]
     packages: tuple[str, ...]
 
 
-Find = Callable[[str], Path | None]
-Read = Callable[[str, Path], Module]
+_Find = Callable[[str], Path | None]
+_Read = Callable[[str, Path], _Module]
 
 
-def find_modules(*modules: str) -> dict[str, Module]:
+def find_modules(*modules: str) -> dict[str, _Module]:
     """The modules themselves and, by their full names, all own modules that they import, directly
     or through others.
 
@@ -79,7 +79,7 @@ def find_modules(*modules: str) -> dict[str, Module]:
         return top in tops or any((folder / f"{top}.py").is_file() for folder in folders)
 
     find, read = cache(_find_file), cache(_read_module)  # a hundred modules import the same dozen
-    found: dict[str, Module] = {}
+    found: dict[str, _Module] = {}
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
@@ -91,7 +91,7 @@ def find_modules(*modules: str) -> dict[str, Module]:
     return dict(sorted(found.items()))
 
 
-def find_data(modules: dict[str, Module]) -> set[Path]:
+def find_data(modules: dict[str, _Module]) -> set[Path]:
     """Data files that modules name: by the whole name wherever they lie, with something filled in
     if beside them or below. A kept result counts in its own folder alone: many share a name.
     """
@@ -129,7 +129,7 @@ def _find_file(module: str) -> Path | None:
     return Path(spec.origin) if spec and spec.origin and spec.origin.endswith(".py") else None
 
 
-def _read_module(name: str, path: Path) -> Module:
+def _read_module(name: str, path: Path) -> _Module:
     """Read one file, or what was noted of it when it was last read."""
     now, notes = path.stat(), _open_notes(SOURCE)
     stamp = [now.st_mtime_ns, now.st_size]
@@ -140,7 +140,7 @@ def _read_module(name: str, path: Path) -> Module:
 
 
 def resolve(
-    module: str, name: str | None, find: Find = _find_file, read: Read = _read_module
+    module: str, name: str | None, find: _Find = _find_file, read: _Read = _read_module
 ) -> str:
     """The module that defines what ``from module import name`` gives."""
     path = find(module)
@@ -152,14 +152,14 @@ def resolve(
     return inner if find(inner) else module
 
 
-def parse_module(name: str, path: Path) -> Module:
+def parse_module(name: str, path: Path) -> _Module:
     """Read one file; texts that stand alone are documentation."""
     tree = _parse(path.read_bytes())
     room = path.name == "__init__.py"
     package = name if room else name.rpartition(".")[0]
     texts: set[str] = set()
-    names: dict[str, Wanted] = {}
-    imports: list[Wanted] = []
+    names: dict[str, _Wanted] = {}
+    imports: list[_Wanted] = []
     idle: set[ast.AST] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
@@ -182,13 +182,13 @@ def parse_module(name: str, path: Path) -> Module:
                     for part in node.values
                 )
             )
-    imports += [(home[1], None) for text in sorted(texts) if (home := HOME.fullmatch(text))]
+    imports += [(home[1], None) for text in sorted(texts) if (home := _HOME.fullmatch(text))]
     tops = {module.partition(".")[0] for module, _ in imports} - {
         "feeler",
         "",
         name.partition(".")[0],
     }
-    return Module(
+    return _Module(
         path=str(path),
         digest=compute_hash(ast.dump(tree).encode()),
         imports=tuple(dict.fromkeys(imports)),
@@ -220,7 +220,7 @@ def _is_text(line: ast.AST) -> bool:
     )
 
 
-def _read_import(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[Wanted]:
+def _read_import(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[_Wanted]:
     for alias in node.names:
         if isinstance(node, ast.Import):
             yield alias.name, None
@@ -250,7 +250,7 @@ def _open_notes(source: Path) -> dict[str, Any]:
             notes[name] = [
                 path,
                 stamp,
-                Module(imports=pairs, names=names, texts=texts, packages=packages, **said),
+                _Module(imports=pairs, names=names, texts=texts, packages=packages, **said),
             ]
     atexit.register(_write_notes, file, notes)
     return notes

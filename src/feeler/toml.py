@@ -23,7 +23,7 @@ from feeler.record import Record
 _MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
 # characters; tomllib needs a second for the worst text of this length, and for longer ones hours
 _SMALL = 16_000
-IN_A_ROW = 5  # numbers of a long list in a line
+_IN_A_ROW = 5  # numbers of a long list in a line
 _R = TypeVar("_R", bound=Record)
 
 
@@ -151,10 +151,10 @@ def _write_value(value: Any) -> str:
         return f"{{{', '.join(given)}}}"
     if isinstance(value, list | tuple):
         texts = [_write_value(item) for item in value]
-        if len(texts) <= IN_A_ROW or all(isinstance(item, int) for item in value):
+        if len(texts) <= _IN_A_ROW or all(isinstance(item, int) for item in value):
             return f"[{', '.join(texts)}]"
-        starts = range(0, len(texts), IN_A_ROW)
-        rows = [f"  {', '.join(texts[start : start + IN_A_ROW])}," for start in starts]
+        starts = range(0, len(texts), _IN_A_ROW)
+        rows = [f"  {', '.join(texts[start : start + _IN_A_ROW])}," for start in starts]
         return "\n".join(["[", *rows, "]"])
     return repr(value)
 

@@ -15,7 +15,7 @@ from feeler.wall.following import BODY_LOST, FOLLOWING, RUN_SUBSTEP, make_course
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import Approach, approach
 
-STARTS = (9.0, 10.5, 12.0, 13.5, 15.0)  # [C] mm from the wall
+_STARTS = (9.0, 10.5, 12.0, 13.5, 15.0)  # [C] mm from the wall
 
 
 def _make_courses() -> tuple[Course, ...]:
@@ -45,7 +45,7 @@ class FollowTask(ActiveTask):
 
     distance: Annotated[float, Gt(0), Unit("mm")] = 12.0
     courses: tuple[Course, ...] = field(default_factory=_make_courses)
-    starts: tuple[float, ...] = STARTS
+    starts: tuple[float, ...] = _STARTS
     posture: Posture = FOLLOWING
 
     def _check(self) -> None:

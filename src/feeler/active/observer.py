@@ -27,7 +27,7 @@ PERIOD = 5.0  # [C] ms between two decisions
 _TOGETHER = 32  # [C] episodes whose prospects are weighed at a time
 _DRAWS = 8  # [C] pairs of drawn noise of a look ahead
 _LEAST = 1e-6  # rad; noise of which a sample has less is weighed, and drawn, as this
-Look = Callable[[Arena], None]
+_Look = Callable[[Arena], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -159,7 +159,7 @@ class Observer:
         duration: float | None = None,
         *,
         touches: Sequence[int] | None = None,
-        watch: tuple[int, Look] | None = None,
+        watch: tuple[int, _Look] | None = None,
     ) -> Episodes:
         """Let bodies feel each touch ``copies`` times, moving by a policy.
 
@@ -270,7 +270,7 @@ class Observer:
         )
 
     def _move(
-        self, speed: float, ms: float, seen: Look | None = None
+        self, speed: float, ms: float, seen: _Look | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Go on; what each touch feels like (touch, sample, sensor), and whether it has begun."""
         action, felt = np.tile([speed, 0.0], (len(self.starts), 1)), []

@@ -25,7 +25,7 @@ _PEAK = 0.06  # rad; where the colours end [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Film:
+class _Film:
     """What one episode looked like, a row per millisecond.
 
     Attributes
@@ -95,7 +95,7 @@ def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
 
 
 def write_film(
-    film: Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None
+    film: _Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None
 ) -> Path:
     """The movie of an episode: the antenna and the object, the body's speed, and what it
     believes.
@@ -135,7 +135,7 @@ def write_film(
 @checked
 def film_policy(
     observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None
-) -> Film:
+) -> _Film:
     """What a body does that feels touch number ``touch`` and moves by a policy."""
     frames: list[tuple[Any, ...]] = []
 
@@ -151,7 +151,7 @@ def film_policy(
     labels = tuple(
         f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features
     )
-    return Film(
+    return _Film(
         scene=observer.starts[touch].scene,
         time=1.0 + np.arange(len(frames)),
         points=points,

@@ -17,12 +17,12 @@ MAX_SEGMENTS = 1000
 HINGE = ("stiffness", "damping", "rest_angle")
 """What a hinge has, in space once for each plane."""
 _QUANTITIES = ("segment_mass", "radius", *HINGE)
-N_SENSORS = 56  # [P] recorded points along the flagellum
+_N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
 @checked
 def make_even_sensors(
-    n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = N_SENSORS
+    n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = _N_SENSORS
 ) -> np.ndarray:
     """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are
     fewer [C].

@@ -10,8 +10,8 @@ from feeler.antenna.formula import evaluate
 from feeler.errors import Doubtful, InvalidInput
 from feeler.rules import show
 
-DENSITIES = (1e-4, 2e-2)  # [C] g/mm3; beams outside are warned of
-MODULI = (1e-1, 1e6)  # [C] MPa; from resilin to diamond
+_DENSITIES = (1e-4, 2e-2)  # [C] g/mm3; beams outside are warned of
+_MODULI = (1e-1, 1e6)  # [C] MPa; from resilin to diamond
 
 Along = float | str | Callable[[np.ndarray], Any]
 """One number, or a formula or function of the place x along the length (0 base, 1 tip)."""
@@ -52,8 +52,8 @@ def compute_beam(
         moment = _at("width", width, hinge) * _at("thickness", thickness, hinge) ** 3 / 12
         half = _at("thickness", thickness, middle) / 2
     firm, heavy = _at("modulus", modulus, hinge), _at("density", density, middle)
-    _doubt("density", heavy, DENSITIES, "g/mm3 (water: 1e-3)")
-    _doubt("modulus", firm, MODULI, "MPa (cuticle: some 1e3)")
+    _doubt("density", heavy, _DENSITIES, "g/mm3 (water: 1e-3)")
+    _doubt("modulus", firm, _MODULI, "MPa (cuticle: some 1e3)")
     stiffness = firm * moment / size
     stiffness[0] *= (
         2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves

@@ -65,7 +65,7 @@ FACTS: dict[str, Fact] = {
     "constant_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
 }
 
-SENSOR_PLACEMENTS = ("even", "distal", "all")
+_SENSOR_PLACEMENTS = ("even", "distal", "all")
 PROFILE_NAMES = ("exponential", "linear", "constant", "matched")
 
 
@@ -185,7 +185,7 @@ def _sensors(placement: str, n: int) -> np.ndarray:
     if placement == "all":
         return np.arange(1, n + 1)
     raise InvalidInput(
-        f"unknown sensor placement {placement!r}; valid: {', '.join(SENSOR_PLACEMENTS)}."
+        f"unknown sensor placement {placement!r}; valid: {', '.join(_SENSOR_PLACEMENTS)}."
     )
 
 

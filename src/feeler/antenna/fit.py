@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from feeler.antenna.profile import Sigmoid
 from feeler.errors import InvalidInput
 
-MIN_SEGMENTS = 8
+_MIN_SEGMENTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,9 +85,9 @@ def _make(p: np.ndarray) -> Sigmoid:
 
 
 def _check(values: np.ndarray, number: int) -> np.ndarray:
-    if values.ndim != 1 or values.size < MIN_SEGMENTS:
+    if values.ndim != 1 or values.size < _MIN_SEGMENTS:
         raise InvalidInput(
-            f"antenna {number} needs a row of at least {MIN_SEGMENTS} lengths, got shape"
+            f"antenna {number} needs a row of at least {_MIN_SEGMENTS} lengths, got shape"
             f" {values.shape}."
         )
     if not (np.isfinite(values).all() and np.all(values > 0)):

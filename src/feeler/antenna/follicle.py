@@ -4,8 +4,8 @@ from typing import Annotated
 
 from feeler.record import Ge, Gt, Record, Unit
 
-Stiff = Annotated[float, Gt(0), Unit("N/mm")]
-Damp = Annotated[float, Ge(0), Unit("N·ms/mm")]
+_Stiff = Annotated[float, Gt(0), Unit("N/mm")]
+_Damp = Annotated[float, Ge(0), Unit("N·ms/mm")]
 
 
 class Follicle(Record):
@@ -23,5 +23,5 @@ class Follicle(Record):
         Likewise [N·ms/mm], ≥ 0.
     """
 
-    stiffness: tuple[Stiff, Stiff, Stiff]
-    damping: tuple[Damp, Damp, Damp] = (0.0, 0.0, 0.0)
+    stiffness: tuple[_Stiff, _Stiff, _Stiff]
+    damping: tuple[_Damp, _Damp, _Damp] = (0.0, 0.0, 0.0)

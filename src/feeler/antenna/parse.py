@@ -20,7 +20,7 @@ from feeler.record import Record
 from feeler.toml import parse_toml
 
 ANTENNA_SCHEMA = "feeler.antenna/1"
-MAX_NAME, MAX_NOTE = 200, 2000  # [C] characters
+_MAX_NAME, _MAX_NOTE = 200, 2000  # [C] characters
 FILE_UNITS: dict[str, dict[str, float]] = {
     "segment_length": {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3},
     "segment_mass": {"g": 1.0, "kg": 1e3, "mg": 1e-3, "µg": 1e-6},
@@ -229,7 +229,7 @@ class _Reader:
         return value
 
     def text(self, table: str, key: str, value: Any) -> str:
-        most = MAX_NAME if key == "name" else MAX_NOTE
+        most = _MAX_NAME if key == "name" else _MAX_NOTE
         if not isinstance(value, str) or len(value) > most:
             self.fail(
                 table, key, f"must be a text of at most {most} characters, got {str(value)[:40]!r}"

@@ -32,7 +32,7 @@ _DAMPING_RATIO = 0.14  # [B+C]
 FOLLICLE = Follicle(stiffness=(0.03, 0.03, 0.03), damping=(0.03, 0.03, 0.03))  # [C]
 
 
-class Whisker(NamedTuple):
+class _Whisker(NamedTuple):
     """A whisker, and where on the head it stands.
 
     Attributes
@@ -54,7 +54,7 @@ def rat_whiskers(
     *,
     n_segments: Annotated[int, "> 0"] = 20,
     follicle: Follicle | None = None,
-) -> dict[str, Whisker]:
+) -> dict[str, _Whisker]:
     """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost.
 
     ``follicle`` holds each of them, such as :data:`feeler.antenna.rat.FOLLICLE`, which is a choice;
@@ -64,7 +64,7 @@ def rat_whiskers(
     if follicle is None:
         return made
     return {
-        name: Whisker(antenna.replace(follicle=follicle), pose)
+        name: _Whisker(antenna.replace(follicle=follicle), pose)
         for name, (antenna, pose) in made.items()
     }
 
@@ -78,7 +78,7 @@ def _read_rows() -> tuple[dict, ...]:
     return tuple(row | {"name": name} for row, name in zip(rows, names, strict=True))
 
 
-def _make(row: dict, left: bool, n_segments: int) -> Whisker:
+def _make(row: dict, left: bool, n_segments: int) -> _Whisker:
     length, k, column = row["length"], row["row"], row["column"]
     base = 0.5 * (0.041 + 0.002 * length + 0.011 * k - 0.0039 * column)
     slope = 0.0012 + 0.00017 * k - 0.000066 * column + 0.00011 * column**2
@@ -98,7 +98,7 @@ def _make(row: dict, left: bool, n_segments: int) -> Whisker:
         name=f"rat {row['name']}",
     )
     share = _DAMPING_RATIO / compute_modes(antenna, 1).damping_ratio[0]
-    return Whisker(antenna.replace(damping=antenna.damping * share), _stand(row, left))
+    return _Whisker(antenna.replace(damping=antenna.damping * share), _stand(row, left))
 
 
 def _bend(arc: float, length: float, n: int) -> np.ndarray:

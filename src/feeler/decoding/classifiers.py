@@ -14,7 +14,7 @@ from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.reader import Reader
 from feeler.tensors.scaling import label_like
 
-N_COMPONENTS = 30  # [P] "selected the first 30 features"
+_N_COMPONENTS = 30  # [P] "selected the first 30 features"
 
 
 class _FlatPipeline(Reader, Pipeline):
@@ -47,7 +47,7 @@ class _FlatPipeline(Reader, Pipeline):
 
 
 @checked
-def make_lda(n_components: int | None = N_COMPONENTS) -> _FlatPipeline:
+def make_lda(n_components: int | None = _N_COMPONENTS) -> _FlatPipeline:
     """Principal components, then linear discriminant analysis: the paper's classifier.
 
     Parameters
@@ -64,12 +64,12 @@ def make_lda(n_components: int | None = N_COMPONENTS) -> _FlatPipeline:
 
 def make_fitting_lda(n_trials: int, n_copies: int) -> _FlatPipeline:
     """``make_lda`` with as many of the 30 components as ``n_copies`` of ``n_trials`` can give."""
-    return make_lda(min(N_COMPONENTS, n_trials * n_copies - 1))
+    return make_lda(min(_N_COMPONENTS, n_trials * n_copies - 1))
 
 
 @checked
 def make_svm(
-    n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0
+    n_components: int | None = _N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0
 ) -> _FlatPipeline:
     """Principal components, one scale, one-vs-one support vector machine (the paper's, for robots).
 

@@ -28,14 +28,14 @@ tensors themselves.
 """
 
 
-class Coder(Protocol):
+class _Coder(Protocol):
     """What has learned bases."""
 
     def transform(self, tensors: Any, /, code: str) -> Any:
         """Tensors in the bases that were learned."""
 
 
-class Encoder(Coder, Protocol):
+class _Encoder(_Coder, Protocol):
     """What makes codes of tensors: :class:`feeler.encoding.ConvolutiveNMF`, or one like it."""
 
     def fit(self, tensors: Any, /) -> Any:
@@ -44,7 +44,7 @@ class Encoder(Coder, Protocol):
 
 @checked
 def make_codes(
-    tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES
+    tensors: Any, encoder: _Encoder | None, kinds: Sequence[str] = CODES
 ) -> dict[str, Any]:
     """Every kind of code of the same tensors, after one fit of the bases.
 
@@ -73,7 +73,7 @@ def make_codes(
 
 @checked
 def encode_with(
-    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Coder | None, kind: str
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: _Coder | None, kind: str
 ) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":

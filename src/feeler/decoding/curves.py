@@ -16,7 +16,7 @@ from feeler.dispersion.index import check_tensors
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.scaling import label_like, rectify
 
-MAIN_NOISES = ("relative",)
+_MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
 
 
@@ -171,7 +171,7 @@ def compute_curves(
     sweeps: dict[Curve, Sweep] = {}
     for name, group in groups.items():
         for kind in kinds:
-            main = MAIN_NOISES if kind in ("joint", "raw") else ()
+            main = _MAIN_NOISES if kind in ("joint", "raw") else ()
             sweeps |= sweep({name: group.codes[kind]}, group.labels, kind, main)
         report(f"{name}: {len(kinds)} codes")
     # noise on tensors is no known noise of their codes

@@ -12,11 +12,11 @@ from feeler.rules import show
 Labels = Sequence[Any] | Annotated[np.ndarray, "trial ..."]
 """One class per trial."""
 # [P] six features (three shapes, two sizes) at five locations: 30 classes
-CLASS = ("feature", "size", "location")
+_CLASS = ("feature", "size", "location")
 
 
 @checked
-def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
+def make_labels(trials: Any, by: Sequence[str] = _CLASS) -> np.ndarray:
     """One readable label per trial, e.g. ``ball 1.5 0.5``.
 
     Parameters

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from feeler.record import Ge, Gt, Len, Record
 
-Count = Annotated[int, Ge(1)]
+_Count = Annotated[int, Ge(1)]
 
 
 class Plan(Record):
@@ -42,16 +42,16 @@ class Plan(Record):
     """
 
     ratios: Annotated[tuple[Annotated[float, Ge(0)], ...], Len(1)]
-    n_repeats: Count
-    control_repeats: Count | None = None
-    n_copies: Count = 10
-    other_copies: tuple[Count, ...] = (3, 30)
+    n_repeats: _Count
+    control_repeats: _Count | None = None
+    n_copies: _Count = 10
+    other_copies: tuple[_Count, ...] = (3, 30)
     other_kinds: tuple[str, ...] = ("joint", "sparse", "ridge", "raw")
     probe: Annotated[float, Gt(0)] = 0.2
-    other_repeats: Count = 1
-    before_copies: Count = 10
+    other_repeats: _Count = 1
+    before_copies: _Count = 10
     before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
-    n_restarts: Count = 3
-    null_iter: Count = 100
+    n_restarts: _Count = 3
+    null_iter: _Count = 100
     twins: Literal["all", "ends", "none"] = "all"

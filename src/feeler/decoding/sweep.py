@@ -22,12 +22,12 @@ from feeler.shown import Shown
 from feeler.task.noise import NOISES, Noise, parse_noise
 
 # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
-LEAST_RATIO = 1e-6
-RATIOS = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
+_LEAST_RATIO = 1e-6
+_RATIOS = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 N_COPIES = 10  # [C] not stated for LDA; 10 is the paper's number for the robot's SVM
-N_REPEATS = 10  # [P]
+_N_REPEATS = 10  # [P]
 
-Encode = Callable[[np.ndarray], np.ndarray]
+_Encode = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,12 +107,12 @@ def compute_sweep(
     codes: Any,
     labels: Labels,
     *,
-    ratios: Sequence[float] = RATIOS,
+    ratios: Sequence[float] = _RATIOS,
     n_copies: int = N_COPIES,
-    n_repeats: int = N_REPEATS,
+    n_repeats: int = _N_REPEATS,
     estimator: Any = "lda",
     noise: str | Noise = "relative",
-    encode: Encode | None = None,
+    encode: _Encode | None = None,
     held_out: tuple[Any, Labels] | None = None,
     rotate: bool = False,
     random_state: Annotated[int, "≥ 0"] = 0,
@@ -190,7 +190,7 @@ def compute_sweep(
     confusion = np.zeros((n_repeats, len(ratios), classes.size, classes.size), dtype=int)
     draw = partial(_draw_rotated, _span_all(sets)) if rotate else _draw_encoded
     noises = [
-        noise.replace(size=max(ratio, LEAST_RATIO) if ratio >= 0 else ratio) for ratio in ratios
+        noise.replace(size=max(ratio, _LEAST_RATIO) if ratio >= 0 else ratio) for ratio in ratios
     ]
 
     def run(r: int, seed: np.random.SeedSequence) -> None:
@@ -297,7 +297,7 @@ def _draw_rotated(coordinates, sets, noise, n_copies, encode, rng):
     )
 
 
-def _encode(codes: np.ndarray, encode: Encode | None) -> np.ndarray:
+def _encode(codes: np.ndarray, encode: _Encode | None) -> np.ndarray:
     return codes if encode is None else np.asarray(encode(codes))
 
 

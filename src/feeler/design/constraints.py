@@ -12,7 +12,7 @@ from feeler.design.space import list_bending
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record
 
-Positive = Annotated[float, Gt(0)]
+_Positive = Annotated[float, Gt(0)]
 
 
 class Constraints(Record):
@@ -39,15 +39,15 @@ class Constraints(Record):
         Greatest angle of a hinge in all touches [rad]; known only after they are simulated.
     """
 
-    damping_ratio: Positive | None = None
-    damping_share: Positive | None = None
+    damping_ratio: _Positive | None = None
+    damping_share: _Positive | None = None
     modes: Annotated[int, Ge(1)] = 6
-    mass: Positive | None = None
-    compliance: tuple[Positive, Positive] | None = None
-    softest: Positive | None = None
-    thickness: Positive | None = None
-    modulus: Positive = 2500.0
-    peak_angle: Positive | None = None
+    mass: _Positive | None = None
+    compliance: tuple[_Positive, _Positive] | None = None
+    softest: _Positive | None = None
+    thickness: _Positive | None = None
+    modulus: _Positive = 2500.0
+    peak_angle: _Positive | None = None
 
     def _check(self) -> None:
         if self.compliance is not None and self.compliance[0] > self.compliance[1]:

@@ -25,7 +25,7 @@ from feeler.files import ensure_folder, parse_json, read_bytes
 from feeler.provenance import compute_digest
 from feeler.shown import Shown
 
-JOURNAL, FINALS = "journal.jsonl", "finals.json"
+JOURNAL, _FINALS = "journal.jsonl", "finals.json"
 _MAX_BYTES = 2**20  # [C]
 
 
@@ -145,7 +145,7 @@ def carry_out(
         reference_test=score(plan.reference, plan.task, "test", **options),
         final=score(best, task, "final", **options),
         reference_final=score(plan.reference, plan.task, "final", **options),
-        looks=_count_looks(out / FINALS, task, best),
+        looks=_count_looks(out / _FINALS, task, best),
     )
     _keep(found, out)
     return found

@@ -21,9 +21,9 @@ from feeler.rules import show
 from feeler.tensors.formats import Format
 from feeler.toml import make_record, read_toml
 
-NO_CONSTRAINTS = Constraints()
-SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int, "aim": str}
-SCHEMA = "feeler.design/1"
+_NO_CONSTRAINTS = Constraints()
+_SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int, "aim": str}
+_SCHEMA = "feeler.design/1"
 TEMPLATE = """\
 # Which antenna should I build? Try it: feeler design {file} --out out/design
 schema = "feeler.design/1"
@@ -82,13 +82,13 @@ class DesignPlan(Record):
 
     task: DesignTask
     space: Space
-    constraints: Constraints = NO_CONSTRAINTS
+    constraints: Constraints = _NO_CONSTRAINTS
     search: dict[str, Any] = field(default_factory=dict)
 
     def _check(self) -> None:
         for key, value in self.search.items():
-            if type(value) is not SEARCH.get(key):
-                words = f"must be {SEARCH[key].__name__}" if key in SEARCH else "is not known"
+            if type(value) is not _SEARCH.get(key):
+                words = f"must be {_SEARCH[key].__name__}" if key in _SEARCH else "is not known"
                 raise InvalidInput(f"[search] {key} {words}, got {value!r}.")
         SEARCHES[self.search.get("method", "cma")]
 
@@ -109,7 +109,7 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
         the table.
     """
     path = Path(path)
-    content = read_toml(path, schema=SCHEMA)
+    content = read_toml(path, schema=_SCHEMA)
     name, space = str(content.pop("antenna", "exponential")), content.pop("space", {})
     if not isinstance(space, dict):
         raise InvalidInput(f"{path.name}: [space] must be a table, got {show(space)}.")

@@ -19,7 +19,7 @@ from feeler.journal import Journal
 from feeler.provenance import make_key
 
 FAR = 1e3  # [C] cost of what breaks a constraint, or diverges: more than any number of missing bits
-CLEAR = (
+_CLEAR = (
     0.02,
     0.99,
 )  # [C] shares of log₂ K outside which the reference says that there is nothing to search
@@ -155,13 +155,13 @@ def check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
     if aim == "accuracy":
         right = 1 - found.errors
         share, told = (right - chance) / (1 - chance), f"{right:.0%} right (chance {chance:.0%})"
-    if share < CLEAR[0]:
+    if share < _CLEAR[0]:
         raise InvalidInput(
             f"the reference tells {told}: nothing can be told in this noise, so that a search would"
             f" follow chance. Lower the noise (now {task.noise}), or give more time or larger"
             " objects."
         )
-    if share > CLEAR[1]:
+    if share > _CLEAR[1]:
         raise InvalidInput(
             f"the reference already tells {told}: nothing is left to gain. Raise the noise (now"
             f" {task.noise}), or give less time or more classes."

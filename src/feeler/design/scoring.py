@@ -44,7 +44,7 @@ from feeler.stimulus.trial import LEAD
 from feeler.task.noise import Common
 
 N_DRAWS = 32  # [C] pairs of drawn noise
-NOISE_SEED = 0
+_NOISE_SEED = 0
 
 
 @checked
@@ -203,7 +203,7 @@ def _read_angles(
     angles: np.ndarray, task: DesignTask, reader: Reader
 ) -> tuple[np.ndarray, np.ndarray]:
     """What :func:`decode` gives, by another reader."""
-    rng, model = np.random.default_rng(NOISE_SEED), clone(reader)
+    rng, model = np.random.default_rng(_NOISE_SEED), clone(reader)
     known, tests = (
         part.reshape(-1, *angles.shape[2:]) for part in np.split(angles, [task.train], axis=1)
     )
@@ -264,7 +264,7 @@ def _compute_logits(known: np.ndarray, tests: np.ndarray, sd: float) -> np.ndarr
 
 @lru_cache(maxsize=4)
 def _draw_units(entries: int) -> np.ndarray:
-    return np.random.default_rng(NOISE_SEED).standard_normal((N_DRAWS, entries))
+    return np.random.default_rng(_NOISE_SEED).standard_normal((N_DRAWS, entries))
 
 
 def estimate_error(values: np.ndarray) -> float:

@@ -20,8 +20,8 @@ from feeler.progress import Advance, show_progress
 from feeler.registry import Registry
 from feeler.shown import Shown
 
-STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
-TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all constraints
+_STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
+_TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all constraints
 
 
 @checked
@@ -50,9 +50,9 @@ class Optimum(Shown):
     seconds: float
 
 
-Method = Callable[[DesignProblem, np.ndarray, int, np.random.Generator], None]
+_Method = Callable[[DesignProblem, np.ndarray, int, np.random.Generator], None]
 """``method(problem, x, evaluations, rng)`` searches from x; the problem itself keeps the best."""
-SEARCHES: Registry[Method] = Registry("method of design")
+SEARCHES: Registry[_Method] = Registry("method of design")
 """Every known method by its name."""
 
 
@@ -137,7 +137,7 @@ def _report(advance: Advance, before: int, total: int, now: DesignProblem) -> No
 
 def _run(
     problem: DesignProblem,
-    search: Method,
+    search: _Method,
     near: bool,
     evaluations: int,
     rng: np.random.Generator,
@@ -183,7 +183,7 @@ def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = Tr
         return problem.measure_violation(problem.space.build(at))
 
     strategy = _make_strategy(x, 0.3, rng)
-    for _ in range(0, TRIES, strategy.popsize):
+    for _ in range(0, _TRIES, strategy.popsize):
         if not broken(x):
             return x
         points = strategy.ask()
@@ -193,7 +193,7 @@ def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = Tr
     worst = problem.constraints.check(problem.space.build(x).antenna, problem.space.reference)
     name = max(worst, key=lambda key: worst[key])
     raise InvalidInput(
-        f"the constraints exclude every antenna of this space that was tried ({TRIES}): {name} is"
+        f"the constraints exclude every antenna of this space that was tried ({_TRIES}): {name} is"
         f" missed by a factor of at least {np.exp(worst[name]):.3g}. Loosen it, or widen the space."
     )
 
@@ -218,7 +218,7 @@ def _evolve(
     problem: DesignProblem, x: np.ndarray, evaluations: int, rng: np.random.Generator
 ) -> None:
     """CMA-ES; what a constraint excludes costs no evaluation."""
-    strategy = _make_strategy(x, STEP, rng)
+    strategy = _make_strategy(x, _STEP, rng)
     while problem.evaluations < evaluations and not _is_done(strategy.stop()):
         points = strategy.ask()
         strategy.tell(points, [_weigh(problem.look(point)) for point in points])

@@ -15,11 +15,11 @@ from feeler.errors import InvalidInput, MissingExtra
 from feeler.execute.threads import hold_blas
 from feeler.registry import Registry
 
-Choice = Callable[[np.ndarray, float, int], np.ndarray]
+_Choice = Callable[[np.ndarray, float, int], np.ndarray]
 """``choice(tensors, sd, count)``: numbers of sensors of tensors (class, touch, sensor, time), best
 first, at least ``count``.
 """
-CHOICES: Registry[Choice] = Registry("choice of sensors")
+CHOICES: Registry[_Choice] = Registry("choice of sensors")
 """Every known rule by its name."""
 
 

@@ -11,8 +11,8 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Ge, Gt, Record
 
-Positive = Annotated[float, Gt(0)]
-Range = tuple[Positive, Positive]
+_Positive = Annotated[float, Gt(0)]
+_Range = tuple[_Positive, _Positive]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,10 +61,10 @@ class Space(Record):
     stiffness: Annotated[int, Ge(0)] = 2
     damping: Annotated[int, Ge(0)] = 2
     span: Annotated[float, Gt(1)] = 100.0
-    length: Range = (1.0, 1.0)
-    radius: Range = (1.0, 1.0)
+    length: _Range = (1.0, 1.0)
+    radius: _Range = (1.0, 1.0)
     warp: Annotated[float, Ge(1)] = 1.0
-    speed: Range | None = None
+    speed: _Range | None = None
     held: Literal["nothing", "total", "tip"] = "nothing"
 
     def _check(self) -> None:
@@ -107,7 +107,7 @@ class Space(Record):
         for name, at in zip(("stiffness", "damping"), logs, strict=True):
             factor = np.exp(np.log(self.span) * make_basis(n, len(at)) @ at)
             rows = getattr(base, name)
-            changes[name] = put_bending(rows, list_bending(rows) * factor)
+            changes[name] = _put_bending(rows, list_bending(rows) * factor)
         if self.held != "nothing":
             changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
         grow = np.exp(_scale(part.get("length"), self.length))
@@ -144,7 +144,7 @@ def match_compliance(
         )
     weight = arm**2 if held == "tip" else np.ones_like(arm)
     bent, known = list_bending(shape), list_bending(reference.stiffness)
-    return put_bending(shape, bent * np.sum(weight / bent) / np.sum(weight / known))
+    return _put_bending(shape, bent * np.sum(weight / bent) / np.sum(weight / known))
 
 
 def list_bending(rows: np.ndarray) -> np.ndarray:
@@ -152,7 +152,7 @@ def list_bending(rows: np.ndarray) -> np.ndarray:
     return rows if rows.ndim == 1 else rows[:2]
 
 
-def put_bending(rows: np.ndarray, bent: np.ndarray) -> np.ndarray:
+def _put_bending(rows: np.ndarray, bent: np.ndarray) -> np.ndarray:
     """The rows with others for bending, and that of torsion as it is."""
     return bent if rows.ndim == 1 else np.concatenate([bent, rows[2:]])
 
@@ -181,7 +181,7 @@ def place_sensors(n_segments: int, count: int, warp: float) -> np.ndarray:
     return wanted
 
 
-def _scale(value: Any, ends: Range) -> float:
+def _scale(value: Any, ends: _Range) -> float:
     """A log-factor: 0 at the reference, the ends' at ±1."""
     return (
         0.0

@@ -8,7 +8,7 @@ from feeler.checked import checked
 from feeler.dispersion.index import BLOCK_SIZE, Block, Index, compare_pairs
 
 # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
-CANCELLATION = 1e-4
+_CANCELLATION = 1e-4
 
 
 @checked
@@ -48,7 +48,7 @@ def _make_mse(array: np.ndarray) -> Block:
         b = array[columns].reshape(-1, size)
         energy = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1)[None, :]
         difference = energy - 2.0 * (a @ b.T)
-        for i, j in np.argwhere(difference <= CANCELLATION * energy):
+        for i, j in np.argwhere(difference <= _CANCELLATION * energy):
             difference[i, j] = ((a[i] - b[j]) ** 2).sum()
         return difference / size
 

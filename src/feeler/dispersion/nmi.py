@@ -17,7 +17,7 @@ from feeler.dispersion.index import (
 )
 from feeler.errors import InvalidInput
 
-N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
+_N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
 _ZEROS = ("keep", "drop")
 _CHUNKS = 64  # pieces of the pair list that threads take
 
@@ -26,7 +26,7 @@ _CHUNKS = 64  # pieces of the pair list that threads take
 def compute_nmi(
     tensors: Any,
     *,
-    n_bins: int = N_BINS,
+    n_bins: int = _N_BINS,
     data_range: tuple[float, float] | None = None,
     common_zeros: str = "keep",
     block: int = BLOCK_SIZE,
@@ -72,7 +72,7 @@ def compute_nmi(
 def _make_nmi(
     array: np.ndarray,
     *,
-    n_bins: int = N_BINS,
+    n_bins: int = _N_BINS,
     data_range: tuple[float, float] | None = None,
     common_zeros: str = "keep",
 ) -> Block:

@@ -11,7 +11,7 @@ from feeler.compiled import compiled
 from feeler.errors import InvalidInput
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
-Others = Annotated[np.ndarray, "partner sensor shift"]  # as many sensors, but other bases and lags
+_Others = Annotated[np.ndarray, "partner sensor shift"]  # as many sensors, but other bases and lags
 # scikit-learn's NMF puts it in place of a vanishing denominator
 _TINY = float(np.finfo(np.float32).eps)
 
@@ -73,13 +73,13 @@ def descend_bases(
     target = seen.transpose(1, 0, 2).reshape(n_sensors, size)
     square = gram.reshape(size, size)
     flat = np.ascontiguousarray(flat)
-    descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
+    _descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
     bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, flat @ square))
 
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
-def descend_entries(rows, target, square, n_sweeps):
+def _descend_entries(rows, target, square, n_sweeps):
     """Lower ½ w·C w − b·w for each row w ≥ 0 and b of ``target``, entry by entry, in place."""
     for n in range(rows.shape[0]):
         row, wanted = rows[n], target[n]
@@ -126,7 +126,7 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
 
 
 @checked
-def compute_basis_similarity(first: Bases, second: Others, *, shift: bool = True) -> np.ndarray:
+def compute_basis_similarity(first: Bases, second: _Others, *, shift: bool = True) -> np.ndarray:
     """Greatest cosine over all shifts between each basis of one set and each of another.
 
     Parameters
@@ -151,7 +151,7 @@ def compute_basis_similarity(first: Bases, second: Others, *, shift: bool = True
 
 @checked
 def match_components(
-    first: Bases, second: Others, *, shift: bool = True
+    first: Bases, second: _Others, *, shift: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pair the bases of two sets so that their similarities have the greatest sum.
 

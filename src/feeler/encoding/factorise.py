@@ -24,7 +24,7 @@ from feeler.encoding.sparseness import l1_of_unit_vector
 from feeler.execute.threads import ThreadExecutor, hold_blas
 
 # iterations after which bases are looked for at other lags, and how many decide [C]
-SLIDES, TRIAL = (5, 10, 20, 40), 5
+_SLIDES, _TRIAL = (5, 10, 20, 40), 5
 # a trial is given up early where its second iteration leaves more than this of its lag [C]
 _HOPELESS = 0.5
 _FIRST_WEIGHT = 0.5  # of the last iteration's change, on top of which the next one begins [C]
@@ -177,7 +177,7 @@ def _walk(data: Data, state: _State, settings: Settings, run: Callable) -> Itera
     """
     before, weight, most, count = None, _FIRST_WEIGHT, 1.0, 0
     while True:
-        if settings.sparseness is not None and count in SLIDES:
+        if settings.sparseness is not None and count in _SLIDES:
             path = _try_slide(data, state, settings, run)
             yield from path
             state, before, weight = (path or [state])[-1], None, _FIRST_WEIGHT
@@ -215,7 +215,7 @@ def _try_slide(data, state, settings, run) -> list[_State]:
         state, components=components, activations=activations, steps=np.ones_like(state.steps)
     )
     stay, lag = [state], []
-    for _ in range(TRIAL):
+    for _ in range(_TRIAL):
         stay.append(_iterate(data, stay[-1], settings, run))
         there = _iterate(data, there, settings, run)
         lag.append(there.loss - stay[-1].loss)

@@ -31,7 +31,7 @@ def draw_starts(
         )
         codes = activations
         if codes is None:
-            codes = start_activations(data, bases, model.init, rng)
+            codes = _start_activations(data, bases, model.init, rng)
         shape = (data.n_trials, model.n_components, data.n_times)
         yield bases, _check_start("activations", codes, shape)
 
@@ -66,7 +66,7 @@ def start_bases(
     return bases + floor * rng.uniform(0.05, 0.15, bases.shape)
 
 
-def start_activations(
+def _start_activations(
     data: Data, components: np.ndarray, init: str, rng: np.random.Generator
 ) -> np.ndarray:
     """Starting activations (trial, component, time).

@@ -18,10 +18,10 @@ from feeler.errors import InvalidInput, OutOfMemory
 from feeler.execute.processes import CRASHES
 from feeler.execute.threads import ThreadExecutor
 
-RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
+_RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
 _WINDOW = 2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
 _GRACE = 2.0  # [C] s that a trial has to end after Ctrl-C: a person should not wait longer
-UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they have
+_UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they have
 
 
 class Executor(Protocol):
@@ -51,7 +51,7 @@ def run_batch(
     items: Iterable[tuple[int, Any]],
     *,
     executor: Executor | None = None,
-    retries: int = RETRIES,
+    retries: int = _RETRIES,
     window: int | None = None,
 ) -> Iterator[Outcome]:
     """Outcomes of ``function(item)`` for numbered items, in the order in which they finish.
@@ -91,7 +91,7 @@ def run_batch(
 
 def _window(executor: Any) -> int:
     workers = getattr(executor, "workers", None) or getattr(executor, "_max_workers", None)
-    return _WINDOW * (workers if isinstance(workers, int) and workers > 0 else UNKNOWN_WORKERS)
+    return _WINDOW * (workers if isinstance(workers, int) and workers > 0 else _UNKNOWN_WORKERS)
 
 
 def _name_memory(error: Exception) -> Exception:

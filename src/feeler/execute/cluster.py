@@ -51,7 +51,7 @@ class ClusterExecutor:
             )  # the same touch may be asked for again after a crash
         except Exception as error:
             raise StoreError(
-                f"the cluster takes no more tasks ({str(error)[:150]}). {SAFE}"
+                f"the cluster takes no more tasks ({str(error)[:150]}). {_SAFE}"
             ) from error
         answer: Future = Future()
         answer.set_running_or_notify_cancel()
@@ -70,7 +70,7 @@ class ClusterExecutor:
             with suppress(Exception):  # the client is being closed
                 seen = time.monotonic() if self.client.nthreads() else seen
             if told := time.monotonic() - seen > PATIENCE:
-                warnings.warn(f"the cluster has no workers. {_WAITING} {SAFE}", Doubtful, 2)
+                warnings.warn(f"the cluster has no workers. {_WAITING} {_SAFE}", Doubtful, 2)
 
     def _pass_on(self, task: Any, answer: Future) -> None:
         mine = self._flying.pop(task.key, None) is not None
@@ -80,7 +80,7 @@ class ClusterExecutor:
             answer.set_exception(_explain(error) if mine else CancelledError())
         except BaseException:  # Dask's CancelledError is none of Python's exceptions
             answer.set_exception(
-                StoreError(f"the scheduler has gone. {SAFE}") if mine else CancelledError()
+                StoreError(f"the scheduler has gone. {_SAFE}") if mine else CancelledError()
             )
 
     def kill(self) -> None:
@@ -93,7 +93,7 @@ class ClusterExecutor:
         return f"a cluster of {len(self.client.nthreads())} workers with {self.workers} threads"
 
 
-SAFE = "What is finished is in the store, and the same command goes on from there."
+_SAFE = "What is finished is in the store, and the same command goes on from there."
 
 
 def _explain(error: Exception) -> Exception:
@@ -102,7 +102,7 @@ def _explain(error: Exception) -> Exception:
             "a task was lost with every worker that took it; has one of them too little memory?"
         )
     if type(error).__name__ == "FutureCancelledError":
-        return StoreError(f"the scheduler has gone, or has dropped a task. {SAFE}")
+        return StoreError(f"the scheduler has gone, or has dropped a task. {_SAFE}")
     if isinstance(error, ImportError):
         return StoreError(
             f"a worker cannot load this feeler ({error}). Install the same version wherever workers"

@@ -33,7 +33,7 @@ except ImportError:  # Windows
 
 # The BLAS of the last two, loaded where memory lacks, would end a worker without a word.
 USUAL = ("feeler.execute.server", __name__, "numpy", "scipy.linalg")
-MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
+_MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
 # Workers are forked from a process that only imports: a fork of this one would copy threads' locks
 # and the store's open
 # files, and a new interpreter for each would import everything again.
@@ -91,7 +91,7 @@ class ProcessExecutor:
             raise InvalidInput(
                 f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}."
             )
-        self.memory_limit = memory_limit or int(MEMORY_SHARE * _find_free_memory() / self.workers)
+        self.memory_limit = memory_limit or int(_MEMORY_SHARE * _find_free_memory() / self.workers)
         self._pool: ProcessPool | None = None
         self._tasks: set[Future] = set()
         self._opening, self._kills, self._breaks = threading.RLock(), 0, 0

@@ -16,7 +16,7 @@ from threadpoolctl import ThreadpoolController
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
+_GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
 _closing: list[threading.Thread] = []
 
 
@@ -113,6 +113,6 @@ def _see_off() -> None:
     """Wait for threads sent home: one still inside an engine when the interpreter ends would crash
     the process.
     """
-    end = time.monotonic() + GRACE
+    end = time.monotonic() + _GRACE
     for thread in _closing:
         thread.join(max(end - time.monotonic(), 0))

@@ -17,14 +17,14 @@ from feeler.physics.statics import compute_point
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import FRICTION, Trial
 
-LOCATION = 0.95  # [P] share of the length where the cylinder hits
+_LOCATION = 0.95  # [P] share of the length where the cylinder hits
 RADIUS = 2.5  # [P] mm; half of 5 mm
-SPEED = (
+_SPEED = (
     0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
 )
-POINTS = (0.71, 0.86)  # [P] share of the length
+_POINTS = (0.71, 0.86)  # [P] share of the length
 IMPULSE_LEAD = 2.0  # [C] ms before contact
-LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
+_LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,11 +62,11 @@ class Impulse:
 def hit(
     antenna: Antenna,
     *,
-    location: float = LOCATION,
-    speed: float = SPEED,
+    location: float = _LOCATION,
+    speed: float = _SPEED,
     radius: float = RADIUS,
     lever: float | None = None,
-    points: tuple[float, ...] = POINTS,
+    points: tuple[float, ...] = _POINTS,
     friction: float = FRICTION,
     duration: float | None = None,
     sample_interval: float = 0.5,
@@ -124,8 +124,8 @@ def hit(
 def make_impulse_scene(
     antenna: Antenna,
     *,
-    location: float = LOCATION,
-    speed: float = SPEED,
+    location: float = _LOCATION,
+    speed: float = _SPEED,
     radius: float = RADIUS,
     lever: float | None = None,
     friction: float = FRICTION,
@@ -154,7 +154,7 @@ def _check(points: tuple[float, ...]) -> None:
 
 def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     """Straight until contact, then a quarter circle away from the base, then straight on."""
-    edges = np.linspace(0, np.pi / 2, LEVER_LEGS + 1)
+    edges = np.linspace(0, np.pi / 2, _LEVER_LEGS + 1)
     middle = (edges[:-1] + edges[1:]) / 2
     forward, distal = np.asarray(scene.objects[0].forward), np.array([0.0, 1.0])
     legs = speed * (np.cos(middle)[:, None] * forward + np.sin(middle)[:, None] * distal)
@@ -166,7 +166,7 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     return replace(scene, paths=(path,), label=f"impulse, {scene.label}, lever {lever:g} mm")
 
 
-def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = POINTS) -> Impulse:
+def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = _POINTS) -> Impulse:
     """Deflections of ``points`` and tip in a simulated impulse test."""
     antenna = scene.antenna
     rest, cylinder = antenna.tip(), scene.objects[0]
@@ -186,12 +186,12 @@ def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = PO
         deflection=deflection,
         tip=tip,
         angle=motion.angle,
-        object=centre + travel(path, motion.time),
+        object=centre + _travel(path, motion.time),
         force=motion.force,
     )
 
 
-def travel(path: Path, time: np.ndarray) -> np.ndarray:
+def _travel(path: Path, time: np.ndarray) -> np.ndarray:
     """Displacement (sample, 2) [mm] along a path since time 0."""
     starts = np.array([0.0, *path.end])
     ends = np.array([*path.end, np.inf])

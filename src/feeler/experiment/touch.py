@@ -36,8 +36,8 @@ from feeler.tensors.stored import read_store
 
 DURATION = 380.0  # ms, the size of the slow tensors [P]
 
-DTYPES = ("float64", "float32")
-KEEP = 5  # [C] files with the state of diverged simulations; older ones go
+_DTYPES = ("float64", "float32")
+_KEEP = 5  # [C] files with the state of diverged simulations; older ones go
 
 
 @checked
@@ -187,8 +187,8 @@ def _make_job(
     stored: bool,
 ) -> Job:
     """What every trial is simulated with; the code's fingerprint only where a store keeps it."""
-    if dtype not in DTYPES:
-        raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(DTYPES)}.")
+    if dtype not in _DTYPES:
+        raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(_DTYPES)}.")
     variants = antenna if isinstance(antenna, SampledAntennas) else None
     antenna = antenna.antenna if isinstance(antenna, SampledAntennas) else antenna
     moved, modules = _survey(antenna, trials)
@@ -355,7 +355,7 @@ def _dump_state(error: SimulationDiverged) -> None:
     """Write the last finite state to the system's temporary folder and name the file in the
     message.
     """
-    sweep_old(Path(tempfile.gettempdir()), "feeler-diverged-*.npz", keep=KEEP - 1)
+    sweep_old(Path(tempfile.gettempdir()), "feeler-diverged-*.npz", keep=_KEEP - 1)
     with tempfile.NamedTemporaryFile(
         prefix="feeler-diverged-", suffix=".npz", delete=False
     ) as file:

@@ -16,7 +16,7 @@ from feeler.tensors.formats import load
 
 _MAX_BYTES = 16 * 2**20  # [C]
 _PAPER = "https://doi.org/10.1101/2025.10.20.683587"
-LICENCES = {
+_LICENCES = {
     "CC0-1.0": "https://creativecommons.org/publicdomain/zero/1.0/",
     "CC-BY-4.0": "https://creativecommons.org/licenses/by/4.0/",
 }
@@ -78,7 +78,7 @@ def _make_crate(
         "name": name or store,
         "description": words,
         "datePublished": _find_date(),
-        "license": {"@id": LICENCES.get(licence, licence)},
+        "license": {"@id": _LICENCES.get(licence, licence)},
         "hasPart": [{"@id": f"{store}/"}],
         "citation": {"@id": _PAPER},
     }
@@ -111,7 +111,7 @@ def _make_crate(
                 "url": _PAPER,
                 "name": "The paper that feeler follows",
             },
-            {"@id": LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
+            {"@id": _LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
             *people,
         ],
     }

@@ -18,7 +18,7 @@ from feeler.tensors.formats import load
 torch: Any = import_torch()
 
 _BLOCK = 256  # trials read at once: a shard of a large store
-MIX = 4  # [C] blocks whose trials are shuffled among each other
+_MIX = 4  # [C] blocks whose trials are shuffled among each other
 
 
 @checked
@@ -126,7 +126,7 @@ class TouchDataset(torch.utils.data.IterableDataset):
         rows = self.rows[places]
         low, high = int(rows.min()), int(rows.max()) + 1
         item = self._open()[self.variable]
-        near = high - low <= MIX * _BLOCK  # read whole and picked from: zarr picks far slower
+        near = high - low <= _MIX * _BLOCK  # read whole and picked from: zarr picks far slower
         values = item[low:high].values if near else item[rows].values
         if near and high - low > len(rows):
             values = values[rows - low]
@@ -146,8 +146,8 @@ class TouchDataset(torch.utils.data.IterableDataset):
         source = torch.Generator().manual_seed(
             int(rng.integers(2**63))
         )  # of noise; three times as fast as NumPy's
-        for first in range(0, len(blocks), MIX):
-            yield from self._read_mix(blocks[first : first + MIX], rng, source)
+        for first in range(0, len(blocks), _MIX):
+            yield from self._read_mix(blocks[first : first + _MIX], rng, source)
 
     def _make_blocks(self, rng: np.random.Generator) -> list[slice]:
         """Places in ``rows`` of each block, in the order of reading: the same in every worker."""

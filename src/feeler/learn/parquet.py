@@ -23,10 +23,10 @@ from feeler.tensors.unit import in_unit
 
 _BLOCK = 256  # trials read at once
 EPISODES = 2048  # [C] touches in one file: 45 MB of 56 sensors and 100 samples
-DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
-META = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+_DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+_META = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 _CHUNK = 1000  # files in one folder, as LeRobot has them
-SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
+_SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
 
 
 @checked
@@ -102,9 +102,9 @@ def _write_tables(
         rows = range(first, min(first + EPISODES, n))
         place = {"chunk_index": number // _CHUNK, "file_index": number % _CHUNK}
         blocks = _make_rows(pa, tensors, variable, rows, codes, sums)
-        _write(pa, folder / DATA.format(**place), blocks)
+        _write(pa, folder / _DATA.format(**place), blocks)
         episodes = _make_episodes(pa, tensors, rows, tasks[codes], place)
-        _write(pa, folder / META.format(**place), iter([episodes]))
+        _write(pa, folder / _META.format(**place), iter([episodes]))
     known = pa.table({"task_index": range(len(tasks)), "task": tasks.tolist()})
     _write(pa, folder / "meta/tasks.parquet", iter([known]))
     count = n * tensors.sizes["time"]
@@ -200,7 +200,7 @@ def _describe_features(tensors: xr.Dataset, variable: str, task: str) -> dict[st
         "chunks_size": _CHUNK,
         "fps": (n_samples - 1) / float(time[-1] - time[0]) if n_samples > 1 else 1000.0,
         "splits": {"train": f"0:{n}"},
-        "data_path": DATA,
+        "data_path": _DATA,
         "video_path": None,
         "features": {
             "observation.state": {"dtype": "float32", "shape": [n_sensors], "names": names},
@@ -214,7 +214,7 @@ def _describe_features(tensors: xr.Dataset, variable: str, task: str) -> dict[st
 def _write_card(tensors: xr.Dataset, variable: str, task: str, name: str) -> str:
     """The data card, as Hugging Face reads it."""
     n = tensors.sizes["trial"]
-    size = next((words for most, words in SIZES if n < most), "n>1M")
+    size = next((words for most, words in _SIZES if n < most), "n>1M")
     rows = "".join(_describe_label(key, item) for key, item in _list_labels(tensors).items())
     return f"""---
 license: {str(tensors.attrs.get("licence", "cc0-1.0")).lower()}

@@ -12,7 +12,7 @@ from feeler.errors import InvalidInput
 
 _SHARES = {"train": 0.8, "validate": 0.1, "test": 0.1}  # [C]
 # what two touches share that differ in nothing but noise
-TWIN = (
+_TWIN = (
     "feature",
     "size",
     "location",
@@ -25,7 +25,7 @@ TWIN = (
     "antenna",
 )
 # [C] equal pieces into which the range of a number is cut: touches of one piece are on one side
-CUTS = 20
+_CUTS = 20
 
 
 @checked
@@ -81,7 +81,7 @@ def split_trials(
 
 def _name_coordinates(tensors: xr.Dataset, by: str | Sequence[str]) -> list[str]:
     names = (
-        [name for name in TWIN if name in tensors.coords]
+        [name for name in _TWIN if name in tensors.coords]
         if isinstance(by, str) and by == "twin"
         else [by]
         if isinstance(by, str)
@@ -111,7 +111,7 @@ def _group(tensors: xr.Dataset, name: str) -> np.ndarray:
     """Numbers (trial,) of the groups that one coordinate makes."""
     values = tensors[name].values
     distinct, number = np.unique(values, return_inverse=True)
-    if values.dtype.kind != "f" or distinct.size <= CUTS:
+    if values.dtype.kind != "f" or distinct.size <= _CUTS:
         return number.reshape(-1)
     low, high = distinct[0], distinct[-1]
-    return np.minimum((CUTS * (values - low) / (high - low)).astype(int), CUTS - 1)
+    return np.minimum((_CUTS * (values - low) / (high - low)).astype(int), _CUTS - 1)

@@ -18,30 +18,30 @@ from feeler.physics.scene import Motion, Scene
 from feeler.stimulus.object import Object
 
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
-NARROWINGS = 3  # [C] of the contact's width, the first of which every scene takes
+_NARROWINGS = 3  # [C] of the contact's width, the first of which every scene takes
 # [C] times that what a halving changes counts: the next changes more than half as much
 _CAUTION = 2.0
 # [C] how often over the lanes may be filled with scenes run at once; each motion is kept till then
 TOGETHER = 8
 # [C] of these halvings, how many are tried on the whole run before only parts of it are refined
-WHOLE = 2
+_WHOLE = 2
 # Shares [C] of the accuracy to which two whole runs must agree; where an object slips off, they may
 # by chance:
-SURE = 0.5  # to be believed, about a corner if they do so twice
-SURER = 0.2  # to be believed about a corner at once
-NEVER = 0.0  # where several parts follow each other: not before the next two runs agree as well
+_SURE = 0.5  # to be believed, about a corner if they do so twice
+_SURER = 0.2  # to be believed about a corner at once
+_NEVER = 0.0  # where several parts follow each other: not before the next two runs agree as well
 # [C] times that a difference from steps of 0.8 µs counts: down to 0.2 µs, runs part by up to 8
 # times as much
-DRIFT = 5.0
-FINEST, COARSEST = 1e-6, 0.5  # what may be asked for
+_DRIFT = 5.0
+_FINEST, _COARSEST = 1e-6, 0.5  # what may be asked for
 
 
 def check_accuracy(accuracy: float) -> float:
     """The accuracy, if it can be asked for."""
-    if not (isinstance(accuracy, int | float) and FINEST <= accuracy <= COARSEST):
+    if not (isinstance(accuracy, int | float) and _FINEST <= accuracy <= _COARSEST):
         raise InvalidInput(
-            f"accuracy must be a share of each touch's peak angle from {FINEST:g} to {COARSEST:g},"
-            f" such as 0.01, got {accuracy!r}."
+            f"accuracy must be a share of each touch's peak angle from {_FINEST:g} to"
+            f" {_COARSEST:g}, such as 0.01, got {accuracy!r}."
         )
     return float(accuracy)
 
@@ -55,7 +55,7 @@ def run_accurately(
     stop: Event | None = None,
 ) -> list[Result]:
     """One Motion per scene whose ``error`` is at most ``accuracy``; infinite, which is to say
-    unknown, where ``HALVINGS`` of the timestep and ``NARROWINGS`` of the contact do not get there.
+    unknown, where ``HALVINGS`` of the timestep and ``_NARROWINGS`` of the contact do not get there.
 
     Every scene is run as :func:`run_in_time` does, once with its contact and once with one of half
     the width; what that changes counts as well. Where both together are too much, the width is
@@ -64,7 +64,7 @@ def run_accurately(
     results = run_in_time(scenes, duration, sample_interval, engine, accuracy, stop)
     now, todo = list(scenes), [i for i, r in enumerate(results) if isinstance(r, Motion)]
     rigid = get_engine(engine).check is not Contact.check_timestep
-    for _ in range(0 if rigid else NARROWINGS):
+    for _ in range(0 if rigid else _NARROWINGS):
         for i in todo:
             now[i] = replace(now[i], contact=now[i].contact.halve())
         found = run_in_time(
@@ -107,7 +107,7 @@ def run_in_time(
     fifth, or if the next two runs agree as well; and where it has several parts, from one of which
     the antenna can jump to the next, only if these do. What is refined past several parts is held
     against a whole run with steps smaller than all others, and what these differ by counts
-    ``DRIFT`` times.
+    ``_DRIFT`` times.
     """
     stop = stop or Event()
     if not scenes:
@@ -116,26 +116,26 @@ def run_in_time(
     clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
     results = _run_all(scenes, clock, engine, stop)
     todo, agreed, settled = list(range(len(scenes))), set[int](), set[int]()
-    once = [min(map(_trust, scene.objects), default=SURE) for scene in scenes]
-    for _ in range(min(WHOLE, HALVINGS)):
+    once = [min(map(_trust, scene.objects), default=_SURE) for scene in scenes]
+    for _ in range(min(_WHOLE, HALVINGS)):
         clock = replace(clock, timestep=clock.timestep / 2)
         for i, fine in zip(
             todo, _run_all([scenes[i] for i in todo], clock, engine, stop), strict=True
         ):
             error = compute_error(scenes[i], results[i], fine)
             results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
-            if error <= once[i] * accuracy or (i in agreed and error <= SURE * accuracy):
+            if error <= once[i] * accuracy or (i in agreed and error <= _SURE * accuracy):
                 settled.add(i)
-            elif error <= SURE * accuracy:
+            elif error <= _SURE * accuracy:
                 agreed.add(i)
         todo = [i for i in todo if i not in settled]
         if not todo:
             return results
-    if HALVINGS <= WHOLE:
+    if HALVINGS <= _WHOLE:
         return results
     for i in todo:
         results[i] = _refine(scenes[i], results[i], clock, engine, accuracy, stop)
-    doubted = [i for i in todo if once[i] == NEVER and _read_error(results[i]) <= accuracy]
+    doubted = [i for i in todo if once[i] == _NEVER and _read_error(results[i]) <= accuracy]
     clock = replace(clock, timestep=timestep / 2 ** (HALVINGS + 1))
     for i, fine in zip(
         doubted, _run_all([scenes[i] for i in doubted], clock, engine, stop), strict=True
@@ -151,7 +151,7 @@ def _refine(
     by chance is unsaid.
     """
     found = refine(
-        scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - WHOLE - 1, stop
+        scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - _WHOLE - 1, stop
     )
     before = _read_error(coarse)
     return found if found is not None and (before <= accuracy or found.error < before) else coarse
@@ -162,15 +162,15 @@ def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
     difference say it errs by.
     """
     best = fine if isinstance(fine, Motion) else refined
-    error = max(_read_error(refined), DRIFT * compute_error(scene, refined, fine))
+    error = max(_read_error(refined), _DRIFT * compute_error(scene, refined, fine))
     return replace(best, error=error) if isinstance(best, Motion) else best
 
 
 def _trust(item: Object) -> float:
     """The share of the accuracy to which two whole runs must agree to be believed at once."""
     if len(item.feature.parts) > 1:
-        return NEVER
-    return SURE if item.feature.unbounded or len(item.feature.parts[0]) == 1 else SURER
+        return _NEVER
+    return _SURE if item.feature.unbounded or len(item.feature.parts[0]) == 1 else _SURER
 
 
 def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) -> list[Result]:

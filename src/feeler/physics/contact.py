@@ -42,7 +42,7 @@ from feeler.stimulus.object import Object
 # Greatest d_max: from 0.999 on MuJoCo's solver, at its tightest, is no longer exact to 1e-9
 HARDEST = 0.99
 MIN_FRICTION = 1e-5  # MuJoCo's smallest; without any, contacts have a normal force only
-EVEN = 0.5  # [C] from this d_min on a contact has no rise that a timestep should follow
+_EVEN = 0.5  # [C] from this d_min on a contact has no rise that a timestep should follow
 DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 
 
@@ -269,7 +269,7 @@ def list_doubts(antenna: Antenna, contact: Contact, speed: float, timestep: floa
             f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
             f" ms, more than half the antenna's radius; use at most {thick / speed:.2g} ms."
         )
-    elif contact.solimp[0] < EVEN and moved > width:
+    elif contact.solimp[0] < _EVEN and moved > width:
         found.append(
             f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
             f" ms, across the whole contact of {width:.3g} mm; use at most {width / speed:.2g} ms,"

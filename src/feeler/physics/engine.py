@@ -68,7 +68,7 @@ def choose_timestep(timestep: float | None, engine: str) -> float:
     return get_engine(engine).timestep if timestep is None else timestep
 
 
-LOADING = 1.5  # s; loading compiled code from the cache is faster
+_LOADING = 1.5  # s; loading compiled code from the cache is faster
 
 
 _known: set[object] = set()
@@ -90,7 +90,7 @@ def announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
             _told.add(engine)
             logging.getLogger("feeler").warning(message)
 
-    timer = Timer(LOADING, say)
+    timer = Timer(_LOADING, say)
     timer.daemon = True
     if (engine, lanes) not in _known:
         timer.start()

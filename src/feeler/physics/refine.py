@@ -17,21 +17,21 @@ from feeler.physics.scene import Motion, Scene
 from feeler.physics.stepper import Stepper, make_row
 
 _WINDOW = 5  # [C] samples that are gone through with one timestep
-SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may part in a window
-HELPS = (
+_SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may part in a window
+_HELPS = (
     0.8  # [C] steps are halved again while that brings what they part by below this share of itself
 )
 
 
-Track = tuple[np.ndarray, np.ndarray]
+_Track = tuple[np.ndarray, np.ndarray]
 
 
-def track(antenna: Antenna, angle: np.ndarray) -> Track:
+def track(antenna: Antenna, angle: np.ndarray) -> _Track:
     """What runs are compared by: angles (sample, segment) [rad] and the tip (sample, 2) [mm]."""
     return angle, antenna.tip(angle)
 
 
-def compute_gap(coarse: Track, fine: Track, peaks: np.ndarray) -> float:
+def compute_gap(coarse: _Track, fine: _Track, peaks: np.ndarray) -> float:
     """Greatest difference of angles, or of the tips, over the :func:`compute_peaks`."""
     gaps = [float(np.abs(b - a).max()) for a, b in zip(coarse, fine, strict=True)]
     return max(
@@ -39,7 +39,7 @@ def compute_gap(coarse: Track, fine: Track, peaks: np.ndarray) -> float:
     )
 
 
-def compute_peaks(found: Track) -> np.ndarray:
+def compute_peaks(found: _Track) -> np.ndarray:
     """(2,): how far the angles go from the first sample [rad], and how far the tip does [mm]."""
     return np.array([np.abs(values - values[0]).max() for values in found])
 
@@ -67,7 +67,7 @@ def refine(
         _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(
             accuracy / share, peaks
         )
-        for share in SHARES
+        for share in _SHARES
     )
     if first is None or found is None:
         return None
@@ -110,7 +110,7 @@ class _Pair:
         error = self._measure(tapes, 0, self.clock.n_samples, own)
         return make_motion(clock, tapes[1][0], self.scene.antenna.rest_angle.shape, error)
 
-    def _track(self, rows: np.ndarray) -> Track:
+    def _track(self, rows: np.ndarray) -> _Track:
         rest = self.scene.antenna.rest_angle
         return track(self.scene.antenna, rows[:, : rest.size].reshape(-1, *rest.shape))
 
@@ -131,7 +131,7 @@ class _Pair:
                 self._step(tape, start, stop, level + k, begin[k]) for k, tape in enumerate(tapes)
             ]
             gap = self._measure(tapes, start, stop, peaks) if None not in ends else np.inf
-            if gap <= limit or level >= self.halvings or HELPS * before < gap < np.inf:
+            if gap <= limit or level >= self.halvings or _HELPS * before < gap < np.inf:
                 return level, ends, gap
             level, before = level + 1, gap
 

@@ -18,7 +18,7 @@ from feeler.physics.stepper import Stepper, make_row, split_rows
 from feeler.stimulus.base import Vector
 
 Result = Motion | Exception
-CHUNK = 400_000  # segment·lane steps between looks for Ctrl-C: some 5 ms, or 50 in deep contact
+_CHUNK = 400_000  # segment·lane steps between looks for Ctrl-C: some 5 ms, or 50 in deep contact
 
 
 def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motion:
@@ -112,7 +112,7 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
 
 def count_chunk(scenes: Sequence[Scene]) -> int:
     """Steps between looks for Ctrl-C."""
-    return max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
+    return max(1, _CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
 
 
 def advance_freely(
@@ -180,7 +180,7 @@ def record_some(
     if stop.is_set():
         raise KeyboardInterrupt
     scenes, start = stepper.scenes, (sample - 1) * every
-    block = CHUNK // (scenes[0].antenna.n_segments * len(scenes) * every)
+    block = _CHUNK // (scenes[0].antenna.n_segments * len(scenes) * every)
     turn = next((at for at in turns if at >= start), np.inf)
     until = int(min(tape.shape[1], sample + block, turn // every + 1))
     if until == sample:  # a turn within this sample, or a sample too long to wait for

@@ -20,7 +20,7 @@ from feeler.stimulus.object import Object
 HEAVY = 1e9
 # g; of a moving base, which carries the antenna: beside it the antenna's mass is rounded away
 ROOTED = 1e15
-SOLVER_ITERATIONS = (
+_SOLVER_ITERATIONS = (
     25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad
 )
 # mm; half thickness of prisms across the plane; any value beyond the collision radius is the same
@@ -63,7 +63,7 @@ def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None
     option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL  # [P]
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # a serial chain has no sparsity to use
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    option.iterations = SOLVER_ITERATIONS
+    option.iterations = _SOLVER_ITERATIONS
     option.tolerance = 0.0
     option.ccd_tolerance = 1e-12
     option.disableflags = (

@@ -14,7 +14,7 @@ from feeler.physics.spec import HEAVY, ROOTED, soften
 from feeler.stimulus.object import Object
 from feeler.stimulus.solid import is_box, list_solids
 
-AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
+_AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
 """What the hinges of each plane turn about, in the segment's frame."""
 
 
@@ -44,7 +44,7 @@ def _add_segment(
         body.add_joint(
             name=f"hinge{n + 1}{plane}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=AXES[k],
+            axis=_AXES[k],
             stiffness=[antenna.stiffness[k, n], 0.0, 0.0],
             damping=[antenna.damping[k, n], 0.0, 0.0],
             springref=antenna.rest_angle[k, n],

@@ -12,8 +12,8 @@ from feeler.antenna.space import require_plane
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import hold_blas
 
-MAX_ITERATIONS = 200
-TOLERANCE = 1e-12  # of the largest torque in the balance
+_MAX_ITERATIONS = 200
+_TOLERANCE = 1e-12  # of the largest torque in the balance
 
 
 def _find_point(antenna: Antenna, at: float) -> tuple[int, float]:
@@ -81,13 +81,13 @@ def solve_static(
 
 def _newton(antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float) -> np.ndarray | None:
     """Newton's method from ``angle``; None where it does not reach the balance."""
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(_MAX_ITERATIONS):
         residual, hessian = _balance(antenna, angle, force, at)
         scale = (
             np.abs(antenna.stiffness * (angle - antenna.rest_angle)).max()
             + np.linalg.norm(force) * antenna.length
         )
-        if np.abs(residual).max() <= TOLERANCE * max(scale, 1e-300):
+        if np.abs(residual).max() <= _TOLERANCE * max(scale, 1e-300):
             return angle
         try:
             step = -cho_solve(cho_factor(hessian), residual)
@@ -96,7 +96,7 @@ def _newton(antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float) -
         if np.abs(np.cumsum(step)).max() > 1.0:
             return None
         angle = angle + step
-    return angle if np.abs(residual).max() <= 1e3 * TOLERANCE * scale else None
+    return angle if np.abs(residual).max() <= 1e3 * _TOLERANCE * scale else None
 
 
 def _balance(

@@ -96,7 +96,7 @@ class Contacts:
 
 
 MICRO = 1e3  # µJ in a mJ: work leaves the engines in µJ
-COLUMNS = {
+_COLUMNS = {
     "force": (2, 3),
     "work": (2, 2),
     "base": (3, 6),
@@ -125,7 +125,7 @@ def split_rows(tape: np.ndarray, hinges: tuple[int, ...]) -> dict[str, np.ndarra
     """The samples (…, column) by name, as copies (…, number), angles in the shape ``hinges``; what
     COLUMNS counts as one number is (…). Work comes in µJ.
     """
-    sizes = {name: size[len(hinges) - 1] for name, size in COLUMNS.items()}
+    sizes = {name: size[len(hinges) - 1] for name, size in _COLUMNS.items()}
     n = int(np.prod(hinges))
     ends = np.cumsum([n, n, *sizes.values()])[:-1]
     parts = dict(zip(("angle", "velocity", *sizes), np.split(tape, ends, axis=-1), strict=True))

@@ -37,7 +37,7 @@ _SPEED, _SPEEDS = " m/s", ("slow", "medium", "fast")
 ANTENNA_COLOURS = ("#5b3a1e", "#d9b48f")  # its line, and its body
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
 
-RC: Any = {
+_RC: Any = {
     "figure.dpi": 110,
     "savefig.dpi": 220,
     "font.family": "sans-serif",
@@ -68,7 +68,7 @@ RC: Any = {
 @contextmanager
 def style() -> Iterator[None]:
     """Draw inside this context to get feeler's look; nothing outside it changes."""
-    with mpl.rc_context(RC):
+    with mpl.rc_context(_RC):
         yield
 
 

@@ -18,7 +18,7 @@ from feeler.errors import InvalidInput, MissingExtra
 from feeler.files import writing
 from feeler.plotting.look import fix_layout
 
-MOVIE_WIDTH = 1080
+_MOVIE_WIDTH = 1080
 """Pixels across every movie: small text is read, and eight movies stay below 2 MB."""
 SLOWER = 30.0
 """Times slower than life, the same in every movie of a touch, so that fast and slow ones can be
@@ -27,7 +27,7 @@ compared by eye.
 FPS = 24
 _MOST_SHOWN = 32 * 2**20  # bytes that are put into a notebook
 _STILL = 66  # % of the movie
-DrawFrame = Callable[[int], Sequence[Artist] | None]
+_DrawFrame = Callable[[int], Sequence[Artist] | None]
 
 
 class Movie(type(Path())):  # type: ignore[misc]  # until Python 3.12, Path itself has no subclass
@@ -69,7 +69,7 @@ def say_clock(time: float, slower: float = SLOWER) -> str:
 
 @checked
 def write_movie(
-    path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int, fps: int = FPS
+    path: Path, figure: Figure, draw_frame: _DrawFrame, n_frames: int, fps: int = FPS
 ) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
@@ -89,7 +89,7 @@ def write_movie(
         raise MissingExtra("movies need ffmpeg: pip install 'feeler[movie]'.") from error
     path = Path(path)
     canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(MOVIE_WIDTH / figure.get_figwidth())
+    figure.set_dpi(_MOVIE_WIDTH / figure.get_figwidth())
     fix_layout(figure)
     size = (np.asarray(canvas.get_width_height()) // 2) * 2  # H.264 needs even sides
     with writing(path) as part:

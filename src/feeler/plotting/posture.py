@@ -21,7 +21,7 @@ from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 
 OBJECT_COLOUR = "#8C9196"  # grey: no profile, no kind of object has it
-SPANS_DECADES = (
+_SPANS_DECADES = (
     30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
 )
 
@@ -119,7 +119,7 @@ def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
         for ls, row in zip(("-", "--"), np.atleast_2d(values), strict=False):
             ax.plot(position, row, ls, color="black")
         ax.set(xlabel="position (base 0, tip 1)", ylabel=label)
-        if values.max() > SPANS_DECADES * values.min():
+        if values.max() > _SPANS_DECADES * values.min():
             set_decades(ax)
 
 

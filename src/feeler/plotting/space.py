@@ -16,8 +16,8 @@ from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.solid import list_solids
 
-FINENESS = 24  # points around a ball or a peg
-VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
+_FINENESS = 24  # points around a ball or a peg
+_VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
 
 
 class SpaceScene:
@@ -33,7 +33,7 @@ class SpaceScene:
         ax.set(xlim=(-reach / 2, reach / 2), ylim=(0, reach), zlim=(-reach / 2, reach / 2))
         ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         ax.set_box_aspect((1, 1, 1), zoom=0.82)  # else its labels lie on those beside it
-        ax.view_init(*VIEW)
+        ax.view_init(*_VIEW)
         ax.locator_params(nbins=4)
         ax.tick_params(labelsize=6)
 
@@ -86,7 +86,7 @@ def make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
     side = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     side /= np.linalg.norm(side)
     other = np.cross(along, side)
-    turn, rise = np.linspace(0, 2 * np.pi, FINENESS), np.linspace(0, np.pi, FINENESS)
+    turn, rise = np.linspace(0, 2 * np.pi, _FINENESS), np.linspace(0, np.pi, _FINENESS)
     ring = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other
     ends = np.where(np.cos(rise)[:, None, None] > 0, b, a)
     skin = np.sin(rise)[:, None, None] * ring + np.cos(rise)[:, None, None] * along

@@ -10,7 +10,7 @@ from matplotlib.image import AxesImage
 
 from feeler.checked import checked
 
-GID = "tensor"
+_GID = "tensor"
 _LEVELS = 64  # of a colour scale that a page knows
 
 
@@ -95,7 +95,7 @@ def plot_tensor_grid(
 
 
 def _remember(image: AxesImage, unit: str, grid: dict[str, Any] | None = None) -> None:
-    image.set_gid(GID)
+    image.set_gid(_GID)
     image.tensor = {"unit": unit, "grid": grid}  # type: ignore[attr-defined]
 
 
@@ -106,7 +106,7 @@ def list_tensors(figure: Figure) -> list[dict[str, Any]]:
     found = []
     for ax in figure.axes:
         for image in ax.images:
-            if image.get_gid() == GID:
+            if image.get_gid() == _GID:
                 low, high = image.norm.vmin, image.norm.vmax
                 colours = (
                     np.round(255 * image.get_cmap()(np.linspace(0, 1, _LEVELS))[:, :3])

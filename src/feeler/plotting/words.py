@@ -19,7 +19,7 @@ from matplotlib.text import Text
 
 from feeler.plotting.look import ANTENNA_COLOURS, BASIS_COLOURS, FEATURE_COLOURS
 
-PAGE_WIDTH = 180.0  # mm, the width of a journal's page
+_PAGE_WIDTH = 180.0  # mm, the width of a journal's page
 LEAST = 6.0  # pt
 _TOUCH = 1.5  # pixels by which boxes may share an edge
 _GAP = 0.25  # between numbers below an axis, of the size of their letters
@@ -55,7 +55,7 @@ def measure_words(figure: Figure) -> dict[str, Any]:
     over += _find_crowded(figure, renderer)
     wide = 25.4 * figure.get_figwidth()
     sizes = [float(one.get_fontsize()) for one in shown]
-    return {"least": round(min(sizes) * PAGE_WIDTH / wide, 2) if sizes else LEAST, "over": over}
+    return {"least": round(min(sizes) * _PAGE_WIDTH / wide, 2) if sizes else LEAST, "over": over}
 
 
 def _find_crowded(figure: Figure, renderer: Any) -> list[list[str]]:

@@ -22,7 +22,7 @@ from feeler.checked import checked
 from feeler.files import ensure_folder, writing
 from feeler.report.section import Section
 
-MIME = {
+_MIME = {
     ".png": "image/png",
     ".jpg": "image/jpeg",
     ".webp": "image/webp",
@@ -140,9 +140,9 @@ def embed(path: Path) -> str:
 
 @lru_cache(maxsize=128)  # a page is written anew with each section that is ready
 def _embed(path: Path, _when: int) -> str:
-    raw, kind = path.read_bytes(), MIME[path.suffix]
+    raw, kind = path.read_bytes(), _MIME[path.suffix]
     if path.suffix == ".png" and len(raw) > _LARGE:
         with Image.open(path) as picture:
             picture.convert("RGB").save(smaller := io.BytesIO(), "WEBP", quality=_QUALITY, method=2)
-        raw, kind = smaller.getvalue(), MIME[".webp"]
+        raw, kind = smaller.getvalue(), _MIME[".webp"]
     return f"data:{kind};base64,{base64.b64encode(raw).decode()}"

@@ -9,9 +9,9 @@ from feeler.errors import InvalidInput
 from feeler.response.decay import fit_damped_cosine
 from feeler.response.trace import check_trace, find_extrema
 
-MIN_HALF = 2.5  # [C] samples that half a cycle must have for its turning points to be told apart
+_MIN_HALF = 2.5  # [C] samples that half a cycle must have for its turning points to be told apart
 # [C] share of the first deflection under which a turning point is taken for noise
-PEAK_FLOOR = 1e-3
+_PEAK_FLOOR = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ def measure_free_response(
     *,
     rest: float = 0.0,
     release: float | None = None,
-    floor: float = PEAK_FLOOR,
+    floor: float = _PEAK_FLOOR,
     fit: bool = True,
 ) -> FreeResponse:
     """Frequency, damping, settling and rejection of one released tip.
@@ -118,10 +118,10 @@ def measure_free_response(
     if len(times) == 1:
         return _with_one_turn(time, share, times, heights, settle)
     half = times[1] - times[0]
-    if half < MIN_HALF * (time[1] - time[0]) or _count_crossings(time, share, times, floor) != 1:
+    if half < _MIN_HALF * (time[1] - time[0]) or _count_crossings(time, share, times, floor) != 1:
         raise InvalidInput(
-            f"between peak and trough there are not {MIN_HALF} samples of {time[1] - time[0]:g} ms,"
-            " or several swings: the frequency lies beyond the sampling rate, or the time is in"
+            f"between peak and trough there are not {_MIN_HALF} samples of {time[1] - time[0]:g}"
+            " ms, or several swings: the frequency lies beyond the sampling rate, or the time is in"
             " the wrong unit (ms are expected)."
         )
     decrement = np.log(abs(heights[0] / heights[1]))

@@ -5,8 +5,8 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-MIN_SAMPLES = 8
-MAX_JITTER = 1e-3  # largest deviation of a sample interval from the mean, as a share of it
+_MIN_SAMPLES = 8
+_MAX_JITTER = 1e-3  # largest deviation of a sample interval from the mean, as a share of it
 
 
 @checked
@@ -27,9 +27,9 @@ def check_trace(
             f"{name}: time and signal must be rows of one length, got {time.shape} and"
             f" {signal.shape}."
         )
-    if time.size < MIN_SAMPLES:
+    if time.size < _MIN_SAMPLES:
         raise InvalidInput(
-            f"{name} is too short: {time.size} samples; at least {MIN_SAMPLES} are needed."
+            f"{name} is too short: {time.size} samples; at least {_MIN_SAMPLES} are needed."
         )
     _check_time(time, name)
     missing = ~np.isfinite(signal)
@@ -61,7 +61,7 @@ def _check_time(time: np.ndarray, name: str) -> None:
             " Sort the samples."
         )
     jitter = np.abs(step - step.mean()).max() / step.mean()
-    if jitter > MAX_JITTER:
+    if jitter > _MAX_JITTER:
         raise InvalidInput(
             f"{name} is not evenly sampled: intervals of {step.min():g} to {step.max():g} ms."
             " Resample it to one interval first."
@@ -84,12 +84,12 @@ def find_extrema(
         + 1
     )
     before, here, after = signal[middle - 1], signal[middle], signal[middle + 1]
-    share = find_vertex(before, here, after)
+    share = _find_vertex(before, here, after)
     step = time[1] - time[0]
     return time[middle] + share * step, here - 0.25 * (before - after) * share
 
 
-def find_vertex(before: np.ndarray, here: np.ndarray, after: np.ndarray) -> np.ndarray:
+def _find_vertex(before: np.ndarray, here: np.ndarray, after: np.ndarray) -> np.ndarray:
     """Where the parabola through three samples turns, in samples from the middle one.
 
     0 where all but their last bit is one.
@@ -135,7 +135,7 @@ def measure_deflection_ratios(
             f"the tip is farthest out at the {'first' if k == 0 else 'last'} sample ({time[k]:g}"
             " ms): the trace does not hold the whole deflection. Record longer."
         )
-    share = float(find_vertex(*tip[k - 1 : k + 2]))
+    share = float(_find_vertex(*tip[k - 1 : k + 2]))
     return _parabola(deflection[:, k - 1 : k + 2], share) / _parabola(
         tip[None, k - 1 : k + 2], share
     )

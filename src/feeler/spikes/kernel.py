@@ -12,7 +12,7 @@ TABLE = ("tau", "a", "b", "c", "d", "v", "ceiling")
 
 
 @lean
-def adapt(excess, time, b):
+def _adapt(excess, time, b):
     """e after ``time`` (in τ) of de/dt = −sign(e) |e|^b: exact, a power law for b > 1."""
     size = abs(excess)
     if size == 0.0:
@@ -41,7 +41,7 @@ def step_units(sample, taps, shares, gains, table, step, excess, before, rate):
         if change == 0.0 and excess[k] == 0.0:  # at rest, as one side always is
             rate[k] = min(max(table[3, k] * stimulus + table[4, k], 0.0), table[6, k])
             continue
-        excess[k] = adapt(excess[k] + 0.5 * change, step / tau, b) + 0.5 * change
+        excess[k] = _adapt(excess[k] + 0.5 * change, step / tau, b) + 0.5 * change
         found = a * excess[k] + table[3, k] * stimulus + table[4, k] + table[5, k] * change / step
         rate[k] = min(max(found, 0.0), table[6, k])
         if a != 0.0 and change != 0.0:

@@ -19,14 +19,14 @@ SPIKE_CODES: Registry[Any] = Registry("code of spikes")
 
 
 @SPIKE_CODES.register("counts")
-def sum_windows(raster: np.ndarray, width: int) -> np.ndarray:
+def _sum_windows(raster: np.ndarray, width: int) -> np.ndarray:
     """Spikes of each unit in windows of ``width`` samples, the last one as long as it is."""
     starts = np.arange(0, raster.shape[2], width)
     return np.add.reduceat(raster, starts, axis=2).reshape(len(raster), -1)
 
 
 @SPIKE_CODES.register("first")
-def find_first(raster: np.ndarray, width: int = 1) -> np.ndarray:
+def _find_first(raster: np.ndarray, width: int = 1) -> np.ndarray:
     """Sample of each unit's first spike, in steps of ``width``; a silent unit's is the end."""
     fired = raster > 0
     first = np.where(fired.any(axis=2), fired.argmax(axis=2), raster.shape[2])
@@ -34,16 +34,16 @@ def find_first(raster: np.ndarray, width: int = 1) -> np.ndarray:
 
 
 @SPIKE_CODES.register("latency")
-def find_latency(raster: np.ndarray, width: int = 1) -> np.ndarray:
+def _find_latency(raster: np.ndarray, width: int = 1) -> np.ndarray:
     """The same since the first spike of all units, for who is not told when contact began."""
-    first = find_first(raster)
+    first = _find_first(raster)
     return (first - first.min(axis=1, keepdims=True)) // width
 
 
 @SPIKE_CODES.register("onset")
-def find_onset(raster: np.ndarray, width: int = 1) -> np.ndarray:
+def _find_onset(raster: np.ndarray, width: int = 1) -> np.ndarray:
     """The first spike of all units alone (trial, 1)."""
-    return find_first(raster, width).min(axis=1, keepdims=True)
+    return _find_first(raster, width).min(axis=1, keepdims=True)
 
 
 class SpikeReader(Reader):
@@ -75,7 +75,7 @@ class SpikeReader(Reader):
         """Learn from rasters (trial, unit, time), as :func:`count_spikes` gives them."""
         if self.width < 1:
             raise InvalidInput(f"width must be at least 1 sample, got {self.width}.")
-        codes = SPIKE_CODES[self.code](check_rasters(X), self.width).astype(float)
+        codes = SPIKE_CODES[self.code](_check_rasters(X), self.width).astype(float)
         if not np.ptp(codes, axis=0).any():
             raise InvalidInput(
                 f"all training trials have the same code {self.code!r}, as where no unit fires:"
@@ -88,7 +88,7 @@ class SpikeReader(Reader):
         return self
 
     def _decide(self, X: Any) -> np.ndarray:
-        codes = SPIKE_CODES[self.code](check_rasters(X), self.width).astype(float)
+        codes = SPIKE_CODES[self.code](_check_rasters(X), self.width).astype(float)
         return self.reader_.predict_proba(codes)
 
 
@@ -122,7 +122,7 @@ class PoissonReader(Reader):
 
     def fit(self, X: Any, y: Labels) -> "PoissonReader":
         """Know rates (trial, unit, time) [Hz], one label each."""
-        rates = check_rasters(X)
+        rates = _check_rasters(X)
         if len(rates) != len(y) or len({*y}) < 2:
             raise InvalidInput(f"{len(rates)} touches, {len(y)} labels; give one each, of two.")
         if not (self.step > 0 and self.floor >= 0):
@@ -137,7 +137,7 @@ class PoissonReader(Reader):
         """Log-likelihoods (trial, class), up to what all share; −inf where a class is excluded."""
         self._require(X)
         end = None if until is None else count_until(X, until)
-        found = weigh_rates(check_rasters(X)[:, :, :end], self.known_[:, :, :end])
+        found = _weigh_rates(_check_rasters(X)[:, :, :end], self.known_[:, :, :end])
         with np.errstate(divide="ignore"):
             weights = np.log(self.members_.T.astype(float))
             return logsumexp(found[:, None, :] + weights, axis=2)
@@ -148,7 +148,7 @@ class PoissonReader(Reader):
         return np.where(excluded, np.nan, softmax(np.nan_to_num(scores), axis=1))
 
 
-def weigh_rates(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
+def _weigh_rates(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
     """Log-likelihoods (trial, touch) of counts (trial, …), given what each touch is expected to
     give (touch, …), up to what all touches share.
     """
@@ -162,7 +162,7 @@ def weigh_rates(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
     return found
 
 
-def check_rasters(X: Any) -> np.ndarray:
+def _check_rasters(X: Any) -> np.ndarray:
     """Counts or rates (trial, unit, time), none negative."""
     values = check_tensors(X, least=1)
     if np.any(values < 0):

@@ -13,7 +13,7 @@ from feeler.record import Record
 
 Vector = tuple[float, float] | tuple[float, float, float]
 """In the plane or in space."""
-LATE = 1e-9  # ms; how far beyond its end a path may be asked for
+_LATE = 1e-9  # ms; how far beyond its end a path may be asked for
 
 
 class BaseMotion(Record):
@@ -100,7 +100,7 @@ class BaseMotion(Record):
         time = np.asarray(time, dtype=float)
         if self.time is None:
             return time[:, None] * np.hstack([self.velocity, self.turn])
-        if time.max(initial=0.0) > self.time[-1] + LATE:
+        if time.max(initial=0.0) > self.time[-1] + _LATE:
             raise InvalidInput(
                 f"the base's recorded path ends at {self.time[-1]:g} ms, but {time.max():g} ms are"
                 " asked for. Use a shorter duration, or record longer."

@@ -21,7 +21,7 @@ from feeler.errors import InvalidInput
 from feeler.stimulus.feature import SHAPES, Feature, make_feature
 from feeler.toml import read_toml
 
-MAX_OBJECTS = 1000  # [C]
+_MAX_OBJECTS = 1000  # [C]
 
 
 @checked
@@ -36,10 +36,10 @@ def load_objects(path: str | os.PathLike) -> list[Feature]:
     source = Path(path)
     content = read_toml(path)
     entries = content.get("object")
-    if [*content] != ["object"] or not isinstance(entries, list) or len(entries) > MAX_OBJECTS:
+    if [*content] != ["object"] or not isinstance(entries, list) or len(entries) > _MAX_OBJECTS:
         raise InvalidInput(
-            f"{source.name} must hold 1 to {MAX_OBJECTS} tables [[object]] and nothing else; it has"
-            f" {', '.join(map(str, list(content)[:5])) or 'nothing'}."
+            f"{source.name} must hold 1 to {_MAX_OBJECTS} tables [[object]] and nothing else; it"
+            f" has {', '.join(map(str, list(content)[:5])) or 'nothing'}."
         )
     objects: list[Feature] = []
     for number, entry in enumerate(entries, 1):

@@ -22,7 +22,7 @@ _MAX_BYTES = 8 * 2**20  # [C]
 _MAX_MEMORY = 2**30  # [C] bytes that reading a drawing may take
 _MAX_HALVINGS = 16
 _SIZING = 64  # times more corners than an outline has may be looked at for its width
-UNITS = {
+_UNITS = {
     "mm": 1.0,
     "cm": 10.0,
     "in": 25.4,
@@ -31,14 +31,14 @@ UNITS = {
     "m": 1e3,
     "q": 0.25,
 }  # mm, as CSS has them
-PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewBox
+_PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewBox
 
-DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
+_DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 LIBRARIES = {".svg": "svgpathtools", ".dxf": "ezdxf", ".csv": ""}
 
-Curve = Callable[[float], complex]
+_Curve = Callable[[float], complex]
 """A point of a piece of a path, from 0 where it starts to 1 where it ends; y points up."""
-Paths = list[tuple[str, list[Curve]]]
+_Paths = list[tuple[str, list[_Curve]]]
 """The closed paths of a drawing by their names, x to the right and y up."""
 
 
@@ -96,7 +96,7 @@ def read_corners(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
     return {}, {"corners": corners}
 
 
-def _choose(paths: Paths, which: int | str | None) -> list[Curve]:
+def _choose(paths: _Paths, which: int | str | None) -> list[_Curve]:
     listing = ", ".join(
         f"{number}: {name or 'no id'}" for number, (name, _) in enumerate(paths[:20])
     )
@@ -119,7 +119,7 @@ def _choose(paths: Paths, which: int | str | None) -> list[Curve]:
 
 
 def _find_unit(
-    curves: list[Curve], unit: float | None, width: float | None, scale: float | None
+    curves: list[_Curve], unit: float | None, width: float | None, scale: float | None
 ) -> float:
     """Length of one unit of the drawing [mm]."""
     if width is not None:
@@ -140,7 +140,7 @@ def _find_unit(
     return unit
 
 
-def _flatten(curves: Iterable[Curve], tolerance: float, most: int = MAX_CORNERS) -> np.ndarray:
+def _flatten(curves: Iterable[_Curve], tolerance: float, most: int = MAX_CORNERS) -> np.ndarray:
     """Corners (corner, 2) of a polygon within ``tolerance`` of a path, at most so many."""
     points = (point for curve in curves for point in _bisect(curve, 0.0, 1.0, tolerance))
     found = np.array(list(islice(_leave_out_repeated(points), most + 1)))
@@ -167,7 +167,7 @@ def _leave_out_repeated(points: Iterable[complex]) -> Iterator[complex]:
 
 
 def _bisect(
-    curve: Curve, start: float, stop: float, tolerance: float, depth: int = 0
+    curve: _Curve, start: float, stop: float, tolerance: float, depth: int = 0
 ) -> Iterator[complex]:
     """Points of a curve from ``start`` to before ``stop`` whose polygon stays within ``tolerance``
     of it.
@@ -193,7 +193,7 @@ def _tidy(corners: np.ndarray) -> np.ndarray:
     return corners[gap > 1e-9 * extent]
 
 
-def _trace(points: Iterable[complex]) -> Curve:
+def _trace(points: Iterable[complex]) -> _Curve:
     """A Bézier curve: a point by itself, a straight line by two points, a cubic curve by four."""
 
     def curve(t: float) -> complex:
@@ -205,7 +205,7 @@ def _trace(points: Iterable[complex]) -> Curve:
     return curve
 
 
-def _read_csv(path: str) -> tuple[Paths, float | None]:
+def _read_csv(path: str) -> tuple[_Paths, float | None]:
     lines = read_text(path, _MAX_BYTES).splitlines()
     start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
     rows = [
@@ -218,13 +218,13 @@ def _read_csv(path: str) -> tuple[Paths, float | None]:
     return [(Path(path).stem, [_trace([complex(float(x), float(y))]) for x, y in rows])], 1.0
 
 
-def _read_svg(path: str) -> tuple[Paths, float | None]:
+def _read_svg(path: str) -> tuple[_Paths, float | None]:
     import svgpathtools
 
     document = svgpathtools.Document(path)
     if not document.root.tag.endswith("svg"):
         raise InvalidInput("it is XML but no SVG drawing.")
-    paths: Paths = []
+    paths: _Paths = []
     for whole in document.paths():
         name = whole.element.get("id") or ""
         closed = [piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()]
@@ -232,7 +232,7 @@ def _read_svg(path: str) -> tuple[Paths, float | None]:
     return paths, _find_svg_unit(document.root)
 
 
-def _turn_up(curve: Curve) -> Curve:
+def _turn_up(curve: _Curve) -> _Curve:
     """The curve of a page whose y axis points down, as SVG's does."""
     return lambda t: complex(curve(t)).conjugate()
 
@@ -242,22 +242,22 @@ def _find_svg_unit(root: Any) -> float | None:
     physical size.
     """
     found = re.fullmatch(r"\s*([\d.]+(?:[eE][+-]?\d+)?)\s*([a-zA-Z]+)\s*", root.get("width") or "")
-    if not found or found[2].lower() not in UNITS:
+    if not found or found[2].lower() not in _UNITS:
         return None
     box = re.split(r"[\s,]+", (root.get("viewBox") or "").strip())
-    unit = float(found[1]) * UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else PIXEL
+    unit = float(found[1]) * _UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else _PIXEL
     if not 0 < unit < np.inf:
         raise InvalidInput(f"it says that its unit is {unit:g} mm. Mend its width and viewBox.")
     return unit
 
 
-def _read_dxf(path: str) -> tuple[Paths, float | None]:
+def _read_dxf(path: str) -> tuple[_Paths, float | None]:
     ezdxf: Any = import_module("ezdxf")
     from ezdxf import edgeminer, edgesmith
     from ezdxf.path import make_path
 
     document = ezdxf.readfile(path)
-    drawn = document.modelspace().query(" ".join(DXF_CURVES))
+    drawn = document.modelspace().query(" ".join(_DXF_CURVES))
     entities = [entity for entity in drawn if edgesmith.is_pure_2d_entity(entity)]
     whole = [entity for entity in entities if edgesmith.is_closed_entity(entity)]
     named = [(f"{entity.dxftype()} on {entity.dxf.layer}", make_path(entity)) for entity in whole]
@@ -274,7 +274,7 @@ def _read_dxf(path: str) -> tuple[Paths, float | None]:
     return [(name, _split_dxf(outline)) for name, outline in named], factor
 
 
-def _split_dxf(outline: Any) -> list[Curve]:
+def _split_dxf(outline: Any) -> list[_Curve]:
     """The lines and curves of a path; each says its end and then its control points."""
     start, curves = outline.start, []
     for piece in outline.commands():
@@ -284,7 +284,7 @@ def _split_dxf(outline: Any) -> list[Curve]:
     return curves
 
 
-_READERS: dict[str, Callable[[str], tuple[Paths, float | None]]] = {
+_READERS: dict[str, Callable[[str], tuple[_Paths, float | None]]] = {
     ".svg": _read_svg,
     ".dxf": _read_dxf,
     ".csv": _read_csv,

@@ -63,7 +63,7 @@ def join3(k, a, b):
 
 
 @inlined
-def row3(table, i, k):
+def _row3(table, i, k):
     """A vector in a row of a table."""
     return table[i, k], table[i, k + 1], table[i, k + 2]
 
@@ -77,7 +77,7 @@ def measure(table, first, middle, stop, p, e, clear):
     """
     best, at, out = -np.inf, p, (1.0, 0.0, 0.0)
     for k in range(first, middle):
-        n = row3(table, k, 0)
+        n = _row3(table, k, 0)
         near, rise = dot3(n, p) - table[k, 3], dot3(n, e)
         gap = min(near, near + rise)
         if gap > best:
@@ -96,8 +96,8 @@ def measure(table, first, middle, stop, p, e, clear):
 def _cross_edges(table, middle, stop, p, e, best, at, out):
     """The ways out across an edge and the segment, where they are better."""
     for k in range(middle, stop):
-        a, d = row3(table, k, 0), row3(table, k, 3)
-        one, other = row3(table, k, 6), row3(table, k, 9)
+        a, d = _row3(table, k, 0), _row3(table, k, 3)
+        one, other = _row3(table, k, 6), _row3(table, k, 9)
         m = cross3(d, e)
         size = np.sqrt(dot3(m, m))
         if size * size <= _MIN_VALUE * dot3(d, d) * dot3(e, e):
@@ -139,7 +139,7 @@ def _find_nearest(table, first, middle, stop, p, e, out):
     """Nearest points of a segment and a solid that are apart."""
     best, at, way = np.inf, p, (0.0, 0.0, 0.0)
     for k in range(middle, stop):
-        a, d = row3(table, k, 0), row3(table, k, 3)
+        a, d = _row3(table, k, 0), _row3(table, k, 3)
         r, t = _clamp(a, d, p, e)
         near = join3(r, d, a)
         apart = join3(-1.0, near, join3(t, e, p))
@@ -147,11 +147,11 @@ def _find_nearest(table, first, middle, stop, p, e, out):
         if square < best:
             best, at, way = square, near, apart
     for k in range(first, middle):
-        n, a = row3(table, k, 0), row3(table, k, 4)
+        n, a = _row3(table, k, 0), _row3(table, k, 4)
         for end in (0.0, 1.0):
             q = join3(end, e, p)
             gap, beyond = dot3(n, q) - table[k, 3], join3(-1.0, a, q)
-            u, v = dot3(row3(table, k, 7), beyond), dot3(row3(table, k, 10), beyond)
+            u, v = dot3(_row3(table, k, 7), beyond), dot3(_row3(table, k, 10), beyond)
             if gap > 0.0 and gap * gap < best and u >= 0.0 and v >= 0.0 and u + v <= 1.0:
                 best, at = gap * gap, join3(-gap, n, q)
                 way = (gap * n[0], gap * n[1], gap * n[2])
@@ -168,8 +168,8 @@ def find_gap(points, radius, table, n_faces):
     """
     least = np.inf
     for i in range(radius.shape[0]):
-        p = row3(points, i, 0)
-        e = join3(-1.0, p, row3(points, i + 1, 0))
+        p = _row3(points, i, 0)
+        e = join3(-1.0, p, _row3(points, i + 1, 0))
         gap, _, _ = measure(table, 0, n_faces, table.shape[0], p, e, np.inf)
         least = min(least, gap - radius[i])
     return least

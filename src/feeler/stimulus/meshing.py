@@ -16,8 +16,8 @@ from feeler.guard import Limits, find_limits, open_guarded
 MESHES = (".stl", ".obj")
 _MAX_BYTES = 256 * 2**20  # [C]
 _MAX_FACES = 100_000  # [C] that are cut into parts as they are
-MAX_PART_CORNERS = 64  # [C] of a part, where there are several
-CONVEX = 1e-3  # [C] share of its hull by which a convex mesh's volume may fall short
+_MAX_PART_CORNERS = 64  # [C] of a part, where there are several
+_CONVEX = 1e-3  # [C] share of its hull by which a convex mesh's volume may fall short
 _SECONDS, _MEMORY = 120.0, 4 * 2**30  # [C] that reading and cutting may take
 
 
@@ -111,12 +111,12 @@ def _check_closed(mesh: Any) -> None:
 def _cut(mesh: Any, threshold: float) -> list[np.ndarray]:
     """The corners of convex parts that fill a mesh."""
     hull = mesh.convex_hull
-    if threshold >= 1 or mesh.volume >= (1 - CONVEX) * hull.volume:
+    if threshold >= 1 or mesh.volume >= (1 - _CONVEX) * hull.volume:
         return [np.asarray(hull.vertices, dtype=float)]
     coacd: Any = import_module("coacd")
     coacd.set_log_level("error")
     whole = coacd.Mesh(mesh.vertices, mesh.faces)
-    options = {"decimate": True, "max_ch_vertex": MAX_PART_CORNERS, "preprocess_mode": "off"}
+    options = {"decimate": True, "max_ch_vertex": _MAX_PART_CORNERS, "preprocess_mode": "off"}
     found = coacd.run_coacd(whole, threshold=threshold, seed=0, **options)
     found = found if len(found) > 1 else [(hull.vertices, None)]
     return [np.asarray(vertices, dtype=float) for vertices, _ in found]

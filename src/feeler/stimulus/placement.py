@@ -16,7 +16,7 @@ from feeler.stimulus.solid import compute_gap_in_space, place_in_space
 from feeler.stimulus.trial import Trial
 
 # mm [C]; left at the lead, so that rounding never decides whether the step then is in contact yet
-ROOM = 1e-12
+_ROOM = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +95,7 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
         corners, first = shape.stack
         part = (corners, first, shape.rounding)
         touching, again = find_touching(rest.start, rest.end, rest.radius, *part, x, y, *forward)
-    back = touching + ROOM + trial.speed * trial.lead
+    back = touching + _ROOM + trial.speed * trial.lead
     if np.isnan(touching):
         raise InvalidInput(
             f"the feature misses the antenna ({trial.label}, approach {trial.approach:g}°); aim"
@@ -123,7 +123,7 @@ def _place_in_space(antenna: Antenna, trial: Trial) -> Placement:
         turn = to_matrix(poses[1, 3:])
         origin, axes = turn @ origin + poses[1, :3], axes @ turn.T
     velocity = trial.speed * axes[0]
-    origin = origin - ROOM * axes[0] - trial.lead * velocity
+    origin = origin - _ROOM * axes[0] - trial.lead * velocity
     if trial.base_motion is not None:
         points = antenna.shape(base_angle=poses[0, 3:]) + poses[0, :3]
         if compute_gap_in_space(points, antenna.radius, trial.shape, origin, axes) <= 0:

@@ -18,11 +18,11 @@ from feeler.stimulus.feature import Feature, make_feature
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import LEAD, Trial
 
-ATTEMPTS = 20  # [C] draws of one touch before its ranges are said not to fit
-HOPELESS = 0.9  # [C] share of touches that do not fit from which no other draw is tried
-FIELDS = ("location", "speed", "approach", "friction", "lead")
+_ATTEMPTS = 20  # [C] draws of one touch before its ranges are said not to fit
+_HOPELESS = 0.9  # [C] share of touches that do not fit from which no other draw is tried
+_FIELDS = ("location", "speed", "approach", "friction", "lead")
 TURNED = "azimuth"  # a field of trials in space, a column only where it is asked for
-BASE = ("x", "y", "turn")
+_BASE = ("x", "y", "turn")
 
 
 @checked
@@ -74,13 +74,13 @@ class SampledTrials(Sequence[Trial]):
         if not np.isnan(row["size"]):
             feature = _resize(feature, row["size"])
         base = BaseMotion(velocity=(row["x"], row["y"]), turn=row["turn"]) if "x" in row else None
-        fields = {name: row[name] for name in (*FIELDS, TURNED) if name in row}
+        fields = {name: row[name] for name in (*_FIELDS, TURNED) if name in row}
         return Trial(feature=feature, side="right" if row["right"] else "left", base=base, **fields)
 
     def __repr__(self) -> str:
         spans = [
             f"{name} {self.columns[name].min():.3g} … {self.columns[name].max():.3g}"
-            for name in ("size", *FIELDS[:2])
+            for name in ("size", *_FIELDS[:2])
         ]
         return (
             f"{len(self):,} sampled trials"
@@ -145,15 +145,15 @@ def sample_trials(
     if not sides or not {*sides} <= {"left", "right"}:
         raise InvalidInput(f"sides must be left, right or both, got {[*sides]}.")
     fields = (locations, speeds, approach, friction, lead)
-    spreads: dict[str, Spread] = dict(zip(FIELDS, fields, strict=True))
+    spreads: dict[str, Spread] = dict(zip(_FIELDS, fields, strict=True))
     spreads |= {"size": sizes} if sizes is not None else {}
     spreads |= {TURNED: azimuth} if not _is_zero(azimuth) else {}
     if base is not None:
-        if not {*base} <= {*BASE}:
+        if not {*base} <= {*_BASE}:
             raise InvalidInput(
-                f"base has spreads of {', '.join(BASE)}, got {', '.join(map(str, base))}."
+                f"base has spreads of {', '.join(_BASE)}, got {', '.join(map(str, base))}."
             )
-        spreads |= {name: base.get(name, 0.0) for name in BASE}
+        spreads |= {name: base.get(name, 0.0) for name in _BASE}
     columns = _draw(n, spreads, len(known), [*sides], seed)
     _check_ends(columns, known)
     recipe = {
@@ -204,7 +204,7 @@ def _draw(
 def _check_ends(columns: dict[str, np.ndarray], features: tuple[Feature, ...]) -> None:
     """Refuse values that no trial may have; these are intervals, so that the ends tell."""
     for pick in (np.min, np.max):
-        names = [name for name in (*FIELDS, TURNED) if name in columns]
+        names = [name for name in (*_FIELDS, TURNED) if name in columns]
         fields: dict[str, Any] = {name: float(pick(columns[name])) for name in names}
         Trial(feature=features[0], **fields)
         if not np.isnan(columns["size"][0]) and not pick(columns["size"]) > 0:
@@ -214,7 +214,7 @@ def _check_ends(columns: dict[str, np.ndarray], features: tuple[Feature, ...]) -
 def _redraw(trials: SampledTrials, antenna: Antenna, draw: Any) -> None:
     """Draw again what cannot be placed."""
     left, reason = np.flatnonzero(~_fits_surely(trials, antenna)), ""
-    for again in range(1, ATTEMPTS + 1):
+    for again in range(1, _ATTEMPTS + 1):
         bad = []
         for index in left:
             try:
@@ -225,7 +225,7 @@ def _redraw(trials: SampledTrials, antenna: Antenna, draw: Any) -> None:
         left = np.array(bad, dtype=int)
         if not left.size:
             return
-        if left.size > HOPELESS * len(trials) > HOPELESS * ATTEMPTS:
+        if left.size > _HOPELESS * len(trials) > _HOPELESS * _ATTEMPTS:
             break
         fresh = draw(again)
         for name, values in fresh.items():

@@ -11,7 +11,7 @@ from feeler.antenna.space import find_frames
 from feeler.errors import InvalidInput
 from feeler.stimulus.feature import Feature
 
-MARCHES = 200  # [C] steps of a search for the place where surfaces meet
+_MARCHES = 200  # [C] steps of a search for the place where surfaces meet
 
 
 def list_solids(feature: Feature) -> list[np.ndarray]:
@@ -92,7 +92,7 @@ def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
         return compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
 
     back = 0.0
-    for _ in range(MARCHES):
+    for _ in range(_MARCHES):
         gap = measure(back)
         if gap > -1e-13:
             break

@@ -8,11 +8,11 @@ from feeler.errors import InvalidInput
 from feeler.record import Ge, freeze
 from feeler.stimulus.feature import Feature, digest_numbers
 
-REACH = 1e3  # mm; half extent of the box that stands for a face without end
+_REACH = 1e3  # mm; half extent of the box that stands for a face without end
 DEPTH = (
     10.0  # mm [C]; body of a textured wall below its lowest place; far more than contact sinks in
 )
-MAX_PLACES = 1000  # [C]
+_MAX_PLACES = 1000  # [C]
 
 
 class Wall(Feature):
@@ -78,7 +78,7 @@ class Wall(Feature):
         the body below.
         """
         if self.profile is None:
-            return [[(0.0, -REACH), (0.0, REACH), (-2 * REACH, REACH), (-2 * REACH, -REACH)]]
+            return [[(0.0, -_REACH), (0.0, _REACH), (-2 * _REACH, _REACH), (-2 * _REACH, -_REACH)]]
         place, height = self._lay_out()
         bottom = height.min() - DEPTH
         slope = np.diff(height) / np.diff(place)
@@ -102,10 +102,15 @@ class Wall(Feature):
 def _read_profile(pairs: np.ndarray, repeat: int) -> np.ndarray:
     if pairs.ndim == 2 and pairs.shape[0] == 2 and pairs.shape[1] > 2:
         pairs = pairs.T
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) < 2 or len(pairs) * repeat > MAX_PLACES:
+    if (
+        pairs.ndim != 2
+        or pairs.shape[1] != 2
+        or len(pairs) < 2
+        or len(pairs) * repeat > _MAX_PLACES
+    ):
         raise InvalidInput(
-            f"Wall.profile must be 2 to {MAX_PLACES} pairs (place, height), repetitions counted, or"
-            f" two such arrays; got shape {pairs.shape}, repeated {repeat} times."
+            f"Wall.profile must be 2 to {_MAX_PLACES} pairs (place, height), repetitions counted,"
+            f" or two such arrays; got shape {pairs.shape}, repeated {repeat} times."
         )
     if (falling := np.flatnonzero(np.diff(pairs[:, 0]) <= 0)).size:
         where = falling[0]

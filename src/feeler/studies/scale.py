@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from feeler.encoding.model import ConvolutiveNMF
 
 SCALES: Registry["Scale"] = Registry("scale")
-Count = Annotated[int, Ge(1)]
-Number = Annotated[int, Ge(0)]
+_Count = Annotated[int, Ge(1)]
+_Number = Annotated[int, Ge(0)]
 Speed = Annotated[float, Gt(0), Unit("mm/ms")]
 
 
@@ -110,28 +110,28 @@ class Scale(Record):
     locations: tuple[float, ...] = LOCATIONS
     shapes: tuple[str, ...] = ("ball", "box", "triangle")
     movie_speeds: tuple[str, ...] = ("fast", "medium", "slow")
-    fps: Count = 25
+    fps: _Count = 25
 
     # calibration
-    fit_starts: Number = 3
-    control_starts: Number = 2
-    error_places: Number = 9
-    draws: Count = 100
-    refits: Number = 4
+    fit_starts: _Number = 3
+    control_starts: _Number = 2
+    error_places: _Number = 9
+    draws: _Count = 100
+    refits: _Number = 4
     impact_speeds: tuple[Speed, ...] = (0.1, 0.2, 0.4, 0.6)
 
     # wall
     wall_part: str = ""
-    drives: Number | None = None
-    far_slides: Number | None = None
-    followers: Number | None = None
+    drives: _Number | None = None
+    far_slides: _Number | None = None
+    followers: _Number | None = None
 
     # encoder
-    ranks: tuple[Count, ...] = (2, 3, 4, 5)  # [P]
-    durations: tuple[Count, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
-    restarts: Count = 10  # [P] Fig. 4B
-    side_restarts: Count = 2
-    max_iter: Count = 60
+    ranks: tuple[_Count, ...] = (2, 3, 4, 5)  # [P]
+    durations: tuple[_Count, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
+    restarts: _Count = 10  # [P] Fig. 4B
+    side_restarts: _Count = 2
+    max_iter: _Count = 60
     tol: Annotated[float, Gt(0)] = 3e-4
     warn: bool = True
 
@@ -165,11 +165,11 @@ class Scale(Record):
 
     # robot
     gaps: tuple[Annotated[float, Ge(0)], ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
-    robots: Count = 20
-    variants: tuple[Count, ...] = (1, 2, 5, 10)
-    shots: tuple[Number, ...] = (0, 1, 2, 4)
-    shot_robots: Number = 10
-    robot_repeats: Number = 10
+    robots: _Count = 20
+    variants: tuple[_Count, ...] = (1, 2, 5, 10)
+    shots: tuple[_Number, ...] = (0, 1, 2, 4)
+    shot_robots: _Number = 10
+    robot_repeats: _Number = 10
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -196,11 +196,11 @@ class Scale(Record):
         return ConvolutiveNMF(**(settings | {"random_state": 0} | changes))
 
 
-HEADLINE = {"relative": (1.0,), "common": (0.03,)}
+_HEADLINE = {"relative": (1.0,), "common": (0.03,)}
 """Of the levels of noise those that the report shows."""
-BEYOND: dict[str, Any] = {
+_BEYOND: dict[str, Any] = {
     "trade_profiles": ("exponential", "constant"),
-    "trade": {"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": HEADLINE},
+    "trade": {"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": _HEADLINE},
     "gradient": {
         "sets": 1,
         "draws": 20,
@@ -225,7 +225,7 @@ _REST = (
     *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
     *("spikes", "space", "cnn"),
 )
-PUBLISHED = _PAPER.replace(
+_PUBLISHED = _PAPER.replace(
     name="published",
     minutes=5.0,
     vector=False,
@@ -247,7 +247,7 @@ PUBLISHED = _PAPER.replace(
     jitters=False,
     choices=False,
     network={},
-    **BEYOND,
+    **_BEYOND,
 )
 """The default: every figure of the paper with its published sample sizes. Controls of our own have
 fewer repeats, and what is kept is neither the paper's nor quick.
@@ -256,7 +256,7 @@ QUICK = Scale(
     name="quick",
     minutes=1.0,
     vector=False,
-    kept=PUBLISHED.kept,
+    kept=_PUBLISHED.kept,
     controls=("linear", "constant"),
     queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *_REST),
     control_speeds=("slow",),
@@ -291,7 +291,7 @@ QUICK = Scale(
     jitters=False,
     choices=False,
     network={},
-    **BEYOND,
+    **_BEYOND,
     gaps=(0.0, 1.0, 2.0),
     robots=1,
     variants=(),
@@ -299,7 +299,7 @@ QUICK = Scale(
     shot_robots=0,
     robot_repeats=1,
 )
-SMOKE = QUICK.replace(
+_SMOKE = QUICK.replace(
     name="smoke",
     minutes=0.5,
     kept=(),
@@ -327,7 +327,7 @@ SMOKE = QUICK.replace(
         "null_iter": 5,
         "twins": "none",
     },
-    trade={"sets": 1, "speeds": (0.6, 1.2), "draws": 5, "levels": HEADLINE},
+    trade={"sets": 1, "speeds": (0.6, 1.2), "draws": 5, "levels": _HEADLINE},
     gradient={
         "sets": 1,
         "draws": 5,
@@ -339,7 +339,7 @@ SMOKE = QUICK.replace(
     gaps=(1.0,),
     robot_repeats=0,
 )
-SCALES.register("smoke", SMOKE)
+SCALES.register("smoke", _SMOKE)
 SCALES.register("quick", QUICK)
-SCALES.register("published", PUBLISHED)
+SCALES.register("published", _PUBLISHED)
 SCALES.register("paper", _PAPER)

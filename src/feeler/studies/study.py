@@ -28,7 +28,7 @@ from feeler.tensors.unit import in_unit
 
 _WHOLE = "whole touch"
 _MATCHED = "distance and samples"
-IDEAL = "ideal"
+_IDEAL = "ideal"
 """The reader that knows every touch; its accuracy and bits are expectations over the noise."""
 
 
@@ -71,7 +71,7 @@ class Study(Record):
     windows: dict[str, Any]
     sets: Annotated[int, Ge(1)]
     draws: Annotated[int, Ge(1)]
-    readers: tuple[Annotated[str, OneOf(READERS)], ...] = (IDEAL,)
+    readers: tuple[Annotated[str, OneOf(READERS)], ...] = (_IDEAL,)
     train: Annotated[int, Ge(1)] = 4
     reach: Annotated[float, Ge(0)] = 1.0
     tail: Annotated[float, Ge(0), Unit("ms")] = 100.0
@@ -235,7 +235,7 @@ class Study(Record):
         known: tuple[np.ndarray, np.ndarray] | None = None
         told = []
         for name in self.readers:
-            if name == IDEAL:
+            if name == _IDEAL:
                 told.append(self._ask_ideal(angle, windows, first, number))
                 continue
             if known is None:

@@ -21,7 +21,7 @@ from feeler.studio.wish import TouchWish, read_number
 
 
 @dataclass(frozen=True, kw_only=True)
-class Leaving:
+class _Leaving:
     """A file that leaves the page."""
 
     name: str
@@ -29,7 +29,7 @@ class Leaving:
     content: bytes
 
 
-def make_file(message: dict[str, Any]) -> Leaving:
+def make_file(message: dict[str, Any]) -> _Leaving:
     """What the page asks to be saved: ``what`` is toml, script, svg, png, mp4 or html."""
     wish = TouchWish.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
@@ -56,7 +56,7 @@ def make_file(message: dict[str, Any]) -> Leaving:
         raise InvalidInput(f"what must be one of {', '.join(makers)}, got {str(what)[:40]!r}.")
     mime, make = makers[what]
     stem = "antenna" if what == "toml" else "touch"
-    return Leaving(
+    return _Leaving(
         name=f"feeler-{stem}.{'py' if what == 'script' else what}", mime=mime, content=make()
     )
 

@@ -17,7 +17,7 @@ from feeler.errors import InvalidInput
 from feeler.record import Ge, Record
 from feeler.registry import Registry
 
-TRIED = 64  # [C] copies from which the sd of a model that only draws is estimated
+_TRIED = 64  # [C] copies from which the sd of a model that only draws is estimated
 
 
 class Noise(Record, kw_only=False):
@@ -57,8 +57,8 @@ class Noise(Record, kw_only=False):
         """
         if self.is_gaussian:
             raise InvalidInput(f"the noise {type(self).__name__} must define sd or add.")
-        copies = self.add(tensors, np.random.default_rng(0), TRIED)
-        deviation = copies.reshape(TRIED, *np.shape(tensors)) - tensors
+        copies = self.add(tensors, np.random.default_rng(0), _TRIED)
+        deviation = copies.reshape(_TRIED, *np.shape(tensors)) - tensors
         return np.sqrt(np.mean(deviation**2, axis=0))
 
     def add(self, tensors: np.ndarray, rng: np.random.Generator, n_copies: int = 1) -> np.ndarray:

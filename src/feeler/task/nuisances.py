@@ -14,8 +14,8 @@ from feeler.stimulus.sample import TURNED
 from feeler.stimulus.trial import Trial
 
 NAMES = ("location", "size", "approach", "friction", "speed")
-NEAREST = 0.05  # [C] of the length; nearer the base a normal spread does not go
-OBLIQUE = (30.0, 150.0)  # [C] degrees; an approach beyond them misses many antennas
+_NEAREST = 0.05  # [C] of the length; nearer the base a normal spread does not go
+_OBLIQUE = (30.0, 150.0)  # [C] degrees; an approach beyond them misses many antennas
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Nuisances(Record):
         """Where size [mm], location, speed, approach and friction of touches like this one lie, and
         their azimuth where they leave the plane.
         """
-        small, wide = min(NEAREST, trial.location), OBLIQUE
+        small, wide = min(_NEAREST, trial.location), _OBLIQUE
         wide = (min(wide[0], trial.approach), max(wide[1], trial.approach))
         return {
             "size": self._about(self.size, trial.feature.size, share=True),

@@ -20,9 +20,9 @@ from feeler.stimulus.trial import LEAD, Trial
 from feeler.task.noise import Noise, Relative
 from feeler.task.nuisances import Nuisances, is_number, read_spread
 
-PEAK = Relative(1.0)
-MAX_CLASSES = 1000  # [C]
-SETS = 1 << 64  # what a set's number is multiplied by in a seed
+_PEAK = Relative(1.0)
+_MAX_CLASSES = 1000  # [C]
+_SETS = 1 << 64  # what a set's number is multiplied by in a seed
 
 
 class Task(Record):
@@ -57,7 +57,7 @@ class Task(Record):
     locations: Annotated[tuple[Annotated[float, Gt(0), Le(1)], ...], Len(1)] = LOCATIONS
     speeds: Annotated[tuple[Annotated[float, Gt(0)], ...], Len(1)] = (0.3,)
     nuisances: Nuisances = field(default_factory=Nuisances)
-    noise: Noise = PEAK
+    noise: Noise = _PEAK
     deadline: Annotated[float, Gt(0), Unit("ms")] = 100.0
     lead: Spread = LEAD
     seeds: Any = (("train", 1), ("test", 2), ("final", 3))
@@ -80,9 +80,9 @@ class Task(Record):
     def _check_classes(self) -> None:
         if not self.objects:
             raise InvalidInput("a task needs an object: give objects=, such as ['ball:radius=2'].")
-        if self.n_classes > MAX_CLASSES:
+        if self.n_classes > _MAX_CLASSES:
             raise InvalidInput(
-                f"a task has at most {MAX_CLASSES} classes (objects × locations), got"
+                f"a task has at most {_MAX_CLASSES} classes (objects × locations), got"
                 f" {self.n_classes}."
             )
         for name, values in (("locations", self.locations), ("speeds", self.speeds)):
@@ -169,7 +169,7 @@ class Task(Record):
             raise InvalidInput(f"touches are drawn for one of {', '.join(seeds)}, got {purpose!r}.")
         if set < 0:
             raise InvalidInput(f"the number of a set must be ≥ 0, got {set}.")
-        first = SETS * set + MAX_CLASSES * seeds[purpose]
+        first = _SETS * set + _MAX_CLASSES * seeds[purpose]
         speeds = self.speeds if speed is None else (speed,)
         trials = [
             trial

@@ -10,7 +10,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 
-VIEWS = "feeler.plotting.results"  # named, not imported: who only analyses needs no pictures
+_VIEWS = "feeler.plotting.results"  # named, not imported: who only analyses needs no pictures
 
 
 @xr.register_dataset_accessor("feeler")
@@ -51,7 +51,7 @@ class Views:
         """One trial as an image, sensors from base to tip against time: a matplotlib Figure, which
         notebooks show (its Axes are ``figure.axes[0]``, or the ``ax`` handed in).
         """
-        return resolve_name(f"{VIEWS}:plot_trial")(self._tensors, trial, variable, ax).figure
+        return resolve_name(f"{_VIEWS}:plot_trial")(self._tensors, trial, variable, ax).figure
 
     def movie(
         self, path: str | Path, trial: int = 0, antenna: Antenna | None = None, **how: Any
@@ -60,6 +60,6 @@ class Views:
         ``slower`` and ``fps`` as elsewhere. The path of the film, which notebooks play.
         """
         antenna = self.antenna if antenna is None else antenna
-        return resolve_name(f"{VIEWS}:write_trial_movie")(
+        return resolve_name(f"{_VIEWS}:write_trial_movie")(
             self._tensors, antenna, Path(path), trial, **how
         )

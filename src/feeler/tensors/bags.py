@@ -23,14 +23,14 @@ from feeler.tensors.table import MAX_COLUMNS, Table
 
 _MAGIC = b"\x89MCAP0\r\n"
 _STARTS = {_MAGIC: ".mcap", b"SQLite format 3\0": ".db3", b"#ROSBAG V2.0\n": ".bag"}
-JOINTS = "sensor_msgs/msg/JointState"
-NUMBERS = re.compile(r"std_msgs/msg/(Float|U?Int|Byte)\d*MultiArray")
-NOTES = "feeler"  # the metadata record of a bag that says what a CSV's notes say
+_JOINTS = "sensor_msgs/msg/JointState"
+_NUMBERS = re.compile(r"std_msgs/msg/(Float|U?Int|Byte)\d*MultiArray")
+_NOTES = "feeler"  # the metadata record of a bag that says what a CSV's notes say
 _MAX_TOPICS = 12  # that a message or ``feeler info`` lists
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bag:
+class _Bag:
     """An open recording, as its library gives it: kinds of messages, how many and when.
 
     Attributes
@@ -203,18 +203,18 @@ def _check_length(length: int, rows: list[Any], topic: str) -> None:
 
 def _read_stamp(message: Any, kind: str) -> int:
     """When a joint state was measured [ns]; 0 where it does not say so."""
-    stamp = message.header.stamp if kind == JOINTS else None
+    stamp = message.header.stamp if kind == _JOINTS else None
     return stamp.sec * 10**9 + stamp.nanosec if stamp else 0
 
 
 @contextlib.contextmanager
-def _open(part: Path) -> Iterator[Bag]:
+def _open(part: Path) -> Iterator[_Bag]:
     with (_open_mcap if _find_ending(part) == ".mcap" else _open_rosbag)(part) as bag:
         yield bag
 
 
 @contextlib.contextmanager
-def _open_mcap(part: Path) -> Iterator[Bag]:
+def _open_mcap(part: Path) -> Iterator[_Bag]:
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
@@ -225,7 +225,7 @@ def _open_mcap(part: Path) -> Iterator[Bag]:
             raise InvalidInput("it has no index: it was not closed. `mcap recover` mends it.")
         channels, schemas = summary.channels, summary.schemas
         counts, ends = _count_messages(reader, summary.statistics)
-        yield Bag(
+        yield _Bag(
             kinds={
                 c.topic: s.name if (s := schemas.get(c.schema_id)) else ""
                 for c in channels.values()
@@ -239,7 +239,7 @@ def _open_mcap(part: Path) -> Iterator[Bag]:
             notes={
                 name: text
                 for record in reader.iter_metadata()
-                if record.name == NOTES
+                if record.name == _NOTES
                 for name, text in dict(record.metadata).items()
             },
         )
@@ -261,14 +261,14 @@ def _count_messages(reader: Any, counted: Any) -> tuple[dict[int, int], tuple[in
 
 
 @contextlib.contextmanager
-def _open_rosbag(part: Path) -> Iterator[Bag]:
+def _open_rosbag(part: Path) -> Iterator[_Bag]:
     """ROS 2's SQLite bag or ROS 1's bag; what an old one does not define are ROS 2's messages."""
     from rosbags.highlevel import AnyReader, AnyReaderError
     from rosbags.typesys import Stores, get_typestore
 
     try:
         with AnyReader([part], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            yield Bag(
+            yield _Bag(
                 kinds={name: about.msgtype or "" for name, about in reader.topics.items()},
                 counts={name: about.msgcount for name, about in reader.topics.items()},
                 ends=(reader.start_time, reader.end_time) if reader.message_count else (),
@@ -294,7 +294,7 @@ def _count(part: Path) -> tuple[int, str]:
 
 
 def _is_numeric(kind: str) -> bool:
-    return kind == JOINTS or NUMBERS.fullmatch(kind) is not None
+    return kind == _JOINTS or _NUMBERS.fullmatch(kind) is not None
 
 
 def _choose(kinds: dict[str, str], topic: str) -> str:
@@ -315,7 +315,7 @@ def _choose(kinds: dict[str, str], topic: str) -> str:
 
 def _take(message: Any, kind: str, names: list[str]) -> tuple[Any, list[str], str]:
     """The numbers of one message, the names of its channels, and their unit where it says one."""
-    if kind != JOINTS:
+    if kind != _JOINTS:
         dims = message.layout.dim
         if len(dims) > 1:
             raise InvalidInput(

@@ -21,7 +21,7 @@ from feeler.tensors.table import parse_table
 MAGIC = "# feeler tensor"
 _DESCRIPTION = "# description: "
 _MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
-COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
+_COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
 def save_csv(
@@ -55,7 +55,7 @@ def save_csv(
     roles = {"variable": variable, "attributes": make_plain(dict(one[variable].attrs))}
     content = describe_whole(rest) | {"time": make_plain(dict(one.time.attrs)), **roles}
     text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
-    unit = COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
+    unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
     for time, row in zip(one.time.values, one[variable].values[0].T, strict=True):

@@ -13,7 +13,9 @@ from feeler.errors import FeelerError, StoreError
 from feeler.files import FULL
 
 TEMPORARY = ".tmp"
-LEAST_SHARE = 0.7  # [C] of their size in memory that tensors take at least when they are compressed
+_LEAST_SHARE = (
+    0.7  # [C] of their size in memory that tensors take at least when they are compressed
+)
 
 
 def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
@@ -49,7 +51,7 @@ def check_room(path: Path, n_bytes: int, what: str) -> None:
         With the estimate, and what is free.
     """
     free = shutil.disk_usage(path if path.exists() else path.absolute().parent).free
-    if LEAST_SHARE * n_bytes > free:
+    if _LEAST_SHARE * n_bytes > free:
         raise StoreError(
             f"{what} need about {n_bytes / 2**30:.3g} GiB at {path}, where {free / 2**30:.3g} GiB"
             ' are free. Free some space, or ask for fewer trials, for save=("angle",) or for'

@@ -20,8 +20,8 @@ from feeler.tensors.records import (
     record_path,
 )
 
-MAX_DIFFERENCES = 5
-ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
+_MAX_DIFFERENCES = 5
+_ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 
 
 def find_intact(path: Path, label: Label) -> dict[int, GroupRecord]:
@@ -74,7 +74,7 @@ def check_configuration(path: Path, stored: Label, asked: Label) -> None:
     differences = find_differences(stored.configuration, asked.configuration)
     if stored.n_trials > asked.n_trials:
         differences.insert(0, f"number of trials: {stored.n_trials} → {asked.n_trials}")
-    if differences and all(words.startswith(ORIGIN) for words in differences):
+    if differences and all(words.startswith(_ORIGIN) for words in differences):
         raise StoreError(
             f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old"
             " and new trials might not fit together. Finish it with the code that began it, or use"
@@ -104,9 +104,9 @@ def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
         return [] if stored == asked else [f"{name}: {_show(stored)} → {_show(asked)}"]
     found: list[str] = []
     for place, a, b in pairs:
-        if len(found) < MAX_DIFFERENCES and a != b:
+        if len(found) < _MAX_DIFFERENCES and a != b:
             found += find_differences(a, b, place)
-    return found[:MAX_DIFFERENCES]
+    return found[:_MAX_DIFFERENCES]
 
 
 def _join(name: str, key: str) -> str:

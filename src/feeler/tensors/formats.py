@@ -23,7 +23,7 @@ from feeler.guard import Limits, find_limits
 from feeler.registry import Registry
 from feeler.tensors.contract import find_breaches, refuse
 
-START = 512  # bytes by which a file is recognised
+_START = 512  # bytes by which a file is recognised
 _UNKNOWN = (
     "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5, CSV),"
     " tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings of robots"
@@ -105,7 +105,7 @@ def find_formats(
         There is none; the message says what the file is.
     """
     path = Path(path)
-    start = b"" if path.is_dir() else read_start(path, START).removeprefix(BOM_UTF8)
+    start = b"" if path.is_dir() else read_start(path, _START).removeprefix(BOM_UTF8)
     known = {**FORMATS, **(also or {})}
     if found := {name: form for name, form in known.items() if form.detect(path, start)}:
         return found

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-MAX_COMMENTS = 200  # [C]
+_MAX_COMMENTS = 200  # [C]
 _MAX_PREAMBLE = 50  # [C] lines that a data logger writes above the names of the columns
 _UNIT = re.compile(
     r"[(\[].{0,20}[)\]]|[num]?s|sec|m?rad|deg|°|[pfn]F|counts|m?V|°?C|K|Hz|m?N|[mµ]?m|px|ohm|Ω|",
@@ -78,7 +78,7 @@ def find_heading(lines: Iterator[tuple[int, str]]) -> Heading | None:
 
 def _note(notes: dict[str, str], text: str, sign: str) -> None:
     key, found, value = text.partition(sign)
-    if found and len(notes) < MAX_COMMENTS:
+    if found and len(notes) < _MAX_COMMENTS:
         notes[key.strip().lower()[:200]] = value.strip()[:1000]
 
 

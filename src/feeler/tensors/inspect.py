@@ -14,8 +14,8 @@ from feeler.guard import Limits, find_limits
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import Format, find_formats
 
-MAX_VALUES = 6
-LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
+_MAX_VALUES = 6
+_LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
 
 
 def describe_file(
@@ -90,7 +90,7 @@ def _describe_dataset(dataset: xr.Dataset) -> list[str]:
 
 
 def _find_spread(item: xr.DataArray) -> str:
-    if not item.size or item.nbytes > LARGE or item.dtype.kind not in "fiu":
+    if not item.size or item.nbytes > _LARGE or item.dtype.kind not in "fiu":
         return ""
     values = item.values  # of a store this reads, each time
     return "" if np.isnan(values).all() else f"{np.nanmin(values):.3g} … {np.nanmax(values):.3g}"
@@ -98,7 +98,7 @@ def _find_spread(item: xr.DataArray) -> str:
 
 def _summarise(values: np.ndarray) -> str:
     distinct = np.unique(values)
-    if distinct.size <= MAX_VALUES:
+    if distinct.size <= _MAX_VALUES:
         return ", ".join(
             f"{value:g}" if values.dtype.kind in "fiu" else str(value) for value in distinct
         )

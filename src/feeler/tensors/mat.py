@@ -17,7 +17,7 @@ from feeler.tensors.disk import write_atomic
 from feeler.tensors.plain import complete, describe
 from feeler.tensors.readers import DESCRIPTION
 
-MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
+_MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
 
 
 def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
@@ -25,7 +25,7 @@ def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     dataset = complete(dataset)
     content: dict[str, object] = {}
     for name, variable in dataset.variables.items():
-        if variable.nbytes > MAX_VARIABLE:
+        if variable.nbytes > _MAX_VARIABLE:
             raise InvalidInput(
                 f"{name} takes {variable.nbytes:,} bytes; a version 5 file holds 2 GiB. Use NetCDF."
             )

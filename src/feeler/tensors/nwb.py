@@ -17,10 +17,10 @@ from feeler.files import writing
 from feeler.tensors.plain import complete, describe_whole
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
-UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
+_UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
     "http://purl.obolibrary.org/obo/NCBITaxon_32644"
 )
-SEXES = ("M", "F", "U", "O")
+_SEXES = ("M", "F", "U", "O")
 
 
 def save_nwb(
@@ -130,7 +130,7 @@ def make_nwb(
     from pynwb import NWBFile
 
     if isinstance(session_start, str):
-        session_start = parse_time(session_start)
+        session_start = _parse_time(session_start)
     if session_start is None or session_start.tzinfo is None or not identifier:
         raise InvalidInput(
             "NWB files of recordings need session_start=, a time with its zone such as"
@@ -147,7 +147,7 @@ def make_nwb(
     )
 
 
-def parse_time(text: str) -> datetime:
+def _parse_time(text: str) -> datetime:
     """A moment from text by ISO 8601."""
     try:
         return datetime.fromisoformat(text)
@@ -183,11 +183,11 @@ def make_subject(
     """
     from pynwb.file import Subject
 
-    if sex not in SEXES:
-        raise InvalidInput(f"sex must be one of {', '.join(SEXES)}, got {sex!r}.")
+    if sex not in _SEXES:
+        raise InvalidInput(f"sex must be one of {', '.join(_SEXES)}, got {sex!r}.")
     return Subject(
         subject_id=subject or device or "unknown",
-        species=species or UNIDENTIFIED,
+        species=species or _UNIDENTIFIED,
         sex=sex,
         age=age or "P0D/",
         description=(

@@ -14,8 +14,8 @@ from feeler.errors import InvalidInput
 from feeler.files import NAME
 from feeler.provenance import make_plain
 
-TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
-OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
+_TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
+_OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
 REQUIRED = {
     "configuration": "{}",
     "versions": "{}",
@@ -98,7 +98,7 @@ def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str)
         for name, entry in content["variables"].items():
             values = _values(name, entry, arrays, source)
             attributes = dict(entry.get("attributes") or {})
-            attributes |= {"units": "1"} if attributes.get("units") == OLD_UNIT else {}
+            attributes |= {"units": "1"} if attributes.get("units") == _OLD_UNIT else {}
             variable = xr.Variable(_read_dims(name, entry["dims"]), values, attributes)
             (coordinates if entry.get("coordinate") else variables)[name] = variable
         return xr.Dataset(
@@ -132,7 +132,7 @@ def _values(
     if entry["type"] == "str":
         return np.array([str(text) for text in entry["texts"]], dtype=str).reshape(shape)
     if not (
-        isinstance(entry["type"], str) and TYPE.fullmatch(entry["type"])
+        isinstance(entry["type"], str) and _TYPE.fullmatch(entry["type"])
     ):  # np.dtype parses all kinds of texts
         raise InvalidInput(f"{source}: variable {name!r} has the type {str(entry['type'])[:40]!r}.")
     kind = np.dtype(entry["type"])

@@ -20,7 +20,7 @@ TRAINING_LABELS = (
     "these are DeepLabCut training labels (pictures and the places that a person marked in them),"
     " not tracks of a film. analyze_videos writes the tracks."
 )
-MAX_LABELS = 2**20  # [C] bytes of a DeepLabCut file's column names
+_MAX_LABELS = 2**20  # [C] bytes of a DeepLabCut file's column names
 
 
 def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -217,8 +217,10 @@ def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     pickled list.
     """
     words = bytes(table.attrs["values_block_0_kind"])
-    if len(words) > MAX_LABELS:
-        raise InvalidInput(f"its column names take {len(words):,} bytes, more than {MAX_LABELS:,}.")
+    if len(words) > _MAX_LABELS:
+        raise InvalidInput(
+            f"its column names take {len(words):,} bytes, more than {_MAX_LABELS:,}."
+        )
     labels = _Plain(io.BytesIO(words)).load()
     plain = [
         ["" if len(label) == 3 else str(label[1]), str(label[-2]), str(label[-1])]

@@ -14,12 +14,12 @@ import numpy as np
 from feeler.registry import Registry
 
 DIMS = ("trial", "sensor", "time")
-PATH = ("trial", "time", "axis")
+_PATH = ("trial", "time", "axis")
 IN_SPACE = {
     "angle": ("trial", "plane", "sensor", "time"),
     "curvature": ("trial", "plane", "sensor", "time"),
     "velocity": ("trial", "plane", "sensor", "time"),
-    "base_moment": PATH,
+    "base_moment": _PATH,
 }
 """Dims of those quantities that have others for an antenna in space; its ``axis`` has z as well."""
 
@@ -112,14 +112,14 @@ for _name, _quantity in {
     "tip": Quantity(
         unit="mm",
         meaning="place of the tip, base at the origin, straight antenna along +y",
-        dims=PATH,
+        dims=_PATH,
         make=lambda antenna, motion: antenna.tip(motion.angle),
     ),
     "force": Quantity(
-        unit="N", meaning="total contact force on the antenna", dims=PATH, make=_take("force")
+        unit="N", meaning="total contact force on the antenna", dims=_PATH, make=_take("force")
     ),
     "base_force": Quantity(
-        unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")
+        unit="N", meaning="force that holds the base", dims=_PATH, make=_take("base_force")
     ),
     "base_moment": Quantity(
         unit="N*mm",
@@ -137,7 +137,7 @@ for _name, _quantity in {
     "contact_point": Quantity(
         unit="mm",
         meaning="place of the contact on the antenna's axis, as that of the tip, NaN without",
-        dims=PATH,
+        dims=_PATH,
         make=_find_contact,
         optional=True,
         gaps=True,

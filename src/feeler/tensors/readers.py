@@ -12,22 +12,22 @@ from typing import Any
 
 from feeler.errors import InvalidInput
 
-MAX_MEMBERS = 10_000
+_MAX_MEMBERS = 10_000
 DESCRIPTION = "feeler_description"
-NO_TENSORS = (
+_NO_TENSORS = (
     "this NWB file holds no tensors by feeler. Poses are read by feeler tracks, other series with"
     " pynwb."
 )
-Answer = tuple[dict[str, Any], dict[str, Any]]
+_Answer = tuple[dict[str, Any], dict[str, Any]]
 
 
-def read_hdf5(path: str) -> Answer:
+def read_hdf5(path: str) -> _Answer:
     """NetCDF-4, or NWB that feeler wrote."""
     import h5py
 
     file = h5py.File(path, "r")
     if "nwb_version" in file.attrs and "notes" not in file.get("general", ()):
-        raise InvalidInput(NO_TENSORS)
+        raise InvalidInput(_NO_TENSORS)
     _refuse_links(file, set())
     if "nwb_version" in file.attrs:
         return _read_nwb(file)
@@ -55,14 +55,14 @@ def _refuse_links(group: Any, seen: set[int]) -> None:
                 " read."
             )
         place = h5py.h5o.get_info(item.id).addr
-        if len(seen) > MAX_MEMBERS:
-            raise InvalidInput(f"it holds more than {MAX_MEMBERS:,} objects.")
+        if len(seen) > _MAX_MEMBERS:
+            raise InvalidInput(f"it holds more than {_MAX_MEMBERS:,} objects.")
         if isinstance(item, h5py.Group) and place not in seen:
             seen.add(place)
             _refuse_links(item, seen)
 
 
-def _read_netcdf(file: Any, arrays: dict[str, Any]) -> Answer:
+def _read_netcdf(file: Any, arrays: dict[str, Any]) -> _Answer:
     """A NetCDF-4 file of somebody else: dims and attributes as h5netcdf understands them."""
     import h5netcdf
     import h5py
@@ -88,7 +88,7 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> Answer:
     return _mark(variables, named, data.attrs), numbers
 
 
-def _read_nwb(file: Any) -> Answer:
+def _read_nwb(file: Any) -> _Answer:
     """The series of an NWB file by feeler, stacked as the description in its notes says."""
     import numpy as np
 
@@ -96,7 +96,7 @@ def _read_nwb(file: Any) -> Answer:
         content = json.loads(file["general/notes"].asstr()[()])
         numbers, series = content["numbers"], content["series"]
     except (KeyError, ValueError, TypeError, AttributeError) as error:
-        raise InvalidInput(NO_TENSORS) from error
+        raise InvalidInput(_NO_TENSORS) from error
     arrays = {
         name: np.array([float(x) if isinstance(x, str) else x for x in item])
         for name, item in numbers.items()
@@ -134,7 +134,7 @@ def _read_units(file: Any, first: float) -> Any:
     return found
 
 
-def read_zarr(path: str) -> Answer:
+def read_zarr(path: str) -> _Answer:
     """A plain Zarr v3 group, as xarray's ``to_zarr`` writes it."""
     import zarr
 
@@ -168,7 +168,7 @@ def read_zarr(path: str) -> Answer:
     return _mark(variables, named, attributes), arrays
 
 
-def read_mat(path: str) -> Answer:
+def read_mat(path: str) -> _Answer:
     """A MATLAB file (version 5 to 7) that feeler wrote, or MATLAB wrote again."""
     from scipy.io import loadmat, whosmat
 
@@ -192,7 +192,7 @@ def read_mat(path: str) -> Answer:
     }
 
 
-def read_safetensors(path: str) -> Answer:
+def read_safetensors(path: str) -> _Answer:
     """A model: its notes, and its arrays."""
     from safetensors import safe_open
 

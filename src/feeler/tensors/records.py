@@ -25,7 +25,7 @@ from feeler.tensors.shards import Variable, find_key
 FORMAT = 3
 PROGRESS = "progress"  # a Zarr group, so that a Zarr reader takes no offence at the files in it
 LABEL = "store.json"
-UNSTABLE = ("created", "date", "history")  # attributes that may differ between trials of one set
+_UNSTABLE = ("created", "date", "history")  # attributes that may differ between trials of one set
 _RECORD = re.compile(r"\d{6,}\.json")
 _Kind = TypeVar("_Kind", bound=Record)
 
@@ -151,7 +151,7 @@ def check_same(layout: Layout, other: Layout) -> None:
     ]
     found += [
         f"attribute {key}: {str(old.attrs.get(key))[:80]} → {str(new.attrs.get(key))[:80]}"
-        for key in sorted({*old.attrs, *new.attrs} - {*UNSTABLE})
+        for key in sorted({*old.attrs, *new.attrs} - {*_UNSTABLE})
         if old.attrs.get(key) != new.attrs.get(key)
     ]
     if found:

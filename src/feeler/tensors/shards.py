@@ -23,7 +23,7 @@ from feeler.record import Record
 INNER = 32
 # [C] trials in one chunk of a label, so that the file need not change its shape as a store grows
 _LABELS = 65_536
-LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
+_LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 
 
 class Variable(Record):
@@ -83,7 +83,7 @@ def _create(
         chunks=tuple(max(n, 1) for n in chunk),
         shards=shard and tuple(max(n, 1) for n in shard),
         filters=None,
-        compressors=[ZstdCodec(level=LEVEL), Crc32cCodec()],
+        compressors=[ZstdCodec(level=_LEVEL), Crc32cCodec()],
         fill_value=_find_fill(item.dtype),
         dimension_names=item.dims,
         chunk_key_encoding={"name": "default", "separator": "."},

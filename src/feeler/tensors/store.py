@@ -46,12 +46,12 @@ from feeler.tensors.records import (
 from feeler.tensors.shards import label_trials, make_array, make_group, open_array
 from feeler.tensors.stored import read_store, to_array
 
-MAX_TRIALS = 100_000_000  # [C]
-SMALL, GREAT = (
+_MAX_TRIALS = 100_000_000  # [C]
+_SMALL, _GREAT = (
     8,
     256,
 )  # [C] trials in a group: the lanes of the engine; a million touches in 4,000 shards
-GROWTH = (
+_GROWTH = (
     1.25  # [C] labels are copied for other readers whenever there are so many times more of them
 )
 
@@ -94,7 +94,10 @@ def open_store(
         Another process writes it, another configuration made it (the message names what differs),
         the disk is full, or the folder holds something else.
     """
-    for name, value, most in (("n_trials", n_trials, MAX_TRIALS), ("group_size", group_size, 4096)):
+    for name, value, most in (
+        ("n_trials", n_trials, _MAX_TRIALS),
+        ("group_size", group_size, 4096),
+    ):
         if value is not None and (
             isinstance(value, bool)
             or not isinstance(value, int | np.integer)
@@ -105,7 +108,7 @@ def open_store(
         raise InvalidInput(
             f"made must hold one entry for each of the {n_trials} trials, got {len(made)}."
         )
-    size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), SMALL, GREAT))
+    size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), _SMALL, _GREAT))
     label = Label(n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration))
     return Store(Path(path), label, made)
 
@@ -215,7 +218,7 @@ class Store:
     def _enter(self, record: GroupRecord) -> None:
         self._records[record.group] = record
         self.finished.update(record.trials)
-        if len(self.finished) > GROWTH * self._copied + SMALL * self.label.group:
+        if len(self.finished) > _GROWTH * self._copied + _SMALL * self.label.group:
             self._copy()
 
     def _check_layout(self, layout: Layout) -> None:

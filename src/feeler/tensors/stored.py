@@ -21,7 +21,7 @@ from feeler.tensors.shards import find_key, open_array
 MAX_LISTED = 1000  # trials, above which what each was made with stays in the records
 MANY = 64  # groups, above which the labels come from their arrays instead of the records
 _WIDEST = 1000  # [C] characters; labels with longer texts are read when the store is opened
-TEXT = np.dtypes.StringDType()
+_TEXT = np.dtypes.StringDType()
 
 
 class _Later(BackendArray):
@@ -60,9 +60,9 @@ def _read_numbers(array: Any, path: Path, length: np.ndarray | None, key: tuple)
 def _read_texts(path: Path, name: str, label: Label, width: int, key: tuple) -> np.ndarray:
     """A label of all trials, from its array, or from the records where that is damaged."""
     try:
-        texts = np.asarray(_open_copies(path)[name].oindex[key]).astype(TEXT)
+        texts = np.asarray(_open_copies(path)[name].oindex[key]).astype(_TEXT)
     except Exception:  # a copy, and the records have it all
-        texts = np.full(label.n_trials, "", TEXT)
+        texts = np.full(label.n_trials, "", _TEXT)
         for group in find_groups(path):
             record = read_record(path, group, label)
             texts[record.trials] = record.labels[name]
@@ -178,7 +178,7 @@ def _pick(rows: np.ndarray) -> slice | np.ndarray:
 def to_array(values: Any, kind: str) -> np.ndarray:
     """Labels as an array; infinite and NaN ones are words in JSON."""
     if kind == "str" and isinstance(values, np.ndarray):
-        texts = values.astype(TEXT)
+        texts = values.astype(_TEXT)
         return texts.astype(f"U{np.strings.str_len(texts).max(initial=1)}")
     if kind == "str":
         return np.array(values, dtype=str)

@@ -18,11 +18,11 @@ from feeler.files import read_text
 from feeler.tensors.heading import Heading, find_heading, is_numeral, split_line
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
-MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
+_MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 MAX_COLUMNS = 1024  # [C]
 _MAX_LINE = 65_536  # [C] characters
-MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
-MISSING = ("", "nan", "na", "null", "none", "-")
+_MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
+_MISSING = ("", "nan", "na", "null", "none", "-")
 _LOOKED_AT = 1000  # rows in which a column's first word or number is looked for
 _CELL = r"(?:^|(?<=[;\t\n \"]))[+-]?\d*{}\d+(?:[eE][+-]?\d+)?(?=[;\t\n \"]|$)"
 _COMMA, _POINT = re.compile(_CELL.format(",")), re.compile(_CELL.format(r"\."))
@@ -69,7 +69,7 @@ def read_table(
     path: str | os.PathLike,
     *,
     max_bytes: int = MAX_BYTES,
-    max_cells: int = MAX_CELLS,
+    max_cells: int = _MAX_CELLS,
     words: bool = False,
 ) -> Table:
     """Read a delimited text file (comma, semicolon, tab or blanks) with one header row; nothing in
@@ -103,7 +103,7 @@ def read_table(
 
 @checked
 def parse_table(
-    text: str, *, source: str = "text", max_cells: int = MAX_CELLS, words: bool = False
+    text: str, *, source: str = "text", max_cells: int = _MAX_CELLS, words: bool = False
 ) -> Table:
     """As :func:`read_table`, from text that has already been read."""
     heading = find_heading(_list_lines(text))
@@ -196,7 +196,7 @@ def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[s
     first: dict[str, str] = {}
     for _, line in itertools.islice(_list_rows(text, heading.start), _LOOKED_AT):
         for name, cell in zip(columns, split_line(line, heading.delimiter), strict=False):
-            if name not in first and cell.lower() not in MISSING:
+            if name not in first and cell.lower() not in _MISSING:
                 first[name] = cell
         if len(first) == len(columns):
             break
@@ -243,13 +243,13 @@ def _read_cells(
     except ValueError:
         values = []
     plain = not any("_" in cells[k] for k in taken)
-    if values and plain and all(-MAX_NUMBER <= value <= MAX_NUMBER for value in values):
+    if values and plain and all(-_MAX_NUMBER <= value <= _MAX_NUMBER for value in values):
         return values
     return [_read_cell(cells[k], source, number, columns[k]) for k in taken]
 
 
 def _read_cell(cell: str, source: str, number: int, column: str) -> float:
-    if cell.lower() in MISSING:
+    if cell.lower() in _MISSING:
         return np.nan
     value = np.inf
     if is_numeral(cell):
@@ -259,10 +259,10 @@ def _read_cell(cell: str, source: str, number: int, column: str) -> float:
         raise InvalidInput(
             f"{source} line {number}, column {column!r}: {cell[:40]!r} is no finite number.{hint}"
         )
-    if abs(value) > MAX_NUMBER:
+    if abs(value) > _MAX_NUMBER:
         raise InvalidInput(
             f"{source} line {number}, column {column!r}: {cell[:40]!r} is larger than anything"
-            f" measured ({MAX_NUMBER:g}). Mark a missing value by an empty cell."
+            f" measured ({_MAX_NUMBER:g}). Mark a missing value by an empty cell."
         )
     return value
 

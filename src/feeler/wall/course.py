@@ -15,7 +15,7 @@ from feeler.record import Gt, Lt, Record, Unit, freeze
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
-RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
+_RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
 _MARGIN = 100.0  # mm; the first and the last face go on by this
 _THICK = 10.0  # mm; from a face to the back of its block
 # mm; a block goes on by this behind the next face where the wall turns towards the body
@@ -86,7 +86,7 @@ class Course(Record):
         No face, a face that is too short for a corner, or a turn of 80 degrees and more.
     """
 
-    lengths: tuple[Annotated[float, Gt(10), Unit("mm")], ...] = (RUN_UP, RUN_UP)
+    lengths: tuple[Annotated[float, Gt(10), Unit("mm")], ...] = (_RUN_UP, _RUN_UP)
     turns: tuple[Annotated[float, Gt(-80), Lt(80), Unit("degrees")], ...] = (30.0,)
 
     def _check(self) -> None:
@@ -136,6 +136,6 @@ def _prolong(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 @checked
-def make_turn(angle: float, lengths: Sequence[float] = (RUN_UP, RUN_UP)) -> Course:
+def make_turn(angle: float, lengths: Sequence[float] = (_RUN_UP, _RUN_UP)) -> Course:
     """A wall with one turn of ``angle`` degrees, positive towards the body."""
     return Course(lengths=tuple(lengths), turns=(float(angle),))

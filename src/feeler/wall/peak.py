@@ -12,7 +12,7 @@ from feeler.wall.sweep import Approach
 
 _METHODS = ("smooth", "hinge")
 _QUANTITIES = ("bend", "total")
-SMOOTHING = 1.0  # [C] mm; standard deviation of the smoothing kernel, three to seven segments
+_SMOOTHING = 1.0  # [C] mm; standard deviation of the smoothing kernel, three to seven segments
 _GRID = 0.1  # mm; spacing of the smoothed curve before the parabola
 _FAINTEST = 1e-6  # 1/mm; a shape bent less than this everywhere has no peak
 
@@ -59,7 +59,7 @@ def compute_smooth_curvature(
     antenna: Antenna,
     angle: Annotated[np.ndarray, "... segment"],
     position: Annotated[np.ndarray, "point"],
-    smoothing: float = SMOOTHING,
+    smoothing: float = _SMOOTHING,
 ) -> np.ndarray:
     """Curvature (shape, point) [1/mm] at arc lengths ``position`` (point,) [mm]: Σ θ_n G(s − s_n) /
     Σ ℓ_n G(s − s_n).
@@ -72,7 +72,9 @@ def compute_smooth_curvature(
     )
 
 
-def make_kernel(antenna: Antenna, position: np.ndarray, smoothing: float = SMOOTHING) -> np.ndarray:
+def make_kernel(
+    antenna: Antenna, position: np.ndarray, smoothing: float = _SMOOTHING
+) -> np.ndarray:
     """What makes the smoothed curvature of hinge angles (point, segment) [1/mm]."""
     if not (np.isfinite(smoothing) and smoothing > 0):
         raise InvalidInput(
@@ -85,7 +87,7 @@ def make_kernel(antenna: Antenna, position: np.ndarray, smoothing: float = SMOOT
 
 @checked
 def find_peak(
-    antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = SMOOTHING
+    antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = _SMOOTHING
 ) -> Peak:
     """The point of greatest curvature, in size, of each shape.
 
@@ -133,7 +135,11 @@ def place_top(size: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 @checked
 def find_sweep_peak(
-    sweep: Approach, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
+    sweep: Approach,
+    *,
+    quantity: str = "bend",
+    method: str = "smooth",
+    smoothing: float = _SMOOTHING,
 ) -> Peak:
     """Peaks of a sweep; NaN where the antenna does not touch the wall: no contact, no estimate.
 

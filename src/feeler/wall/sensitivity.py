@@ -32,7 +32,7 @@ BENDS = (
     {"prebend": "rotation"},
     {"prebend": "none"},
 )
-MEASURES = (
+_MEASURES = (
     {"quantity": "bend", "method": "smooth"},
     {"quantity": "bend", "method": "hinge"},
     {"quantity": "total", "method": "smooth"},
@@ -111,7 +111,7 @@ def compare(
     postures: Iterable[Posture],
     *,
     distances: Sequence[float] | np.ndarray = DISTANCES,
-    measures: Iterable[Mapping[str, str]] = MEASURES,
+    measures: Iterable[Mapping[str, str]] = _MEASURES,
     workers: int | None = None,
     executor: Executor | None = None,
     known: Iterable[tuple[str, Approach]] = (),

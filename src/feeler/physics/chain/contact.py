@@ -15,8 +15,8 @@ from feeler.physics.chain import fields as f
 from feeler.physics.chain.sweep import fold, fold_both, unfold
 
 MAX_NEWTON = 50
-MAX_SEARCH = 60
-MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
+_MAX_SEARCH = 60
+_MIN_IMPEDANCE, _MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 
 @inlined
@@ -28,7 +28,7 @@ def compute_impedance(distance, high, width, obj, o, lane):
     middle, power = obj[o, f.O_MIDPOINT, lane], obj[o, f.O_POWER, lane]
     x = abs(distance) / width
     if x >= 1.0:
-        return min(max(high, MIN_IMPEDANCE), MAX_IMPEDANCE)
+        return min(max(high, _MIN_IMPEDANCE), _MAX_IMPEDANCE)
     if power == 1.0:
         y = x
     elif power == 2.0:
@@ -37,7 +37,7 @@ def compute_impedance(distance, high, width, obj, o, lane):
         y = x**power / middle ** (power - 1.0)
     else:
         y = 1.0 - (1.0 - x) ** power / (1.0 - middle) ** (power - 1.0)
-    return min(max(low + y * (high - low), MIN_IMPEDANCE), MAX_IMPEDANCE)
+    return min(max(low + y * (high - low), _MIN_IMPEDANCE), _MAX_IMPEDANCE)
 
 
 @inlined
@@ -265,7 +265,7 @@ def _search(rows, n_rows):
     safeguarded Newton.
     """
     low, high, t = 0.0, np.inf, 1.0
-    for _ in range(MAX_SEARCH):
+    for _ in range(_MAX_SEARCH):
         slope, bend = 0.0, 0.0
         for r in range(n_rows):
             change, force = (

@@ -129,9 +129,9 @@ BLOCK = 8  # [C] parts that are passed by together
     W_B2,
     # the four rows from W_UX on once more, with damping, while contact is solved without
     W_NEXT_UX,
-    W_NEXT_UY,
-    W_NEXT_SHARE,
-    W_NEXT_U,
+    _W_NEXT_UY,
+    _W_NEXT_SHARE,
+    _W_NEXT_U,
     # what ``refold`` needs of ``fold_both``: inertia that a hinge feels, couplings, inverse inertia
     # with damping
     W_D,

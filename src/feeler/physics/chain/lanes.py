@@ -22,7 +22,7 @@ from feeler.compiled import lean
 _DOUBLE, _BIT = ir.DoubleType(), ir.IntType(1)
 
 
-class Lanes(types.Type):
+class _Lanes(types.Type):
     """One double per lane."""
 
     def __init__(self, width: int) -> None:
@@ -42,7 +42,7 @@ def _wide(scalar: ir.Type, width: int) -> ir.Type:
     return scalar if width == 1 else ir.VectorType(scalar, width)
 
 
-@register_model(Lanes)
+@register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager, kind) -> None:
         super().__init__(manager, kind, _wide(_DOUBLE, kind.width))
@@ -67,8 +67,8 @@ def _spread(builder, value: ir.Value, width: int) -> ir.Value:
 
 
 def _widest(args) -> int | None:
-    if len(args) == 2 and all(isinstance(a, Lanes | types.Float) for a in args):
-        return max((a.width for a in args if isinstance(a, Lanes)), default=None)
+    if len(args) == 2 and all(isinstance(a, _Lanes | types.Float) for a in args):
+        return max((a.width for a in args if isinstance(a, _Lanes)), default=None)
     return None
 
 
@@ -83,14 +83,14 @@ def _register(operation, result, emit) -> None:
         width = _widest(sig.args)
         return emit(builder, *(_spread(builder, a, width) for a in args))
 
-    for pair in ((Lanes, Lanes), (Lanes, types.Float), (types.Float, Lanes)):
+    for pair in ((_Lanes, _Lanes), (_Lanes, types.Float), (types.Float, _Lanes)):
         lower_builtin(operation, *pair)(lower)
 
 
-_register(operator.add, Lanes, lambda b, x, y: b.fadd(x, y))
-_register(operator.sub, Lanes, lambda b, x, y: b.fsub(x, y))
-_register(operator.mul, Lanes, lambda b, x, y: b.fmul(x, y))
-_register(operator.truediv, Lanes, lambda b, x, y: b.fdiv(x, y))
+_register(operator.add, _Lanes, lambda b, x, y: b.fadd(x, y))
+_register(operator.sub, _Lanes, lambda b, x, y: b.fsub(x, y))
+_register(operator.mul, _Lanes, lambda b, x, y: b.fmul(x, y))
+_register(operator.truediv, _Lanes, lambda b, x, y: b.fdiv(x, y))
 _register(operator.lt, _Mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _register(operator.gt, _Mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
 _register(operator.ge, _Mask, lambda b, x, y: b.fcmp_ordered(">=", x, y))
@@ -101,11 +101,11 @@ _register(operator.le, _Mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 class _Negate(AbstractTemplate):
     def generic(self, args, kws):
         return (
-            signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], Lanes) else None
+            signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], _Lanes) else None
         )
 
 
-@lower_builtin(operator.neg, Lanes)
+@lower_builtin(operator.neg, _Lanes)
 def _lower_negate(context, builder, sig, args):
     return builder.fneg(args[0])
 
@@ -152,7 +152,7 @@ def get(typing, table, i, j, width):
     """All lanes of ``table[i, j]`` as one number; a table (row, column) holds the same number for
     every lane.
     """
-    kind = Lanes(len(width))
+    kind = _Lanes(len(width))
 
     def emit(context, builder, sig, args):
         i, j = (context.cast(builder, args[k], sig.args[k], types.intp) for k in (1, 2))
@@ -184,7 +184,7 @@ def put(typing, table, i, j, value, width):
 @intrinsic
 def spread(typing, value, width):
     """A plain float in every lane."""
-    kind = Lanes(len(width))
+    kind = _Lanes(len(width))
     return kind(types.float64, width), lambda context, builder, sig, args: _spread(
         builder, args[0], kind.width
     )
@@ -202,7 +202,7 @@ def beside(typing, values):
             whole = builder.insert_element(whole, value, ir.Constant(ir.IntType(32), lane))
         return whole
 
-    return Lanes(width)(values), emit
+    return _Lanes(width)(values), emit
 
 
 @intrinsic
@@ -221,13 +221,15 @@ def everywhere(typing, mask):
 @intrinsic
 def pick(typing, value, lane):
     """One of several lanes, as a number of one lane."""
-    return Lanes(1)(value, lane), lambda context, builder, sig, args: builder.extract_element(*args)
+    return _Lanes(1)(value, lane), lambda context, builder, sig, args: builder.extract_element(
+        *args
+    )
 
 
 @intrinsic
 def choose(typing, mask, yes, no):
     """``yes`` in the lanes where ``mask`` holds, else ``no``."""
-    kind = Lanes(mask.width)
+    kind = _Lanes(mask.width)
 
     def emit(context, builder, sig, args):
         yes, no = (_spread(builder, a, kind.width) for a in args[1:])
@@ -245,7 +247,7 @@ def smaller(typing, a, b):
         a, b = (_spread(builder, x, width) for x in args)
         return builder.select(builder.fcmp_ordered("<", b, a), b, a)
 
-    return Lanes(width)(a, b), emit
+    return _Lanes(width)(a, b), emit
 
 
 @intrinsic
@@ -262,7 +264,7 @@ def floor(typing, value):
 def fma(typing, a, b, c):
     """a·b + c with one rounding."""
     width = max(getattr(kind, "width", 0) for kind in (a, b, c))
-    kind = Lanes(width)
+    kind = _Lanes(width)
 
     def emit(context, builder, sig, args):
         values = [_spread(builder, x, width) for x in args]

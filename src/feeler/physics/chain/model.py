@@ -13,9 +13,9 @@ from feeler.physics.contact import MIN_FRICTION, Contact, find_invweight, find_r
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 
-MARGIN = 1e-5  # mm; [C] what the search for near segments allows for rounding
+_MARGIN = 1e-5  # mm; [C] what the search for near segments allows for rounding
 
-Part = tuple[int, np.ndarray]
+_Part = tuple[int, np.ndarray]
 """Kind and corners (corner, 2) of a convex part."""
 
 
@@ -35,7 +35,7 @@ class ChainModel:
     base: np.ndarray
     obj: np.ndarray
     place: np.ndarray
-    parts: tuple[Part, ...]
+    parts: tuple[_Part, ...]
     owner: np.ndarray
     bounds: np.ndarray
 
@@ -151,7 +151,7 @@ def _make_planes(item: Object) -> np.ndarray:
     if not normal.any(axis=1).all():  # a box without width or height
         normal = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
     normal /= np.hypot(*normal.T)[:, None]
-    distance = (normal * corners).sum(axis=1) + item.feature.rounding + MARGIN
+    distance = (normal * corners).sum(axis=1) + item.feature.rounding + _MARGIN
     return np.concatenate([normal, distance[:, None]], axis=1)[[0, 1, 2, -1]]
 
 

@@ -8,7 +8,7 @@ from feeler.physics.engine import Engine
 from feeler.physics.rod.stepper import RodStepper
 
 # [C] radii per step: a face without end is never passed through; other shapes should be as thick
-STRIDE = 10.0
+_STRIDE = 10.0
 
 
 def _check(contact: Contact, timestep: float) -> None:
@@ -20,7 +20,7 @@ def _check(contact: Contact, timestep: float) -> None:
         )
 
 
-ROD = Engine(make=RodStepper, timestep=1.0, check=_check, stride=STRIDE)
+ROD = Engine(make=RodStepper, timestep=1.0, check=_check, stride=_STRIDE)
 ROD_INERTIA = Engine(
-    make=partial(RodStepper, inertia=True), timestep=1.0, check=_check, stride=STRIDE
+    make=partial(RodStepper, inertia=True), timestep=1.0, check=_check, stride=_STRIDE
 )

@@ -10,13 +10,13 @@ from feeler.physics.rod.contact import place_faces
 from feeler.physics.rod.newton import take
 
 _TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
-MAX_SPLITS = 9  # [C] how often a step or a part of it that fails is quartered
-MAX_JUMPS = 5  # [C] so many for a part in which an object comes to the antenna's other side
-CAREFUL = 1  # [C] from so many quarterings on each iteration must lower the potential
-FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
-CALM = 0.05  # rad per step
+_MAX_SPLITS = 9  # [C] how often a step or a part of it that fails is quartered
+_MAX_JUMPS = 5  # [C] so many for a part in which an object comes to the antenna's other side
+_CAREFUL = 1  # [C] from so many quarterings on each iteration must lower the potential
+_FIRST_STEP, _LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
+_CALM = 0.05  # rad per step
 # rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
-ROUNDING = 1e-9
+_ROUNDING = 1e-9
 
 
 @compiled
@@ -37,18 +37,18 @@ def _divide(model, lane, timestep, inertia):
     something, is quartered; after one that succeeds the next may be longer. Whether it came to its
     end.
     """
-    level, left = 0, 4**MAX_SPLITS  # of the shortest parts
+    level, left = 0, 4**_MAX_SPLITS  # of the shortest parts
     sides = np.zeros(model.parts.shape[0])
     while left:
-        part = 4 ** (MAX_SPLITS - level)
+        part = 4 ** (_MAX_SPLITS - level)
         kept = (lane.heading.copy(), lane.points.copy(), lane.velocity.copy(), lane.anchor.copy())
         rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
         place_faces(model, lane)
         for p in range(len(sides)):
             sides[p] = _find_side(model, lane, p)
-        span = timestep * part / 4**MAX_SPLITS
-        done = _advance(model, lane, span, inertia, level < CAREFUL)
-        if done and level < MAX_JUMPS:
+        span = timestep * part / 4**_MAX_SPLITS
+        done = _advance(model, lane, span, inertia, level < _CAREFUL)
+        if done and level < _MAX_JUMPS:
             for p in range(len(sides)):
                 done = done and sides[p] * _find_side(model, lane, p) >= 0.0
         if done:
@@ -59,7 +59,7 @@ def _divide(model, lane, timestep, inertia):
         lane.heading[:], lane.points[:], lane.velocity[:], lane.anchor[:] = kept
         lane.pressed[:], lane.base[:], lane.objects[:], lane.work[:] = rest
         level += 1
-        if level > MAX_SPLITS:
+        if level > _MAX_SPLITS:
             return False
     return True
 
@@ -138,7 +138,7 @@ def relax(model, lane, before, tolerance, max_steps):
     The time step grows while little happens, so that the last steps are plain Newton steps to the
     equilibrium; where much happens it stays short, and the antenna moves off along its own damping.
     """
-    timestep, static, count = FIRST_STEP, np.inf, 0
+    timestep, static, count = _FIRST_STEP, np.inf, 0
     place_faces(model, lane)
     for _ in range(max_steps):
         done, trial, touching, moved = take(
@@ -151,10 +151,10 @@ def relax(model, lane, before, tolerance, max_steps):
             continue
         before = lane.base[2]  # the base has arrived
         static, count = trial, touching
-        if static < tolerance or (static < 10 * tolerance and moved < ROUNDING):
+        if static < tolerance or (static < 10 * tolerance and moved < _ROUNDING):
             break
-        if moved < CALM:
-            timestep = min(timestep * 4.0, LONGEST_STEP)
-        elif moved > 3 * CALM:
+        if moved < _CALM:
+            timestep = min(timestep * 4.0, _LONGEST_STEP)
+        elif moved > 3 * _CALM:
             timestep *= 0.5
     return static, count

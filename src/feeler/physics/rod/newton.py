@@ -23,7 +23,7 @@ from feeler.physics.rod import fields as f
 from feeler.physics.rod.contact import add_forces, move_anchors
 
 _MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
-_MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
+_MAX_ITERATIONS, _MAX_HALVINGS, _BOLD_ITERATIONS = 40, 16, 12
 
 
 @compiled
@@ -142,7 +142,7 @@ def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
     worst, energy, count = _potential(
         model, lane, now, place, past, rate, inertia, force, stiffness, residual
     )
-    for _ in range(BOLD_ITERATIONS if bold else _MAX_ITERATIONS):
+    for _ in range(_BOLD_ITERATIONS if bold else _MAX_ITERATIONS):
         if worst < tolerance:
             break
         if not _newton(model.table, place, rate, force, stiffness, residual, True, work, change):
@@ -152,7 +152,7 @@ def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
             largest, slope = max(largest, abs(change[i])), slope + change[i] * residual[i]
         scale = min(1.0, _MAX_TURN / largest) if largest > 0.0 else 1.0
         better = False
-        for _ in range(MAX_HALVINGS):
+        for _ in range(_MAX_HALVINGS):
             for i in range(n):
                 trial[i] = now[i] + scale * change[i]
             new_worst, new_energy, count = _potential(

@@ -15,8 +15,8 @@ from feeler.physics.rod.newton import place_nodes
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
 
-MAX_STEPS = 400  # of one relaxation
-BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at rest
+_MAX_STEPS = 400  # of one relaxation
+_BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at rest
 
 
 class Rest(NamedTuple):
@@ -37,7 +37,7 @@ class Rest(NamedTuple):
     @property
     def balanced(self) -> bool:
         """Whether it is an equilibrium."""
-        return self.imbalance < 10 * BALANCED
+        return self.imbalance < 10 * _BALANCED
 
 
 class RodStepper(Stepper):
@@ -99,7 +99,7 @@ class RodStepper(Stepper):
         if place is not None:
             self.lane.objects[:, [f.O_X, f.O_Y]] = place
         self.lane.velocity[:] = 0.0
-        rest = Rest(*relax(self.model, self.lane, before, BALANCED, MAX_STEPS))
+        rest = Rest(*relax(self.model, self.lane, before, _BALANCED, _MAX_STEPS))
         self.lane.rate[:], self.lost = 0.0, False
         return rest
 

@@ -31,12 +31,12 @@ from feeler.studies.scale import Scale
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
 PAPER_ERROR = 0.067  # [P]
-LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
-WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])
+_LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
+_WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])
 """[C] Typical changes along the loosest direction."""
 _FAMILIES = ("exponential", "linear", "constant")
 
-COMPARED = ("powell", "nelder-mead", "least-squares")
+_COMPARED = ("powell", "nelder-mead", "least-squares")
 KEPT_SEARCHES = "optimisers.csv"
 SEARCH_COLUMNS: dict[str, Callable[[str], Any]] = {
     "method": str,
@@ -98,7 +98,7 @@ def compute(
         compared=list_searches(problem, fits) if fits else _load_searches(),
         kept=not fits,
         directions=directions,
-        walked=walk_loose(problem, directions, WALK),
+        walked=walk_loose(problem, directions, _WALK),
         profiles=(
             compute_profiles(problem, best, n_places=effort.error_places, refits=6)
             if effort.error_places
@@ -143,7 +143,7 @@ def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str,
     """
     return {
         method: fit(make("exponential"), starts, method=method, max_evaluations=3000)
-        for method in COMPARED
+        for method in _COMPARED
     }
 
 
@@ -174,7 +174,7 @@ def _load_searches() -> list[dict[str, Any]]:
 
 def _sweep(make, effort: Scale) -> list[tuple[float, float | None, np.ndarray]]:
     rows = []
-    for lever in LEVERS:
+    for lever in _LEVERS:
         for speed in effort.impact_speeds:
             problem = make("exponential")
             problem.protocol = Protocol(speed=speed, lever=lever, engine=problem.protocol.engine)

@@ -37,7 +37,7 @@ _CHOICES: dict[str, tuple[Any, ...]] = {
 
 
 _N_COPIES = 4
-Row = tuple[dict[str, Any], list[Verdict]]
+_Row = tuple[dict[str, Any], list[Verdict]]
 """One combination of choices with its verdicts, by claim and measure."""
 
 
@@ -48,7 +48,7 @@ def compute_sensitivity(
     indices: Sequence[str] | None = None,
     ratio: float = 0.2,
     random_state: int = 0,
-) -> list[Row]:
+) -> list[_Row]:
     """Verdicts under each combination of the unstated choices: one at a time, or all of them
     (``full``).
 
@@ -150,7 +150,7 @@ def _judge(
     return [*verdicts, judge_order(areas, claim=claim, measure="accuracy of tensors")]
 
 
-def _count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
+def _count_agreement(rows: list[_Row]) -> dict[tuple[str, str], tuple[int, int]]:
     """How many combinations agree (fully) with the claim, and how many there are, by claim and
     measure.
     """
@@ -165,7 +165,7 @@ def _count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
     return counts
 
 
-def _make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
+def _make_table(rows: list[_Row]) -> tuple[list[str], list[list[str]]]:
     """Header and cells: a row per combination with each verdict and its effect size, then how many
     agree.
     """

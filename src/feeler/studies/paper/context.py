@@ -19,7 +19,7 @@ from feeler.studies.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""
-THROUGH = {
+_THROUGH = {
     "effort": ("scale",),
     "profiles": ("antenna",),
     "is_cockroach": ("antenna",),
@@ -108,7 +108,7 @@ class View:
     reads: tuple[str, ...]
 
     def __getattr__(self, name: str) -> object:
-        for source in THROUGH.get(name, (name,)):
+        for source in _THROUGH.get(name, (name,)):
             if source in KEYED and source not in self.reads:
                 raise AttributeError(
                     f"this stage reads context.{name} but does not declare {source!r}:"

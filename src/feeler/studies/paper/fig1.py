@@ -30,7 +30,7 @@ from feeler.studies.paper.window import keep_whole
 from feeler.task.noise import Common
 from feeler.tensors import in_unit, rectify
 
-Spread = dict[str, float]
+_Spread = dict[str, float]
 _SHORT = {"threshold a tenth of the peak": "> peak / 10"}  # beside the panel's letter
 
 
@@ -139,7 +139,7 @@ def compute_activity(
     )
 
 
-def _average(values: np.ndarray) -> Spread:
+def _average(values: np.ndarray) -> _Spread:
     mean = bootstrap_mean(values.astype(float), np.random.default_rng(0))
     return make_spread(mean.estimate, mean.low, mean.high, n=len(values))
 
@@ -177,7 +177,7 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
 
 
 def _plot_curve(
-    ax: Axes, values: Mapping[float, Spread], colour: str, label: str, unit: float
+    ax: Axes, values: Mapping[float, _Spread], colour: str, label: str, unit: float
 ) -> None:
     """Values with their intervals, along a logarithmic axis."""
     x = np.array(list(values))

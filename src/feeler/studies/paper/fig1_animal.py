@@ -15,7 +15,7 @@ from feeler.wall import Approach
 _ANTENNAE_PER_BODY = 1.5  # [P] an antenna's length, in lengths of the body
 
 
-def choose_wall(shapes: Shapes) -> int:
+def _choose_wall(shapes: Shapes) -> int:
     """Which of the distances is drawn: the middle one of those with an inverted J, or else of
     those in contact.
     """
@@ -27,7 +27,7 @@ def choose_wall(shapes: Shapes) -> int:
 def plot(sweep: Approach, ax: Axes) -> None:
     """Body, the free antenna, the one along the wall with its greatest bend, and the distance."""
     shapes, antenna = Shapes.of_sweep(sweep), sweep.antenna
-    at, side = choose_wall(shapes), sweep.posture.sign
+    at, side = _choose_wall(shapes), sweep.posture.sign
     free = int(np.flatnonzero(~shapes.contact)[0]) if not shapes.contact.all() else 0
     wall, reach = abs(float(shapes.wall[at])), antenna.length
     _draw_body(reach / _ANTENNAE_PER_BODY, ax)
@@ -99,5 +99,5 @@ def show(context: Context, section: Section) -> None:
         " far the wall is. (Fig. 1C, 3A)",
         lambda figure: plot(sweep, figure.subplots()),
         height=3.4,
-        numbers={"points": shapes.points[choose_wall(shapes)]},
+        numbers={"points": shapes.points[_choose_wall(shapes)]},
     )

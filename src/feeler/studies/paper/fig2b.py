@@ -38,11 +38,11 @@ from feeler.tensors.unit import in_unit
 STEP_TRACE = np.array(
     [[-19.0, -1.0], [-9.0, 0.0], [0.0, 0.41], [19.0, 0.0], [29.0, -0.06], [46.0, 0.0]]
 )
-STEP_ANIMALS_START = -27.0
-IMPULSE_TRACE = np.array([[-22.0, 0.0], [0.0, -1.0], [22.5, 0.0], [30.0, 0.07]])
+_STEP_ANIMALS_START = -27.0
+_IMPULSE_TRACE = np.array([[-22.0, 0.0], [0.0, -1.0], [22.5, 0.0], [30.0, 0.07]])
 # [C] mm, mm/ms: not published; chosen after seeing how long the trace's contact lasts
-LEVER, LEVER_SPEED = 20.0, 0.45
-STEP_SPAN, IMPULSE_SPAN = 100.0, 60.0  # ms
+_LEVER, _LEVER_SPEED = 20.0, 0.45
+_STEP_SPAN, _IMPULSE_SPAN = 100.0, 60.0  # ms
 
 
 def compute(
@@ -65,12 +65,12 @@ def compute(
     """
     antenna = cockroach() if antenna is None else antenna
     options |= {"engine": engine, "sample_interval": sample_interval}
-    released = release(antenna, duration=2 * STEP_SPAN, **options)
+    released = release(antenna, duration=2 * _STEP_SPAN, **options)
     time = in_unit(released["time"], "ms").values
     tip = in_unit(released["tip"], "mm").values[0, :, 0]
     free = measure_free_response(time, tip)
     step_time, step = time - (free.peak_time or 0.0), -tip / tip[0]
-    swung = hit(antenna, lever=LEVER, speed=LEVER_SPEED, duration=2 * IMPULSE_SPAN, **options)
+    swung = hit(antenna, lever=_LEVER, speed=_LEVER_SPEED, duration=2 * _IMPULSE_SPAN, **options)
     slow = hit(antenna, **options)
     return SimpleNamespace(
         step_time=step_time,
@@ -100,7 +100,7 @@ def _plot_step(data: SimpleNamespace, ax) -> None:
     ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
     ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published: simulation, digitised")
     ax.plot(
-        STEP_ANIMALS_START,
+        _STEP_ANIMALS_START,
         -1.0,
         "s",
         color=PALETTE[0],
@@ -111,7 +111,7 @@ def _plot_step(data: SimpleNamespace, ax) -> None:
     ax.set(
         xlabel="time from the first opposite peak [ms]",
         ylabel="tip displacement / step",
-        xlim=(-32, STEP_SPAN - 32),
+        xlim=(-32, _STEP_SPAN - 32),
     )
     ax.set_title("step")
     ax.legend(loc="lower right")
@@ -123,15 +123,15 @@ def _plot_impulse(data: SimpleNamespace, ax) -> None:
         data.impulse_time,
         data.impulse,
         color=PALETTE[1],
-        label=f"feeler, lever {LEVER:g} mm, {LEVER_SPEED:g} m/s",
+        label=f"feeler, lever {_LEVER:g} mm, {_LEVER_SPEED:g} m/s",
     )
     ax.plot(data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s")
-    ax.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
+    ax.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
     ax.axhline(0.0, color="#888888", lw=0.6)
     ax.set(
         xlabel="time from the largest deflection [ms]",
         ylabel="tip displacement / largest",
-        xlim=(-60, IMPULSE_SPAN),
+        xlim=(-60, _IMPULSE_SPAN),
     )
     ax.set(title="impulse", ylim=(-1.08, 0.62))  # room for the legend above the curves
     ax.legend(loc="upper left")
@@ -152,7 +152,7 @@ def _write_movie_s1(antenna: Antenna, data: SimpleNamespace, path: Path, fps: in
         high = 1.05 * max(antenna.length, float(motion.object[:, 1].max()) + RADIUS)
         left.set(xlim=(-12, 30), ylim=(-2, high), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
         figure.colorbar(ScalarMappable(norm, "RdBu_r"), ax=left, label="curvature [1/mm]")
-        right.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
+        right.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
         (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
         right.set(xlim=(data.impulse_time[0], data.impulse_time[-1]), ylim=(-1.1, 0.3))
         right.set(

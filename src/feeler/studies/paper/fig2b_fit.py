@@ -15,7 +15,7 @@ from feeler.studies.paper.calibration_report import PAPER_ERROR, PAPER_P, comput
 from feeler.studies.paper.context import Context
 
 _LEVEL = 95.0  # % of the draws
-N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach
+_N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach
 _SCALE = {"frequency": 1e3}  # kHz → Hz
 _UNITS = dict(
     zip(("p1", "p2", "p3", "p4"), ("N·mm/rad", "N·mm·ms/rad", "1/joint", "1/joint"), strict=True)
@@ -62,7 +62,7 @@ def _plot_directions(directions: Directions, ax) -> None:
 
 def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
     """Median and ``_LEVEL`` % band of exponential profiles, one per draw."""
-    hinge = np.arange(N_HINGES)
+    hinge = np.arange(_N_HINGES)
     low, middle, high = np.percentile(
         _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
     )
@@ -75,7 +75,7 @@ def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
 
 def _draw_out(base: float | np.ndarray, rate: float | np.ndarray) -> np.ndarray:
     """``base`` · exp(``rate`` (n − 1)) at every hinge n."""
-    return base * np.exp(rate * np.arange(N_HINGES))
+    return base * np.exp(rate * np.arange(_N_HINGES))
 
 
 def _plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
@@ -235,7 +235,7 @@ def _describe(found: SimpleNamespace) -> str:
 
 def _find_best_known(base: np.ndarray, rate: np.ndarray) -> tuple[int, float]:
     """The hinge (from 1) at which the draws agree best, and the factor between their 95 % ends."""
-    logs = np.log(base)[:, None] + rate[:, None] * np.arange(N_HINGES)
+    logs = np.log(base)[:, None] + rate[:, None] * np.arange(_N_HINGES)
     low, high = np.percentile(logs, [2.5, 97.5], axis=0)
     best = int(np.argmin(high - low))
     return best + 1, float(np.exp(high - low)[best])

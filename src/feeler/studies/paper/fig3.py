@@ -33,7 +33,7 @@ from feeler.wall import (
 
 LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
-STRAIGHT = {"prebend": "none"}
+_STRAIGHT = {"prebend": "none"}
 APART = 0.1  # [C] of a tensor's own root mean square: what tells two sliding tensors apart
 
 
@@ -68,7 +68,7 @@ def compute(
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
     sweeps, default, straight = (
         {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
-        for posture in (lead, Posture(), Posture().replace(**STRAIGHT))
+        for posture in (lead, Posture(), Posture().replace(**_STRAIGHT))
     )
     return SimpleNamespace(
         sweeps=sweeps,

@@ -21,11 +21,11 @@ from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.sensitivity import SETUP_CHOICES
 
-LEAST_DEFINED = 1 / 3
+_LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
-NEAR = 0.1
+_NEAR = 0.1
 """Share of the length within which greatest curvature is close to the contact."""
-FOUND = (
+_FOUND = (
     "A set-up that meets all three of the paper's values exists (slack arc over the whole length,"
     " tip at 150°, all else the default; R² 0.972, 0.960, 0.697 when it was found). It was found by"
     " searching 171 set-ups for their R², so it shows that the paper's numbers are not impossible;"
@@ -65,7 +65,7 @@ class Family:
         """Share of the defined set-ups in which something holds (set-up,); undefined where too few
         are defined.
         """
-        if len(self.defined) < LEAST_DEFINED * len(self.r2) or not len(self.defined):
+        if len(self.defined) < _LEAST_DEFINED * len(self.r2) or not len(self.defined):
             return {
                 "undefined": (
                     f"R² is defined for every profile in {len(self.defined)} of {len(self.r2)}"
@@ -149,7 +149,7 @@ def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
     )
 
 
-def plot_offset(family: Family, ax: Axes) -> None:
+def _plot_offset(family: Family, ax: Axes) -> None:
     """How far from the contact the antenna bends most: a dot per set-up, medians as bars."""
     rng = np.random.default_rng(0)  # spreads the dots sideways only
     for k, name in enumerate(family.names):
@@ -159,7 +159,7 @@ def plot_offset(family: Family, ax: Axes) -> None:
         ax.plot(place, 100 * found, ".", ms=3, color=colour, alpha=0.6)
         if found.size:
             ax.plot([k - 0.3, k + 0.3], [100 * np.median(found)] * 2, color="#000000", lw=1.5)
-    ax.axhline(100 * NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
+    ax.axhline(100 * _NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
     ax.plot([], [], color="#000000", lw=1.5, label="median")
     _name_profiles(family, ax)
     ax.set(ylabel="greatest curvature from contact\n[% of the length]", ylim=(-3, 103))
@@ -191,7 +191,7 @@ def show(context: Context, section: Section) -> None:
     }
     targets = {name: claims[name].target for name in CLAIMED}
     section.heading("What R² depends on")
-    section.text(_count(family) + " " + FOUND)
+    section.text(_count(family) + " " + _FOUND)
     section.figure(
         "fig3_family",
         "Left: R² of every set-up of the declared family in which it is defined for all profiles: a"
@@ -228,7 +228,7 @@ def show(context: Context, section: Section) -> None:
 def _draw(family: Family, figure: Figure, targets: Mapping[str, float]) -> None:
     left, right = figure.subplots(1, 2)
     plot(family, left, targets)
-    plot_offset(family, right)
+    _plot_offset(family, right)
 
 
 def _list_offsets(family: Family) -> dict[str, object]:
@@ -239,7 +239,7 @@ def _list_offsets(family: Family) -> dict[str, object]:
     for name, offset in zip(family.names, family.offset.T, strict=True):
         found = offset[np.isfinite(offset)]
         if found.size:
-            values[f"wall.near.{name}"] = {"value": float(np.mean(found < NEAR)), "n": found.size}
+            values[f"wall.near.{name}"] = {"value": float(np.mean(found < _NEAR)), "n": found.size}
             values[f"wall.apart.{name}"] = make_spread(
                 np.median(found), found.min(), found.max(), n=found.size
             )

@@ -20,7 +20,7 @@ from feeler.studies.paper.fig5_data import MAIN, list_verdicts, load, name_speed
 
 KEPT_AT = (0.1, 0.3)
 """Noise ratios at which the paper names the variance that its principal components keep."""
-UNIT = "of the greatest angle"
+_UNIT = "of the greatest angle"
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:
@@ -71,7 +71,7 @@ def _plot_top(data: SimpleNamespace, figure: SubFigure) -> None:
         for name, group in members.items()
     }
     _plot_examples(examples, right.subplots())
-    right.suptitle(f"E  one tensor per condition ({UNIT})", fontsize=8)
+    right.suptitle(f"E  one tensor per condition ({_UNIT})", fontsize=8)
 
 
 def _plot_examples(examples: Mapping[str, np.ndarray], ax: Axes) -> None:
@@ -80,7 +80,7 @@ def _plot_examples(examples: Mapping[str, np.ndarray], ax: Axes) -> None:
     norm = Normalize(0, max(tensor.max() for tensor in tensors))
     time = np.arange(tensors[0].shape[1])
     image = plot_tensor_grid(
-        [[tensor] for tensor in tensors], time, ax, norm, list(examples), [""], UNIT
+        [[tensor] for tensor in tensors], time, ax, norm, list(examples), [""], _UNIT
     )
     if (figure := ax.get_figure(root=False)) is not None:
         figure.colorbar(image, ax=ax, pad=0.02)

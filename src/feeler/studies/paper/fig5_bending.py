@@ -23,9 +23,9 @@ from feeler.studies.paper.data import list_profiles, load_complete
 from feeler.studies.paper.window import WINDOWS, measure_window
 from feeler.tensors import in_unit, rectify
 
-PROXIMAL = 0.1  # [C] share of the length that counts as the base
-SHARED = ("in a touch", "over all touches")
-N_RESAMPLES = 2000
+_PROXIMAL = 0.1  # [C] share of the length that counts as the base
+_SHARED = ("in a touch", "over all touches")
+_N_RESAMPLES = 2000
 
 
 def compute(tensors: xr.Dataset, antenna: Antenna) -> dict[str, SimpleNamespace]:
@@ -61,13 +61,13 @@ def measure_sharing(share: np.ndarray) -> dict[str, Interval]:
     of the mean of all.
     """
     rng = np.random.default_rng(0)
-    picks = rng.integers(len(share), size=(N_RESAMPLES, len(share)))
+    picks = rng.integers(len(share), size=(_N_RESAMPLES, len(share)))
     drawn = hoyer_sparseness(share[picks].mean(axis=1))
     low, high = np.quantile(drawn, [0.025, 0.975])
     value = float(hoyer_sparseness(share.mean(axis=0)))
     return {
-        SHARED[0]: bootstrap_mean(hoyer_sparseness(share), rng),
-        SHARED[1]: Interval(estimate=value, low=float(low), high=float(high)),
+        _SHARED[0]: bootstrap_mean(hoyer_sparseness(share), rng),
+        _SHARED[1]: Interval(estimate=value, low=float(low), high=float(high)),
     }
 
 
@@ -87,7 +87,7 @@ def plot(
         shift = 0.8 * (k - (len(data) - 1) / 2)  # so that equal points do not cover each other
         middle.plot(100 * location + shift, 100 * whole.top, ".", ms=4, color=colour, label=name)
     for span in (left.axvspan, middle.axhspan):
-        span(0, 100 * PROXIMAL, color="#DDDDDD", lw=0, label="base: a tenth of the length")
+        span(0, 100 * _PROXIMAL, color="#DDDDDD", lw=0, label="base: a tenth of the length")
     middle.plot([0, 100], [0, 100], ":", lw=0.8, color="#59636e", label="at the contact")
     left.set(xlabel="place [% of the length]", ylabel="share of a touch's bending [%]")
     left.set_title("A  bending along the antenna", loc="left")
@@ -113,16 +113,16 @@ def _plot_sharing(data: Mapping[str, Mapping[str, SimpleNamespace]], ax: Axes) -
         {
             name: (
                 hoyer_sparseness(windows[WINDOWS[1]].share)
-                if shared == SHARED[0]
+                if shared == _SHARED[0]
                 else np.array([]),
                 measure_sharing(windows[WINDOWS[1]].share)[shared],
             )
             for name, windows in data.items()
         }
-        for shared in SHARED
+        for shared in _SHARED
     ]
     plot_groups(sets, ax)
-    ax.set_xticks(np.arange(2) * (len(data) + 1) + (len(data) - 1) / 2, SHARED)
+    ax.set_xticks(np.arange(2) * (len(data) + 1) + (len(data) - 1) / 2, _SHARED)
     ax.set(ylabel="Hoyer sparseness of the bending", ylim=(0, None))
     ax.set_title("C  less: more sensors share it", loc="left")
 
@@ -152,7 +152,7 @@ def show(context: Context, section: Section) -> None:
     for name, windows in data.items():
         for window, found in windows.items():
             section.values[f"bending.{window}.base.{name}"] = {
-                "value": float(np.mean(found.top < PROXIMAL)),
+                "value": float(np.mean(found.top < _PROXIMAL)),
                 "n": len(found.top),
             }
             for shared, mean in measure_sharing(found.share).items():

@@ -22,11 +22,11 @@ from feeler.tensors.unit import in_unit
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
 _LATER = 15.0  # ms since contact, at every speed
 
-Touch = tuple[Antenna, Trial, xr.Dataset, float]
+_Touch = tuple[Antenna, Trial, xr.Dataset, float]
 """With the moment that is drawn [ms since contact]."""
 
 
-def collect(context: Context) -> dict[str, dict[str, Touch]]:
+def _collect(context: Context) -> dict[str, dict[str, _Touch]]:
     """One touch of each profile at the slow speed, and of the first profile at each speed."""
     profiles, slow = list_profiles(context), SPEEDS["slow"]
     first = profiles[0]
@@ -39,14 +39,14 @@ def collect(context: Context) -> dict[str, dict[str, Touch]]:
     }
 
 
-def _take(context: Context, profile: str, speed: float, moment: float) -> Touch:
+def _take(context: Context, profile: str, speed: float, moment: float) -> _Touch:
     touches = list_touches(context, profile)
     number = find_touch(touches, speed)
     tensors = load_tensors(context, profile).isel(trial=[number])
     return context.profiles[profile], touches[number], tensors, moment
 
 
-def plot(found: Mapping[str, Mapping[str, Touch]], figure: Figure) -> None:
+def plot(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -> None:
     """Profiles and their touches above, touches at each speed below."""
     profiles, speeds = found.values()
     bends = [compute_bend(t, a)[_find(t, m, trial)].max() for a, trial, t, m in _list(found)]
@@ -67,7 +67,7 @@ def plot(found: Mapping[str, Mapping[str, Touch]], figure: Figure) -> None:
     figure.colorbar(drawn.colours, ax=axes[:, 1:], label="curvature [1/mm]", pad=0.01)
 
 
-def _list(found: Mapping[str, Mapping[str, Touch]]) -> list[Touch]:
+def _list(found: Mapping[str, Mapping[str, _Touch]]) -> list[_Touch]:
     return [touch for touches in found.values() for touch in touches.values()]
 
 
@@ -101,7 +101,7 @@ def _draw_ways(speeds: list[float], ax: Axes) -> None:
 
 def show(context: Context, section: Section) -> None:
     """What is compared in most of what follows."""
-    found = collect(context)
+    found = _collect(context)
     section.figure(
         "fig5e_conditions",
         "What is compared. Above: antennae that differ in stiffness only, each when the same slow"

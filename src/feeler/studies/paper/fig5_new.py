@@ -33,11 +33,11 @@ from feeler.studies.paper.window import WINDOWS, complete_tensors, measure_windo
 from feeler.task import Nuisances
 from feeler.tensors.scaling import rectify
 
-ATTRIBUTES = ("feature", "size", "location")
-SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}
+_ATTRIBUTES = ("feature", "size", "location")
+_SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}
 """What is left out in turn, and what is then read of the touches that have it."""
-LEFT_OUT = {"size": "size", "place": "location"}
-JITTERS = {
+_LEFT_OUT = {"size": "size", "place": "location"}
+_JITTERS = {
     "place shifted by up to 2 % of the length": (0.02, 0.0),
     "speed changed by up to 10 %": (0.0, 0.1),
 }
@@ -59,12 +59,12 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)
     names = {
         a: np.array([f"{v:g}" if a != "feature" else v for v in tensors[a].values])
-        for a in ATTRIBUTES
+        for a in _ATTRIBUTES
     }
     options = _list_options(plan, plan.n_repeats, random_state)
     accuracy, touches, chance, parts = {}, {}, {}, {}
-    for split, read in SPLITS.items():
-        groups = names[LEFT_OUT[split]]
+    for split, read in _SPLITS.items():
+        groups = names[_LEFT_OUT[split]]
         labels = np.array([" ".join(row) for row in zip(*(names[a] for a in read), strict=True)])
         least = min(np.sum(groups != group) for group in np.unique(groups))
         lda = make_fitting_lda(int(least), plan.n_copies)
@@ -94,9 +94,9 @@ def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[
     steps = {
         a: {value: k for k, value in enumerate(sorted(set(v.tolist())))} for a, v in names.items()
     }
-    found: dict[str, list[float]] = {a: [] for a in ATTRIBUTES}
+    found: dict[str, list[float]] = {a: [] for a in _ATTRIBUTES}
     for i, j in combinations(range(len(array)), 2):
-        differ = [a for a in ATTRIBUTES if names[a][i] != names[a][j]]
+        differ = [a for a in _ATTRIBUTES if names[a][i] != names[a][j]]
         near = {
             a: abs(steps[a][names[a][i]] - steps[a][names[a][j]]) == 1 or a != "location"
             for a in differ
@@ -131,9 +131,9 @@ def plot(data: Mapping[str, Mapping[str, SimpleNamespace]], figure: Figure) -> N
     axes[0, 0].set_title("trained without it")
     axes[0, 1].set_title("what a tensor changes with")
     axes[-1, 0].set_xticks(
-        range(len(SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"]
+        range(len(_SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"]
     )
-    axes[-1, 1].set_xticks(range(len(ATTRIBUTES)), ["shape", "size", "place, one step"])
+    axes[-1, 1].set_xticks(range(len(_ATTRIBUTES)), ["shape", "size", "place, one step"])
     axes[0, 0].legend(frameon=False)
 
 
@@ -203,7 +203,7 @@ def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespa
                 section.values[f"generalise.chance.{split}"] = new.chance[split]
             for attribute, change in new.change.items():
                 section.values[f"generalise.change.{attribute}.{window}.{name}"] = change
-            shares = [(new.accuracy[s], *new.parts[s].values()) for s in SPLITS]
+            shares = [(new.accuracy[s], *new.parts[s].values()) for s in _SPLITS]
             rows.append([window, name, *(100 * share for split in shares for share in split)])
     header = ["window", "profile", "new size [%]", "of it shape", "place"]
     section.table(
@@ -218,7 +218,7 @@ def _show_jittered(context: Context, section: Section) -> None:
     plan, rng = context.effort.plan, np.random.default_rng(context.seed)
     names = list_profiles(context)
     known = _load_windows(context, names)
-    for title, (location, speed) in JITTERS.items():
+    for title, (location, speed) in _JITTERS.items():
         words: dict[str, list[str]] = {window: [] for window in known}
         for name in names:
             order = [t for t in list_touches(context, name) if t.speed == SPEEDS["slow"]]

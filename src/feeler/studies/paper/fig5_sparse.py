@@ -32,7 +32,7 @@ from feeler.studies.paper.window import (
 )
 
 SPANS = (*WINDOWS, "within each touch", "while it moves")
-Groups = Mapping[str, np.ndarray]
+_Groups = Mapping[str, np.ndarray]
 """A number per touch (trial,), by speed or by profile."""
 
 
@@ -60,7 +60,7 @@ def _average(values: np.ndarray) -> Interval:
     return bootstrap_mean(values[np.isfinite(values)], np.random.default_rng(0))
 
 
-def plot(found: Mapping[str, Mapping[str, Groups]], figure: Figure) -> None:
+def plot(found: Mapping[str, Mapping[str, _Groups]], figure: Figure) -> None:
     """A panel per comparison: every touch as a dot, averages with their intervals, by reading."""
     axes = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     for letter, (comparison, readings), ax in zip("AB", found.items(), axes, strict=False):
@@ -130,7 +130,7 @@ def show(context: Context, section: Section) -> None:
             section.values |= _list_values(reading, members)
 
 
-def _list_values(reading: str, groups: Groups) -> dict[str, object]:
+def _list_values(reading: str, groups: _Groups) -> dict[str, object]:
     means = {name: _average(values) for name, values in groups.items()}
     others = {name: means[name].estimate for name in CLAIMED[1:] if name in means}
     if others:

@@ -28,7 +28,7 @@ from feeler.studies.scale import Scale
 _PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
 
 
-Entropies = Mapping[str, np.ndarray]
+_Entropies = Mapping[str, np.ndarray]
 """By profile: (restart, component)."""
 
 
@@ -56,7 +56,7 @@ _READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 basis as a picture, stretched to its greatest entry, of unit length, or all three together of unit
 length (256 levels, clipped at 1, as MATLAB's ``entropy`` does); with fewer levels; or its entries
 as shares of mass. Bits but for the one in nats."""
-DRAWN = (
+_DRAWN = (
     "histogram of [0, 1]",
     "histogram of unit length",
     "histogram, together of unit length",
@@ -114,7 +114,7 @@ def compute(
     return SimpleNamespace(encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling)
 
 
-def _average(entropies: Entropies) -> dict[str, float]:
+def _average(entropies: _Entropies) -> dict[str, float]:
     """Mean over the bases of the best restart, by profile."""
     return {name: float(np.nanmean(values[0])) for name, values in entropies.items()}
 
@@ -137,13 +137,13 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     paper's.
     """
     names = list(data.encoders)
-    width = 0.8 / len(DRAWN)
-    for i, definition in enumerate(DRAWN):
+    width = 0.8 / len(_DRAWN)
+    for i, definition in enumerate(_DRAWN):
         values = [np.nanmean(data.entropy[definition][name], axis=1) for name in names]
         middle = np.array([v[0] for v in values])
         ends = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
         spread = ends if values[0].size > 1 else None  # one start has none
-        place = np.arange(len(names)) + (i - (len(DRAWN) - 1) / 2) * width
+        place = np.arange(len(names)) + (i - (len(_DRAWN) - 1) / 2) * width
         ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
     known = [name for name in names if name in _PAPER]
     ax.plot(
@@ -204,7 +204,7 @@ def show(context: Context, section: Section) -> None:
         )
 
 
-def _keep_values(section: Section, found: Mapping[str, Mapping[str, Entropies]]) -> None:
+def _keep_values(section: Section, found: Mapping[str, Mapping[str, _Entropies]]) -> None:
     rows: list[list[object]] = []
     for window, entropy in found.items():
         for definition, by_profile in entropy.items():

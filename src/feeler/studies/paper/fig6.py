@@ -22,13 +22,13 @@ from feeler.robot import Recording, Touches, compute_comparison, compute_tip, ma
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig6_data import load
 
-PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
-N_TOUCHES = 10  # of each group that is compared
-RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
-BALL, BOX = FEATURE_COLOURS["ball"], FEATURE_COLOURS["box"]
-SIMULATED, SURROGATE = "#000000", PALETTE[0]
+_PAPER_RIGHT, _PAPER_TOTAL = 5, 6  # [P]
+_N_TOUCHES = 10  # of each group that is compared
+_RELEASE_SPAN, _RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
+_BALL, _BOX = FEATURE_COLOURS["ball"], FEATURE_COLOURS["box"]
+_SIMULATED, _SURROGATE = "#000000", PALETTE[0]
 _PARTS = {
-    "all": ("o-", SURROGATE, "surrogate: all right"),
+    "all": ("o-", _SURROGATE, "surrogate: all right"),
     "feature": ("s:", PALETTE[1], "feature"),
     "location": ("^:", PALETTE[2], "location"),
     "speed": ("v:", PALETTE[3], "speed"),
@@ -110,12 +110,12 @@ def _plot_release(data: SimpleNamespace, ax: Axes) -> None:
     ax.plot(
         data.release.time,
         compute_tip(robot, data.release.values),
-        color=SURROGATE,
+        color=_SURROGATE,
         lw=1,
         label="surrogate",
     )
     tip = compute_tip(robot, data.simulated_release)
-    ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
+    ax.plot(np.arange(tip.size), tip, "--", color=_SIMULATED, lw=0.8, label="simulation, fitted")
     p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
     words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms (paper's robot: 1.19, 2.06)"
     ax.set(xlabel="time after release [ms]", ylabel="tip [mm]")
@@ -129,11 +129,11 @@ def _draw_release(data: SimpleNamespace, ax: Axes) -> Callable[[float], list]:
     """
     robot, angles = make_robot(), (data.release.values, data.simulated_release)
     looks: tuple[dict[str, Any], ...] = (
-        {"color": SURROGATE, "label": "surrogate"},
-        {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"},
+        {"color": _SURROGATE, "label": "surrogate"},
+        {"color": _SIMULATED, "ls": "--", "label": "simulation, fitted"},
     )
     lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
-    clock = ax.set_title(say_clock(RELEASE_SPAN, RELEASE_SLOWER))
+    clock = ax.set_title(say_clock(_RELEASE_SPAN, _RELEASE_SLOWER))
     ax.set(
         xlim=(-2, 1.08 * robot.length),
         ylim=(-35, 35),
@@ -147,7 +147,7 @@ def _draw_release(data: SimpleNamespace, ax: Axes) -> Callable[[float], list]:
         for line, angle in zip(lines, angles, strict=True):
             points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
             line.set_data(points[:, 1], points[:, 0])
-        clock.set_text(say_clock(time, RELEASE_SLOWER))
+        clock.set_text(say_clock(time, _RELEASE_SLOWER))
         return [*lines, clock]
 
     return move
@@ -157,7 +157,7 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
     """The simulated set: tip traces of all 30 classes, aligned (panel C)."""
     tips = compute_tip(training.antenna, training.values)
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
-        ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
+        ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=_BALL if feature == "ball" else _BOX)
     ax.set(xlabel="time from first peak [ms]", ylabel="tip [mm]", xticks=[-1500, -750, 0])
     for feature in ("ball", "box"):
         ax.plot([], [], color=FEATURE_COLOURS[feature], label=feature)
@@ -172,7 +172,7 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
     image = ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
     for row, label in enumerate(true):
-        ax.plot(classes.index(label), row, "s", mfc="none", mec=SURROGATE, ms=9, mew=1.2)
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=_SURROGATE, ms=9, mew=1.2)
     places = sorted({label[:2] for label in classes})
     centres = [
         np.mean([k for k, label in enumerate(classes) if label[:2] == place]) for place in places
@@ -193,14 +193,14 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     ax.set_title(
         f"E  surrogates read right (in squares): {data.score.correct['all']} of"
         f" {data.score.total} = {100 * share:.0f} % ({interval});"
-        f" paper, real robot: {PAPER_RIGHT} of {PAPER_TOTAL}",
+        f" paper, real robot: {_PAPER_RIGHT} of {_PAPER_TOTAL}",
         loc="left",
     )
 
 
 def _is_one(data: SimpleNamespace) -> bool:
     """Whether one robot only was touched: its contacts are no sample of robots."""
-    return data.score.total <= PAPER_TOTAL
+    return data.score.total <= _PAPER_TOTAL
 
 
 def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
@@ -210,7 +210,7 @@ def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
         _errorbar(ax, data.sizes, shares, marker, colour, label, alone=_is_one(data))
     ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
     ax.axhline(
-        PAPER_RIGHT / PAPER_TOTAL, color="#888888", lw=0.8, ls=":", label="paper, real robot"
+        _PAPER_RIGHT / _PAPER_TOTAL, color="#888888", lw=0.8, ls=":", label="paper, real robot"
     )
     _label_share(ax, "reality gap", "size of the reality gap")
 
@@ -220,10 +220,10 @@ def _plot_closing(data: SimpleNamespace, ax: Axes) -> None:
     if data.variants:
         shares = [score.share() for score in (data.score, *data.by_variants)]
         label = "surrogate: random models"
-        _errorbar(ax, (0, *data.variants), shares, "o-", SURROGATE, label)
+        _errorbar(ax, (0, *data.variants), shares, "o-", _SURROGATE, label)
     if data.shots:
         shares = [score.share() for score in data.by_shots]
-        _errorbar(ax, data.shots, shares, "s--", SURROGATE, "surrogate: its own touches")
+        _errorbar(ax, data.shots, shares, "s--", _SURROGATE, "surrogate: its own touches")
     _label_share(ax, "closing the gap", "number of models or touches in training")
 
 
@@ -231,7 +231,7 @@ def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
     """Streaming decoder: accuracy and share decided against time since contact."""
     early = data.early
     for values, marker, colour, label in (
-        (early.accuracy, "o-", SURROGATE, "surrogate: best guess right"),
+        (early.accuracy, "o-", _SURROGATE, "surrogate: best guess right"),
         (early.decided, "s--", PALETTE[4], "decided"),
         (early.decided_right, "^:", PALETTE[5], "of those, right"),
     ):
@@ -305,12 +305,12 @@ def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> N
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         move = _draw_release(data, figure.subplots())
         fps = context.effort.fps
-        times = np.arange(0.0, RELEASE_SPAN, 1000 / fps / RELEASE_SLOWER)
+        times = np.arange(0.0, _RELEASE_SPAN, 1000 / fps / _RELEASE_SLOWER)
         path = section.folder / "movieS4_release.mp4"
         write_movie(path, figure, lambda k: move(float(times[k])), len(times), fps)
     section.movie(
         path,
-        f"Release of the surrogate robot and of the model fitted to it, {RELEASE_SLOWER:g} times"
+        f"Release of the surrogate robot and of the model fitted to it, {_RELEASE_SLOWER:g} times"
         " slower than life. (Movie S4)",
     )
 
@@ -381,6 +381,6 @@ def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str,
         for name, values in ends.items():
             one = values[index]
             section.values[f"robot.{index}.{name}"] = make_spread(
-                one.estimate, one.low, one.high, n=N_TOUCHES
+                one.estimate, one.low, one.high, n=_N_TOUCHES
             )
-    section.values[f"robot.agree.{comparison}"] = {"value": float(np.mean(more)), "n": N_TOUCHES}
+    section.values[f"robot.agree.{comparison}"] = {"value": float(np.mean(more)), "n": _N_TOUCHES}

@@ -35,8 +35,8 @@ from feeler.robot import (
 from feeler.studies.paper.context import Context
 from feeler.studies.scale import Scale
 
-RELEASE = 2000.0  # ms
-MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
+_RELEASE = 2000.0  # ms
+_MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
 
 
 def compute(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> SimpleNamespace:
@@ -97,13 +97,13 @@ def _compute_examples(
     posture = np.zeros(robot.antenna.n_segments)
     posture[-8:] = make_posture(make_robot())
     start = posture + robot.antenna.rest_angle
-    motion = simulate_release(robot.antenna, start, RELEASE, engine=engine)
+    motion = simulate_release(robot.antenna, start, _RELEASE, engine=engine)
     recorded = robot.record(motion).to_angles(robot.calibration, outside="extend")
     release = repair(recorded, gaps="bridge")
     fit = fit_factors(release, engine=engine)
     rest = release.values[:, -500:].mean(axis=1)
     start = release.values[:, 0] - rest
-    simulated = simulate_release(fit.antenna, start, RELEASE, engine=engine)
+    simulated = simulate_release(fit.antenna, start, _RELEASE, engine=engine)
     return raw, replace(release, values=release.values - rest[:, None]), fit, simulated
 
 
@@ -138,7 +138,7 @@ def _measure_early(
         decoder.temper(others.motions, others.labels)
     motions = [motion for touches in read for motion in touches.motions]
     return measure_early_accuracy(
-        decoder, motions, [label for t in read for label in t.labels], MOMENTS
+        decoder, motions, [label for t in read for label in t.labels], _MOMENTS
     )
 
 

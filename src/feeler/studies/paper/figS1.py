@@ -14,8 +14,8 @@ from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 
-N_ANTENNAE = 4  # [P]
-SCATTER = 0.08  # [C] sd of one segment's length, as a share of it
+_N_ANTENNAE = 4  # [P]
+_SCATTER = 0.08  # [C] sd of one segment's length, as a share of it
 
 
 def compute(lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0) -> SimpleNamespace:
@@ -33,7 +33,7 @@ def compute(lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0) -> Si
     if lengths is not None:
         return SimpleNamespace(fit=fit_sigmoid(lengths), planted=None)
     rng, antenna = np.random.default_rng(seed), cockroach()
-    scatter = np.exp(SCATTER * rng.standard_normal((N_ANTENNAE, antenna.n_segments)))
+    scatter = np.exp(_SCATTER * rng.standard_normal((_N_ANTENNAE, antenna.n_segments)))
     return SimpleNamespace(
         fit=fit_sigmoid(list(antenna.segment_length * scatter)),
         planted=antenna.segment_length / antenna.length,

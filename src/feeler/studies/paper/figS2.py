@@ -14,13 +14,13 @@ from feeler.studies.paper.context import Context
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
 from feeler.tracking.speed import MAX_GAP
 
-PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
+_PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
 _SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
-N_TRIALS = 6  # [P]
+_N_TRIALS = 6  # [P]
 
 
 def compute(
-    tracks: list[Tracks] | None = None, *, n_trials: int = N_TRIALS, seed: int = 0
+    tracks: list[Tracks] | None = None, *, n_trials: int = _N_TRIALS, seed: int = 0
 ) -> SimpleNamespace:
     """Measure ``tracks``, or as many synthetic trials whose planted mean is the paper's 86.67 °/s.
 
@@ -38,7 +38,7 @@ def compute(
     if tracks is None:
         rng = np.random.default_rng(seed)
         planted = rng.normal(0.0, _SPREAD, (n_trials, len(SIDES)))
-        planted += PAPER_MEAN - planted.mean()
+        planted += _PAPER_MEAN - planted.mean()
         tracks = [
             make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted
         ]
@@ -83,7 +83,7 @@ def _plot_box(data: SimpleNamespace, ax) -> None:
     ax.boxplot(speeds, tick_labels=SIDES, medianprops={"color": "#CC0000"}, showfliers=False)
     for place, values in enumerate(speeds, 1):
         ax.plot(np.full(values.size, place), values, "k.")
-    ax.axhline(_degrees(PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s")
+    ax.axhline(_degrees(_PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s")
     ax.set(ylabel="mean of peak speeds [°/s]", ylim=(0, None))
     ax.legend(fontsize=7, frameon=False)
 
@@ -110,5 +110,5 @@ def show(context: Context, section: Section) -> None:
     )
     section.values |= {
         "tracking.mean": float(_degrees(data.exploration.mean)),
-        "tracking.lateral": float(PAPER_MEAN * context.antenna.length * 100),
+        "tracking.lateral": float(_PAPER_MEAN * context.antenna.length * 100),
     }

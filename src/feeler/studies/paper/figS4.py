@@ -19,7 +19,7 @@ from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
 from feeler.studies.paper.fig5_data import name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
-LAYERS = (
+_LAYERS = (
     "input {h} × {w} × 1",
     "convolution 15 × 15, 32, padding 2",
     "batch norm",
@@ -30,7 +30,7 @@ LAYERS = (
     "fully connected {n}",
     "softmax",
 )
-BATCH_SIZE = 8  # [C] few images make many steps
+_BATCH_SIZE = 8  # [C] few images make many steps
 
 
 def compute(
@@ -92,7 +92,7 @@ def _sweep_groups(
                 network = TouchNetwork(
                     array.shape[1:],
                     max_epochs=max_epochs,
-                    batch_size=BATCH_SIZE,
+                    batch_size=_BATCH_SIZE,
                     device=device,
                     random_state=random_state,
                 )
@@ -117,11 +117,11 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
 def _plot_layers(data: SimpleNamespace, ax) -> None:
     """The layers from top to bottom, in words."""
     h, w = data.shape
-    for place, layer in enumerate(LAYERS):
+    for place, layer in enumerate(_LAYERS):
         text = layer.format(h=h, w=w, n=data.n_classes)
         ax.text(
             0.5,
-            1 - (place + 0.5) / len(LAYERS),
+            1 - (place + 0.5) / len(_LAYERS),
             text,
             ha="center",
             va="center",

@@ -17,7 +17,7 @@ from feeler.studies.paper.fig4_map import compare_others, span
 from feeler.studies.scale import Scale
 from feeler.tensors.unit import in_unit
 
-REFERENCE = 40  # [P]
+_REFERENCE = 40  # [P]
 
 
 def _sum_lags(bases: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ def compute(
                 n_lags=n_lags, n_restarts=effort.side_restarts, random_state=random_state
             )
             encoders[n_lags] = encoder.fit(data)
-    reference = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].components_
+    reference = encoders[_REFERENCE if _REFERENCE in encoders else durations[-1]].components_
     starts = range(min(len(encoder.restart_components_) for encoder in encoders.values()))
     found = {
         name: np.array(
@@ -85,7 +85,7 @@ def compute(
         )
         for name, view in _VIEWS.items()
     }
-    known = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].restart_components_
+    known = encoders[_REFERENCE if _REFERENCE in encoders else durations[-1]].restart_components_
     return SimpleNamespace(
         encoders=encoders,
         profile_similarity=found[ALONG][0],

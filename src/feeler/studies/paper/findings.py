@@ -11,7 +11,7 @@ from feeler.studies.paper.claims import load_effects
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
-FINDINGS, STORY = "findings.toml", "story.toml"
+_FINDINGS, _STORY = "findings.toml", "story.toml"
 OPEN = "depends on a definition"
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 """``{key of a value:format}``"""
@@ -20,7 +20,7 @@ PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 def choose_answer(judged: Sequence[Judged]) -> str:
     """The answer to the report's question: the first of ``story.toml`` whose claims all hold."""
     hold = _list_held(judged)
-    return next(one["words"] for one in read_declared(STORY)["answer"] if hold >= {*one["holds"]})
+    return next(one["words"] for one in read_declared(_STORY)["answer"] if hold >= {*one["holds"]})
 
 
 def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, str]]:
@@ -30,7 +30,7 @@ def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[
     hold, texts = _list_held(judged), ("number", "words", "when", "section")
     found = [
         {name: fill(one[name], values) for name in texts}
-        for one in read_declared(STORY)["headline"]
+        for one in read_declared(_STORY)["headline"]
         if hold >= {*one["holds"]}
     ]
     return [one for one in found if all(one.values())]
@@ -41,7 +41,7 @@ def list_abstract(judged: Sequence[Judged]) -> list[dict[str, str]]:
     ``verdict`` in this run, and where this depends on a definition what it hangs on (``open``).
     """
     found = judge_statements(judged)
-    shown = [one for one in read_declared(STORY)["abstract"] if one["statement"] in found]
+    shown = [one for one in read_declared(_STORY)["abstract"] if one["statement"] in found]
     verdicts = [found[one["statement"]] for one in shown]
     return [
         {"words": one["words"], "verdict": word, "open": one["open"] * (word == OPEN)}
@@ -53,7 +53,7 @@ def list_unmet(judged: Sequence[Judged]) -> list[dict[str, str]]:
     """Statements of the paper that are not reproduced, or only in part: ``words`` and ``why``, in
     the claim's own words where ``story.toml`` has none.
     """
-    told = {one["statement"]: one for one in read_declared(STORY)["unmet"]}
+    told = {one["statement"]: one for one in read_declared(_STORY)["unmet"]}
     long = load_effects() | {one.claim.id: one.claim.says for one in judged}
     return [
         told.get(name) or {"words": long[name], "why": ""}
@@ -72,7 +72,7 @@ def list_screens(values: Mapping[str, Any]) -> list[dict[str, str]]:
     """
     return [
         one | {"words": " ".join(filter(None, (fill(s, values) for s in _split(one["words"]))))}
-        for one in read_declared(STORY)["screen"]
+        for one in read_declared(_STORY)["screen"]
     ]
 
 
@@ -88,7 +88,7 @@ def _load_findings() -> tuple[dict[str, str], ...]:
     """
     return tuple(
         {key: " ".join(text.split()) for key, text in one.items()}
-        for one in read_declared(FINDINGS)["finding"]
+        for one in read_declared(_FINDINGS)["finding"]
     )
 
 

@@ -7,7 +7,7 @@ from feeler.stimulus import Ball, Trial
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 
-LASTING = {
+_LASTING = {
     "fast": 100.0,
     "medium": 200.0,
     "slow": DURATION,
@@ -37,7 +37,7 @@ def show(context: Context, section: Section) -> None:
         trial, everything = touches[speed]
         path = section.folder / f"movieS2_{speed}.mp4"
         write_touch_movie(
-            context.antenna, trial, everything.sel(time=slice(0, LASTING[speed])), path, fps=fps
+            context.antenna, trial, everything.sel(time=slice(0, _LASTING[speed])), path, fps=fps
         )
         section.movie(
             path,

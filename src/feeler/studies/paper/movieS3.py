@@ -32,16 +32,16 @@ from feeler.studies.paper.fig3 import describe_posture, get_lead, load
 from feeler.wall import Course, WallTouch, find_peak
 from feeler.wall.following import Run, Watch, follow
 
-APPROACH_SLOWER, FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
+_APPROACH_SLOWER, _FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
 _CURVATURE = "curvature beyond rest [1/mm]"
 _SHOWN = 0.95  # [C] of bends lie within the colours; one sharp bend would leave all others white
-MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}
+_MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}
 
 
 def _write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS) -> Path:
     """A wall comes nearer: one panel per antenna, from above, the body's base at the origin."""
     time = next(iter(touches.values())).motions[0].time
-    frames = choose_frames(time, slower=APPROACH_SLOWER, fps=fps)
+    frames = choose_frames(time, slower=_APPROACH_SLOWER, fps=fps)
     with style():
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         axes = np.atleast_1d(figure.subplots(1, len(touches), sharey=True))
@@ -57,7 +57,7 @@ def _write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")
         away = next(iter(touches.values())).distance[0]
         words = [
-            f"{say_clock(float(time[k]), APPROACH_SLOWER)}; wall at {away[k]:.1f} mm"
+            f"{say_clock(float(time[k]), _APPROACH_SLOWER)}; wall at {away[k]:.1f} mm"
             for k in frames
         ]
         clock = figure.suptitle(max(words, key=len))
@@ -88,7 +88,7 @@ class _Panel:
         self.peak = np.where(touch.contact[0], find_peak(touch.antenna, bend).position, np.nan)
         self.arc = np.append(touch.antenna.hinge_position, touch.antenna.length)
         self.antenna = MovingAntenna(touch.antenna, ax, norm, "RdBu_r")
-        (self.dot,) = ax.plot([], [], label="greatest bend", **MARK)
+        (self.dot,) = ax.plot([], [], label="greatest bend", **_MARK)
         reach = touch.antenna.length
         low, high = -0.6 * reach, 1.05 * reach
         self.wall = Rectangle((0, low), 100.0, high - low, color=OBJECT_COLOUR, lw=0)
@@ -118,7 +118,7 @@ def _write_following(
     in.
     """
     course, time = Course(), run.time
-    frames = choose_frames(time, slower=FOLLOW_SLOWER, fps=fps)
+    frames = choose_frames(time, slower=_FOLLOW_SLOWER, fps=fps)
     curvature = (angles - antenna.rest_angle) / antenna.segment_length
     with style():
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
@@ -153,7 +153,7 @@ def _write_following(
             ylabel="distance of the wall [mm]",
         )
         right.legend(loc="upper left")
-        clock = right.set_title(say_clock(float(time[-1]), FOLLOW_SLOWER))
+        clock = right.set_title(say_clock(float(time[-1]), _FOLLOW_SLOWER))
 
         def draw(k: int) -> list[Artist]:
             now = frames[k]
@@ -165,7 +165,7 @@ def _write_following(
             body.set_data([x], [y])
             true.set_data(time[: now + 1], run.distance[: now + 1])
             felt.set_data(time[: now + 1], run.estimate[: now + 1])
-            clock.set_text(say_clock(float(time[now]), FOLLOW_SLOWER))
+            clock.set_text(say_clock(float(time[now]), _FOLLOW_SLOWER))
             return [*shown.move(points, curvature[now]), body, true, felt, clock]
 
         return write_movie(path, figure, draw, len(frames), fps)
@@ -178,7 +178,7 @@ def show(context: Context, section: Section) -> None:
     )
     section.movie(
         path,
-        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        f"A wall (grey) comes nearer to each antenna, {_APPROACH_SLOWER:g} times slower than life;"
         " colours: curvature beyond rest, on one scale, which 5 % of bends exceed; red: the"
         " point of greatest bend while in contact. (Movie S3)",
     )
@@ -212,7 +212,7 @@ def _follow(context: Context, section: Section) -> None:
             section.movie(
                 path,
                 "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
-                f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
+                f" antenna '{name}' bends most, {_FOLLOW_SLOWER:g} times slower than life; colours:"
                 " curvature beyond rest. (Movie S3)",
             )
     section.table(

@@ -18,7 +18,7 @@ from feeler.studies.contests import judge_steering, load_contest, load_stored
 from feeler.studies.contests.page import CONTEST_LEAD, fill_comparison
 from feeler.studies.paper.context import Context
 
-AGAIN = "fixed:1.2"  # the stored policy that is run again, on the first set
+_AGAIN = "fixed:1.2"  # the stored policy that is run again, on the first set
 
 
 def show(context: Context, section: Section) -> None:
@@ -30,12 +30,12 @@ def show(context: Context, section: Section) -> None:
     section.heading("How to move in order to know")
     section.text(CONTEST_LEAD)
     observer = contest.make_observer(cockroach(), 0)
-    seen = observer.run(parse_policy(AGAIN), contest.copies, contest.deadlines[0])
-    kept = float(stored["measured"]["accuracy"].sel(policy=AGAIN).isel(set=0, deadline=0))
+    seen = observer.run(parse_policy(_AGAIN), contest.copies, contest.deadlines[0])
+    kept = float(stored["measured"]["accuracy"].sel(policy=_AGAIN).isel(set=0, deadline=0))
     section.text(
         "These numbers are stored: they take minutes (benchmarks/active.py), for the published"
         " antenna and the engine's own choices, whatever this report was asked for. One was made"
-        f" anew: {AGAIN}, first set, {contest.deadlines[0]:g} ms: {100 * seen.accuracy[-1]:.3f}"
+        f" anew: {_AGAIN}, first set, {contest.deadlines[0]:g} ms: {100 * seen.accuracy[-1]:.3f}"
         f" % now, {100 * kept:.3f} % stored. `feeler active` makes the same for any antenna and for"
         " policies of your own."
     )

@@ -34,7 +34,7 @@ from feeler.studies.paper.open_gradient import load_questions
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
 from feeler.task import Nuisances, Task
 
-TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
+_TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 _RESAMPLES = 1000  # bootstrap
 _TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 _READERS = {
@@ -111,7 +111,7 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
         angles = [
             touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets
         ]
-        derived = differentiate_touches(antenna, sets[1], tuple(TARGETS), **options)
+        derived = differentiate_touches(antenna, sets[1], tuple(_TARGETS), **options)
         changes[shape] = derived["change"].values
         for kind in UNITS_OF_NOISE:
             clean, moves = angles, derived["derivative"].values
@@ -166,7 +166,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
     """Error of the readers, and the bound, against noise; first shape."""
     shape = asked["shapes"][0]
     for row, kind in zip(figure.subplots(2, 3), UNITS_OF_NOISE, strict=True):
-        for k, (ax, (target, unit)) in enumerate(zip(row, TARGETS.items(), strict=True)):
+        for k, (ax, (target, unit)) in enumerate(zip(row, _TARGETS.items(), strict=True)):
             sizes = asked[kind]
             for colour, name in zip(PALETTE, asked["readers"], strict=False):
                 ax.plot(
@@ -238,7 +238,7 @@ def _measure(
         {key: _average(squares[touches]) for key, squares in by.items()} for by in (best, bounds)
     )
     found: dict[str, float] = {}
-    for k, name in enumerate(TARGETS):
+    for k, name in enumerate(_TARGETS):
         ratio = {key: float(error[key][k] / bound[key][k]) for key in error}
         quiet = [ratio[key] for key in ratio if key[2] == min(asked[key[1]])]
         found |= {
@@ -290,6 +290,6 @@ def show(context: Context, section: Section) -> None:
         for name, squares in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]
     section.table(
-        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows
+        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in _TARGETS.items())], rows
     )
     section.values.update(_collect_values(data, asked))

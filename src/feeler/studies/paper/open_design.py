@@ -20,8 +20,8 @@ from feeler.studies.paper.context import Context
 from feeler.task.noise import Common, Relative
 from feeler.tensors.unit import in_unit
 
-N_CLASSES = 18  # of benchmarks/design.toml
-LIVE = DesignTask(
+_N_CLASSES = 18  # of benchmarks/design.toml
+_LIVE = DesignTask(
     objects=("ball:radius=1.5", "box"),
     locations=(0.7, 0.9),
     speeds=(0.6,),
@@ -29,7 +29,7 @@ LIVE = DesignTask(
     train=2,
     test=2,
 )
-FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
+_FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
 
 
 def _load_stored() -> dict[str, Any]:
@@ -110,7 +110,7 @@ def _plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> 
     sensors = stored["sensors"]
     for name, color in (("exponential", "black"), ("spline", PALETTE[0])):
         bits = np.array(sensors[name]["d-optimal"]["bits"])
-        axes[2].plot(sensors["counts"], np.log2(N_CLASSES) - bits, "o-", ms=3, color=color)
+        axes[2].plot(sensors["counts"], np.log2(_N_CLASSES) - bits, "o-", ms=3, color=color)
     axes[0].set(xlabel="settling time [ms]", ylabel="missing bits, touches of the search")
     axes[1].set(xlabel="peak force [mN]")
     axes[2].set(xlabel="sensors", xscale="log", ylabel="missing bits, test touches")
@@ -221,7 +221,7 @@ def show(context: Context, section: Section) -> None:
     limits = Constraints(damping_share=1.0)
     cells = []
     for antenna in antennas:
-        told = [score(antenna, LIVE.replace(noise=noise)).bits for noise in FLOORS.values()]
+        told = [score(antenna, _LIVE.replace(noise=noise)).bits for noise in _FLOORS.values()]
         lacking = np.exp(limits.check(antenna, context.antenna)["damping_share"])
         cells.append(
             [
@@ -234,7 +234,7 @@ def show(context: Context, section: Section) -> None:
     section.table(
         [
             "antenna",
-            *(f"bits ({name})" for name in FLOORS),
+            *(f"bits ({name})" for name in _FLOORS),
             "least damping ratio",
             "damping lacks a factor",
         ],

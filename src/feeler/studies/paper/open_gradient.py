@@ -24,7 +24,7 @@ from feeler.studies.tradeoff import average_sets, load_declared
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
 from feeler.tensors.unit import in_unit
 
-CONTACT = "contact"
+_CONTACT = "contact"
 _GREY = "#888888"  # of what belongs to no speed
 
 
@@ -76,7 +76,7 @@ def compute(
     """
     antennas = {f"{rate:g}": [make_graded(reference, rate)] for rate in asked["rates"]}
     if asked["contact_control"]:
-        antennas[CONTACT] = [_make_even(reference, location) for location in LOCATIONS]
+        antennas[_CONTACT] = [_make_even(reference, location) for location in LOCATIONS]
     shape = (asked["sets"], len(asked["speeds"]), len(antennas))
     dims, names = ("set", "speed", "rate"), ("bits", "accuracy", "noise75", "within")
     data = xr.Dataset(
@@ -123,7 +123,7 @@ def _measure_within(values: np.ndarray, level: float, drawn: dict[str, int]) -> 
 
 def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
     """Bits, and bits within a place, against the rate; the contact control as crosses at rate 0."""
-    rates = [name for name in data["rate"].values if name != CONTACT]
+    rates = [name for name in data["rate"].values if name != _CONTACT]
     x = np.array([float(name) for name in rates])
     order = np.argsort(x)
     colours = pick_colours(f"{speed:g} m/s" for speed in data["speed"].values)
@@ -144,8 +144,8 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
                     color=colour,
                     label=name,
                 )
-                if field == "within" and CONTACT in data["rate"].values:
-                    ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
+                if field == "within" and _CONTACT in data["rate"].values:
+                    ax.plot([0.0], [float(one["mean"].sel(rate=_CONTACT))], "x", color=colour)
             ax.axvline(-0.0827, color=_GREY, ls=":", lw=0.8)
             if field == "bits":
                 ax.set_title(f"noise {study.headline[kind]:g} {UNITS_OF_NOISE[kind]}")
@@ -155,7 +155,7 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
     marks = figure.axes[0].get_legend_handles_labels()[0] + [
         Line2D([], [], color=_GREY, ls=":", label="published rate")
     ]
-    if CONTACT in data["rate"].values:
+    if _CONTACT in data["rate"].values:
         cross = "even, as soft at the contact as the graded one"
         marks.append(Line2D([], [], color=_GREY, marker="x", ls="", label=cross))
     figure.legend(handles=marks, loc="outside lower center", ncols=4)

@@ -100,7 +100,7 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
     )
 
 
-def store_found(found: Mapping[str, xr.Dataset]) -> Path:
+def _store_found(found: Mapping[str, xr.Dataset]) -> Path:
     """Store it for the section, which computes a part of it at most."""
     plain = {name: data.to_dict() for name, data in found.items()}
     return store("open_receptor.json", plain, read_declared("open_receptor.toml")["seed"])

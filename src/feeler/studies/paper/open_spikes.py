@@ -22,7 +22,7 @@ READ_BY = {
     "onset": "first spike of all",
 }
 DEADLINES = ("20 ms", "50 ms", "100 ms", "200 ms", "whole touch")
-STYLES = {"ideal": "-o", "counts": "--s", "first": ":^"}
+_STYLES = {"ideal": "-o", "counts": "--s", "first": ":^"}
 CHANGES = {
     "own": "Poisson trains of 56 places",
     "shared": "gain of the exponential antenna",
@@ -63,7 +63,7 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
 
 def _plot_deadlines(found: Found, pace: str, colour: Any, ax: Axes) -> None:
     """What each reader names right by each deadline, the whole touch last."""
-    for code, style in STYLES.items():
+    for code, style in _STYLES.items():
         spreads = [average(found.get("exponential", pace, code, "own", w)) for w in DEADLINES]
         _draw(ax, range(len(DEADLINES)), spreads, style, color=colour)
     ax.set_xticks(range(len(DEADLINES)), [name.split()[0] for name in DEADLINES])
@@ -83,7 +83,7 @@ def _draw(ax: Axes, x: Any, spreads: Sequence[dict], style: str, **look: Any) ->
 def _plot_places(found: Found, ax: Axes) -> None:
     """Slow whole touches from fewer places."""
     places = {"4 places": 4, "7 places": 7, "14 places": 14, "28 places": 28, "own": 56}
-    for code, style in STYLES.items():
+    for code, style in _STYLES.items():
         spreads = [average(found.get("exponential", "slow", code, name)) for name in places]
         _draw(ax, places.values(), spreads, style, color=pick_colours(PACES)["slow"])
     ax.set_xscale("log")
@@ -111,7 +111,7 @@ def _explain(figure: Figure) -> None:
     marks = [Line2D([], [], color=c, label=pace) for pace, c in pick_colours(PACES).items()]
     marks += [
         Line2D([], [], color="0.3", marker=style[-1], ls=style[:-1], ms=4, label=READ_BY[code])
-        for code, style in STYLES.items()
+        for code, style in _STYLES.items()
     ]
     marks += [
         Line2D([], [], color="0.3", marker="s", ls="none", ms=4, label="counts, own gain"),

@@ -73,7 +73,7 @@ def find_least(found: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return undefined[0] if undefined else min(found, key=lambda one: one["low"])
 
 
-def judge_orders(found: Found) -> dict[str, Any]:
+def _judge_orders(found: Found) -> dict[str, Any]:
     """What is claimed of speeds and profiles."""
     values = {}
     for code in ("counts", "ideal"):
@@ -94,7 +94,7 @@ def judge_orders(found: Found) -> dict[str, Any]:
     return values
 
 
-def judge_rest(found: Found) -> dict[str, Any]:
+def _judge_rest(found: Found) -> dict[str, Any]:
     """What is claimed of slow whole touches of the exponential antenna, and of nothing."""
     slow = ("exponential", "slow")
     counts = {"profile": slow[0], "speed": slow[1], "code": "counts"}
@@ -124,7 +124,7 @@ def judge_rest(found: Found) -> dict[str, Any]:
 def collect_values(cells: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers that claims are held against, and percent named right of all that was asked."""
     found = Found(cells)
-    values: dict[str, Any] = judge_orders(found) | judge_rest(found)
+    values: dict[str, Any] = _judge_orders(found) | _judge_rest(found)
     for key in cells:
         profile, speed, code, variant, window = key.split("/")
         whole = window == "whole touch" and variant in ("own", "shared")

@@ -140,7 +140,7 @@ def compute(reference: Antenna, **options: Any) -> dict[str, Any]:
     }
 
 
-def store_found(found: Mapping[str, Any]) -> Path:
+def _store_found(found: Mapping[str, Any]) -> Path:
     """Store it for the section, which computes nothing of it."""
     seed = read_declared("open_unseen.toml")["task"]["seeds"]["final"]
     return store("open_unseen.json", found, seed)

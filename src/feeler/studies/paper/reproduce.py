@@ -125,7 +125,7 @@ STAGES = (
 )
 
 _SAID: set[str] = set()  # kinds of warning that this process has printed
-COCKROACH_ONLY = (
+_COCKROACH_ONLY = (
     *("calibration", "receptor", "design", "unseen", "spikes", "space", "robot", "tracking"),
 )
 
@@ -207,7 +207,7 @@ def _run_task(task: tuple[Stage, Context]) -> Section:
 
 
 def _says_nothing(stage: Stage, context: Context) -> bool:
-    return not context.is_cockroach and stage.name in COCKROACH_ONLY
+    return not context.is_cockroach and stage.name in _COCKROACH_ONLY
 
 
 def _leave_out(stage: Stage, context: Context) -> Section:

@@ -19,7 +19,7 @@ from feeler.studies.paper.findings import (
 )
 from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
 
-QUESTION = (
+_QUESTION = (
     "Does an antenna with a stiff base and a soft tip feel more, and more if it moves slowly?"
 )
 OPENING_MOVIE = "movieS2_speeds.mp4"
@@ -29,7 +29,7 @@ def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged
     """The first screen: the question, its answer, a movie, three findings, and what holds."""
     words = Counter(judge_statements(claims).values())
     return templates.opening(
-        QUESTION,
+        _QUESTION,
         choose_answer(claims),
         OPENING_MOVIE.removesuffix(".mp4"),
         headlines=list_headlines(_collect_values(sections), claims),

@@ -25,17 +25,17 @@ OTHERS = (
     *("by construction", "circular", "depends on a definition", "no evidence"),
     *("not judged", "not comparable"),
 )
-VERDICTS = EVIDENCE + OTHERS
-OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
-MOST, HALF = 0.75, 0.5
+_VERDICTS = EVIDENCE + OTHERS
+_OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
+_MOST, _HALF = 0.75, 0.5
 """Shares of a declared family of set-ups, or of the indices, in which a statement must hold to be
 reproduced, and partly.
 """
 
-REVERSED = "reversed: the ends stand in the opposite order"
+_REVERSED = "reversed: the ends stand in the opposite order"
 
-Values = Mapping[str, Any]
-Spread = tuple[float, float, float]
+_Values = Mapping[str, Any]
+_Spread = tuple[float, float, float]
 """Value, low, high."""
 
 
@@ -67,7 +67,7 @@ class Judged:
     def word(self) -> str:
         """The verdict as it is said of the paper's claim or of ours."""
         return (
-            OWN_WORDS.get(self.verdict, self.verdict)
+            _OWN_WORDS.get(self.verdict, self.verdict)
             if self.claim.whose == "ours"
             else self.verdict
         )
@@ -127,8 +127,8 @@ def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, 
     """How many statements of the paper, or of ours, got which verdict; evidence first."""
     found = list(judge_statements(judged, whose).values())
     return {
-        OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict: found.count(verdict)
-        for verdict in VERDICTS
+        _OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict: found.count(verdict)
+        for verdict in _VERDICTS
     }
 
 
@@ -144,14 +144,14 @@ def summarise_counts(judged: list[Judged]) -> str:
     )
 
 
-def judge(claim: Claim, values: Values, context: Context) -> Judged:
+def judge(claim: Claim, values: _Values, context: Context) -> Judged:
     """Hold one claim against our values."""
     if claim.definitions:
         return _judge_definitions(claim, values, context)
     return _judge_keys(claim, values, context)
 
 
-def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged:
+def _judge_definitions(claim: Claim, values: _Values, context: Context) -> Judged:
     """The verdict that all definitions give; where they differ, that it depends on them."""
     found = [_judge_keys(claim.read_by(name), values, context) for name in claim.definitions]
     named = zip(claim.definitions, found, strict=True)
@@ -172,7 +172,7 @@ def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged
             verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together
         )
     said = "; ".join(
-        f"{one.word}{' (reversed)' * one.why.startswith(REVERSED)} by {name}"
+        f"{one.word}{' (reversed)' * one.why.startswith(_REVERSED)} by {name}"
         for name, one in zip(claim.definitions, found, strict=True)
     )
     if "not judged" in words:
@@ -193,7 +193,7 @@ def _name_nearest(claim: Claim, found: list[Judged]) -> str:
     return f"; nearest: {min(off, key=off.__getitem__)}" if off else ""
 
 
-def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
+def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
     keys = claim.keys
     known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.twin, *claim.shows))
     found = [values[key] for key in keys if values.get(key) is not None]
@@ -221,7 +221,7 @@ def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
     if why := _find_single(claim, (*found, *(values[key] for key in claim.null))):
         return say("not judged", why)
     numbers = [_read(value) for value in found]
-    verdict, why = RULES[claim.kind](claim, numbers)
+    verdict, why = _RULES[claim.kind](claim, numbers)
     if claim.standing != "evidence":
         return say(claim.standing, f"{claim.why} ({why})")
     if claim.null and (
@@ -233,7 +233,7 @@ def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
         if twin and twin[-1][2] < twin[0][1]:
             shown = ", ".join(f"{number[0]:.3g}" for number in twin)
             return say(
-                "not reproduced", f"{REVERSED} in what carries over to twins ({shown}); {reason}"
+                "not reproduced", f"{_REVERSED} in what carries over to twins ({shown}); {reason}"
             )
         return say("no evidence", f"{why}, but {reason}")
     return say(verdict, why)
@@ -250,7 +250,7 @@ def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def _find_lack(claim: Claim, values: Values, context: Context) -> str:
+def _find_lack(claim: Claim, values: _Values, context: Context) -> str:
     """What this run did not compute; empty if it did."""
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
         return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
@@ -271,7 +271,7 @@ def _find_single(claim: Claim, values: Sequence[object]) -> str:
     return f"n = 1 ({claim.drawn}): one draw has no spread" if least < 2 else ""
 
 
-def _read(value: object) -> Spread:
+def _read(value: object) -> _Spread:
     """A plain number has no spread."""
     if not isinstance(value, dict):
         return (float(value),) * 3  # type: ignore[arg-type]
@@ -280,7 +280,7 @@ def _read(value: object) -> Spread:
     return float(value["value"]), low, high
 
 
-def _match_null(claim: Claim, numbers: list[Spread], null: list[Spread]) -> str:
+def _match_null(claim: Claim, numbers: list[_Spread], null: list[_Spread]) -> str:
     """Why the null does as well: its ends stand in the order of ours, or it tells identical touches
     apart as much.
     """
@@ -294,7 +294,7 @@ def _match_null(claim: Claim, numbers: list[Spread], null: list[Spread]) -> str:
     return ""
 
 
-def _judge_within(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+def _judge_within(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """Within the tolerance, or outside of it, with the whole spread."""
     value, *ends = numbers[0]
     margin = claim.tolerance * abs(claim.target)
@@ -308,7 +308,7 @@ def _judge_within(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     return "not reproduced", why
 
 
-def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+def _judge_value(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """The same; partly, within twice the tolerance."""
     verdict, why = _judge_within(claim, numbers)
     near = abs(numbers[0][0] - claim.target) <= 2 * claim.tolerance * abs(claim.target)
@@ -317,12 +317,12 @@ def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     return verdict, why
 
 
-def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+def _judge_order(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """The ends apart by more than their spreads, and those between in the claimed order."""
     (first, _, top), (last, bottom, most) = numbers[0], numbers[-1]
     points = [number[0] for number in numbers]
     if bottom < most < numbers[0][1]:  # said only where there is a spread
-        return "not reproduced", f"{REVERSED}, beyond the spreads of the ends"
+        return "not reproduced", f"{_REVERSED}, beyond the spreads of the ends"
     if bottom <= top and any(low < high for _, low, high in (numbers[0], numbers[-1])):
         return "no evidence", "the spreads of the ends overlap: no order can be told"
     if last <= first:
@@ -332,7 +332,7 @@ def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     return "reproduced", "in the claimed order"
 
 
-def _judge_dip(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+def _judge_dip(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """The middle less than both neighbours, by more than the spreads."""
     before, middle, after = numbers
     if not middle[0] < min(before[0], after[0]):
@@ -342,7 +342,7 @@ def _judge_dip(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     return "reproduced", "less than both neighbours"
 
 
-def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+def _judge_bound(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """Above or below the target, with the whole spread."""
     side, (value, low, high) = f"{claim.kind} {claim.target:g}", numbers[0]
     sign = 1.0 if claim.kind == "above" else -1.0
@@ -355,14 +355,14 @@ def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     return "not reproduced", f"not {side}"
 
 
-def _judge_share(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+def _judge_share(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """In how much of what was declared (set-ups, indices) it holds."""
     share = numbers[0][0]
-    why = f"holds in {share:.0%}; {MOST:.0%} are asked for, {HALF:.0%} are partly"
-    return "reproduced" if share >= MOST else "partly" if share >= HALF else "not reproduced", why
+    why = f"holds in {share:.0%}; {_MOST:.0%} are asked for, {_HALF:.0%} are partly"
+    return "reproduced" if share >= _MOST else "partly" if share >= _HALF else "not reproduced", why
 
 
-RULES = {
+_RULES = {
     "value": _judge_value,
     "within": _judge_within,
     "order": _judge_order,

@@ -13,7 +13,7 @@ from feeler.tensors import in_unit, rectify
 
 WINDOWS = ("380 ms window", "complete touches")
 """The paper's, and each profile's own shortest full one with equal sample counts."""
-NO_MOTION = 0.01  # [C] of a tensor's peak: less is no motion
+_NO_MOTION = 0.01  # [C] of a tensor's peak: less is no motion
 SAME = 1e-6  # rad: two tensors that differ by less are one
 
 
@@ -74,10 +74,10 @@ def cut_to_contact(tensors: xr.Dataset) -> list[np.ndarray]:
 
 def cut_to_motion(tensors: xr.Dataset) -> list[np.ndarray]:
     """Rectified angles (sensor, time) [rad] of each touch from the first to the last sample in
-    which any sensor passes ``NO_MOTION`` of the tensor's peak: with the swing after the touch.
+    which any sensor passes ``_NO_MOTION`` of the tensor's peak: with the swing after the touch.
     """
     array = _rectify(tensors)
-    return _cut_each(array, array.max(axis=1) > NO_MOTION * array.max(axis=(1, 2))[:, None])
+    return _cut_each(array, array.max(axis=1) > _NO_MOTION * array.max(axis=(1, 2))[:, None])
 
 
 def _cut_each(array: np.ndarray, kept: np.ndarray) -> list[np.ndarray]:

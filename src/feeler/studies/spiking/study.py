@@ -32,7 +32,7 @@ from feeler.task import Common, Task
 from feeler.toml import parse_toml
 
 _WHOLE = "whole touch"
-IDEAL_OBSERVER = "ideal"
+_IDEAL_OBSERVER = "ideal"
 _PARTS = {
     "whole": CAMPANIFORM,
     "phasic": CAMPANIFORM.phasic,
@@ -94,7 +94,7 @@ class Variant(Record):
 
     def is_asked(self, code: str) -> bool:
         """Whether a code reads it: all of them by deadline, counts and first spikes else."""
-        if code == IDEAL_OBSERVER:
+        if code == _IDEAL_OBSERVER:
             return self.is_poisson and not self.repeated
         return self.by_deadline or code in ("counts", "first")
 
@@ -113,13 +113,13 @@ class SpikeStudy(Study):
     """
 
     levels: dict[str, Variant]  # type: ignore[assignment]
-    readers: tuple[str, ...] = (IDEAL_OBSERVER, "counts")
+    readers: tuple[str, ...] = (_IDEAL_OBSERVER, "counts")
     each: Annotated[int, Ge(1)] = 8
     sensilla: dict[str, float]
 
     def _check(self) -> None:
         super()._check()
-        if self.each < _LEAST and {*self.readers} != {IDEAL_OBSERVER}:
+        if self.each < _LEAST and {*self.readers} != {_IDEAL_OBSERVER}:
             raise InvalidInput(
                 f"readers that learn need at least {_LEAST} touches of each class, got {self.each}."
             )
@@ -275,7 +275,7 @@ class _Trains:
 
     def ask(self, name: str, ends: list[int | None]) -> list[tuple[float, ...]]:
         """Accuracy, bits, share of places right, and spikes of a touch, by each end."""
-        told: Any = self._ask_ideal(ends) if name == IDEAL_OBSERVER else self._ask_code(name, ends)
+        told: Any = self._ask_ideal(ends) if name == _IDEAL_OBSERVER else self._ask_code(name, ends)
         each = len(self.rasters) * len(self.felt.labels)
         spikes = [sum(int(r[:, :, :end].sum()) for r in self.rasters) / each for end in ends]
         return [(*map(float, one), count) for one, count in zip(told, spikes, strict=True)]

@@ -14,7 +14,7 @@ from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
 _WINDOWS = {"whole touch": "-", "equal distance and samples": "--"}
-MARKS: dict[str, dict[str, Any]] = {
+_MARKS: dict[str, dict[str, Any]] = {
     "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
     "common": {"marker": "s", "ms": 2.5},
 }
@@ -76,7 +76,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
         best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
         x, y, least, most = (best[name].values for name in ("value", "best", "least", "most"))
         ax.errorbar(
-            x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **MARKS[kind]
+            x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **_MARKS[kind]
         )
     ax.set(
         xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]"

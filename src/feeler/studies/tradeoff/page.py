@@ -86,7 +86,7 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: St
         for kind, level in study.shown.items():
             section.table(
                 ["window", *(f"{v:g} m/s" for v in data["speed"].values), "best"],
-                list_rows(data, study, level),
+                _list_rows(data, study, level),
                 f"{name}, noise {level} {UNITS_OF_NOISE.get(kind, '')}: bits, and accuracy in %."
                 " Best speed by accuracy [m/s], in brackets the range that the sets do not tell"
                 " from it.",
@@ -104,7 +104,7 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: St
     section.table(["antenna", "of a whole touch", *(f"{v:g} m/s" for v in speeds)], costs)
 
 
-def list_rows(data: xr.Dataset, study: Study, level: str) -> list[list[object]]:
+def _list_rows(data: xr.Dataset, study: Study, level: str) -> list[list[object]]:
     """Matched rows: the same time, the same distance, the same distance and samples, and the whole
     touch.
     """

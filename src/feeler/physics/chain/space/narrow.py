@@ -9,7 +9,7 @@ from feeler.physics.chain.space import fields as s
 from feeler.physics.chain.space.box import NONE, find_box_points, leave_box
 from feeler.stimulus.hull import dot3, join3, measure
 
-PARALLEL = 1e-8  # squared sine of the angle from which MuJoCo 4 takes capsules for parallel
+_PARALLEL = 1e-8  # squared sine of the angle from which MuJoCo 4 takes capsules for parallel
 
 
 @inlined
@@ -150,7 +150,7 @@ def _touch_capsule(table, count, p, e, radius, m, h, grown):
     b = -(ex * hx + ey * hy + ez * hz)
     u, v = -(ex * dx + ey * dy + ez * dz), hx * dx + hy * dy + hz * dz
     det = a * c - b * b
-    if det >= PARALLEL * a * c:
+    if det >= _PARALLEL * a * c:
         t, r = (c * u - b * v) / det, (a * v - b * u) / det
         if t > 1.0 or t < -1.0:
             t = 1.0 if t > 1.0 else -1.0

@@ -46,20 +46,20 @@ class SpaceTables(NamedTuple):
 
 @register
 class _SpaceHandleType(types.StructRef):
-    """The type of a :class:`SpaceHandle`."""
+    """The type of a :class:`_SpaceHandle`."""
 
 
-class SpaceHandle(StructRefProxy):
+class _SpaceHandle(StructRefProxy):
     """Tables handed to compiled code as one thing."""
 
 
-define_proxy(SpaceHandle, _SpaceHandleType, ["tables"])
+define_proxy(_SpaceHandle, _SpaceHandleType, ["tables"])
 
 
 @compiled
 def make_space_handle(tables):
     """A handle on tables."""
-    return SpaceHandle(tables)
+    return _SpaceHandle(tables)
 
 
 if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call itself for ever
@@ -99,13 +99,13 @@ def _step_tables(t, first, n_steps, timestep, drive, damped):
         move_in_space(t.constants, t.work, t.base, t.kind, timestep, t.width)
         _count_work(t.base, timestep)
     for lane in range(t.number.shape[0]):
-        if t.number[lane] < 0 or not is_finite(t.work, n, lane):
+        if t.number[lane] < 0 or not _is_finite(t.work, n, lane):
             return True
     return False
 
 
 @inlined
-def is_finite(work, n, lane):
+def _is_finite(work, n, lane):
     """Whether a lane's numbers are; all that is lost shows in the last segment."""
     total = 0.0
     for k in range(3):
@@ -281,7 +281,7 @@ def _write(t, row, lane):
             row[at + k] += t.place[s.OBJ_FORCE + k, o, lane]
         row[at + 4] += t.place[s.OBJ_WORK, o, lane]
     row[at + 3] = t.base[0, s.BASE_WORK, lane] + 0.0
-    write_pose(t.base, row[at + 5 : at + 11], lane)
+    _write_pose(t.base, row[at + 5 : at + 11], lane)
     for k in range(6):
         row[at + 11 + k] = t.base[0, s.BASE_FORCE + k, lane] + 0.0
     pressed = t.base[0, s.BASE_PRESS, lane]
@@ -290,7 +290,7 @@ def _write(t, row, lane):
 
 
 @inlined
-def write_pose(base, row, lane):
+def _write_pose(base, row, lane):
     """Hinge 1's place and the base's rotation vector (6,)."""
     w, size = base[0, s.BASE_TURN, lane], 0.0
     for k in range(3):
