@@ -192,42 +192,64 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
 
 def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and movie."""
-    import numpy as np
-    from matplotlib.figure import Figure
-
-    from feeler.errors import MissingExtra
     from feeler.experiment.touch import touch as simulate
-    from feeler.plotting import plot_touch, style, write_touch_movie
-    from feeler.plotting.movie import SLOWER
-    from feeler.plotting.touch import take_curvature
-    from feeler.plotting.turn import describe_turnable
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
-    from feeler.tensors.unit import in_unit
 
-    out, movie = said.out, said.movie
+    out = said.out
     # first of all: a wrong path is said before the work is done
     out.mkdir(parents=True, exist_ok=True)
     everything = simulate(antenna, trial, all_hinges=True, **said.list_options())
     tensors = everything.isel(sensor=antenna.sensors - 1)
     save(tensors, out / "tensor.nc")
+    section = Section(name="touch", title=trial.label, folder=out, vector=False)
+    movie = said.movie and _film(antenna, trial, everything, section)
+    _draw(antenna, trial, everything, tensors, section)
+    facts = _measure(tensors)
+    rows = [[f"{name} [{unit}]", value] for name, (value, unit) in facts.items()]
+    section.table(["of this touch", ""], [*rows, ["timestep [ms]", tensors.attrs["timestep"]]])
+    write_page(
+        out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
+    )
+    if said.as_json:
+        _tell_machine(trial.label, facts, out / "touch.html")
+        return
+    angle, curvature, _ = (value for value, _ in facts.values())
+    typer.echo(f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm")
+    typer.echo(
+        f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
+        f" tensor.pdf{', movie.mp4' if movie else ''}"
+    )
+
+
+def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
+    """The touch as a movie, where there is what writes movies."""
+    from feeler.errors import MissingExtra
+    from feeler.plotting import write_touch_movie
+    from feeler.plotting.movie import SLOWER
+
+    path = section.folder / "movie.mp4"
+    try:
+        write_touch_movie(antenna, trial, everything, path)
+    except MissingExtra as missing:
+        typer.echo(f"no movie: {missing}", err=True)
+        return False
+    section.movie(path, f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature.")
+    return True
+
+
+def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any) -> None:
+    """The tensor on the page and as files, and what can be turned of an antenna in space."""
+    from matplotlib.figure import Figure
+
+    from feeler.plotting import plot_touch, style
+    from feeler.plotting.turn import describe_turnable
+
     with style():
         figure = Figure(figsize=(4.5, 3.0), layout="constrained")
         plot_touch(tensors, figure)
         for kind in ("svg", "pdf"):
-            figure.savefig(out / f"tensor.{kind}")
-    section = Section(name="touch", title=trial.label, folder=out, vector=False)
-    if movie:
-        try:
-            write_touch_movie(antenna, trial, everything, out / "movie.mp4")
-        except MissingExtra as missing:
-            typer.echo(f"no movie: {missing}", err=True)
-            movie = False
-        else:
-            section.movie(
-                out / "movie.mp4",
-                f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature.",
-            )
+            figure.savefig(section.folder / f"tensor.{kind}")
     section.figure(
         "tensor",
         "Curvature of every sensor against time.",
@@ -241,25 +263,26 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
             f" curvature, from none to {scene['top']:.3g} /mm, as in the tensor above.",
             scene,
         )
-    peak = in_unit(tensors["angle"], "deg").values.max()
-    curvature = take_curvature(tensors).max()
-    force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1).max()
-    facts = [
-        ["peak hinge angle [°]", peak],
-        ["peak curvature [1/mm]", curvature],
-        ["peak force [mN]", force],
-    ]
-    section.table(["of this touch", ""], [*facts, ["timestep [ms]", tensors.attrs["timestep"]]])
-    write_page(
-        out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
-    )
-    if said.as_json:
-        known = {"peak_hinge_angle": peak, "peak_curvature": curvature, "peak_force": force}
-        units = dict(zip(known, ("deg", "1/mm", "mN"), strict=True))
-        say_json({"touch": trial.label, **known, "units": units, "page": out / "touch.html"})
-        return
-    typer.echo(f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {curvature:.3g} /mm")
-    typer.echo(
-        f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
-        f" tensor.pdf{', movie.mp4' if movie else ''}"
-    )
+
+
+def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
+    """The greatest of each quantity, and its unit."""
+    import numpy as np
+
+    from feeler.plotting.touch import take_curvature
+    from feeler.tensors.unit import in_unit
+
+    force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1)
+    return {
+        "peak hinge angle": (in_unit(tensors["angle"], "deg").values.max(), "°"),
+        "peak curvature": (take_curvature(tensors).max(), "1/mm"),
+        "peak force": (force.max(), "mN"),
+    }
+
+
+def _tell_machine(label: str, facts: dict[str, tuple[float, str]], page: Path) -> None:
+    names = [name.replace(" ", "_") for name in facts]
+    values, units = zip(*facts.values(), strict=True)
+    plain = ["deg" if unit == "°" else unit for unit in units]
+    known = dict(zip(names, values, strict=True))
+    say_json({"touch": label, **known, "units": dict(zip(names, plain, strict=True)), "page": page})

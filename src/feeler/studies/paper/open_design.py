@@ -172,7 +172,12 @@ def show(context: Context, section: Section) -> None:
         height=4.8,
         numbers=stored,
     )
-    final = stored["final"]
+    _show_final(stored["final"], section)
+    _show_fronts(stored, context.antenna, section)
+    _show_cheat(context.antenna, section)
+
+
+def _show_final(final: dict[str, Any], section: Section) -> None:
     mean = 100 * np.mean([one["errors"] for one in final["seeds"].values()], axis=0)
     rows = [
         [f"{speed:g}", 100 * paper, float(own), f"{100 * fewer:.0f} ± {100 * half:.0f}"]
@@ -197,6 +202,9 @@ def show(context: Context, section: Section) -> None:
         f" {held}."
     )
     section.table(header, rows, caption)
+
+
+def _show_fronts(stored: dict[str, Any], paper: Antenna, section: Section) -> None:
     front = stored["front"]
     section.figure(
         "design_fronts",
@@ -205,12 +213,15 @@ def show(context: Context, section: Section) -> None:
         " settling time and peak force; each is drawn as its stiffness over the paper's, from base"
         " to tip (a level line is the paper's). Right: the paper's antenna (black) and the best"
         " spline, test draws, against the number of sensors, chosen by D-optimality.",
-        lambda figure: _plot_fronts(stored, context.antenna, figure),
+        lambda figure: _plot_fronts(stored, paper, figure),
         height=3.0,
         numbers=front,
     )
+
+
+def _show_cheat(paper: Antenna, section: Section) -> None:
     section.heading("How an objective cheats")
-    antennas = [context.antenna, _make_floppy(context.antenna)]
+    antennas = [paper, _make_floppy(paper)]
     tips = _bend_tips(antennas)
     section.figure(
         "cheat",
@@ -222,7 +233,7 @@ def show(context: Context, section: Section) -> None:
     cells = []
     for antenna in antennas:
         told = [score(antenna, _LIVE.replace(noise=noise)).bits for noise in _FLOORS.values()]
-        lacking = np.exp(limits.check(antenna, context.antenna)["damping_share"])
+        lacking = np.exp(limits.check(antenna, paper)["damping_share"])
         cells.append(
             [
                 antenna.name,
