@@ -131,9 +131,9 @@ def _doubt(name: str, values: np.ndarray, usual: tuple[float, float], unit: str)
     """Warn of numbers that look like another unit's."""
     low, high = usual
     if values.min() < low or values.max() > high:
+        ends = dict.fromkeys((f"{values.min():.4g}", f"{values.max():.4g}"))
         warnings.warn(
-            f"{name} of {values.min():.4g} to {values.max():.4g} is outside {low:g} to {high:g}:"
-            f" is it in {unit}?",
+            f"{name} of {' to '.join(ends)} is outside {low:g} to {high:g}: is it in {unit}?",
             Doubtful,
             stacklevel=5,
         )
