@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from feeler.decoding.sweep import Sweep
 from feeler.dispersion import INDICES, Interval
 from feeler.report import Section
+from feeler.studies.contests import load_contest, load_stored
 from feeler.studies.paper import (
     fig1,
     fig2b,
@@ -28,6 +29,7 @@ from feeler.studies.paper import (
     figS2,
     figS5,
     figS6,
+    open_active,
     open_bounds,
     story,
 )
@@ -40,8 +42,9 @@ CONTEXT = SimpleNamespace(effort=SimpleNamespace(robot_repeats=2), seed=0, engin
 
 @pytest.fixture
 def section(monkeypatch):
-    """A section that draws nothing."""
-    monkeypatch.setattr(Section, "figure", lambda *_, **__: None)
+    """A section that draws and keeps nothing."""
+    for drawn in ("figure", "numbers"):
+        monkeypatch.setattr(Section, drawn, lambda *_, **__: None)
     return Section(name="some", title="Some", folder=None)
 
 
@@ -410,3 +413,18 @@ def test_an_antenna_of_one_s_own_is_not_held_against_the_paper_s_wall(section, m
     monkeypatch.setattr(fig3_family, "load", lambda _: SimpleNamespace(sweeps={"cricket": None}))
     fig3_family.show(CONTEXT, section)
     assert section.blocks == []
+
+
+def test_a_contest_made_anew_is_told_beside_what_is_stored_in_points(section, monkeypatch):
+    """They are equal where all is well, and then no factor shows."""
+    monkeypatch.setattr(
+        type(load_contest()),
+        "make_observer",
+        lambda *_: SimpleNamespace(run=lambda *_: SimpleNamespace(accuracy=[0.4, 0.93])),
+    )
+    open_active.show(SimpleNamespace(is_cockroach=True, effort=SimpleNamespace()), section)
+    stored = load_stored(load_contest())["measured"]["accuracy"]
+    kept = float(stored.sel(policy="fixed:1.2").isel(set=0, deadline=0))
+    assert section.values["active.again"] == pytest.approx(93 - 100 * kept)
+    assert abs(kept - 0.93) > 0.01
+    assert f"93.000 % now, {100 * kept:.3f} % stored" in list_words(section)
