@@ -195,7 +195,7 @@ def show(context: Context, section: Section) -> None:
     section.figure(
         "fig3_family",
         "Left: R² of every set-up of the declared family in which it is defined for all profiles: a"
-        " line each, blue where the order is the paper's; bars are medians, crosses the paper's"
+        " line each, coloured where the order is the paper's; bars are medians, crosses the paper's"
         " values. Right: median distance along the antenna between the point of greatest curvature"
         " and the contact (the mean place of the wall's push).",
         lambda figure: _draw(family, figure, targets),
