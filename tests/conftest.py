@@ -45,6 +45,7 @@ JUDGED = (
     "feeler.studies.tradeoff.",
 )
 """Modules that draw the figures of verbs; the report's own figures have a law of their own."""
+SIZE = "--window-size=1440,900"
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
@@ -103,10 +104,10 @@ def guard_in_process(monkeypatch):
     )
 
 
-@pytest.fixture(scope="module")
-def browser():
-    """A real Chromium that finds no other host; tests that need one are skipped without it, but not
-    where it is promised.
+@pytest.fixture(scope="session")
+def chromium():
+    """A real Chromium that finds no other host, one for each worker; tests that need one are
+    skipped without it, but not where it is promised.
     """
     if not (CHROMIUM and DRIVER) and not os.environ.get("FEELER_NEEDS_CHROMIUM"):
         pytest.skip("no Chromium with chromedriver: apt-get install chromium chromium-driver")
@@ -116,12 +117,40 @@ def browser():
 
     options = Options()
     options.binary_location = CHROMIUM
-    for flag in (*FLAGS.split(), ALONE, "--window-size=1440,900"):
+    for flag in (*FLAGS.split(), ALONE, SIZE):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=Service(DRIVER))
     yield driver
     driver.quit()
+
+
+def make_clean(driver):
+    """A tab that knows nothing of what any test did before: what was emulated, listened to or kept
+    in a tab goes with the tab, the rest is cleared by name.
+    """
+    used = driver.window_handles
+    driver.switch_to.new_window("tab")
+    fresh = driver.current_window_handle
+    for handle in used:
+        driver.switch_to.window(handle)
+        driver.close()
+    driver.switch_to.window(fresh)
+    everything = {"origin": "*", "storageTypes": "all"}
+    driver.execute_cdp_cmd("Storage.clearDataForOrigin", everything)
+    driver.execute_cdp_cmd("Network.clearBrowserCache", {})
+    driver.set_script_timeout(30)
+    driver.set_page_load_timeout(300)
+    driver.set_window_size(1440, 900)
+    driver.get_log("browser")
+
+
+@pytest.fixture(scope="module")
+def browser(chromium):
+    """The worker's Chromium, with nothing in it from the tests of another file."""
+    make_clean(chromium)
+    yield chromium
+    chromium.get("about:blank")  # no page goes on computing beside other tests
 
 
 @pytest.fixture
