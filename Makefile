@@ -44,7 +44,7 @@ test: $(BIN)/.test  ## the default tests
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
 
 test-long: $(BIN)/.test  ## tests of half a minute and more, which CI runs after the default ones
-	@$(BIN)/python -m pytest -q -n auto --dist loadfile -m long
+	@$(BIN)/python -m pytest -q -n auto --dist loadfile -m "long and not slow"
 
 $(BIN)/.lab: $(BIN)/.test
 	@$(PIP) -e '.[test,lab]'

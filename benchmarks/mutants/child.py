@@ -7,6 +7,7 @@ import importlib
 import multiprocessing
 import os
 import resource
+import shlex
 import sys
 import time
 from dataclasses import dataclass, field
@@ -14,8 +15,8 @@ from pathlib import Path
 
 FORK = multiprocessing.get_context("fork")
 OPTIONS = (
-    "-q -x --no-header --no-summary -p no:cacheprovider -p no:xdist --hypothesis-seed=0"
-    " --hypothesis-profile=mutants"
+    "-q -x -m 'not slow' --no-header --no-summary -p no:cacheprovider -p no:xdist"
+    " --hypothesis-seed=0 --hypothesis-profile=mutants"
 )
 OURS = ("feeler", "tests", "conftest", "_pytest", "pytest", "hypothesis", "_hypothesis", "__main__")
 
@@ -103,7 +104,7 @@ def _work(
 
         caching.Cache.save_overload = lambda *_: None
     run = Run(seconds=dict(seconds or {}))
-    code = pytest.main([*OPTIONS.split(), *tests], plugins=[run])
+    code = pytest.main([*shlex.split(OPTIONS), *tests], plugins=[run])
     run.failed = run.failed or ("" if code == 0 else f"(pytest ended with {int(code)})")
     run.packages = [name for name in sys.modules if not name.startswith(OURS)]
     writer.send(run)

@@ -37,12 +37,17 @@ def test_the_body_goes_towards_what_stands_around_it(azimuth, way):
     assert ("azimuth" in task.to_plain()) == (azimuth != 0.0)
 
 
+OTHERS = ("Touch", "PlainTouch", "PlainLocalise")
+
+
 def make_task(**changes):
     fields = {"antenna": ANTENNA, "features": OBJECTS, "pool": 6, "duration": 25.0}
     return TouchTask(**fields | changes)
 
 
-@pytest.mark.parametrize("name", ["Touch", "Localise", "PlainTouch", "PlainLocalise"])
+@pytest.mark.parametrize(
+    "name", ["Localise", *(pytest.param(name, marks=pytest.mark.long) for name in OTHERS)]
+)
 def test_gymnasium_finds_nothing_wrong(name):
     fields = {"antenna": ANTENNA, "pool": 6, "render_mode": "rgb_array"}
     with warnings.catch_warnings():

@@ -77,6 +77,7 @@ def test_a_whisker_on_the_head_meets_a_peg_there():
     assert simulation.force @ across < 0
 
 
+@pytest.mark.long
 def test_a_follicle_changes_what_holds_a_whisker_and_nothing_else():
     """Clamped unless asked for; let go of, its base stands aside by force over stiffness."""
     held = rat_whiskers("left", follicle=FOLLICLE)

@@ -29,7 +29,11 @@ TWISTING = EVEN.replace(
 AROUND = TASK.replace(nuisances=Nuisances(azimuth=50.0))
 
 
-@pytest.mark.parametrize("antenna", [EVEN, TWISTING], ids=["two planes", "torsion too"])
+@pytest.mark.parametrize(
+    "antenna",
+    [EVEN, pytest.param(TWISTING, marks=pytest.mark.long)],
+    ids=["two planes", "torsion too"],
+)
 def test_the_score_is_that_of_the_touches_that_touch_makes(antenna):
     trials = AROUND.draw_classes(antenna, "test", 0.6)
     assert len({trial.azimuth for trial in trials}) > 4

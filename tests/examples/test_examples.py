@@ -8,7 +8,7 @@ from matplotlib.image import imread
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 # the others take five seconds and more each
-QUICK = ("touch_a_ball", "listen_to_a_nerve", "where_was_i_touched")
+QUICK = ("touch_a_ball", "where_was_i_touched")
 
 LEAST = {
     "train_a_network": 0.5

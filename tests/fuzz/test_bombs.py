@@ -48,6 +48,7 @@ def test_missing_chunks_by_the_million_are_refused(tmp_path, dtype):
     refuse(tmp_path / "x.zarr", "GiB|memory|took longer")
 
 
+@pytest.mark.long
 def test_text_that_unpacks_to_gigabytes_is_refused(tmp_path):
     group = zarr.create_group(tmp_path / "x.zarr")
     array = group.create_array("a", shape=(20,), chunks=(1,), dtype=str)
@@ -203,7 +204,14 @@ def test_a_circle_too_large_to_draw_is_refused(tmp_path, radius, size, monkeypat
         Outline.from_file(tmp_path / "a.dxf", **size)
 
 
-@pytest.mark.parametrize("inside", [CURVE * 500, " L1 1 2 2" * 800_000, CURVE * 250_000])
+@pytest.mark.parametrize(
+    "inside",
+    [
+        CURVE * 500,
+        pytest.param(" L1 1 2 2" * 800_000, marks=pytest.mark.long, id="lines"),
+        pytest.param(CURVE * 250_000, marks=pytest.mark.long, id="curves"),
+    ],
+)
 def test_a_drawing_that_asks_for_much_is_refused(tmp_path, inside, monkeypatch):
     monkeypatch.setenv("FEELER_MAX_SECONDS", "3")
     (tmp_path / "a.svg").write_text(DRAWN.format(inside))

@@ -250,7 +250,12 @@ def test_whatever_can_be_reset_or_restored_is_asked():
 
 
 @pytest.mark.parametrize(
-    ("ask", "option"), ASKED, ids=lambda one: getattr(one, "__name__", one) or "-"
+    ("ask", "option"),
+    [
+        pytest.param(*one, marks=pytest.mark.long) if one[1] == "rod-inertia" else one
+        for one in ASKED
+    ],
+    ids=lambda one: getattr(one, "__name__", one) or "-",
 )
 def test_after_another_question_it_answers_as_a_fresh_one(ask, option):
     *used, (fresh, read) = ask(option)

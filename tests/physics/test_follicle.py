@@ -27,7 +27,12 @@ def test_inverse_weights_on_a_follicle_are_mujocos():
 
 
 @pytest.mark.parametrize(
-    ("follicle", "flow", "planes"), [(SOFT, None, 2), (SOFT, STREAM, 3), (None, STREAM, 2)]
+    ("follicle", "flow", "planes"),
+    [
+        pytest.param(SOFT, None, 2, marks=pytest.mark.long),
+        pytest.param(None, STREAM, 2, marks=pytest.mark.long),
+        (SOFT, STREAM, 3),
+    ],
 )
 def test_free_motion_is_mujoco_to_rounding(follicle, flow, planes):
     """1,000 steps with angles beyond 1 rad, on a base that shakes in all six degrees of freedom."""
@@ -50,6 +55,7 @@ def test_free_motion_is_mujoco_to_rounding(follicle, flow, planes):
         np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-9 * scale)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["ball", pytest.param("peg", marks=pytest.mark.slow)])
 def test_contact_is_mujoco(kind):
     """60 ms on a carried base that gives way, in a flow: 1e-9 rad."""
@@ -65,6 +71,7 @@ def test_contact_is_mujoco(kind):
         np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-7 * scale)
 
 
+@pytest.mark.long
 def test_lanes_with_and_without_a_follicle_do_not_know_each_other():
     scenes = [
         Scene(antenna=make(2, 6, follicle=follicle), base_motion=CARRIED, flow=flow)

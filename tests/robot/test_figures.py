@@ -159,6 +159,7 @@ def test_conversion_gives_a_valid_set(run, tmp_path):
         assert dataset["source"].values.tolist() == ["surrogate"]
 
 
+@pytest.mark.long
 def test_a_stream_says_what_the_decoder_knows(run, few, monkeypatch, tmp_path):
     """From a recording, and from standard input; in words, as JSON, and on a page."""
     decoder = make_decoder()

@@ -124,6 +124,7 @@ def test_a_stream_refuses_what_it_cannot_follow():
         stream.push(np.full(5, 0.5))
 
 
+@pytest.mark.long
 def test_the_same_numbers_come_without_compiled_code():
     code = (
         "from tests.spikes._touches import make_bent, POSITION\n"

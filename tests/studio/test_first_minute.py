@@ -17,7 +17,12 @@ from feeler.studio.leaving import make_file
 
 from ._page import ask, press, stop_at, wait_for
 
-SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080)]
+SIZES = [
+    (1280, 720),
+    pytest.param(1366, 768, marks=pytest.mark.long),
+    pytest.param(1440, 900, marks=pytest.mark.long),
+    (1920, 1080),
+]
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +48,9 @@ PLACE = """(() => { const b = document.querySelector('canvas.stage').getBounding
     return [b.left + ox + scale * now[1], b.top + oy + scale * now[0], scale]; })()"""
 
 
-@pytest.mark.parametrize("width", [1024, 1280, 1440, 1920])
+@pytest.mark.parametrize(
+    "width", [1024, 1920, *(pytest.param(one, marks=pytest.mark.long) for one in (1280, 1440))]
+)
 def test_an_object_taken_by_hand_stays_under_the_pointer(studio, browser, width):
     open_page(browser, studio.address, width)
     browser.find_element("xpath", "//button[text()='By hand']").click()

@@ -5,6 +5,13 @@ import pytest
 from ._run import start
 
 
+def pytest_collection_modifyitems(items):
+    """The run takes a minute and more, so those who look at it are long tests."""
+    for item in items:
+        if "whole" in item.fixturenames and item.get_closest_marker("slow") is None:
+            item.add_marker(pytest.mark.long)
+
+
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory):
     """An undisturbed run on one core."""
