@@ -13,8 +13,6 @@ import pytest
 
 hypothesis.settings.register_profile("patient", deadline=None)
 hypothesis.settings.load_profile("patient")
-if "PYTEST_XDIST_WORKER" in os.environ:
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 gc.disable()  # until all is imported and collected: it takes half as long again, and finds nothing
 
 CHROMIUM = next(
@@ -53,6 +51,14 @@ def pytest_addoption(parser):
     parser.addoption("--kills", type=int, default=60, help="kills of a worker for each executor")
     words = "damaged files for each reader in the long tests of tests/fuzz, calls of the wrong kind"
     parser.addoption("--inputs", type=int, default=20_000, help=words)
+
+
+def pytest_configure(config):
+    """One thread within BLAS, where several workers share the machine. Workers must find this when
+    they start: a plugin of pytest loads NumPy before a worker comes to this file.
+    """
+    if config.getoption("numprocesses", None):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_collection_modifyitems(items):
