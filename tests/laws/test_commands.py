@@ -50,13 +50,19 @@ def list_lines():
                 yield path, " ".join(part.split())
 
 
+@cache
+def get_app():
+    """The command line, made once: it takes a tenth of a second, and is asked of each line."""
+    return typer.main.get_command(app)
+
+
 def find_fault(line):
     """What is wrong with a command line; nothing where it could be typed."""
     try:
         words = shlex.split(line)[1:]
     except ValueError as error:
         return str(error)
-    command, name = typer.main.get_command(app), "feeler"
+    command, name = get_app(), "feeler"
     while hasattr(command, "commands") and words and not words[0].startswith("-"):
         if words[0] == "FILE" or "." in words[0]:
             words.insert(0, "info")  # a file alone is asked what it is
@@ -71,7 +77,7 @@ def find_fault(line):
 def is_command(line):
     """Whether it is meant as one: sentences begin with the name of the project too."""
     words = line.split()
-    verbs = typer.main.get_command(app).commands
+    verbs = get_app().commands
     return words[1] in verbs or words[1].startswith("-")
 
 
@@ -102,7 +108,7 @@ def test_every_command_that_is_named_can_be_typed():
 
 
 def test_every_option_that_is_named_alone_is_one_of_some_command():
-    commands = [*walk(typer.main.get_command(app))]
+    commands = [*walk(get_app())]
     known = {o for c in commands for p in c.params for o in (*p.opts, *p.secondary_opts)} | FOREIGN
     named = [(path.name, option) for path, text in list_texts() for option in OPTION.findall(text)]
     helps = [(c.name, getattr(one, "help", "") or "") for c in commands for one in (c, *c.params)]
