@@ -2,6 +2,7 @@
 numbers of which no two are equal, at scales that the smoke run does not reach too.
 """
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -29,6 +30,7 @@ from feeler.studies.paper import (
     figS2,
     figS5,
     figS6,
+    movieS2,
     open_active,
     open_bounds,
     story,
@@ -428,3 +430,28 @@ def test_a_contest_made_anew_is_told_beside_what_is_stored_in_points(section, mo
     assert section.values["active.again"] == pytest.approx(93 - 100 * kept)
     assert abs(kept - 0.93) > 0.01
     assert f"93.000 % now, {100 * kept:.3f} % stored" in list_words(section)
+
+
+def test_a_movie_s_panels_and_words_name_the_speed_of_their_own_touch(section, monkeypatch):
+    filmed, told = {}, []
+    tensors = SimpleNamespace(sel=lambda time: time)
+    monkeypatch.setattr(movieS2, "touch", lambda *_, **__: tensors)
+    monkeypatch.setattr(
+        movieS2, "write_touches_movie", lambda _, found, *__, **___: filmed.update(found)
+    )
+    monkeypatch.setattr(
+        movieS2, "write_touch_movie", lambda _, trial, *__, **___: told.append(trial.speed)
+    )
+    monkeypatch.setattr(Section, "movie", lambda _, path, words: told.append(words))
+    effort = SimpleNamespace(
+        fps=3, speeds=("slow", "fast", "medium"), movie_speeds=("fast", "slow")
+    )
+    section.folder = Path()
+    movieS2.show(SimpleNamespace(effort=effort, antenna=None, physics={}), section)
+    assert {*filmed} == {
+        f"{name}\n{trial.speed:g} m/s"
+        for name, (trial, _) in zip(("medium", "fast", "slow"), filmed.values(), strict=True)
+    }
+    assert len({trial.speed for trial, _ in filmed.values()}) == 3
+    for speed, words in zip(told[1::2], told[2::2], strict=True):
+        assert f"at {speed:g} m/s" in words
