@@ -29,7 +29,6 @@ def test_every_number_has_a_tag_and_what_was_published_a_reference(name):
     )
 
 
-@pytest.mark.long
 def test_the_crickets_first_mode_is_11_hz_and_its_tip_resonates_near_30_hz():
     modes = compute_modes(make_preset("cricket"), 1)
     assert modes.frequency[0] == pytest.approx(0.011, rel=1e-3) and modes.damping_ratio[

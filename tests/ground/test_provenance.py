@@ -90,9 +90,9 @@ def test_targets_change_the_stage_that_reads_them(copied):
     ("file", "stage"),
     [
         ("paper/open_design.json", "design"),
-        ("paper/open_receptor.json", "receptor"),
-        ("paper/open_unseen.json", "unseen"),
-        ("spiking/measured.json", "spikes"),
+        pytest.param("paper/open_receptor.json", "receptor", marks=pytest.mark.long),
+        pytest.param("paper/open_unseen.json", "unseen", marks=pytest.mark.long),
+        pytest.param("spiking/measured.json", "spikes", marks=pytest.mark.long),
         ("contests/measured.json", "tradeoff"),
     ],
 )
@@ -291,7 +291,9 @@ def test_code_that_changed_while_it_ran_is_refused(copied, monkeypatch):
         describe_code(TRACKING)
 
 
-@pytest.mark.parametrize("days", [-3650, -1, 1, 3650])
+@pytest.mark.parametrize(
+    "days", [-1, 3650, *(pytest.param(days, marks=pytest.mark.long) for days in (-3650, 1))]
+)
 def test_a_clock_that_is_set_changes_no_code_and_hides_no_change(copied, monkeypatch, days):
     """As on a robot without a clock, whose time is right only after a while."""
     began = time.time() - 60

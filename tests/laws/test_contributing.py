@@ -225,7 +225,7 @@ JUDGE = (
     ("file", "change"),
     [
         ("claims.toml", "a claim of the paper"),
-        ("own_claims.toml", "a claim of our own"),
+        pytest.param("own_claims.toml", "a claim of our own", marks=pytest.mark.long),
     ],
 )
 def test_a_claim(copy, file, change):

@@ -4,6 +4,7 @@ SECURITY.md says how, kind by kind.
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -134,6 +135,7 @@ def opens(node):
     return next(iter(parts & LIBRARIES_THAT_OPEN), "")
 
 
+@cache
 def find_guarded():
     """Every function that is handed to the guard, as module and name."""
     found = set()
@@ -147,14 +149,11 @@ def find_guarded():
     return found
 
 
-GUARDED = find_guarded()
-
-
 def list_behind(module, tree):
     """The functions of a module that run in the guard's process: those handed to it, and what they
     call there.
     """
-    calls, behind = find_calls(tree), {name for home, name in GUARDED if home == module}
+    calls, behind = find_calls(tree), {name for home, name in find_guarded() if home == module}
     known = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     while True:
         more = {
@@ -201,8 +200,8 @@ def excuses(place):
 
 
 def test_the_guard_is_handed_functions_that_are_there():
-    assert len(GUARDED) >= 8
-    for module, name in GUARDED:
+    assert len(find_guarded()) >= 8
+    for module, name in find_guarded():
         assert callable(getattr(__import__(module, fromlist=[name]), name))
 
 
@@ -233,4 +232,4 @@ def test_security_lists_every_kind_of_file_beside_its_guard():
     missing = {kind for kind in list_kinds() if not any(kind in row for row in rows)}
     assert missing == set()
     told = {name for row in rows for name in re.findall(r"`(feeler[\w.]*:\w+)`", row)}
-    assert told == {f"{module}:{name}" for module, name in GUARDED}
+    assert told == {f"{module}:{name}" for module, name in find_guarded()}

@@ -32,12 +32,9 @@ def list_public() -> Iterator[tuple[str, str, ast.AST]]:
                 yield name_module(path), node.name, node
 
 
-PUBLIC = list(list_public())
-
-
 def test_no_two_public_things_share_a_name():
     homes = defaultdict(set)
-    for module, name, _ in PUBLIC:
+    for module, name, _ in list_public():
         if not module.startswith(INNER):
             homes[name].add(module)
     assert {name: sorted(modules) for name, modules in homes.items() if len(modules) > 1} == {}

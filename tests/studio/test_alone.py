@@ -150,7 +150,7 @@ BALL = """(() => { const b = document.querySelector('canvas.stage').getBoundingC
     return [b.left + ox + scale * p[1], b.top + oy + scale * (p[0] - 1), scale]; })()"""
 
 
-@pytest.mark.parametrize("width", [390, 1280, 1920])
+@pytest.mark.parametrize("width", [390, pytest.param(1280, marks=pytest.mark.long), 1920])
 def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quiet_page, width):
     assert quiet_page.stat().st_size < 400_000
     open_page(browser, quiet_page, width)

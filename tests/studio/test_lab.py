@@ -5,14 +5,17 @@ import os
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 
 import pytest
 
 import feeler
 from feeler.studio.touching import hash_tensor
 
-pytest.importorskip("jupyterlab")
-pytestmark = pytest.mark.slow
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("jupyterlab") is None, reason="needs jupyterlab"),
+]
 APP = "const app = document.querySelector('.feeler-studio')?.studio; return "
 CELL = "from feeler.studio import show_studio\n\nwidget = show_studio('matched')\nwidget"
 
