@@ -25,15 +25,18 @@ FLAGS = (
 )
 WHOLE = ("test_whole.py", "test_golden.py", "test_print.py", "test_pictures.py")
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
-LONGEST = (
+FIRST = (
     *WHOLE,
-    "test_examples.py",
-    "test_kill.py",
-    "test_parity_chain.py",
-    "test_accuracy.py",
-    "test_store.py",
+    "physics/test_space.py",
+    "physics/test_accuracy.py",
+    "examples/test_examples.py",
+    "tensors/test_kill.py",
+    "physics/test_parity_chain.py",
+    "tensors/test_store.py",
 )
-"""Files that take longest: they begin first, so that no worker is left alone with one at the end.
+"""Files that begin first: of two workers one compiles the engine in space and the other those of
+the plane, once, while neither needs what the other compiles; then what takes longest, so that no
+worker is left alone with one at the end.
 """
 JUDGED = (
     "feeler.cli.",
@@ -61,12 +64,13 @@ def pytest_configure(config):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+def find_rank(path):
+    """When a file of tests begins, in the order of FIRST."""
+    return next((k for k, end in enumerate(FIRST) if path.as_posix().endswith(end)), len(FIRST))
+
+
 def pytest_collection_modifyitems(items):
-    items.sort(
-        key=lambda item: (
-            LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST)
-        )
-    )
+    items.sort(key=lambda item: find_rank(item.path))
 
 
 def pytest_collection_finish():
