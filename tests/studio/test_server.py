@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from feeler.errors import InvalidInput
 from feeler.studio import Studio
-from feeler.studio.exporting import PAGE, bundle
+from feeler.studio.exporting import PAGE, SPACE_SCRIPT, bundle, read_page
 from feeler.studio.messages import unpack
 from feeler.studio.server import FILES, MAX_PAGES
 
@@ -34,9 +34,8 @@ def get(studio, path, **headers):
 
 
 def test_every_file_of_the_page_is_served_and_may_load_nothing_from_elsewhere(studio):
-    assert {name for name, _ in FILES.values()} == {
-        path.name for path in PAGE.iterdir() if path.is_file()
-    }
+    own = {path.name for path in PAGE.iterdir() if path.is_file()}
+    assert {name for name, _ in FILES.values()} == {*own, SPACE_SCRIPT}
     for name in FILES:
         answer, body = get(studio, f"/{studio.token}/{name}")
         assert answer.status == 200
@@ -154,7 +153,7 @@ def follow(name, known):
     """Every module that one imports, and they in turn."""
     if name not in known:
         known.add(name)
-        for other in re.findall(r'from "\./([\w-]+\.js)"', (PAGE / name).read_text()):
+        for other in re.findall(r'from "\./([\w-]+\.js)"', read_page(name)):
             follow(other, known)
     return known
 
@@ -165,4 +164,4 @@ def test_the_page_is_small():
 
     loaded = follow("main.js", {"index.html", "studio.css"})
     assert {"scene.js", "tensor.js"} <= loaded and "chain.js" not in loaded
-    assert sum(len(gzip.compress((PAGE / name).read_bytes())) for name in loaded) < 60_000
+    assert sum(len(gzip.compress(read_page(name).encode())) for name in loaded) < 60_000

@@ -10,6 +10,7 @@ import feeler
 from feeler.antenna.file import write_antenna
 from feeler.plotting.turn import describe_turnable
 from feeler.studio import Session, Studio
+from feeler.studio.exporting import SPACE_SCRIPT, read_page
 from feeler.studio.messages import unpack
 from feeler.studio.touching import hash_tensor
 from feeler.studio.wish import AntennaWish, TouchWish, wish_for
@@ -108,11 +109,11 @@ def test_antenna_and_script_leave(tmp_path):
 
 
 def test_the_page_draws_as_the_report_does():
-    """``turn.js`` of the page is the drawing part of the report's, to the letter."""
-    own = files("feeler.studio").joinpath("page/turn.js").read_text()
-    drawing = own[own.index("const project") :].replace("export const", "const")
-    assert drawing in files("feeler.report").joinpath("turn.js").read_text()
-    assert "const drawScene" in drawing
+    """Its ``turn.js`` is the report's own without what looks for views on a page of the report."""
+    drawing, hands_out = read_page(SPACE_SCRIPT).split("export ")
+    own = files("feeler.report").joinpath("turn.js").read_text()
+    assert own.startswith(drawing) and "document" not in drawing
+    assert hands_out == "{ drawScene };\n"
 
 
 @pytest.fixture(scope="module")

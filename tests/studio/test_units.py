@@ -4,7 +4,6 @@ import base64
 import json
 import shutil
 import subprocess
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,9 @@ from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import TABLE, encode_touch
 from feeler.studio.alone import pack_expected
 from feeler.studio.catalogue import describe_original
-from feeler.studio.exporting import bundle
+from feeler.studio.exporting import bundle, read_page
 from feeler.studio.messages import pack
+from feeler.studio.server import FILES
 from feeler.studio.study import LOUDNESS, ONSET
 from feeler.studio.wish import AntennaWish
 
@@ -104,9 +104,9 @@ def copied(tmp_path_factory):
     if shutil.which("node") is None:
         pytest.skip("no node: apt-get install nodejs")
     folder = tmp_path_factory.mktemp("page")
-    for file in files("feeler.studio").joinpath("page").iterdir():
-        if file.name.endswith(".js"):
-            (folder / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+    for name, _ in FILES.values():
+        if name.endswith(".js"):
+            (folder / name).write_text(read_page(name), encoding="utf-8")
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "given.json").write_text(json.dumps(make_given()))
     for name in TESTS:

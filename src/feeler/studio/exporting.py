@@ -7,13 +7,14 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
-from importlib.resources.abc import Traversable
 from typing import Any
 
 PAGE = files("feeler.studio").joinpath("page")
 _ENTRY = "studio.js"
+SPACE_SCRIPT = "turn.js"
+"""How a touch in space is drawn: the report's file, up to what starts its own views."""
 _IMPORT = re.compile(r'^import\s[^;]*?from\s+"\./([\w-]+\.js)";\n', re.M)
-_EXPORT = re.compile(r"^export (?=(async function|function|const|class|let)\b)", re.M)
+_EXPORT = re.compile(r"^export (\{.*\n|(?=(async function|function|const|class|let)\b))", re.M)
 _REMARK = re.compile(r"^ *(/\*\*((?!\*/)[\s\S])*\*/|// .*)\n", re.M)
 _INDENT = re.compile(r"^ +", re.M)
 _CSP = (
@@ -34,9 +35,12 @@ startAlone(document.getElementById("studio"));
 """
 
 
-def read_page(name: str) -> Traversable:
+def read_page(name: str) -> str:
     """One file of the front end."""
-    return PAGE.joinpath(name)
+    if name != SPACE_SCRIPT:
+        return PAGE.joinpath(name).read_text(encoding="utf-8")
+    text = files("feeler").joinpath("report", name).read_text(encoding="utf-8")
+    return text[: text.index("const startTurnable")] + "export { drawScene };\n"
 
 
 @lru_cache(maxsize=4)
@@ -52,16 +56,11 @@ def bundle(entry: str = _ENTRY) -> str:
 
 
 def _add(name: str, done: dict[str, str]) -> None:
-    text = read_page(name).read_text(encoding="utf-8")
+    text = read_page(name)
     for needed in _IMPORT.findall(text):
         if needed not in done:
             _add(needed, done)
     done[name] = _INDENT.sub(" ", _REMARK.sub("", _EXPORT.sub("", _IMPORT.sub("", text))))
-
-
-def read_style() -> str:
-    """The style sheet."""
-    return read_page("studio.css").read_text(encoding="utf-8")
 
 
 def write_module() -> str:
@@ -77,4 +76,4 @@ def fill_page(config: Mapping[str, Any]) -> str:
     data = json.dumps(config, allow_nan=False).replace("<", "\\u003c")
     parts = {"script": bundle("alone.js"), "engine": bundle("worker.js")}
     code = {name: text.replace("</", "<\\/") for name, text in parts.items()}
-    return _SHELL.format(csp=_CSP, css=read_style(), config=data, **code)
+    return _SHELL.format(csp=_CSP, css=read_page("studio.css"), config=data, **code)

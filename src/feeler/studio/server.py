@@ -12,14 +12,14 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from http import HTTPStatus
-from pathlib import Path
+from pathlib import PurePath
 from typing import Any
 
 from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.studio.board import Boards
 from feeler.studio.catalogue import make_catalogue
-from feeler.studio.exporting import PAGE, read_page
+from feeler.studio.exporting import PAGE, SPACE_SCRIPT, read_page
 from feeler.studio.messages import MAX_MESSAGE
 from feeler.studio.session import Session
 from feeler.studio.touching import simulate_pieces
@@ -28,12 +28,9 @@ from feeler.studio.wish import AntennaWish, TouchWish
 _HOST, _PORT = "127.0.0.1", 8765
 _KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FILES = {
-    "" if path.name == "index.html" else path.name: (
-        path.name,
-        f"{_KINDS[Path(path.name).suffix]}; charset=utf-8",
-    )
-    for path in PAGE.iterdir()
-    if Path(path.name).suffix in _KINDS
+    "" if name == "index.html" else name: (name, f"{_KINDS[PurePath(name).suffix]}; charset=utf-8")
+    for name in (*(path.name for path in PAGE.iterdir()), SPACE_SCRIPT)
+    if PurePath(name).suffix in _KINDS
 }
 """What the page is made of, by address: the file and its type."""
 _HEADERS = {
@@ -175,7 +172,7 @@ class Studio:
         if name not in FILES:
             return _respond(connection, HTTPStatus.NOT_FOUND, b"no such file\n")
         file, kind = FILES[name]
-        return _respond(connection, HTTPStatus.OK, read_page(file).read_bytes(), kind)
+        return _respond(connection, HTTPStatus.OK, read_page(file).encode(), kind)
 
     async def _talk(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed

@@ -6,7 +6,7 @@ from typing import Any
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import MissingExtra
-from feeler.studio.exporting import read_style, write_module
+from feeler.studio.exporting import read_page, write_module
 from feeler.studio.session import Session
 from feeler.studio.wish import AntennaWish, wish_for
 
@@ -46,7 +46,7 @@ def _make_widget(wish: AntennaWish) -> Any:
 
     class StudioWidget(anywidget.AnyWidget):
         _esm = write_module()
-        _css = read_style()
+        _css = read_page("studio.css")
 
         def __init__(self) -> None:
             super().__init__()

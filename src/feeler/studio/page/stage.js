@@ -79,7 +79,7 @@ export function makeTensorPanel(app) {
     show(quantity.element, !isWall());
     const { bends, antenna } = app.records.A, names = bends ? antenna.planes.map((/** @type {string} */ name) => PLANE_WORDS[/** @type {"x"} */ (name)]) : [];
     show(plane, names.length > 0);
-    if (plane.options.length !== names.length) plane.replaceChildren(...names.map((text, value) => make("option", { value: String(value), text })));
+    if (plane.options.length !== names.length) plane.replaceChildren(...names.map((/** @type {string} */ text, /** @type {number} */ value) => make("option", { value: String(value), text })));
     plane.value = String(app.records.A.plane);
     title.textContent = isWall() ? "Distance from the wall" : "Tensor";
     const peak = app.findPeak();
