@@ -43,7 +43,7 @@ reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole
 test: $(BIN)/.test  ## the default tests
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
 
-test-long: $(BIN)/.test  ## tests of half a minute and more, which CI runs after the default ones
+test-long: $(BIN)/.test  ## tests that take longest, and further cases of laws that have a quick one: CI runs them after the default ones
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile -m "long and not slow"
 
 $(BIN)/.lab: $(BIN)/.test
