@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import feeler
 from feeler import errors
 from feeler.cli import app as door
-from feeler.cli.page import MANY_OPTIONS, SHOWN_FIRST, list_options, say_in_shell
+from feeler.cli.page import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
 from feeler.errors import MissingExtra
 
 SOURCE = Path(feeler.__file__).parent
@@ -32,10 +32,10 @@ def list_verbs(group=GROUP, before=""):
 @pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
 def test_verbs_with_many_options_show_five_first(name, verb):
     options = [p.name for p in verb.params if p.param_type_name == "option"]
-    assert set(SHOWN_FIRST.get(name, ())) <= set(options)
+    assert set(_SHOWN_FIRST.get(name, ())) <= set(options)
     shown = CliRunner().invoke(door.app, [*name.split(), "--help"]).output
-    many = len(options) >= MANY_OPTIONS + 1
-    assert (len(SHOWN_FIRST.get(name, ())) == 5) >= many
+    many = len(options) >= _MANY_OPTIONS + 1
+    assert (len(_SHOWN_FIRST.get(name, ())) == 5) >= many
     assert ("Options that matter first" in shown) == ("More options" in shown) >= many
     for param in verb.params:
         assert param.param_type_name == "argument" or shown.count(f"{param.opts[0]} ") >= 1

@@ -357,12 +357,12 @@ def test_help_says_the_units(verb, units):
 
 
 def test_a_fit_warns_beyond_a_tenth_of_the_trace(monkeypatch):
-    """BAD is a share; what is printed is what is compared."""
-    result = SimpleNamespace(residual=np.array([calibrate.BAD * 1.01]))
+    """_BAD is a share; what is printed is what is compared."""
+    result = SimpleNamespace(residual=np.array([calibrate._BAD * 1.01]))
     monkeypatch.setattr(calibration, "load_traces", lambda *_, **__: None)
     monkeypatch.setattr(calibration, "fit_traces", lambda *_, **__: result)
     monkeypatch.setattr(calibrate, "_tell_fit", lambda *_: None)
     (bad,) = read("a residual above # of the trace", run("calibrate", "--data", "x.csv"))
-    assert bad == calibrate.BAD
-    result.residual = np.array([calibrate.BAD * 0.99])
+    assert bad == calibrate._BAD
+    result.residual = np.array([calibrate._BAD * 0.99])
     assert "residual above" not in run("calibrate", "--data", "x.csv")

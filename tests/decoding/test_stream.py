@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.stream import measure_early_accuracy
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.robot.samples import open_serial, parse_sample, read_samples
+from feeler.robot.samples import _parse_sample, open_serial, read_samples
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
 
@@ -282,7 +282,7 @@ def test_bad_input(act, message):
     ],
 )
 def test_lines_of_samples(line, time, values):
-    got_time, got = parse_sample(line, 3)
+    got_time, got = _parse_sample(line, 3)
     assert got_time == time
     np.testing.assert_array_equal(got, values)
 
@@ -299,7 +299,7 @@ def test_lines_of_samples(line, time, values):
 )
 def test_bad_lines(line, message):
     with pytest.raises(InvalidInput, match=message):
-        parse_sample(line, 3)
+        _parse_sample(line, 3)
 
 
 def test_header_notes_and_blank_lines_are_passed_over():
@@ -320,7 +320,7 @@ def test_header_notes_and_blank_lines_are_passed_over():
 )
 def test_any_line_gives_a_sample_or_our_error(line):
     try:
-        _, values = parse_sample(line, 3)
+        _, values = _parse_sample(line, 3)
     except InvalidInput:
         return
     assert values.shape == (3,)

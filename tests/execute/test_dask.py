@@ -36,7 +36,7 @@ class Deserted:
 
 
 def test_a_cluster_without_workers_is_told_of_once(monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 0.05)
+    monkeypatch.setattr(cluster, "_PATIENCE", 0.05)
     monkeypatch.setattr(cluster, "_GLANCE", 0.02)
     executor = cluster.ClusterExecutor(Deserted())
     with pytest.warns(Doubtful, match="has no workers. Start one, .* in the store") as told:

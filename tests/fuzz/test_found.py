@@ -11,7 +11,7 @@ from feeler.design.plan import TEMPLATE, load_plan
 from feeler.errors import InvalidInput
 from feeler.files import read_bytes
 from feeler.robot.description import load_robot, write_robot
-from feeler.robot.samples import MAX_LINE, read_lines, read_samples
+from feeler.robot.samples import _MAX_LINE, read_lines, read_samples
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import read_model, save_model
@@ -81,7 +81,7 @@ def test_a_line_without_end_is_refused_before_it_is_read():
             buffer[:] = b"1" * len(buffer)
             return len(buffer)
 
-    with pytest.raises(InvalidInput, match=f"a line of more than {MAX_LINE} characters"):
+    with pytest.raises(InvalidInput, match=f"a line of more than {_MAX_LINE} characters"):
         next(read_samples(read_lines(io.BufferedReader(Endless())), 3))
 
 

@@ -30,7 +30,7 @@ from feeler.journal import read_journal
 from feeler.robot.description import load_robot
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
-from feeler.robot.samples import parse_sample, read_samples
+from feeler.robot.samples import _parse_sample, read_samples
 from feeler.robot.sensor import load_calibration_table
 from feeler.robot.sensor_file import load_calibration
 from feeler.stimulus import load_objects
@@ -146,7 +146,7 @@ READERS = {
         read=lambda path: read_journal(path, "0a"), seeds=(files.JOURNAL,), shape=shape_text
     ),
     "sample": Reader(
-        read=lambda path: parse_sample(path.read_bytes(), 3),
+        read=lambda path: _parse_sample(path.read_bytes(), 3),
         seeds=tuple(files.SAMPLES),
         shape=shape_text,
     ),

@@ -15,7 +15,7 @@ from feeler.errors import InvalidInput
 from feeler.robot import Gap, draw_robots, make_robot, make_touches, parts
 from feeler.robot.gap import draw_antenna, draw_trial
 from feeler.robot.mending import find_bad_channels, repair
-from feeler.robot.parts import QUIET
+from feeler.robot.parts import _QUIET
 from feeler.robot.preset import ROBOT_FACTS
 from feeler.robot.recording import Recording
 from feeler.robot.sensing import Sensing, draw_sensing
@@ -151,7 +151,7 @@ def test_a_touch_is_drawn_number_by_number():
 
 
 @pytest.mark.parametrize(
-    ("entries", "noise"), [(("gain",), QUIET), (("noise",), 0.004), (("noise", "gain"), 0.004)]
+    ("entries", "noise"), [(("gain",), _QUIET), (("noise",), 0.004), (("noise", "gain"), 0.004)]
 )
 def test_a_part_alone_has_hardly_any_noise_unless_noise_is_in_it(monkeypatch, entries, noise):
     gaps = []

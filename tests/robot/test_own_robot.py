@@ -33,7 +33,7 @@ from feeler.robot import (
     touch_robots,
     write_robot,
 )
-from feeler.robot.answer import judge_recording, judge_touch
+from feeler.robot.answer import _judge_touch, judge_recording
 from feeler.robot.factors import make_posture
 from feeler.robot.recording import Recording
 from feeler.robot.samples import read_samples
@@ -214,7 +214,7 @@ def test_a_touch_is_known_where_one_class_is_all_that_the_notes_say():
     )
 
     def judge(**notes):
-        return judge_touch(some, np.zeros((2, 3)), notes)
+        return _judge_touch(some, np.zeros((2, 3)), notes)
 
     assert judge(feature="ball", speed=0.27).known
     assert judge(feature="ball").known
@@ -232,7 +232,7 @@ def test_the_second_likeliest_has_a_probability_of_its_own():
         predict_proba=lambda *_: np.array([[0.2, 0.5, 0.3]]),
         measure_strangeness=lambda *_: np.array([0.4]),
     )
-    answer = judge_touch(planted, np.zeros((2, 3)), {})
+    answer = _judge_touch(planted, np.zeros((2, 3)), {})
     assert (answer.label, answer.probability) == (classes[1], 0.5)
     assert (answer.runner_up, answer.runner_up_probability) == (classes[2], 0.3)
 
@@ -240,12 +240,12 @@ def test_the_second_likeliest_has_a_probability_of_its_own():
 def test_an_answer_compares_itself_with_the_notes(reader):
     classifier, _, trials = reader
     touched = touch_robots(draw_robots(0.0, 1, 5), trials=trials)[0]
-    answer = judge_touch(classifier, touched.values[0], {"feature": "box", "speed": 0.27})
+    answer = _judge_touch(classifier, touched.values[0], {"feature": "box", "speed": 0.27})
     assert answer.label == ("ball", 0.6, 0.27)
     assert answer.right == {"feature": False, "speed": True} and answer.known
     assert "WRONG: feature" in str(answer)
-    assert "no such class" in str(judge_touch(classifier, touched.values[0], {"feature": "cone"}))
-    still = judge_touch(classifier, np.full(touched.values[0].shape, np.nan), {})
+    assert "no such class" in str(_judge_touch(classifier, touched.values[0], {"feature": "cone"}))
+    still = _judge_touch(classifier, np.full(touched.values[0].shape, np.nan), {})
     assert str(still) == "no contact" and still.to_plain()["probability"] is None
 
 

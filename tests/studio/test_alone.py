@@ -14,7 +14,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
 from feeler.physics.simulation import build_scene
 from feeler.studio import alone, study
-from feeler.studio.alone import pack_antenna, pack_contact, pack_shape
+from feeler.studio.alone import _pack_antenna, _pack_contact, _pack_shape
 from feeler.studio.exporting import bundle
 from feeler.studio.leaving import make_file
 from feeler.studio.wish import AntennaWish, TouchWish
@@ -63,7 +63,7 @@ def describe(touch, angle):
     antenna = wish.antenna.make()
     objects = [
         {
-            "shape": pack_shape(item.feature, antenna),
+            "shape": _pack_shape(item.feature, antenna),
             "x": item.place[0],
             "y": item.place[1],
             "forward": item.forward,
@@ -73,9 +73,9 @@ def describe(touch, angle):
         for item in build_scene(antenna, wish.make_objects()).objects
     ]
     return {
-        "constants": pack_antenna(antenna),
+        "constants": _pack_antenna(antenna),
         "objects": objects,
-        "contact": pack_contact(),
+        "contact": _pack_contact(),
         "touch": {name: touch[name] for name in ("location", "approach", "side", "speed", "lead")},
         "angle": base64.b64encode(angle.astype("<f8").tobytes()).decode(),
         "samples": len(angle),
@@ -109,7 +109,7 @@ def plant(wish, speed, unsure):
     """What thirty touches might have taught, at no cost."""
     pattern = np.outer(np.sin(np.linspace(0, 3, 56)), np.linspace(0, 1, 388) ** 2)
     expected = np.array([0.1 * (1 + c / 30) * pattern for c in range(30)], np.float32)
-    return alone.Learned(expected, peak=0.08, correlation=200.0, sure=17)
+    return alone._Learned(expected, peak=0.08, correlation=200.0, sure=17)
 
 
 @pytest.fixture(scope="module")

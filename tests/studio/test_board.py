@@ -18,7 +18,7 @@ from feeler.robot import SensorCalibration, load_calibration_table, load_recordi
 from feeler.robot.examples import get_example
 from feeler.robot.link import frame_sample
 from feeler.studio import Boards, alone, opening, study
-from feeler.studio.board import _PATIENCE, LEAST_STEP, WINDOW, listen
+from feeler.studio.board import _LEAST_STEP, _PATIENCE, _WINDOW, listen
 from feeler.studio.listener import Judge
 from feeler.studio.wish import AntennaWish
 
@@ -176,7 +176,7 @@ def test_no_line_brings_a_listener_down(studied, lines):
         ([b" ,;\n"] * 40, "11 lines without a number"),
         (write_lines(np.zeros((20, 5))), "sends 5 numbers a line; .* has 56 sensors .*robot 8"),
         (
-            write_lines(np.zeros((20, 7)), LEAST_STEP * 2 * np.arange(20)),
+            write_lines(np.zeros((20, 7)), _LEAST_STEP * 2 * np.arange(20)),
             "sends 8 numbers a line, the first of them a time",
         ),
         (write_lines(4 + np.zeros((20, 8))), "4 is no angle"),
@@ -229,7 +229,7 @@ def test_a_fast_board_is_judged_at_the_pace_of_what_was_learned(studied):
 
 
 def test_the_contact_of_a_long_recording_is_that_of_what_is_shown(studied, monkeypatch):
-    monkeypatch.setattr(opening, "MAX_SHOWN", 150)
+    monkeypatch.setattr(opening, "_MAX_SHOWN", 150)
     rows = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
     rows += 1e-6 * np.sin(np.arange(len(rows)))[:, None]  # a channel that rests is alive
     head = ",".join(["time_ms", *(f"hinge{n}_rad" for n in range(1, 9))])
@@ -311,7 +311,7 @@ def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(
     header, arrays = page.find("opened")[-1]
     expected = load_recording(recording).to_angles(table, outside="extend").values
     assert np.abs(arrays["angle"].max(axis=0) - expected.max(axis=1)) == pytest.approx(0, abs=0.02)
-    assert header["robot"] and header["total"] == len(arrays["angle"]) <= WINDOW * 4
+    assert header["robot"] and header["total"] == len(arrays["angle"]) <= _WINDOW * 4
     assert arrays["posterior"].shape == (header["total"], 30)
     page.ask({"type": "open", "name": "c.json", "text": json.dumps({"format": "other"})}).wait()
     assert "no sensor calibration" in page.find("error")[-1][0]["message"]

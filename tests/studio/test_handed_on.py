@@ -58,7 +58,7 @@ def test_of_many_studies_the_newest_are_kept(monkeypatch):
     made = []
     monkeypatch.setattr(study, "_kept", type(study._kept)())
     monkeypatch.setattr(study, "_make", lambda *asked: made.append(asked[1]) or asked[1])
-    antenna, speeds = make_antenna(), [0.1 + 0.01 * k for k in range(study.KEPT + 2)]
+    antenna, speeds = make_antenna(), [0.1 + 0.01 * k for k in range(study._KEPT + 2)]
     for speed in speeds:
         study.make_study(antenna, speed, lambda *_: None, threading.Event())
     kept = [study.find_study(antenna, speed) for speed in speeds]

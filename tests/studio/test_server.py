@@ -16,7 +16,7 @@ from feeler.errors import InvalidInput
 from feeler.studio import Studio
 from feeler.studio.exporting import PAGE, SPACE_SCRIPT, bundle, read_page
 from feeler.studio.messages import unpack
-from feeler.studio.server import FILES, MAX_PAGES
+from feeler.studio.server import _MAX_PAGES, FILES
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_a_header_that_is_given_twice_is_refused(studio, twice):
 
 def test_a_page_too_many_is_told_why_and_may_come_when_another_has_gone(studio):
     with contextlib.ExitStack() as pages:
-        first, *_ = [pages.enter_context(open_live(studio)) for _ in range(MAX_PAGES)]
+        first, *_ = [pages.enter_context(open_live(studio)) for _ in range(_MAX_PAGES)]
         with open_live(studio) as late, pytest.raises(ConnectionClosed) as end:
             late.recv(timeout=10)
         assert (end.value.rcvd.code, end.value.rcvd.reason) == (1013, "8 pages are open already")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.studio import Session, study
-from feeler.studio.hand import _hold_all, apply, replay
+from feeler.studio.hand import _apply, _hold_all, replay
 from feeler.studio.messages import unpack
 from feeler.studio.touching import Readings, hash_tensor, make_simulation
 from feeler.studio.wish import TouchWish
@@ -157,7 +157,7 @@ def test_objects_are_shown_turned_as_they_face():
 def test_by_hand_nothing_moves_by_itself():
     wish, simulation, _ = make_read(objects=OBJECTS)
     before = simulation.state.place.copy()
-    apply(simulation, _hold_all(wish))
+    _apply(simulation, _hold_all(wish))
     simulation.step(20.0)
     np.testing.assert_array_equal(simulation.state.place, before)
 

@@ -13,12 +13,12 @@ from feeler.decoding import StreamDecoder
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import TABLE, encode_touch
-from feeler.studio.alone import pack_expected
+from feeler.studio.alone import _pack_expected
 from feeler.studio.catalogue import describe_original
 from feeler.studio.exporting import bundle, read_page
 from feeler.studio.messages import pack
 from feeler.studio.server import FILES
-from feeler.studio.study import LOUDNESS, ONSET
+from feeler.studio.study import _ONSET, LOUDNESS
 from feeler.studio.wish import AntennaWish
 
 TESTS = {"page.test.mjs": 15, "drawn.test.mjs": 16}  # laws in each
@@ -85,12 +85,12 @@ def make_taught(rng):
         for c in range(3)
     ]
     decoder = StreamDecoder(
-        window=60, onset=LOUDNESS * ONSET, max_lag=4, lag_step=2, noise=0.0, correlation=220.0
+        window=60, onset=LOUDNESS * _ONSET, max_lag=4, lag_step=2, noise=0.0, correlation=220.0
     ).fit(touches, [0, 1, 2])
     felt = 0.8 * touches[1] + 0.2 * touches[0] + rng.normal(scale=2e-4, size=touches[0].shape)
     states = decoder.replay(felt)
     return {
-        "kept": pack_expected(decoder.expected_, 0.002),
+        "kept": _pack_expected(decoder.expected_, 0.002),
         "expected": np.moveaxis(decoder.expected_, 1, 2).reshape(3, -1).tolist(),
         "felt": felt.T.ravel().tolist(),
         "noticed": next(k for k, state in enumerate(states) if state.since_contact >= 0),

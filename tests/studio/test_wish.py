@@ -12,7 +12,7 @@ from feeler.errors import InvalidInput
 from feeler.studio.catalogue import describe_original
 from feeler.studio.messages import pack, read_message, unpack
 from feeler.studio.script import _write_antenna
-from feeler.studio.wish import AntennaWish, TouchWish, compute_compliance, sample_handles
+from feeler.studio.wish import AntennaWish, TouchWish, _sample_handles, compute_compliance
 
 
 def test_an_unchanged_wish_is_the_preset_itself():
@@ -20,7 +20,7 @@ def test_an_unchanged_wish_is_the_preset_itself():
 
 
 def test_handles_of_an_exponential_are_an_exponential():
-    values = sample_handles([(0.0, 10.0), (1.0, 0.1)], 11)
+    values = _sample_handles([(0.0, 10.0), (1.0, 0.1)], 11)
     assert values == pytest.approx(10.0 ** np.linspace(1, -1, 11))
 
 

@@ -24,7 +24,7 @@ import typer
 from feeler.cli.page import EngineName
 from feeler.cli.say import Json, say_json
 
-BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
+_BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,10 +141,10 @@ def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
         say_json(_make_plain(result, hinges))
     else:
         _tell_fit(traces, hinges, result, said.by, _explain(profile, antenna.name))
-    if said.by == "trace" and result.residual.max() > BAD:
+    if said.by == "trace" and result.residual.max() > _BAD:
         typer.echo(
-            f"a residual above {BAD:g} of the trace means that this antenna does not swing like the"
-            " animal; its interval then says nothing",
+            f"a residual above {_BAD:g} of the trace means that this antenna does not swing like"
+            " the animal; its interval then says nothing",
             err=True,
         )
     if said.out is not None:

@@ -15,8 +15,8 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-MANY_OPTIONS = 8  # options; a verb with fewer shows them in one list
-SHOWN_FIRST = {
+_MANY_OPTIONS = 8  # options; a verb with fewer shows them in one list
+_SHOWN_FIRST = {
     "touch": ("feature", "size", "location", "speed", "antenna"),
     "spikes": ("feature", "location", "speed", "antenna", "out"),
     "tracks": ("frame_rate", "tips", "body", "individual", "out"),
@@ -79,8 +79,8 @@ class Page(TyperCommand):
                 shown[param.param_type_name].append((param.name, row))
         options = dict(shown["option"])
         path = " ".join(ctx.command_path.split()[-2:])
-        first = SHOWN_FIRST.get(path) or SHOWN_FIRST.get(self.name or "")
-        if len(options) <= MANY_OPTIONS or not first:
+        first = _SHOWN_FIRST.get(path) or _SHOWN_FIRST.get(self.name or "")
+        if len(options) <= _MANY_OPTIONS or not first:
             super().format_options(ctx, formatter)
             return
         lists = {

@@ -18,7 +18,7 @@ from feeler.checked import checked
 from feeler.errors import Doubtful, InvalidInput, MissingExtra, StoreError
 from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
 
-PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
+_PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
 _GLANCE = 1.0  # [C] s between two looks at whether there are workers
 _WAITING = "Start one, for which this waits, or press Ctrl-C twice."
 _ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
@@ -69,7 +69,7 @@ class ClusterExecutor:
             time.sleep(_GLANCE)
             with suppress(Exception):  # the client is being closed
                 seen = time.monotonic() if self.client.nthreads() else seen
-            if told := time.monotonic() - seen > PATIENCE:
+            if told := time.monotonic() - seen > _PATIENCE:
                 warnings.warn(f"the cluster has no workers. {_WAITING} {_SAFE}", Doubtful, 2)
 
     def _pass_on(self, task: Any, answer: Future) -> None:
@@ -147,7 +147,7 @@ def open_cluster(address: str) -> Iterator[Any]:
         return
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
-        client = Client(**where, timeout=PATIENCE, set_as_default=False)
+        client = Client(**where, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InvalidInput(
             f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask"

@@ -113,10 +113,10 @@ def judge_recording(
     if until is not None:
         missing = f"{AFTER} ms after the first peak are needed; here {held}"
         missing += ", and no peak: the largest deflection stands for it" if early else ""
-    return judge_touch(reader, tensor, recording.labels, until, missing), tensor
+    return _judge_touch(reader, tensor, recording.labels, until, missing), tensor
 
 
-def judge_touch(
+def _judge_touch(
     reader: CloudReader,
     tensor: np.ndarray,
     notes: Mapping[str, str | float],

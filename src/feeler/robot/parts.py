@@ -17,7 +17,7 @@ from feeler.stimulus import Trial
 
 # rad [C], a hundredth of a gap's noise: a channel that repeats one value to the last bit counts as
 # broken
-QUIET = 4e-5
+_QUIET = 4e-5
 _ENTRIES = tuple(entry.name for entry in fields(Gap))
 _MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_angle", "play")
 _TOUCH = ("location", "speed", "size", "approach", "friction")
@@ -75,7 +75,9 @@ def measure_parts(
     parts, scores = PARTS if parts is None else parts, {}
     with show_progress(progress, "parts of the gap") as advance:
         for done, (name, entries) in enumerate(parts.items(), 1):
-            gap = keep_parts({"noise", *entries}, Gap() if "noise" in entries else Gap(noise=QUIET))
+            gap = keep_parts(
+                {"noise", *entries}, Gap() if "noise" in entries else Gap(noise=_QUIET)
+            )
             robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)
             scores[name] = measure_transfer(
                 classifier, touch_robots(robots, trials=tested, antenna=nominal)

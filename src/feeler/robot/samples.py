@@ -9,10 +9,10 @@ import numpy as np
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.robot.link import Link
 
-MAX_LINE = 4096  # characters of one sample; more is no sample
+_MAX_LINE = 4096  # characters of one sample; more is no sample
 
 
-def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.ndarray]:
+def _parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.ndarray]:
     """Time [ms] or None, and values (sensor,), of one line.
 
     Numbers are separated by commas, semicolons, tabs or blanks.
@@ -21,8 +21,8 @@ def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.nd
     channel.
     """
     line = _decode(line)
-    if len(line) > MAX_LINE:
-        raise InvalidInput(f"a line of more than {MAX_LINE} characters is no sample.")
+    if len(line) > _MAX_LINE:
+        raise InvalidInput(f"a line of more than {_MAX_LINE} characters is no sample.")
     cells = split_sample(line)
     if len(cells) not in (n_sensors, n_sensors + 1):
         raise InvalidInput(
@@ -46,7 +46,9 @@ def split_sample(line: str | bytes) -> list[str]:
 
 
 def _decode(line: str | bytes) -> str:
-    return line if isinstance(line, str) else line[: MAX_LINE + 1].decode("utf-8", errors="replace")
+    return (
+        line if isinstance(line, str) else line[: _MAX_LINE + 1].decode("utf-8", errors="replace")
+    )
 
 
 def take_line(
@@ -59,7 +61,7 @@ def take_line(
     text = _decode(line)
     if text.lstrip().startswith("$"):
         return [*link.take(text)]
-    time, values = parse_sample(text, n_sensors)
+    time, values = _parse_sample(text, n_sensors)
     return [(None if time is None else link.follow(time), values)]
 
 
@@ -85,7 +87,7 @@ def read_samples(
 
 def read_lines(stream: BinaryIO) -> Iterator[bytes]:
     """Lines of a binary stream as they come, each cut where it is longer than any sample."""
-    while line := stream.readline(MAX_LINE + 1):
+    while line := stream.readline(_MAX_LINE + 1):
         yield line
 
 
@@ -109,7 +111,7 @@ def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Ite
         raise InvalidInput(f"cannot open serial port {port!r}: {error}.") from error
     try:
         with connection:
-            while line := connection.readline(MAX_LINE):
+            while line := connection.readline(_MAX_LINE):
                 yield line
     except (serial.SerialException, OSError) as error:
         raise InvalidInput(

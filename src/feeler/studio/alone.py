@@ -94,7 +94,7 @@ def write_touch_page(
     config = {
         "version": version("feeler"),
         "state": state,
-        "contact": pack_contact(),
+        "contact": _pack_contact(),
         "antennas": [_pack(choice) for choice in choices],
         "speeds": [{"name": names.get(v, f"{v:g} m/s"), "value": v} for v in speeds],
         "shapes": _pack_shapes(wish.antenna.make()),
@@ -144,7 +144,7 @@ def _pack(choice: _Choice) -> dict[str, Any]:
     return {
         "name": choice.name,
         "wish": choice.wish.to_plain(),
-        "constants": pack_antenna(antenna),
+        "constants": _pack_antenna(antenna),
         "drawn": describe_antenna(antenna),
     }
 
@@ -154,7 +154,7 @@ def _pack_shapes(antenna: Antenna) -> dict[str, Any]:
     found = {}
     for kind in ("ball", "box", "triangle", "wall"):
         feature = make_shape(kind, 1.0)
-        found[kind] = {**pack_shape(feature, antenna), "rims": draw_feature(feature)}
+        found[kind] = {**_pack_shape(feature, antenna), "rims": draw_feature(feature)}
     return found
 
 
@@ -178,10 +178,10 @@ def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[s
     except (InvalidInput, SimulationDiverged):
         return None
     about = {"peak": learned.peak, "correlation": learned.correlation, "sure": learned.sure}
-    return {**about, **pack_expected(learned.expected, step)}
+    return {**about, **_pack_expected(learned.expected, step)}
 
 
-class Learned(NamedTuple):
+class _Learned(NamedTuple):
     """What the thirty touches of an antenna taught its decoder at a speed."""
 
     expected: np.ndarray  # (class, sensor, time)
@@ -191,7 +191,7 @@ class Learned(NamedTuple):
 
 
 @lru_cache(maxsize=12)
-def _teach(wish: AntennaWish, speed: float, unsure: float) -> Learned:
+def _teach(wish: AntennaWish, speed: float, unsure: float) -> _Learned:
     known = find_study(wish.make(), speed, unsure)
     if known is not None:
         labels, angle, decoder, peak = known.labels, known.tensors, known.decoder, known.peak
@@ -204,16 +204,16 @@ def _teach(wish: AntennaWish, speed: float, unsure: float) -> Learned:
     posterior = decoder.decide(list(LOUDNESS / peak * angle))[:, order]
     right = np.sum(posterior, axis=1, where=kinds[:, None] == kinds)
     expected = decoder.expected_[order].astype(np.float32)
-    return Learned(expected, peak, decoder.correlation_, int(np.sum(right >= _SURE)))
+    return _Learned(expected, peak, decoder.correlation_, int(np.sum(right >= _SURE)))
 
 
-def pack_antenna(antenna: Antenna) -> str:
+def _pack_antenna(antenna: Antenna) -> str:
     """The engine's constants (field, segment) of an antenna, to the last bit, as base64."""
     constants = make_model(Scene(antenna=antenna)).constants
     return base64.b64encode(constants.astype("<f8").tobytes()).decode()
 
 
-def pack_contact() -> dict[str, float]:
+def _pack_contact() -> dict[str, float]:
     """What of the default contact does not depend on the antenna."""
     contact = get_contact()
     least, _, _, midpoint, power = contact.solimp
@@ -221,7 +221,7 @@ def pack_contact() -> dict[str, float]:
     return {"least": least, "midpoint": midpoint, "power": power, **rates}
 
 
-def pack_shape(feature: Feature, antenna: Antenna) -> dict[str, Any]:
+def _pack_shape(feature: Feature, antenna: Antenna) -> dict[str, Any]:
     """A feature as the engine's search for contacts sees it: convex parts, half planes, rounding.
 
     ``antenna`` is any antenna: a scene has one.
@@ -246,7 +246,7 @@ def pack_shape(feature: Feature, antenna: Antenna) -> dict[str, Any]:
     }
 
 
-def pack_expected(expected: np.ndarray, step: float) -> dict[str, Any]:
+def _pack_expected(expected: np.ndarray, step: float) -> dict[str, Any]:
     """What a decoder expects of each class (class, sensor, time), in few bytes: cosines in time of
     few patterns over the sensors, rounded to multiples of ``step``.
 

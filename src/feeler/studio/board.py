@@ -20,10 +20,10 @@ from feeler.studio.listener import Listener
 from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import SAMPLE_INTERVAL, describe_antenna, find_sensed
 
-WINDOW = 2000  # [C] samples that the page keeps
+_WINDOW = 2000  # [C] samples that the page keeps
 _FRAME = 1 / 30  # s between messages to the page
 _PROBE = 12  # [C] lines by which a board is known: how many numbers, how far apart
-LEAST_STEP = 0.2  # [C] ms; twelve readings in a row that rise faster are a clock and no hinge
+_LEAST_STEP = 0.2  # [C] ms; twelve readings in a row that rise faster are a clock and no hinge
 _PATIENCE = 50  # [C] lines in a row that are no samples
 _BAUDRATE = 115_200
 _Say = Callable[..., None]
@@ -96,7 +96,7 @@ def listen(
         )
     listener = Listener(antenna, calibration, interval := _find_interval(known, n_channels))
     listener.learn(find(antenna))
-    say({"part": "begin", "total": WINDOW, "interval": interval, "rims": [], "preview": False,
+    say({"part": "begin", "total": _WINDOW, "interval": interval, "rims": [], "preview": False,
          "antenna": describe_antenna(antenna), "robot": antenna is not given})  # fmt: skip
     damaged, sent = 0, monotonic()
 
@@ -191,7 +191,7 @@ def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
 def _is_time(cells: list[str]) -> bool:
     """Whether numbers [ms] go up as a clock's do, and not as a hinge's."""
     try:
-        return all(float(b) - float(a) > LEAST_STEP for a, b in pairwise(cells))
+        return all(float(b) - float(a) > _LEAST_STEP for a, b in pairwise(cells))
     except ValueError:
         return False
 

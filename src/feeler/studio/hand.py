@@ -65,7 +65,7 @@ class Hand:
         """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
         ended = self._ended
         simulation, readings, commands = make_simulation(wish), Readings(), _hold_all(wish)
-        apply(simulation, commands)
+        _apply(simulation, commands)
         antenna = wish.antenna.make()
         say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
         readings.add(simulation)
@@ -77,7 +77,7 @@ class Hand:
             while done < min(int(due), LONGEST) and not stop.is_set():
                 new = self._steer(simulation, done, max(_GLIDE, 1.5e3 * _FRAME * pace))
                 commands += new
-                apply(simulation, new)
+                _apply(simulation, new)
                 if _is_still(simulation, commands):
                     due = float(done)
                     break
@@ -127,7 +127,7 @@ def _hold_all(wish: TouchWish) -> list[Command]:
     return [(1, number, 0.0, 0.0, 0.0) for number in range(1 + len(wish.objects))]
 
 
-def apply(simulation: Simulations, commands: list[Command]) -> None:
+def _apply(simulation: Simulations, commands: list[Command]) -> None:
     """Give commands to a simulation."""
     for _, what, vx, vy, turn in commands:
         if what < 0:
@@ -143,7 +143,7 @@ def replay(wish: TouchWish, commands: list[Command], n_samples: int) -> dict[str
     waiting = sorted(commands, key=lambda command: command[0])
     for k in range(1, n_samples):
         while waiting and waiting[0][0] <= k:
-            apply(simulation, [waiting.pop(0)])
+            _apply(simulation, [waiting.pop(0)])
         simulation.step(SAMPLE_INTERVAL)
         readings.add(simulation)
     return readings.take()

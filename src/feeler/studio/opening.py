@@ -25,7 +25,7 @@ from feeler.tensors.posture import spread_angles
 
 _MAX_TEXT = 6 * 2**20  # [C] characters
 _NAME = re.compile(r"\w[\w .()+-]{0,80}")  # what messages may call a file
-MAX_SHOWN = 8000  # [C] samples; of longer recordings every second, third … is shown
+_MAX_SHOWN = 8000  # [C] samples; of longer recordings every second, third … is shown
 
 
 def open_text(
@@ -105,7 +105,7 @@ def _open_recording(
     rate = 1e3 / float(np.median(np.diff(recording.time)))  # its own; what is shown is resampled
     recording = repair(recording, gaps="bridge")
     angle, interval = recording.values.T, float(recording.time[1] - recording.time[0])
-    every = -(-len(angle) // MAX_SHOWN)
+    every = -(-len(angle) // _MAX_SHOWN)
     shown = angle[::every]
     header = {
         "what": "recording",

@@ -43,7 +43,7 @@ _HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
-MAX_PAGES = 8  # [C] open at once
+_MAX_PAGES = 8  # [C] open at once
 _TRY_LATER = 1013  # RFC 6455's register: the server is asked too much
 
 
@@ -177,8 +177,8 @@ class Studio:
     async def _talk(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed
 
-        if len(self._sessions) >= MAX_PAGES:  # a page is told no reason before it is connected
-            await connection.close(_TRY_LATER, f"{MAX_PAGES} pages are open already")
+        if len(self._sessions) >= _MAX_PAGES:  # a page is told no reason before it is connected
+            await connection.close(_TRY_LATER, f"{_MAX_PAGES} pages are open already")
             return
         session = Session(_make_put(connection, self._loop), self._antenna, self._boards)
         self._sessions.add(session)

@@ -43,11 +43,11 @@ _ROUNDS, _ITERATIONS = (
 # it [C]
 LOUDNESS = 0.2
 _CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
-ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
+_ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
 # [C] half-widths by which place and speed of other touches differ, relative to length and speed
 _SHIFT = 0.02
 UNSURE = 0.02
-KEPT = 6  # studies
+_KEPT = 6  # studies
 
 _Label = tuple[str, float, float]
 _Tell = Callable[[str, float], None]
@@ -144,7 +144,7 @@ def make_study(
         found = _make(antenna, speed, tell, stop, unsure)
         with _lock:
             _kept[antenna, speed, unsure] = found
-            while len(_kept) > KEPT:
+            while len(_kept) > _KEPT:
                 _kept.popitem(last=False)
     return found
 
@@ -191,7 +191,7 @@ def teach(
     peak = float(np.abs(angle).max())
     options = {
         "window": angle.shape[2],
-        "onset": LOUDNESS * ONSET,
+        "onset": LOUDNESS * _ONSET,
         "max_lag": 4,
         "lag_step": 2,
         "interval": _INTERVAL,

@@ -104,7 +104,7 @@ def _make_antenna(wish: AntennaWish) -> Antenna:
         )
     for name in ("stiffness", "damping"):
         if (handles := getattr(wish, name)) is not None:
-            changes[name] = sample_handles(handles, original.n_segments)
+            changes[name] = _sample_handles(handles, original.n_segments)
     if wish.matched and "stiffness" in changes:
         changes["stiffness"] *= compute_compliance(changes["stiffness"]) / compute_compliance(
             original.stiffness
@@ -125,7 +125,7 @@ def _make_antenna(wish: AntennaWish) -> Antenna:
     return original.replace(**changes) if changes else original
 
 
-def sample_handles(handles: Sequence[tuple[float, float]], n_segments: int) -> np.ndarray:
+def _sample_handles(handles: Sequence[tuple[float, float]], n_segments: int) -> np.ndarray:
     """One value per segment (segment,): straight lines of the logarithm between handles, level
     beyond them.
     """

@@ -1,6 +1,6 @@
 // @ts-check
 import { HOT, KIND_COLOURS, KIND_DASHES, SLOT_COLOURS, pick } from "./colours.js";
-import { findPointer, make, makeCanvas, makeChoice, makePanel, show, write } from "./dom.js";
+import { drawMoment, findPointer, make, makeCanvas, makeChoice, makePanel, show, write } from "./dom.js";
 /** @typedef {import("./studio.js").App} App */
 /** @typedef {import("./panels.js").Panel} Panel */
 /** What is made of the tensor: the decoder's verdict over time, the code, and how far a set of touches spreads. */
@@ -97,13 +97,7 @@ export function makeVerdictPanel(app) {
       c.setLineDash([]);
       if (slot === "A") nameEnds(c, addKinds(reading, study), left + wide + 5, (p) => 10 + high * (1 - p), colours);
     }
-    const x = left + (wide * app.time) / end;
-    c.strokeStyle = colours.accent;
-    c.lineWidth = 1.5;
-    c.beginPath();
-    c.moveTo(x, 4);
-    c.lineTo(x, 6 + high);
-    c.stroke();
+    drawMoment(c, colours.accent, left + (wide * app.time) / end, 4, 6 + high);
     say();
   }
 
@@ -194,13 +188,7 @@ export function makeCodePanel(app) {
       c.lineTo(left + ((w - 6 - left) * samples) / end, y + high - 4);
       c.fill();
     }
-    const x = left + ((w - 6 - left) * app.time) / app.duration();
-    c.strokeStyle = colours.accent;
-    c.lineWidth = 1.5;
-    c.beginPath();
-    c.moveTo(x, 0);
-    c.lineTo(x, h - 14);
-    c.stroke();
+    drawMoment(c, colours.accent, left + ((w - 6 - left) * app.time) / app.duration(), 0, h - 14);
     c.fillStyle = colours.soft;
     c.fillText(`bases, ${lags} ms`, 0, h - 2);
     c.textAlign = "right";

@@ -43,7 +43,7 @@ function addCosines(from, long) {
   return series;
 }
 
-/** What each class is expected to feel like (sample, sensor), as feeler.studio.alone.pack_expected wrote it. @param {any} kept */
+/** What each class is expected to feel like (sample, sensor), as feeler.studio.alone._pack_expected wrote it. @param {any} kept */
 export async function readExpected({ shape, step, data }) {
   const [classes, n, long, rank] = shape, all = await inflate(data), cosines = all.subarray(rank * n);
   const found = Array.from({ length: classes }, () => new Float32Array(long * n));

@@ -1,5 +1,5 @@
 // @ts-check
-/** Small things that every panel is made of. They draw nothing and know nothing of antennae. */
+/** Small things that every panel is made of. They know nothing of antennae. */
 
 /**
  * An element with properties, event listeners (`onclick`), attributes and children.
@@ -61,6 +61,16 @@ export function makeCanvas(given, draw) {
   };
   new ResizeObserver(() => redraw()).observe(canvas);
   return { canvas, redraw };
+}
+
+/** The upright line of the moment that is shown. @param {CanvasRenderingContext2D} c @param {string} colour @param {number} x @param {number} top @param {number} bottom */
+export function drawMoment(c, colour, x, top, bottom) {
+  c.strokeStyle = colour;
+  c.lineWidth = 1.5;
+  c.beginPath();
+  c.moveTo(x, top);
+  c.lineTo(x, bottom);
+  c.stroke();
 }
 
 /** A finger on a grip drags it; anywhere else it scrolls the page. @param {HTMLCanvasElement} canvas @param {(at: any) => any} find */

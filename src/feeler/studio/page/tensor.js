@@ -1,6 +1,6 @@
 // @ts-check
 import { BOTH, COLD, HOT, SLOT_COLOURS } from "./colours.js";
-import { findPointer, makeCanvas, write } from "./dom.js";
+import { drawMoment, findPointer, makeCanvas, write } from "./dom.js";
 /** @typedef {import("./studio.js").App} App */
 /** The tensor: sensors from base (bottom) to tip over time, as in the paper; of two antennae also their difference. */
 
@@ -212,12 +212,7 @@ export function makeTensor(app) {
     c.textAlign = "center";
     for (let t = 0; t <= end; t += step) c.fillText(t === 0 ? "0 ms" : String(t), LEFT + (wide * t) / end, h - 5);
     const x = LEFT + (wide * app.time) / end;
-    c.strokeStyle = colours.accent;
-    c.lineWidth = 1.5;
-    c.beginPath();
-    c.moveTo(x, 0);
-    c.lineTo(x, h - BOTTOM + 2);
-    c.stroke();
+    drawMoment(c, colours.accent, x, 0, h - BOTTOM + 2);
     c.fillStyle = colours.accent;
     c.beginPath();
     c.arc(x, h - BOTTOM, 4, 0, 2 * Math.PI);

@@ -1,6 +1,6 @@
 // @ts-check
 import { HOT, SLOT_COLOURS, pick } from "./colours.js";
-import { makeCanvas, write } from "./dom.js";
+import { drawMoment, makeCanvas, write } from "./dom.js";
 /** @typedef {import("./studio.js").App} App */
 /** Following a wall: the body runs, its antenna bends at the wall, and where it bends most tells how far the wall is. */
 
@@ -167,13 +167,7 @@ export function makeWallChart(app) {
       });
       c.stroke();
     }
-    const x = left + (wide * app.time) / app.duration();
-    c.strokeStyle = colours.accent;
-    c.lineWidth = 1.5;
-    c.beginPath();
-    c.moveTo(x, 16);
-    c.lineTo(x, 22 + high);
-    c.stroke();
+    drawMoment(c, colours.accent, left + (wide * app.time) / app.duration(), 16, 22 + high);
     c.textAlign = "left";
     c.fillStyle = SLOT_COLOURS.A;
     c.fillText("true distance", left + 4, 12);
