@@ -59,7 +59,7 @@ def compare(scene: Scene, engine: str, slack: float, duration: float = 60.0) -> 
     ("way", "rounding", "friction"),
     [
         ("face", 0.0, 0.0),
-        ("corner", 0.0, 0.7),
+        pytest.param("corner", 0.0, 0.7, marks=pytest.mark.long),
         ("edge", 0.2, 0.7),
         pytest.param("edge", 0.0, 0.0, marks=pytest.mark.slow),
         pytest.param("corner", 0.2, 0.7, marks=pytest.mark.slow),
@@ -116,7 +116,7 @@ BODIES = {
 @pytest.mark.parametrize(
     ("body", "way"),
     [
-        ("triangle", "face"),
+        pytest.param("triangle", "face", marks=pytest.mark.long),
         ("hills", "face"),
         pytest.param("leaf", "face", marks=pytest.mark.slow),
     ],

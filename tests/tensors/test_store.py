@@ -42,6 +42,13 @@ def fast():
     shutil.rmtree(folder)
 
 
+@pytest.fixture
+def many(monkeypatch):
+    """Nine groups are many: 65 of one trial each would take seconds to write."""
+    monkeypatch.setattr(stored, "MANY", 8)
+    return stored.MANY
+
+
 @pytest.mark.parametrize("order", [1, -1, 3])
 def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     indices = sorted(range(N_TRIALS), key=lambda n: n * order % 11)
@@ -540,8 +547,8 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
     xr.testing.assert_identical(read_store(path.with_name("copy.zarr")).load(), make_set())
 
 
-def test_many_groups_take_their_labels_from_the_arrays_and_the_rest_from_records(path):
-    n = stored.MANY + 6
+def test_many_groups_take_their_labels_from_the_arrays_and_the_rest_from_records(path, many):
+    n = many + 6
     with open_store(path, CONFIGURATION, n, group_size=1) as store:
         for index in range(n - 2):
             store.append(index, make_trial(index))
@@ -553,8 +560,8 @@ def test_many_groups_take_their_labels_from_the_arrays_and_the_rest_from_records
         xr.testing.assert_identical(read_store(path).load(), make_set(n))
 
 
-def test_texts_are_never_cut_to_what_a_damaged_store_says(path):
-    n = stored.MANY + 6
+def test_texts_are_never_cut_to_what_a_damaged_store_says(path, many):
+    n = many + 6
     with open_store(path, CONFIGURATION, n, group_size=1) as store:
         store.append(range(n), make_set(n))
     xr.testing.assert_identical(read_store(path).load(), make_set(n))
