@@ -1,4 +1,4 @@
-"""What all tests share: one thread within BLAS where several workers share the machine (their
+"""What all tests share: one thread within libraries where several workers share the machine (their
 threads would only be in each other's way), no deadline of Hypothesis (a busy machine breaks no
 law), no search for garbage among what stays to the end, which file of tests goes to which worker,
 a guard that starts no process, and a browser."""
@@ -57,11 +57,13 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """One thread within BLAS, where several workers share the machine. Workers must find this when
-    they start: a plugin of pytest loads NumPy before a worker comes to this file.
+    """One thread within BLAS and within PyTorch, where several workers share the machine. Workers
+    must find this when they start: a plugin of pytest loads NumPy before a worker comes to this
+    file.
     """
     if config.getoption("numprocesses", None):
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        for library in ("OPENBLAS", "OMP"):
+            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 
 def find_rank(path):
