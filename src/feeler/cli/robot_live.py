@@ -54,11 +54,9 @@ def stream(
     out. Each line says if the touch is so far unlike any that was learned; at the end it is judged
     as a whole, as by classify.
     """
-    from feeler.errors import InvalidInput, require_extra
+    from feeler.errors import require_extra
     from feeler.robot import draw_lessons, load_calibration, load_recording, make_decoder
-    from feeler.robot.answer import name_notes
     from feeler.robot.link import Link
-    from feeler.robot.samples import open_serial, read_lines, read_samples
 
     if serial:
         require_extra("serial", "robot", "a serial port")
@@ -68,24 +66,12 @@ def stream(
     how = tell(engine=engine, timestep=timestep, workers=workers)
     n = robot.antenna.sensors.size
     recording = None if serial or source == "-" else load_recording(source, n_channels=n)
-    if lines is not None and lines.n_hinges != n:
-        raise InvalidInput(
-            f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
-        )
-    if recording is not None and recording.quantity == "angle":
-        lines = None
-    elif recording is not None:
-        lines = require(lines, source, recording.quantity)
-        recording.to_angles(lines, outside="extend")  # refused now where it does not fit
+    lines = _match_lines(lines, n, recording, source)
     lessons = draw_lessons(robot.antenna, touches, **how)
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
     lessons.watch(decoder)
     link = Link(n)
-    if recording is None:
-        arriving = open_serial(source) if serial else read_lines(sys.stdin.buffer)
-        samples = read_samples(arriving, n, link)
-    else:
-        samples = zip(recording.time, recording.values.T, strict=True)
+    samples = _open_samples(recording, source, serial, n, link)
     running = decoder.start()
     kept: list[tuple] | deque[tuple] = [] if out is not None else deque(maxlen=_KEPT)
     say = say_json if as_json else _say_state
@@ -93,19 +79,38 @@ def stream(
     contact = state is not None and state.since_contact >= 0
     labels = None if recording is None else recording.labels
     answer = _judge(robot.antenna, touches, kept, labels or {}, lessons) if contact else None
-    if as_json:
-        sent = {"lost": link.lost, "late": link.late, "broken": link.broken, "truth": labels}
-        whole = None if answer is None else answer.to_plain()
-        say_json({"contact": contact, "missing": running.missed, **sent, "whole": whole})
-    else:
-        if answer is not None:
-            typer.echo(f"as a whole: {answer}")
-
-        _say_end(contact, running.missed, link.describe(), name_notes(labels or {}))
+    (_say_whole_json if as_json else _say_whole)(contact, running.missed, link, labels, answer)
     if out is not None and kept:
         from feeler.cli.robot_pages import write_stream
 
         typer.echo(f"page: {write_stream(out, decoder.classes_, list(kept))}", err=True)
+
+
+def _match_lines(lines, n: int, recording, source: str):
+    """The calibration by which samples become angles; None where they are angles."""
+    from feeler.errors import InvalidInput
+
+    if lines is not None and lines.n_hinges != n:
+        raise InvalidInput(
+            f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
+        )
+    if recording is None:
+        return lines
+    if recording.quantity == "angle":
+        return None
+    lines = require(lines, source, recording.quantity)
+    recording.to_angles(lines, outside="extend")  # refused now where it does not fit
+    return lines
+
+
+def _open_samples(recording, source: str, serial: bool, n: int, link):
+    """Times and values, of a recording or as they arrive."""
+    from feeler.robot.samples import open_serial, read_lines, read_samples
+
+    if recording is not None:
+        return zip(recording.time, recording.values.T, strict=True)
+    arriving = open_serial(source) if serial else read_lines(sys.stdin.buffer)
+    return read_samples(arriving, n, link)
 
 
 def _judge(antenna, touches: list, kept, labels: dict, lessons):
@@ -211,6 +216,20 @@ def _say_state(known) -> None:
     typer.echo(
         f"{known['since_contact']:6d} ms  {known['state']:8} {known['probability']:5.2f}  {label}"
     )
+
+
+def _say_whole_json(contact: bool, missed: int, link, labels: dict | None, answer) -> None:
+    sent = {"lost": link.lost, "late": link.late, "broken": link.broken, "truth": labels}
+    whole = None if answer is None else answer.to_plain()
+    say_json({"contact": contact, "missing": missed, **sent, "whole": whole})
+
+
+def _say_whole(contact: bool, missed: int, link, labels: dict | None, answer) -> None:
+    from feeler.robot.answer import name_notes
+
+    if answer is not None:
+        typer.echo(f"as a whole: {answer}")
+    _say_end(contact, missed, link.describe(), name_notes(labels or {}))
 
 
 def _say_end(contact: bool, missed: int, wrong: str, noted: str) -> None:
