@@ -58,7 +58,7 @@ _INSTEAD = {
 }
 
 
-class Page(TyperCommand):
+class _Page(TyperCommand):
     """A verb whose help has the options that matter first in a list of their own."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -99,7 +99,7 @@ class Verbs(typer.Typer):
 
     def command(self, name: str | None = None, **how: Any) -> Any:
         """As Typer's own."""
-        return super().command(name, **{"cls": Page, **how})
+        return super().command(name, **{"cls": _Page, **how})
 
 
 def list_options(group: Any, words: list[str]) -> dict[str, str]:
