@@ -455,3 +455,34 @@ def test_a_movie_s_panels_and_words_name_the_speed_of_their_own_touch(section, m
     assert len({trial.speed for trial, _ in filmed.values()}) == 3
     for speed, words in zip(told[1::2], told[2::2], strict=True):
         assert f"at {speed:g} m/s" in words
+
+
+def test_every_code_s_row_stands_below_its_own_headers(section, monkeypatch):
+    """In the smoke run the information reaches its ceiling, so that no exchange of both shows."""
+    monkeypatch.setattr(fig4.fig4_map, "keep_values", lambda *_: None)
+    names = ("information", "ceiling", "information_null", "p_information")
+    planted = {
+        code: SimpleNamespace(**{name: 10 * k + n for n, name in enumerate(names)})
+        for k, code in enumerate(("joint", "ridge"), 1)
+    }
+    residual, sparseness = {"joint": 0.25, "ridge": 0.5}, {"joint": 0.125, "ridge": 0.75}
+    fig4._show_codes(
+        section,
+        SimpleNamespace(
+            mapping=planted, residual_by_code=residual, sparseness_by_code=sparseness, starts=None
+        ),
+    )
+    (table,) = (block for block in section.blocks if block["kind"] == "table")
+    rows = [dict(zip(table["header"], row, strict=True)) for row in table["rows"]]
+    for row, code in zip(rows, planted, strict=True):
+        found = planted[code]
+        wanted = {
+            "code": fig4.LABELS[code],
+            "residual": residual[code],
+            "Hoyer sparseness": sparseness[code],
+            "information on location [bits]": found.information,
+            "of at most": found.ceiling,
+            "under permutation": found.information_null,
+            "p": found.p_information,
+        }
+        assert row == {name: str(value) for name, value in wanted.items()}
