@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.decoding.clouds import CloudReader, measure_calibration
+from feeler.decoding.strangers import Strangers
 from feeler.errors import InvalidInput
 
 LABELS = [("ball", 0.5, 0.1), ("ball", 0.9, 0.1), ("box", 0.5, 0.3), ("box", 0.9, 0.3)]
@@ -96,3 +97,10 @@ def test_the_calibration_error_is_that_of_a_slow_count():
         inside = [i for i in range(500) if k / 10 <= said[i] < (k + 1) / 10]
         slow += abs(sum(right[i] for i in inside) - sum(said[i] for i in inside)) / 500
     assert measure_calibration(said, right)[0] == pytest.approx(slow)
+
+
+def test_what_strangers_differ_by_is_not_underestimated_where_kinds_are_many():
+    """Each kind's mean takes one degree of freedom: of two of a kind, half."""
+    kinds = [kind for kind in range(300) for _ in range(2)]
+    places = np.random.default_rng(5).normal(0.0, 3.0, (600, 2)) + 50.0 * np.array(kinds)[:, None]
+    assert Strangers(places, kinds)._spread.mean() == pytest.approx(9.0, rel=0.1)

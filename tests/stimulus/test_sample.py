@@ -175,6 +175,7 @@ def test_sampled_touches_of_sampled_antennas_carry_every_parameter(tmp_path):
     np.testing.assert_allclose(
         tensors.antenna_stiffness, antennas.columns["stiffness"][np.arange(20) % 3]
     )
+    assert tensors.antenna.values.tolist() == [f"small {k % 3}" for k in range(20)]
     alone = feeler.touch(antennas[1], [trials[k] for k in (1, 4)], duration=8.0, timestep=0.05)
     np.testing.assert_array_equal(alone.angle, tensors.angle[[1, 4]])
     options = {"duration": 8.0, "timestep": 0.05, "store": tmp_path / "a.zarr"}

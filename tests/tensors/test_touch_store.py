@@ -170,18 +170,19 @@ def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
         ]
 
     class Told:
-        told = None
+        told = counted = None
 
         def tell(self, **state):
             Told.told = state
 
-        def __call__(self, done, total):
-            pass
+        def __call__(self, *counted):
+            Told.counted = counted
 
     monkeypatch.setattr(module, "run_lanes", sabotage)
     with pytest.raises(SimulationDiverged):
         run(store=tmp_path / "a.zarr", progress=Told())
     shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*"))
     assert Told.told["failed"] == {"SimulationDiverged": 1}
+    assert Told.counted == (24, 24)  # what failed is over too
     # what stands once for all trials, such as the times, is no trial's
     assert 0 <= shards - Told.told["stored"] <= 2500
