@@ -5,6 +5,7 @@ import json
 import shutil
 import subprocess
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -13,15 +14,17 @@ from feeler.decoding import StreamDecoder
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import TABLE, encode_touch
-from feeler.studio.alone import _pack_expected
+from feeler.studio.alone import _Choice, _pack, _pack_contact, _pack_expected, _pack_shapes
 from feeler.studio.catalogue import describe_original
 from feeler.studio.exporting import bundle, read_page
+from feeler.studio.hand import replay
 from feeler.studio.messages import pack
 from feeler.studio.server import FILES
 from feeler.studio.study import _ONSET, LOUDNESS
-from feeler.studio.wish import AntennaWish
+from feeler.studio.touching import simulate_pieces
+from feeler.studio.wish import AntennaWish, TouchWish
 
-TESTS = {"page.test.mjs": 15, "drawn.test.mjs": 16}  # laws in each
+TESTS = {"page.test.mjs": 15, "drawn.test.mjs": 16, "app.test.mjs": 31}  # laws in each
 WISHES = (
     {"preset": "linear"},
     {"preset": "exponential", "stiffness": [[0, 20], [0.37, 3], [1, 0.01]]},
@@ -58,6 +61,58 @@ def make_given():
         "curves": curves,
         "decoder": make_taught(rng),
         "nerve": make_nerve(rng),
+        "host": make_host(),
+    }
+
+
+SEVERAL = (
+    {"kind": "box", "size": 1.3, "x": -6.0, "y": 21.0, "heading": 70.0, "speed": 0.4},
+    {"kind": "ball", "size": 0.8, "x": 5.0, "y": 9.0, "heading": -100.0, "friction": 0.3},
+)
+TOUCHES = (
+    {"kind": "ball", "size": 2.4, "location": 0.83, "objects": SEVERAL},
+    {"kind": "triangle", "size": 1.7, "location": 0.57, "side": "right", "approach": 71.0},
+)
+COMMANDS = [(3, -1, 0.05, 0.02, 0.004), (1, 0, 0.0, 0.0, 0.0), (9, 0, -0.2, 0.1, 0.0)]
+
+
+def make_host():
+    """What a page that computes by itself holds, and what feeler makes of its touches."""
+    antennas = ({"preset": "robot"}, {"preset": "linear", "length": 30.0, "sensors": 7})
+    wishes = [
+        TouchWish.from_plain(
+            {"antenna": antenna, "speed": 0.3, "lead": 3.0, "duration": 70.0, "friction": 0.6}
+            | touch
+        )
+        for antenna, touch in zip(antennas, TOUCHES, strict=True)
+    ]
+    config = {
+        "version": "1",
+        "state": {"A": wishes[0].antenna.to_plain(), "touch": {}},
+        "contact": _pack_contact(),
+        "antennas": [
+            _pack(_Choice(name, wish.antenna))
+            for name, wish in zip(("first", "second"), wishes, strict=True)
+        ],
+        "speeds": [{"name": "slow", "value": 0.06}],
+        "shapes": _pack_shapes(wishes[0].antenna.make()),
+        "commands": None,
+        "samples": 0,
+    }
+    touches = []
+    for wish in (*wishes, wishes[1].replace(preview=True)):
+        pieces = [piece for _, piece in simulate_pieces(wish, Event())]
+        shown = {
+            name: np.concatenate([piece[name] for piece in pieces]).tolist()
+            for name in ("angle", "place", "force")
+        }
+        touches.append({"wish": wish.to_plain(), **shown})
+    moved = replay(wishes[0], COMMANDS, 60)
+    run = {name: moved[name].tolist() for name in ("angle", "base", "place")}
+    return {
+        "config": config,
+        "touches": touches,
+        "run": {"commands": COMMANDS, "samples": 60, **run},
     }
 
 
