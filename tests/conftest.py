@@ -23,7 +23,7 @@ FLAGS = (
     "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run"
     " --disable-background-networking"
 )
-WHOLE = ("test_whole.py", "test_golden.py", "test_print.py", "test_pictures.py")
+WHOLE = tuple(f"paper/test_{name}.py" for name in ("whole", "golden", "print", "pictures"))
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
 FIRST = (
     *WHOLE,

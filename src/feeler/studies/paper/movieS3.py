@@ -179,8 +179,8 @@ def show(context: Context, section: Section) -> None:
     section.movie(
         path,
         f"A wall (grey) comes nearer to each antenna, {_APPROACH_SLOWER:g} times slower than life;"
-        " colours: curvature beyond rest, on one scale, which 5 % of bends exceed; red: the"
-        " point of greatest bend while in contact. (Movie S3)",
+        f" colours: curvature beyond rest, on one scale, which {100 * (1 - _SHOWN):.0f} % of bends"
+        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
     )
     if context.effort.followers != 0:
         _follow(context, section)
