@@ -2,28 +2,35 @@
 own name says. Numbers differ in everything, so that no two can stand for one another.
 """
 
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from awkward_touches import make_antenna, make_set
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
+from PIL import Image
 
 from feeler.calibration.hinges import Band
 from feeler.errors import InvalidInput
-from feeler.plotting import results
+from feeler.plotting import movie, results, touch, turn
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import name_kinds
 from feeler.plotting.look import PALETTE, fix_layout, pick_colours, pick_shades, unjoin
 from feeler.plotting.posture import make_patch, plot_profiles
 from feeler.plotting.raster import plot_raster
 from feeler.plotting.space import SpaceScene, make_surface
+from feeler.plotting.tensor import list_tensors, plot_tensor_grid
 from feeler.plotting.wall import Shapes, plot_approach, plot_maps, plot_shapes
+from feeler.plotting.words import measure_words
 from feeler.presets import make_preset
-from feeler.stimulus import Ball, Box, Peg, Wall
-from feeler.wall import fit_distance
+from feeler.stimulus import Ball, Box, Outline, Peg, Trial, Wall, place
+from feeler.stimulus.solid import list_solids
+from feeler.wall import Posture, fit_distance
 from plotting.test_results import make_optimum, make_sweep
 
 
@@ -243,17 +250,20 @@ def test_a_figure_is_laid_out_once_and_labels_keep_their_words():
     assert name(left)[:2] == ("time [ms]", "speed [m/s]") and name(right)[:2] == ("", "")
 
 
-@pytest.mark.parametrize("turn", [0.0, 35.0, -110.0])
-def test_a_box_is_drawn_as_it_faces_its_first_side_forwards(turn):
-    """A box has no corner on its own axes: half as wide forwards as across."""
-    forward = np.array([np.sin(np.deg2rad(turn)), np.cos(np.deg2rad(turn))])
+UNEVEN = Outline(vertices=np.array([[0.0, 1.9], [0.0, -0.7], [-2.3, -0.4], [-1.1, 1.5]]))
+
+
+@pytest.mark.parametrize("angle", [0.0, 35.0, -110.0])
+def test_an_object_is_drawn_as_it_faces_with_its_left_on_its_left(angle):
+    """A box is not as wide as it is high, and the other has no two sides that are alike."""
+    forward = np.array([np.sin(np.deg2rad(angle)), np.cos(np.deg2rad(angle))])
     left = np.array([-forward[1], forward[0]])
     origin = np.array([3.0, -7.0])
-    box = Box(half_width=2.0, half_height=0.7)
-    corners = make_patch(box, origin, forward).get_path().vertices - origin
-    own = np.column_stack([corners @ forward, corners @ left])
-    rim = np.concatenate(box.parts)
-    assert {tuple(row) for row in own.round(9)} == {tuple(row) for row in rim.round(9)}
+    for feature in (Box(half_width=2.0, half_height=0.7), UNEVEN):
+        corners = make_patch(feature, origin, forward).get_path().vertices - origin
+        own = np.column_stack([corners @ forward, corners @ left]).round(9) + 0.0
+        rim = np.concatenate(feature.parts).round(9) + 0.0
+        assert {*map(tuple, own)} == {*map(tuple, rim)}
     wall = make_patch(Wall(), origin, forward, reach=20.0).get_path().vertices - origin
     assert (wall @ forward).max() == pytest.approx(0.0, abs=1e-12)  # it lies behind its front
     assert np.ptp(wall @ left) == pytest.approx(40.0)
@@ -290,17 +300,20 @@ def test_the_surface_about_a_line_keeps_its_radius_and_its_ends():
 def test_of_a_scene_in_space_only_the_object_of_this_moment_is_drawn():
     """A peg has two sheets and more, of which none may stay where the peg was."""
     antenna = make_preset("rat-whisker")
-    ax = Figure().add_subplot(projection="3d")
+    ax = Figure(figsize=(30.0, 25.0)).add_subplot(projection="3d")
     scene = SpaceScene(antenna, ax, Normalize(0.0, 1.0))
     box, axes = Box(half_width=1.0, half_height=2.0), np.eye(3)
     counts = []
-    for feature in (Peg(radius=0.5, half_length=4.0), box, Wall(), Ball(radius=1.0)):
+    several = Outline(vertices=np.array([[0, 2], [0, -2], [-1, -2], [-0.4, 0], [-1, 2]], float))
+    assert len(list_solids(several)) == 3
+    for feature in (Peg(radius=0.5, half_length=4.0), several, box, Wall(), Ball(radius=1.0)):
         for x in (0.0, 5.0):
             scene.place(feature, np.array([x, 1.0, 2.0]), axes)
         counts.append(len(ax.collections) - 1)  # beside the antenna's own line
-    assert counts == [1, 1, 1, 1]
+    assert counts == [1, 3, 1, 1, 1]
     wide = 0.6 * 72 * min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi / antenna.length
     wanted = np.maximum(2 * antenna.radius * wide, 2.0)
+    assert wanted.max() > 2.0
     np.testing.assert_allclose(ax.collections[0].get_linewidth(), wanted)
 
 
@@ -377,3 +390,174 @@ def test_a_kind_of_code_is_named_below_the_middle_of_its_groups():
     name_kinds([one, one], ["joint", "fixed"], ax)
     assert ax.get_xticks().tolist() == [1.5, 6.5]  # 0 to 3, and 5 to 8
     assert [text.get_text() for text in ax.get_xticklabels()] == ["joint", "fixed"]
+
+
+def test_the_greatest_bend_stands_as_far_along_the_antenna_as_it_was_found():
+    antenna, wanted = make_antenna(), np.array([3.1, 19.7, 0.0])
+    points = np.stack([antenna.shape(np.full(11, bend)) for bend in (0.05, -0.02, 0.01)])
+    posture, known = Posture(side="left", prebend="none"), np.ones(3, dtype=bool)
+    shapes = Shapes._make(antenna, points, posture, wanted + 5, known, ~known, wanted)
+    for line, peak, along in zip(points, shapes.peak, wanted, strict=True):
+        ends = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+        where = [np.interp(along, ends, line[:, axis]) for axis in (0, 1)]
+        np.testing.assert_allclose(peak, where, atol=1e-12)
+    np.testing.assert_array_equal(shapes.wall, posture.sign * (wanted + 5))
+
+
+def test_rows_of_small_multiples_are_named_at_their_middles_and_sensors_at_their_ends():
+    ax = Figure().subplots()
+    tensors = [[np.zeros((40, 25)) for _ in range(2)] for _ in range(3)]
+    image = plot_tensor_grid(
+        tensors, 2.0 * np.arange(25), ax, Normalize(0, 1), ["a", "b", "c"], ["x", "y"]
+    )
+    assert ax.get_yticks().tolist() == [20, 62, 104]  # 40 sensors and a gap of 2
+    assert ax.get_yticks(minor=True).tolist() == [84 + 39, 84]
+    assert [text.get_text() for text in ax.get_yticklabels(minor=True)] == ["1", "40"]
+    (told,) = list_tensors(ax.figure)
+    assert (told["x"], told["y"]) == (ax.get_xlim(), ax.get_ylim())
+    assert told["y"][0] > told["y"][1]  # drawn from above
+    assert told["box"] == pytest.approx(ax.get_position().bounds, abs=1e-5)
+    ends = [round(255 * part) for part in image.get_cmap()(1.0)[:3]]
+    assert told["colours"][-3:] == ends and len(told["colours"]) == 3 * 64
+
+
+@pytest.mark.parametrize(("gap", "crowded"), [(-1.0, True), (0.7, True), (40.0, False)])
+def test_numbers_that_nearly_touch_read_as_one_whether_or_not_they_overlap(gap, crowded):
+    """By less than a line's width, which no pair of words may call an overlap."""
+    figure = Figure(figsize=(6.0, 2.0), dpi=100)
+    ax = figure.add_axes((0.0, 0.4, 1.0, 0.5))
+    ax.set(xlim=(0, 600), xticks=[200.0, 300.0], xticklabels=["0.125", "0.250"], yticks=[])
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    wide = ax.get_xticklabels()[0].get_window_extent(renderer).width
+    ax.set_xticks([200.0, 200.0 + wide + gap], ["0.125", "0.250"])
+    found = measure_words(figure)["over"]
+    assert found == ([["0.125", "0.250"]] if crowded else [])
+
+
+def make_planes():
+    """Curvature of two touches in both planes, and what is twisted."""
+    values = np.random.default_rng(2).normal(size=(2, 3, 4, 6))
+    variables = {"curvature": (("trial", "plane", "sensor", "time"), values, {"units": "1/mm"})}
+    time = ("time", 2.0 * np.arange(6.0), {"units": "ms"})
+    return values, xr.Dataset(variables, {"time": time})
+
+
+def test_of_a_touch_in_space_the_length_of_its_curvature_is_drawn_of_the_first():
+    values, tensors = make_planes()
+    touch.plot_touch(tensors, figure := Figure())
+    ax, bar = figure.axes
+    whole = np.hypot(values[0, 0], values[0, 1])
+    np.testing.assert_allclose(ax.images[0].get_array(), whole)
+    assert ax.images[0].get_clim() == (0.0, pytest.approx(whole.max()))
+    assert bar.get_ylabel() == "curvature of both planes [1/mm]"
+
+
+@pytest.fixture
+def films(monkeypatch):
+    """What would be filmed."""
+    films = []
+    monkeypatch.setattr(touch, "write_movie", lambda *given: films.append(given))
+    return films
+
+
+def test_touches_side_by_side_have_one_scale_and_last_as_long_as_the_longest(films):
+    whole, antenna = make_set(), make_antenna()
+    first, second = (whole.isel(trial=[k]) for k in (0, 1))
+    second = second.assign(curvature=3.0 * second["curvature"]).isel(time=slice(17))
+    second["curvature"].attrs = whole["curvature"].attrs
+    trial = Trial(feature=Ball(radius=0.9), location=0.6, speed=0.3)
+    for names in ("ab", "ba"):
+        sets = {"a": (trial, second), "b": (trial, first)}
+        pairs = {name: sets[name] for name in names}
+        touch.write_touches_movie(antenna, pairs, "a.mp4", slower=100.0, fps=20)
+        _, figure, draw, count, fps = films.pop()
+        assert (count, fps) == (round(30 * 0.3 * 100 * 20 / 1000), 20)
+        draw(count - 1)
+        assert figure.get_suptitle() == "9 ms, 100× slower than life"
+        greatest = max(float(one["curvature"].max()) for one in (first, second))
+        for ax in figure.axes[2:4]:
+            assert ax.images[0].get_clim() == (0.0, pytest.approx(greatest))
+
+
+def make_space(monkeypatch, module):
+    """A touch in space of 250 samples 0.4 ms apart, whose greatest bend is not at its end."""
+    antenna = make_preset("rat-whisker")
+    trial = Trial(feature=Ball(radius=1.0), location=0.6, speed=0.3, azimuth=35.0)
+    n, time = antenna.n_segments, 0.4 * np.arange(250)
+    points = np.random.default_rng(3).normal(size=(1, 250, n + 1, 3))
+    bend = np.sin(np.pi * time / 80)[:, None] ** 2 * np.linspace(0.01, 0.05, n)
+    coords = {"time": ("time", time, {"units": "ms"}), "segment": np.arange(1, n + 1)}
+    monkeypatch.setattr(module, "reconstruct_posture", lambda *_: SimpleNamespace(values=points))
+    monkeypatch.setattr(module, "compute_bend", lambda *_: bend)
+    return antenna, trial, xr.Dataset(coords=coords), points[0], bend
+
+
+def test_a_turnable_view_goes_from_the_first_sample_to_the_last_on_the_scale_of_all(monkeypatch):
+    antenna, trial, tensors, points, bend = make_space(monkeypatch, turn)
+    scene = turn.describe_turnable(antenna, trial, tensors)
+    frames = np.round(np.linspace(0, 249, 100)).astype(int)
+    np.testing.assert_allclose(scene["time"], 0.4 * frames, atol=0.0051)
+    np.testing.assert_allclose(scene["points"], points[frames], atol=6e-4)
+    top = bend[frames].max()
+    assert scene["top"] == pytest.approx(top) and scene["reach"] == antenna.length
+    share = np.array(scene["bend"]) - 32 * bend[frames] / top
+    assert share.max() <= 1e-6 and share.min() > -1 - 1e-6
+    moved = np.array(place(antenna, trial).velocity) * 0.4 * frames[:, None]
+    np.testing.assert_allclose(scene["shift"], moved, atol=6e-4)
+    short = turn.describe_turnable(antenna, trial, tensors.isel(time=slice(7)))
+    assert len(short["time"]) == 7
+
+
+def test_in_space_the_object_goes_where_it_goes_while_the_antenna_bends(monkeypatch):
+    antenna, trial, tensors, points, bend = make_space(monkeypatch, touch)
+    monkeypatch.setattr(touch, "take_curvature", lambda *_: np.ones((1, antenna.n_segments, 250)))
+    flat, below = Figure().subplots(1, 2)
+    axes = touch.add_space(flat.figure, flat), below
+    view = touch._View(antenna, trial, tensors, Normalize(0, 1), axes)
+    seen = {"place": [], "move": []}
+    for called, calls in seen.items():
+        monkeypatch.setattr(view.space, called, lambda *given, calls=calls: calls.append(given))
+    placed = place(antenna, trial)
+    for now, sample in ((0.0, 0), (30.1, 76), (1e9, 249)):
+        assert view.move(now) == []
+        feature, origin, turned = seen["place"][-1]
+        np.testing.assert_allclose(origin, placed.origin + 0.4 * sample * placed.velocity)
+        assert feature is trial.feature
+        np.testing.assert_array_equal(turned, placed.axes)
+        for given, wanted in zip(seen["move"][-1], (points[sample], bend[sample]), strict=True):
+            np.testing.assert_array_equal(given, wanted)
+
+
+@pytest.mark.parametrize(("n", "still"), [(10, 6), (3, 1), (100, 66)])
+def test_a_movie_is_sent_frame_by_frame_and_its_still_is_that_of_two_thirds(
+    monkeypatch, tmp_path, n, still
+):
+    """To what would write it: sides are even, and every frame has a grey of its own."""
+    told, sent, closed = [], [], []
+
+    class Writer:
+        def send(self, frame):
+            if frame is not None:
+                sent.append(int(frame[5, 5, 0]))
+
+        def close(self):
+            closed.append(len(sent))
+
+    def write_frames(path, size, **how):
+        told.append((size, how["fps"]))
+        open(path, "wb").close()
+        return Writer()
+
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", SimpleNamespace(write_frames=write_frames))
+    figure = Figure(figsize=(4.0, 1.31))
+    path = movie.write_movie(
+        tmp_path / "a.mp4", figure, lambda k: figure.set_facecolor(str(k / n)), n, fps=9
+    )
+    greys = [255 * k / n for k in range(n)]
+    np.testing.assert_allclose(sent, greys, atol=1.0)
+    assert closed == [n]
+    ((size, fps),) = told
+    assert fps == 9 and size[0] == 1080 and size[1] % 2 == 0
+    with Image.open(path.with_suffix(".jpg")) as picture:
+        assert picture.size == size
+        assert picture.getpixel((5, 5))[0] == pytest.approx(sent[still], abs=2)
