@@ -28,6 +28,7 @@ from feeler.studio import (
     session,
     study,
     turning,
+    widget,
 )
 from feeler.studio.listener import Listener
 from feeler.studio.messages import unpack
@@ -435,6 +436,13 @@ def test_a_length_that_is_too_far_off_is_refused_with_the_lengths_that_are_not()
     assert OWN.replace(length=49 * length).make().length == pytest.approx(49 * length)
 
 
+def test_a_notebook_s_studio_begins_with_the_antenna_that_was_named(monkeypatch):
+    monkeypatch.setattr(widget, "_make_widget", lambda wish: wish)
+    assert widget.show_studio() == AntennaWish(preset="exponential")
+    assert widget.show_studio("linear") == AntennaWish(preset="linear")
+    assert widget.show_studio(make_antenna()).make() == make_antenna()
+
+
 def test_the_wish_for_an_antenna_is_that_antenna():
     assert wish_for(make_antenna()).make() == make_antenna()
     assert wish_for("linear") == AntennaWish(preset="linear")
@@ -732,13 +740,13 @@ def test_beliefs_stand_beside_their_own_samples_and_before_a_study_there_is_none
     row = np.full(5, 0.01)
     one.take(0.0, row)
     one.learn("study")
-    for time_ in (2.5, 10.0, 12.5):
+    for time_ in (2.5, 5.0, 12.5, 15.0):
         one.take(time_, row)
     one.learn("study")  # the same one is not begun anew
     _, arrays = one.give()
-    wanted = np.outer([0, 1, 1, 1, 2, 3], [0.3, 0.7])
+    wanted = np.outer([0, 1, 2, 2, 2, 3, 4], [0.3, 0.7])
     np.testing.assert_allclose(arrays["posterior"], wanted)
-    assert one.contact == 4 and heard == [(2.5, 2.5), (2.5, 10.0), (2.5, 12.5)]
+    assert one.contact == 2 and heard == [(2.5, time_) for time_ in (2.5, 5.0, 12.5, 15.0)]
 
 
 def test_a_number_that_is_no_angle_is_told():
