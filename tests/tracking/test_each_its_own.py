@@ -1,0 +1,299 @@
+"""Of several animals, landmarks, cameras and sides each keeps what is its own, and what is said of
+a tracker's file has its numbers.
+"""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from feeler.errors import InvalidInput
+from feeler.tracking import (
+    Tracks,
+    compute_antenna_angle,
+    exploration,
+    files,
+    find_sweeps,
+    load_tracks,
+    make_synthetic_tracks,
+    measure_exploration,
+    measure_posture,
+    trackers,
+    tracks,
+)
+from feeler.tracking.trackers import Found
+
+NAMES = ("nose", "left_tip", "elbow")
+
+
+def make_found(axes=2, n=4, **more):
+    """Places that say which frame, landmark and axis they are of."""
+    frame, landmark, axis = np.meshgrid(np.arange(n), np.arange(3), np.arange(axes), indexing="ij")
+    position = 100.0 * frame + 10.0 * landmark + axis + 1.0
+    return Found(names=NAMES, position=position, **{"frame_rate": 250.0, "software": "x"} | more)
+
+
+@pytest.fixture
+def read(monkeypatch):
+    """``load_tracks`` of what a tracker's file holds."""
+
+    def load(found, **how):
+        asked = []
+        monkeypatch.setattr(
+            tracks, "read_tracker", lambda path, individual: asked.append(individual) or found
+        )
+        loaded = load_tracks("folder/film.h5", **how)
+        assert asked == [how.get("individual")]
+        return loaded
+
+    return load
+
+
+@pytest.mark.parametrize(("origin", "sign"), [("top-left", -1.0), ("bottom-left", 1.0)])
+def test_the_first_pixel_is_taken_from_every_axis_and_y_is_turned_in_pictures_alone(
+    read, origin, sign
+):
+    flat = read(make_found(), origin=origin, first_pixel=1.5, individual="b")
+    np.testing.assert_array_equal(
+        flat.position, (make_found().position - 1.5) * np.array([1.0, sign])
+    )
+    for plane, axes in (("xz", [0, 2]), ("yz", [1, 2]), ("space", [0, 1, 2])):
+        seen = read(make_found(axes=3), origin=origin, first_pixel=0.5, plane=plane)
+        wanted = make_found(axes=3).position[:, :, axes] - 0.5
+        np.testing.assert_array_equal(seen.position, wanted)
+    assert flat.interval == 4.0 and flat.time.tolist() == [0.0, 4.0, 8.0, 12.0]
+
+
+def test_tracks_say_what_wrote_them_and_whether_anything_is_made_up(read):
+    notes = {"first frame": "7 of the film", "source": "a Synthetic film"}
+    made = read(make_found(notes=notes))
+    assert (made.source, made.notes) == ("synthetic", notes | {"software": "x"})
+    plain = read(make_found(software=""))
+    assert (plain.source, plain.notes) == ("tracked", {})
+
+
+def test_landmarks_that_are_chosen_keep_their_own_places_and_doubts(read):
+    """A frame as sure as was asked for counts; one that was not seen is not doubted too."""
+    likelihood = np.array([[0.9, 0.7, 0.2], [0.9, 0.6, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])
+    found = make_found(likelihood=likelihood)
+    found.position[3, 2] = np.nan
+    loaded = read(found, landmarks=("elbow", "left_tip"), min_likelihood=0.6, origin="bottom-left")
+    assert loaded.landmarks == ("elbow", "left_tip")
+    assert loaded.doubted == {"elbow": 2, "left_tip": 1}
+    seen = np.isfinite(loaded.position).all(axis=2)
+    assert seen.tolist() == [[False, True], [True, True], [False, False], [False, True]]
+    np.testing.assert_array_equal(loaded.of("elbow")[1], found.position[1, 2])
+    named = read(make_found(software="sleap-anipose"), landmarks=("a", "b", "c"))
+    assert named.landmarks == ("a", "b", "c")
+    with pytest.raises(InvalidInput, match="no landmark 'tail'; the tracks hold nose, left_tip"):
+        read(make_found(), landmarks=("elbow", "tail"))
+
+
+@pytest.mark.parametrize(
+    ("rate", "given", "interval"), [(250.0, None, 4.0), (250.0, 400.0, 2.5), (2.5, None, 400.0)]
+)
+def test_a_film_has_the_rate_that_was_given_or_else_its_own(read, rate, given, interval):
+    assert read(make_found(frame_rate=rate), frame_rate=given).interval == pytest.approx(interval)
+
+
+@pytest.mark.parametrize(
+    ("found", "match"),
+    [
+        ({"frame_rate": 2.0}, r"film\.h5 claims 2 frames/s, which no film"),
+        ({"frame_rate": None}, r"film\.h5 does not say how many frames a second"),
+        ({"notes": {"clock": "3 gaps"}}, r"film\.h5 has no even clock: 3 gaps"),
+    ],
+)
+def test_a_rate_that_cannot_be_is_asked_for_by_the_file_s_name(read, found, match):
+    with pytest.raises(InvalidInput, match=match):
+        read(make_found(**found))
+
+
+def test_a_camera_says_which_of_how_many_it_is(tmp_path):
+    cameras = (1, 2, 5)
+    head = ",".join(f"pt{p}_cam{c}_{a}" for p in (1, 2) for c in cameras for a in "XY")
+    row = ",".join(
+        str(100 * p + 10 * c + (a == "Y")) for p in (1, 2) for c in cameras for a in "XY"
+    )
+    (tmp_path / "t.csv").write_text(f"{head}\n{row}\n{row}\n")
+    loaded = load_tracks(tmp_path / "t.csv", frame_rate=100, camera=5, origin="bottom-left")
+    assert loaded.notes["camera"] == "5 of 3 (--camera chooses)"
+    assert loaded.landmarks == ("pt1", "pt2") and loaded.notes["software"] == "DLTdv"
+    np.testing.assert_array_equal(loaded.position[0], [[149, 150], [249, 250]])
+
+
+def test_a_film_cut_from_the_middle_says_its_first_frame_and_each_animal_has_its_own(tmp_path):
+    head = "track,frame_idx,nose.x,nose.y,nose.score,tip.x,tip.y,tip.score"
+    rows = [
+        ("b", 12, 1), ("a", 11, 2), ("b", 10, 3), ("a", 13, 4), ("b", 13, 5), ("a", 12, 6),
+    ]  # fmt: skip
+    lines = [f"{t},{f},{k}.0,{k}.1,0.9,{k}.2,{k}.3,0.8" for t, f, k in rows]
+    (tmp_path / "s.csv").write_text("\n".join([head, *lines]))
+    how = {"frame_rate": 50, "origin": "bottom-left"}
+    for animal, first, kept in (("b", 10, [3, np.nan, 1, 5]), ("a", 11, [2, 6, 4])):
+        loaded = load_tracks(tmp_path / "s.csv", individual=animal, **how)
+        assert loaded.notes["first frame"] == f"{first} of the film"
+        np.testing.assert_allclose(loaded.of("tip")[:, 0], np.array(kept) + 0.2)
+        np.testing.assert_allclose(loaded.of("nose")[:, 1], np.array(kept) + 0.1)
+    with pytest.raises(InvalidInput, match=r"s\.csv has no individual 'c'; choose one of b, a"):
+        load_tracks(tmp_path / "s.csv", individual="c", **how)
+
+
+def test_what_all_animals_share_belongs_to_each_of_them():
+    """DeepLabCut calls it ``single``; a likelihood counts where every part has one."""
+    parts = [("a", "nose"), ("b", "nose"), ("single", "corner"), ("b", "tip"), ("a", "tip")]
+    labels = [(*part, axis) for part in parts for axis in ("x", "y", "likelihood")]
+    values = np.arange(30.0).reshape(2, 15)
+    for animal, columns in (("a", [0, 6, 12]), ("b", [3, 6, 9])):
+        found = trackers._gather(labels, values, np.arange(2), "f.csv", individual=animal)
+        order = [found.names.index(name) for name in ("nose", "corner", "tip")]
+        wanted = [[[row[c], row[c + 1]] for c in columns] for row in values]
+        np.testing.assert_array_equal(found.position[:, order], wanted)
+        np.testing.assert_array_equal(
+            found.likelihood[:, order], [[row[c + 2] for c in columns] for row in values]
+        )
+        assert found.individuals == ("a", "b") and found.software == "DeepLabCut"
+    with pytest.raises(InvalidInput, match=r"f\.csv holds several individuals; choose one of a, b"):
+        trackers._gather(labels, values, np.arange(2), "f.csv", individual=None)
+    bare = [label for label in labels if label != ("b", "tip", "likelihood")]
+    kept = [k for k, label in enumerate(labels) if label in bare]
+    found = trackers._gather(bare, values[:, kept], np.arange(2), "f.csv", individual="b")
+    assert found.likelihood is None
+
+
+def test_of_a_file_with_two_animals_each_has_its_own_frames_likelihood_and_source(monkeypatch):
+    position = np.arange(2 * 5 * 3 * 2.0).reshape(2, 5, 3, 2)
+    score = np.linspace(0, 1, 30).reshape(2, 5, 3)
+    about = {
+        "kind": "ndx-pose",
+        "names": [*NAMES],
+        "individuals": ["one", "two"],
+        "frames": [4, 3],
+        "sources": ["tracked", "synthetic"],
+        "flat": ["elbow", "nose"],
+        "frame_rate": 40.0,
+        "unit": "mm",
+    }
+    arrays = {"position": position, "likelihood": score}
+    monkeypatch.setattr(trackers, "open_guarded", lambda reader, path: (about, arrays))
+    for k, (animal, n) in enumerate((("one", 4), ("two", 3))):
+        found = trackers._read_hdf5_file(Path("a.nwb"), animal)
+        np.testing.assert_array_equal(found.position, position[k, :n])
+        np.testing.assert_array_equal(found.likelihood, score[k, :n])
+        assert found.notes == {"source": about["sources"][k], "without z": "elbow, nose"}
+        assert (found.frame_rate, found.unit, found.software) == (40.0, "mm", "ndx-pose")
+
+
+def make_walk(speed=1.0, source="tracked", seed=0):
+    """A synthetic animal whose two antennae differ."""
+    peaks = speed * np.deg2rad(90e-3), speed * np.deg2rad(60e-3)
+    made = make_synthetic_tracks(
+        np.random.default_rng(seed), peak_speed=peaks, duration=9000.0, noise=0.2
+    )
+    return made.replace(source=source)
+
+
+def test_an_exploration_keeps_each_trial_s_and_side_s_own_peaks_and_errors():
+    walks = [make_walk(), make_walk(2.0, source="synthetic", seed=1)]
+    options = {"cutoff": 4e-3, "max_gap": 3, "min_prominence": np.deg2rad(5.0) * 1e-3}
+    found = measure_exploration(walks, length=37.0, **options)
+    for k, walk in enumerate(walks):
+        for side, angle in enumerate(compute_antenna_angle(walk)):
+            one = find_sweeps(angle, walk.interval, **options)
+            assert found.mean_peak[k, side] == one.mean_peak
+            assert found.error[k, side] == one.error != one.noise
+            assert found.n_peaks[k, side] == one.peak_speed.size
+    assert (found.source, found.length) == ("synthetic", 37.0)
+    assert found.lateral_speed == pytest.approx(37.0 * found.mean_peak.mean())
+    assert measure_exploration(walks[:1]).source == "tracked"
+    named = exploration.measure_exploration(walks, landmarks={"tips": ("right_tip", "left_tip")})
+    assert named.sweeps[0][0].mean_peak == pytest.approx(
+        measure_exploration(walks).sweeps[0][1].mean_peak
+    )
+
+
+def test_each_antenna_hangs_on_its_own_base_and_one_that_is_left_out_has_no_angle():
+    names = ("left_tip", "right_tip", "head", "abdomen", "lb", "rb")
+    places = [[-5.0, 16.0], [9.0, 12.0], [0.0, 10.0], [0.0, 0.0], [-2.0, 12.0], [3.0, 11.0]]
+    walk = Tracks(position=np.array([places] * 2), landmarks=names, interval=10.0)
+    left, right = compute_antenna_angle(walk, bases=("lb", "rb"))[:, 0]
+    assert left == pytest.approx(np.arctan2(3, 4)) and right == pytest.approx(np.arctan2(6, 1))
+    one = compute_antenna_angle(walk, tips=("", "right_tip"), bases=("", "rb"))
+    assert np.isnan(one[0]).all() and one[1, 0] == pytest.approx(right)
+
+
+def test_a_posture_has_its_own_joints_pieces_and_units():
+    names = ("base", "near", "far", "tip")
+    places = np.array([[1.0, 2.0], [3.0, 2.0], [3.0, 5.0], [8.0, 5.0]])
+    walk = Tracks(position=np.array([places, places + 1]), landmarks=names, interval=10.0)
+    found = measure_posture(walk.scaled(2.0), names)
+    assert found["joint"].values.tolist() == ["near", "far"]
+    assert found["point"].values.tolist() == [*names]
+    np.testing.assert_allclose(found["piece_length"], [1.0, 1.5, 2.5])
+    np.testing.assert_allclose(found["heading"][1], [0.0, np.pi / 2, 0.0])
+    np.testing.assert_allclose(found["bend"][0], [np.pi / 2, -np.pi / 2])
+    np.testing.assert_allclose(found["curvature"][0], [np.pi / 2 / 1.25, -np.pi / 2 / 2.0])
+    np.testing.assert_allclose(found["position"][1], (places - places[0]) / 2.0)
+    units = [found[name].attrs["units"] for name in ("position", "bend", "curvature", "time")]
+    assert units == ["mm", "rad", "1/mm", "ms"]
+    back = measure_posture(walk, names[::-1])
+    np.testing.assert_allclose(back["bend"][0], [np.pi / 2, -np.pi / 2])
+    with pytest.raises(InvalidInput, match=r"at least 3 different landmarks .* got base, tip"):
+        measure_posture(walk, ("base", "tip"))
+
+
+def tell(monkeypatch, found):
+    monkeypatch.setattr(files, "read_tracker", lambda path, individual, first: found)
+    return files._load(Path("folder/film.h5"), None, False)
+
+
+def test_what_info_says_of_tracks_is_of_the_animal_that_it_names(monkeypatch):
+    """Its spans, the share that was seen, and of those the share that is doubted."""
+    likelihood = np.array([[0.9, 0.7, 0.2], [0.9, 0.5, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])
+    found = make_found(likelihood=likelihood, individuals=("b", "a"), notes={"clock": "odd"})
+    found.position[0, 2] = found.position[3, 1] = np.nan
+    lines = tell(monkeypatch, found)
+    assert lines == [
+        "by          x",
+        "landmarks   nose, left_tip, elbow",
+        "frames      4, frame rate 250 frames/s, as the file claims (--frame-rate mends it)",
+        "animals     b, a (--individual chooses); said of b:",
+        "x           1 … 321 [px]",
+        "y           2 … 322 [px]",
+        "seen        83.3% of places",
+        "doubted     50.0% of them (likelihood below 0.6)",
+        "clock       odd",
+        "next        feeler tracks film.h5 --tips left_tip, --body HEAD,ABDOMEN --individual b",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"names": ("a", "b", "c")}, "--tips LEFT,RIGHT --body HEAD,ABDOMEN"),
+        ({"names": ("head", "right_tip", "abdomen")}, "--tips ,right_tip"),
+        ({"names": ("left_tip", "right_tip", "head"), "frame_rate": 2.0},
+         "--body HEAD,ABDOMEN --frame-rate RATE"),
+        ({"names": ("left_tip", "right_tip", "head"), "frame_rate": 2.5}, "--body HEAD,ABDOMEN"),
+        ({"names": ("left_tip", "right_tip", "head"), "axes": 3, "frame_rate": None},
+         "--body HEAD,ABDOMEN --frame-rate RATE --plane space"),
+    ],
+)  # fmt: skip
+def test_the_next_command_asks_for_what_it_needs_and_no_more(monkeypatch, more, words):
+    made = make_found(axes=more.get("axes", 2))
+    found = Found(
+        names=more["names"], position=made.position, frame_rate=more.get("frame_rate", 250.0)
+    )
+    lines = tell(monkeypatch, found)
+    assert lines[-1] == f"next        feeler tracks film.h5 {words}"
+    assert lines[0] == "by          no tracker that is named"
+    if more.get("frame_rate", 1) is None:
+        assert lines[2] == "frames      4, frame rate not in the file (--frame-rate)"
+
+
+def test_a_file_without_a_frame_names_what_it_would_hold(monkeypatch):
+    found = SimpleNamespace(position=np.empty((0, 13, 2)), names=tuple(f"p{k}" for k in range(13)))
+    words = r"film\.h5 names p0, .*p11, … \(13 in all\), but holds no frame"
+    with pytest.raises(InvalidInput, match=words):
+        tell(monkeypatch, found)
