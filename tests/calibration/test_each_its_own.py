@@ -1,0 +1,338 @@
+"""Of several animals, points, quantities and searches each keeps what is its own; nothing is
+simulated.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from feeler.calibration import own, protocol, recording, trace
+from feeler.calibration.fitting import fit, make_starts
+from feeler.calibration.hinges import Band, Hinges, make_scale
+from feeler.calibration.identify import Profiles, bootstrap
+from feeler.calibration.protocol import Measured, Protocol
+from feeler.calibration.recording import Traces
+from feeler.calibration.targets import make_targets
+from feeler.errors import FeelerError, InvalidInput
+from tests.calibration.small_antenna import make_small
+
+TIME = np.arange(0.0, 60.0, 1.5)
+
+
+def swing(period, height):
+    """A trace that swings and dies down."""
+    return height * np.exp(-TIME / 30) * np.cos(2 * np.pi * TIME / period)
+
+
+def make_traces():
+    """Two animals, of which one has three points, in no order and of other heights."""
+    names = ("b@0.4", "a", "b", "b@0.7")
+    rows = [swing(20, 2.0), swing(25, -9.0), swing(20, 7.0), swing(20, 4.0)]
+    return Traces(time=TIME, displacement=np.array(rows), names=names)
+
+
+def test_an_animal_s_points_rise_and_stand_beside_their_own_places():
+    traces = make_traces()
+    assert traces.animals == ("b", "a")
+    places, rows = traces.take("b")
+    assert places.tolist() == [0.4, 0.7, 1.0] and rows[:, 0].tolist() == [2.0, 4.0, 7.0]
+    assert traces.take("a")[0].tolist() == [1.0]
+    with pytest.raises(InvalidInput, match=r"trace 'c@1\.5': what follows @ is a fraction"):
+        recording.get_place("c@1.5")
+
+
+def test_fitted_traces_stand_in_the_order_of_the_recorded_ones_each_with_its_own_release(
+    monkeypatch,
+):
+    asked = []
+
+    def simulate(hinges, xs, how, time, places, shifts):
+        asked.append((xs, places.tolist(), shifts))
+        return np.array([[np.full(4, 10 * xs[0] + place) for place in places]])
+
+    monkeypatch.setattr(own, "_simulate_steps", simulate)
+    found = [SimpleNamespace(x=1.0, shift=0.3), SimpleNamespace(x=2.0, shift=0.7)]
+    rows = own._simulate_all(make_traces(), None, found, None)
+    assert rows[:, 0].tolist() == [10.4, 21.0, 11.0, 10.7]
+    assert asked == [([1.0], [0.4, 0.7, 1.0], [0.3]), ([2.0], [1.0], [0.7])]
+
+
+def test_a_step_is_told_as_a_share_of_the_last_place_while_it_is_held():
+    """Two vectors and two places; one vector's trace begins later than its release."""
+    antenna = make_small()
+    step = np.linspace(0.0, 90.0, 181)
+    moved = [np.array([[0.5 * a], [2.0 * a]]) * np.exp(-step / 20) for a in (1.0, 3.0)]
+    asked = []
+
+    def run(antennas, places):
+        asked.append((len(antennas), list(places)))
+        return [(step, one) for one in moved]
+
+    how = SimpleNamespace(simulate_steps=run)
+    hinges, time = make_scale(antenna), np.array([0.0, 4.0, 10.0])
+    xs = [np.zeros(2), np.ones(2)]
+    found = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [0.0, 5.0])
+    assert asked == [(2, [0.3, 1.0])]
+    for one, shift in zip(found, (0.0, 5.0), strict=True):
+        wanted = np.array([[0.25], [1.0]]) * np.exp(-(time + shift) / 20)
+        np.testing.assert_allclose(one, wanted, rtol=1e-6)
+    early = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [-3.0, 0.0])[0]
+    np.testing.assert_allclose(early[:, 0], [0.25, 1.0])  # it is held before
+    with pytest.raises(FeelerError, match="no"):
+        failed = SimpleNamespace(simulate_steps=lambda *given: [FeelerError("no")])
+        own._simulate_steps(hinges, xs[:1], failed, time)
+
+
+def test_what_is_fitted_is_every_point_as_a_share_of_the_outermost(monkeypatch):
+    goals = []
+    monkeypatch.setattr(own, "_fit_targets", lambda *given: (np.zeros(2), 0.0))
+
+    def stop(residual, start, **how):
+        residual(start)
+        return SimpleNamespace(x=start, cost=0.5, jac=np.eye(len(start)))
+
+    monkeypatch.setattr(own, "least_squares", stop)
+    monkeypatch.setattr(own, "_simulate_steps", lambda *given: np.ones((1, 3, TIME.size)))
+    monkeypatch.setattr(own, "_subtract", lambda some, goal: goals.append(goal) or some)
+    traces = make_traces()
+    fitted = own._fit_one(traces, "b", make_scale(make_small()), Protocol(), "trace")
+    rows = traces.take("b")[1] / 7.0
+    np.testing.assert_allclose(goals[0], rows.ravel())
+    assert fitted.residual == pytest.approx(1 / np.linalg.norm(rows)) and fitted.shift == 0.0
+
+
+def test_what_other_numbers_can_undo_is_taken_away():
+    jacobian = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, 0.0]])
+    others = np.array([[1.0], [1.0], [0.0]])
+    left = own._project(jacobian, others)
+    np.testing.assert_allclose(others.T @ left, 0.0, atol=1e-12)
+    np.testing.assert_allclose(left, [[0.5, 0.5], [-0.5, -0.5], [3.0, 0.0]], atol=1e-12)
+    assert own._project(jacobian, np.empty((3, 0))) is jacobian
+
+
+def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():
+    xs = np.array([[0.1, 0.5], [0.3, 0.4], [0.8, 0.9]])
+    middle, covariance, reach, words = own._measure_spread(xs, np.eye(2), 0.9, 50)
+    np.testing.assert_allclose(middle, xs.mean(axis=0))
+    np.testing.assert_allclose(np.diag(covariance), xs.var(axis=0, ddof=1) / 3)
+    assert covariance[0, 1] == pytest.approx(np.cov(xs.T)[0, 1] / 3)
+    assert reach == pytest.approx(2.919986, rel=1e-6) and "3 animals" in words  # t(0.95, 2)
+    one = own._measure_spread(xs[:1], 4 * np.eye(2), 0.95, 12)
+    assert one[2] == pytest.approx(2.228139, rel=1e-6)  # t(0.975, 10)
+    np.testing.assert_array_equal(one[1], 4 * np.eye(2))
+
+
+def test_a_protocol_measures_each_quantity_of_each_antenna_in_the_experiment_that_shows_it(
+    monkeypatch,
+):
+    """One antenna cannot be held, and keeps its error."""
+    done = []
+
+    def add(self, outcomes, antennas, make, durations, read):
+        done.append((make.__name__, durations))
+        for k, (outcome, antenna) in enumerate(zip(outcomes, antennas, strict=True)):
+            if k == 1:
+                outcome["error"] = FeelerError("no")
+            name = "frequency" if "step" in make.__name__ else "ratio_86"
+            outcome[name] = antenna.length + (name == "frequency")
+
+    monkeypatch.setattr(Protocol, "_add", add)
+    antennas = [make_small(), make_small(), make_small().replace(segment_length=np.full(12, 5.0))]
+    how = Protocol(step_duration=111.0, speed=0.25)
+    found = how.measure_many(antennas, ["ratio_86", "frequency"])
+    assert isinstance(found[1], FeelerError)
+    assert found[0].values.tolist() == [42.0, 43.0] and found[2].values.tolist() == [60.0, 61.0]
+    assert found[0].names == ("ratio_86", "frequency")
+    longest = [2.0 + share * 60.0 / 0.25 + 5.0 for share in (0.35, 0.6)]
+    assert sorted(done) == [("_impulse_scene", longest), ("_step_scene", [80.0, 111.0])]
+    done.clear()
+    Protocol(step_duration=50.0).measure_many(antennas, ["frequency"])
+    assert done == [("_step_scene", [50.0])]
+    with pytest.raises(FeelerError, match="no"):
+        raise how.measure_many(antennas[:2], ["frequency"])[1]
+
+
+def test_experiments_are_done_as_the_protocol_says(monkeypatch):
+    asked = []
+    monkeypatch.setattr(protocol, "hold", lambda *given: np.full(12, 0.01))
+    monkeypatch.setattr(
+        protocol, "make_impulse_scene", lambda antenna, **how: asked.append(how) or "scene"
+    )
+    monkeypatch.setattr(protocol, "make_groups", lambda scenes, engine: [[1, 0]])
+
+    def run(scenes, clock, engine):
+        asked.append((scenes, clock.duration, clock.sample_interval, clock.timestep, engine))
+        return scenes
+
+    monkeypatch.setattr(protocol, "run_group", run)
+    how = Protocol(speed=0.3, lever=7.0, sample_interval=0.2, timestep=0.01, engine="chain")
+    assert how._impulse_scene(make_small()) == "scene"
+    assert how._run(["first", "second"], 33.0) == ["first", "second"]
+    assert asked == [
+        {"speed": 0.3, "lever": 7.0},
+        (["second", "first"], 33.0, 0.2, 0.01, "chain"),
+    ]
+
+
+def test_an_overdamped_antenna_has_no_frequency_and_a_ratio_of_one_at_least(monkeypatch):
+    free = SimpleNamespace(overdamped=True)
+    monkeypatch.setattr(protocol, "measure_free_response", lambda *given, **how: free)
+    motion = SimpleNamespace(time=TIME, angle=np.zeros((TIME.size, 12)))
+    for ratio, told in ((0.4, 1.0), (3.5, 3.5)):
+        monkeypatch.setattr(
+            protocol, "compute_modes", lambda *_, r=ratio: SimpleNamespace(damping_ratio=[r])
+        )
+        read = Protocol()._read_step
+        assert read(make_small(), None, motion, False) is None  # it is run for longer first
+        found = read(make_small(), None, motion, True)
+        assert found == {"overdamped": True, "frequency": 0.0, "damping_ratio": told}
+        kept = protocol._collect(found, ("damping_ratio", "frequency"))
+        assert (kept.values.tolist(), kept.overdamped) == ([told, 0.0], True)
+    unknown = protocol._collect(found, ("ratio_71",))
+    assert "unknown quantity 'ratio_71'" in str(unknown)
+
+
+def test_points_are_followed_at_their_share_of_the_length_of_uneven_segments():
+    antenna = make_small().replace(segment_length=np.linspace(6.0, 1.0, 12))
+    angle = 0.02 * np.ones((3, 12)) * np.array([[0.0], [1.0], [2.0]])
+    places = (0.31, 0.77, 1.0)
+    found = protocol._follow(antenna, SimpleNamespace(angle=angle), places)
+    for place, row in zip(places, found, strict=True):
+        for k in range(3):
+            line, rest = antenna.shape(angle[k]), antenna.shape()
+            arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(rest, axis=0), axis=1)))
+            wanted = np.interp(place * arc[-1], arc, (line - rest)[:, 0])
+            assert row[k] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_an_interval_reaches_over_all_values_below_the_level_and_no_others():
+    value = np.array([[1.0, 2.0, 3.0, 4.0, 5.0], [10.0, 20.0, 30.0, 40.0, 50.0]])
+    error = np.array([[0.9, 0.2, 0.1, 0.3, 0.2], [0.1, 0.2, 0.9, 0.9, 0.4]])
+    some = Profiles(names=("k", "c"), value=value, error=error, others=None)
+    assert some.find_interval(0, 0.2) == (2.0, 5.0)
+    assert some.find_interval(1, 0.4) == (10.0, 50.0)
+    with pytest.raises(InvalidInput, match=r"no value of c reaches an error of 0\.05"):
+        some.find_interval(1, 0.05)
+
+
+def test_draws_are_means_of_as_many_animals_as_there_were():
+    """Of two targets with other spreads, through a plain derivative; cut at the bounds."""
+    antenna = make_small()
+    family = make_scale(antenna)
+    targets = make_targets(frequency=(0.02, 0.004), damping_ratio=(0.3, 0.03))
+    problem = SimpleNamespace(hinges=family, targets=targets)
+    known = SimpleNamespace(jacobian=np.diag([2.0, -0.5]))
+    for n_animals in (4, 9):
+        drawn = bootstrap.__wrapped__(
+            problem,
+            family.start,
+            np.random.default_rng(0),
+            n_draws=6000,
+            n_animals=n_animals,
+            directions=known,
+        )
+        spread = np.log(drawn).std(axis=0)
+        shares = np.array([0.2, 0.1]) / np.sqrt(n_animals)
+        np.testing.assert_allclose(spread, shares / [2.0, 0.5], rtol=0.05)
+
+
+def test_searches_are_told_one_by_one_and_the_best_is_kept(monkeypatch):
+    errors, told = [0.5, 0.2, 0.9], []
+    asked = []
+
+    def search(problem, start, method, most):
+        asked.append((start.tolist(), method, most))
+        return SimpleNamespace(error=errors[len(asked) - 1], p=start)
+
+    monkeypatch.setattr("feeler.calibration.fitting.search", search)
+    measured = Measured(names=("frequency",), values=np.array([0.02]))
+    problem = SimpleNamespace(
+        hinges=SimpleNamespace(names=("k", "c"), start=np.ones(2)),
+        score=lambda p: (measured, 10 * p[0], 10 * p[1]),
+    )
+    starts = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
+    found = fit.__wrapped__(
+        problem, starts, method="powell", max_evaluations=17,
+        progress=lambda *given: told.append((given[0], given[1], given[2].error, given[3])),
+    )  # fmt: skip
+    assert asked == [(start.tolist(), "powell", 17) for start in starts]
+    assert told == [(1, 3, 0.5, 0.5), (2, 3, 0.2, 0.2), (3, 3, 0.9, 0.2)]
+    assert (found.p.tolist(), found.error, found.symmetric_accuracy) == ([3.0, 4.0], 30.0, 40.0)
+    assert [one.error for one in found.minima] == errors
+
+
+def make_family(**more):
+    """Two parameters, of which one may be negative."""
+    known = {
+        "name": "own",
+        "names": ("stiff", "rate"),
+        "units": ("N", "1/joint"),
+        "positive": (True, False),
+        "start": np.array([2.0, -0.1]),
+        "low": np.array([0.5, -0.4]),
+        "high": np.array([8.0, 0.4]),
+        "build": lambda p: p,
+    }
+    return Hinges(**known | more)
+
+
+def test_a_family_s_numbers_are_searched_each_in_its_own_way():
+    family = make_family()
+    np.testing.assert_allclose(family.to_x([2.0, -0.1]), [np.log(2.0), -0.1])
+    np.testing.assert_allclose(family.to_p([[np.log(3.0), 0.2]] * 2), [[3.0, 0.2]] * 2)
+    np.testing.assert_allclose(family.scale, [1.0, 0.1])
+    np.testing.assert_allclose(family.bounds, [[np.log(0.5), -0.4], [np.log(8.0), 0.4]])
+    starts = make_starts(family, 200, np.random.default_rng(1), spread=0.3)
+    np.testing.assert_allclose(starts[0], family.start)
+    moved = np.array([family.to_x(p) for p in starts[1:]]) - family.to_x(family.start)
+    np.testing.assert_allclose(moved.std(axis=0), [0.3, 0.03], rtol=0.15)
+    with pytest.raises(InvalidInput, match=r"rate starts at 0\.7, outside its bounds -0\.4 to"):
+        make_family(start=np.array([2.0, 0.7]))
+    with pytest.raises(InvalidInput, match="one of each for every parameter, got names 3, units 2"):
+        make_family(names=("a", "b", "c"))
+    with pytest.raises(InvalidInput, match="lower bound of a positive parameter must be > 0"):
+        make_family(low=np.array([0.0, -0.4]))
+
+
+def test_a_band_is_known_best_where_it_is_narrowest_each_quantity_for_itself():
+    place = np.array([0.0, 0.4, 0.9])
+    middle = np.ones((2, 3))
+    factor = np.array([[1.5, 1.2, 3.0], [1.1, 4.0, 2.0]])
+    words = Band(place=place, middle=middle, low=middle / factor, high=middle * factor).describe()
+    assert words == (
+        "stiffness is known best at 0.40 of the length (within a factor of 1.2) and worst at 0.90"
+        " (3); damping is known best at 0.00 of the length (within a factor of 1.1) and worst at"
+        " 0.40 (4)."
+    )
+
+
+def test_times_and_frames_become_milliseconds_since_the_first(tmp_path):
+    rows = "\n".join(f"{4 + k},{v:.6g},{2 * v:.6g}" for k, v in enumerate(swing(20, 3.0)))
+    for column, how, step in (("frame", {"frame_rate": 400.0}, 2.5), ("time_s", {}, 1000.0)):
+        (tmp_path / "t.csv").write_text(f"{column},x,y@0.5\n{rows}\n")
+        traces = recording.load_traces(tmp_path / "t.csv", **how)
+        np.testing.assert_allclose(traces.time[:3], [0.0, step, 2 * step])
+        assert traces.names == ("x", "y@0.5") and traces.source == "recorded"
+        np.testing.assert_allclose(traces.displacement[1], 2 * traces.displacement[0], rtol=1e-5)
+    with pytest.raises(InvalidInput, match="a frame rate is for a column called frame"):
+        recording.load_traces(tmp_path / "t.csv", frame_rate=30.0)
+
+
+def test_a_release_is_the_last_held_sample_of_either_sign_and_rest_is_the_end_s():
+    fall = np.concatenate([np.full(9, 5.0), 5.0 * np.exp(-np.arange(1, 60) / 4)])
+    for sign, level in ((1, 0.0), (-1, 12.0)):
+        last, rest = trace.find_release(level + sign * fall)
+        assert last == 8 and rest == pytest.approx(level, abs=0.01)
+    late = np.concatenate([fall[5:], np.zeros(5)])
+    with pytest.raises(InvalidInput, match="let go within the first 5 samples"):
+        trace.find_release(late, "animal")
+
+
+def test_targets_keep_their_names_beside_their_own_values():
+    targets = make_targets("t", "synthetic", damping_ratio=(0.3, 0.02), frequency=0.02)
+    assert (targets.names, targets.spreads.tolist()) == (("damping_ratio", "frequency"), [0.02, 0])
+    assert [one.unit for one in targets.targets] == ["1", "kHz"]
+    other = targets.with_values(np.array([0.5, 0.03]))
+    assert other.values.tolist() == [0.5, 0.03] and other.spreads.tolist() == [0.02, 0.0]
+    assert targets.only("frequency").values.tolist() == [0.02]
