@@ -77,6 +77,7 @@ def test_trial_k_touches_antenna_k_modulo_their_number_and_says_so():
 def test_a_trial_s_seed_is_that_of_its_number_whoever_it_is_beside():
     whole = make_set()
     assert whole["seed"].values.tolist() == [spawn(5, k) for k in range(3)]
+    assert json.loads(whole.attrs["configuration"])["seed"] == 5
     made = make_job().list_made([7, 2], list_trials()[:2])
     assert [one["seed"] for one in made] == [spawn(5, 7), spawn(5, 2)]
     assert [one["location"] for one in made] == [0.83, 0.52]
@@ -422,6 +423,9 @@ def test_a_disk_that_is_full_says_what_is_safe(tmp_path, monkeypatch):
                          coords="minimal", compat="override")  # fmt: skip
         with pytest.raises(StoreError, match="trials 5 to 7 are not stored; the"):
             store.append([5, 7], pair)
+        monkeypatch.setattr("feeler.tensors.store.write_atomic", fail)
+        with pytest.raises(StoreError, match="trials 2 to 2 are not stored; the 1 finished ones"):
+            store.append(2, make_trial(2))
         monkeypatch.undo()
         assert store.finished == {0}
 

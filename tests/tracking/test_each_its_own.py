@@ -250,7 +250,7 @@ def tell(monkeypatch, found):
 
 def test_what_info_says_of_tracks_is_of_the_animal_that_it_names(monkeypatch):
     """Its spans, the share that was seen, and of those the share that is doubted."""
-    likelihood = np.array([[0.9, 0.7, 0.2], [0.9, 0.5, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])
+    likelihood = np.array([[0.9, 0.7, 0.95], [0.9, 0.5, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])
     found = make_found(likelihood=likelihood, individuals=("b", "a"), notes={"clock": "odd"})
     found.position[0, 2] = found.position[3, 1] = np.nan
     lines = tell(monkeypatch, found)
