@@ -15,7 +15,8 @@ from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.recording import Traces
 from feeler.calibration.targets import make_targets
 from feeler.errors import FeelerError, InvalidInput
-from tests.calibration.small_antenna import make_small
+
+from .small_antenna import make_small
 
 TIME = np.arange(0.0, 60.0, 1.5)
 
