@@ -29,7 +29,7 @@ def compute(name: str) -> Path:
     if name == "space":
         return open_space.store_found(run_space(_JOURNAL))
     question = _STORED[name]
-    return question.store_found(question.compute(cockroach(), workers=1))
+    return question._store_found(question.compute(cockroach(), workers=1))
 
 
 def main() -> None:
