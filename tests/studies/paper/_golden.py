@@ -22,27 +22,33 @@ TOLERANCES = {
     r"^\| exponential .*accuracy, fixed bases, sparse|^\| profile \| fixed bases, sparse"
     r"|^fig5_classification .*'sparse'": (
         0.8,
-        0.2,
-        "24 readings of codes that are nearly 0; another BLAS moves a fifth of them",
+        0.4,
+        "24 readings of codes that are nearly 0; another processor moves up to 9 of them",
     ),
-    r"^\| exponential .*fixed bases, sparse": (
+    r"^\| (exponential|slower touch) .*fixed bases, sparse": (
         0.1,
-        0,
+        0.01,
         "the same codes; with another BLAS their spread moves by up to 6 %",
+    ),
+    r"^\| exponential, default set-up \||default_r2\.exponential|moved by a part in": (
+        0.3,
+        0,
+        "an antenna that sticks and slips: a hair of distance moves R² as far, as the page says",
     ),
     r"robot.fit_error|Minimum error of the robot|3\.36\de-07": (
         0.1,
         0,
         "the least of a sum of squares whose truth is near 0",
     ),
-    r"tradeoff\.whole\.relative|^\| (100 ms|whole touch) \|": (
+    r"tradeoff\.(whole|early)\.relative|tradeoff\.accuracy|^\| (100 ms|whole touch) \|": (
         0.02,
         0,
         "a fixed number of drawn touches; another BLAS names one more of them right",
     ),
 }
 """Lines whose numbers may be off further: relative, absolute, and why. Found by a run with another
-BLAS kernel and compiler target (OPENBLAS_CORETYPE=Nehalem NUMBA_CPU_NAME=generic)."""
+BLAS kernel and compiler target (OPENBLAS_CORETYPE=Nehalem NUMBA_CPU_NAME=generic), and by one on a
+processor without AVX-512."""
 NUMBER = re.compile(r"(?<![\w.])[-−]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 SENTENCE = re.compile(r"(?<=[.!?]) +(?=[A-ZΑ-Ω])")
 ROWS, CELLS, SILENT = ("tr", "dl"), ("td", "th", "dt", "dd"), ("style", "script", "nav")
