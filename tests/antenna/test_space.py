@@ -201,3 +201,23 @@ def test_a_file_holds_an_antenna_in_space(tmp_path):
 def test_a_file_that_is_wrong_names_the_key(old, new, words):
     with pytest.raises(InvalidInput, match=words):
         parse_antenna(BEAM.replace(old, new))
+
+
+def test_the_hinge_at_the_base_is_half_as_far_from_its_middle_in_every_way_that_it_turns():
+    """It is twice as stiff as the others of an even beam: in bending, across and in torsion."""
+    strip = {"width": 0.6, "thickness": 0.2, "modulus": 100.0, "density": 1e-3}
+    antenna = Antenna.from_beam(length=9.0, n_segments=9, planes=3, shear_modulus=40.0, **strip)
+    np.testing.assert_allclose(antenna.stiffness[:, 0], 2 * antenna.stiffness[:, 3], rtol=1e-12)
+    np.testing.assert_allclose(antenna.stiffness[:, 1:], antenna.stiffness[:, [3] * 8])
+
+
+def test_each_mode_in_space_has_the_damping_of_its_own_plane():
+    """Damping in proportion b to stiffness: a mode's ratio is b ω / 2, with b of its plane."""
+    shares = np.array([[0.02], [0.3]])
+    stiffness = make(2).stiffness * [[1.0], [2.7]]
+    found = compute_modes(make(2, stiffness=stiffness, damping=shares * stiffness), 4)
+    plane = np.abs(found.angle).sum(axis=2).argmax(axis=1)
+    assert sorted(plane) == [0] * (plane == 0).sum() + [1] * (plane == 1).sum()
+    assert np.count_nonzero(np.diff(plane)) > 1  # the planes' modes lie between each other's
+    expected = shares[plane, 0] * 2 * np.pi * found.frequency / 2
+    np.testing.assert_allclose(found.damping_ratio, expected, rtol=1e-9)

@@ -316,3 +316,14 @@ def test_copies_made_wrong_differ_and_one_made_right_does_not():
     right = measure_tolerance(ANTENNA, TASK, copies=1, share=1e-12)[0]
     assert first.bits != second.bits
     assert right.bits == pytest.approx(feeler.design.score(ANTENNA, TASK).bits, abs=1e-6)
+
+
+def test_a_share_of_damping_is_lacked_as_far_as_the_worst_mode_lacks_it(monkeypatch):
+    from feeler.design import constraints
+
+    ratios = {"own": np.array([0.9, 0.2, 0.5]), "reference": np.array([0.8, 0.7, 0.6])}
+    monkeypatch.setattr(
+        constraints, "compute_modes", lambda name, n: SimpleNamespace(damping_ratio=ratios[name])
+    )
+    lacks = constraints.Constraints(damping_share=1.0, modes=3).check("own", "reference")
+    assert lacks == {"damping_share": pytest.approx(np.log(0.7 / 0.2))}

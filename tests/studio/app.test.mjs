@@ -592,6 +592,20 @@ test("by hand everything goes where the hand is, no faster than it may, at the p
   }
 });
 
+test("a new run by hand begins where the antenna stands and follows nothing that was asked of the run before", async () => {
+  const { config, touches } = given.host, [{ wish }] = touches, said = [], host = new Host(config, (header, arrays) => said.push([header, arrays])), real = performance.now;
+  let now = 0;
+  performance.now = () => now;
+  const run = (id, until) => { host.take({ type: "hand", slot: "A", id, wish, pace: 0.5 }); if (id === 5) host.take({ type: "aim", what: -1, x: 3, y: 2, turn: -0.4 }); while (now < until) now += Math.max(host.work(0), 1); };
+  run(5, 400);
+  run(6, 800);
+  performance.now = real;
+  const bases = (id) => said.filter(([one]) => one.part === "piece" && one.id === id).flatMap(([, arrays]) => [...arrays.base.data]);
+  const [first, second] = [bases(5), bases(6)];
+  assert.ok(second.length >= 3 && Math.abs(first.at(-3) - first[0]) > 0.5);
+  for (let k = 0; k < second.length; k++) assert.equal(second[k], second[k % 3]);
+});
+
 test("the pace of the hand is that of the clock", () => {
   const app = open(), panel = makeStagePanel(app), rate = panel.element.find((one) => one.named["aria-label"] === "Slow motion");
   for (const value of [0.3, 1, 0.01]) {

@@ -468,3 +468,26 @@ test("the clock says the moment shown, to a tenth where it goes slowly, and each
   const find = (one) => (one["aria-label"] === "Slow motion" ? one : one.children && one.children.map(find).find(Boolean));
   assert.deepEqual(find(panel.element).children.map((one) => one.words), ["100 × slower", "33 × slower", "10 × slower", "3.3 × slower", "real time"]);
 });
+
+test("of touches alike in kind and place, the row of the one of the same size is outlined", () => {
+  for (const size of [3, 1.5, 2]) {
+    const sizes = [3, 1.5, 2], labels = sizes.map((one) => ["box", one, 0.7]);
+    const panel = makeSetPanel(makeApp({ studies: { A: { ...study(), labels } } }, { touch: { kind: "box", size, location: 0.7 } }));
+    panel.redraw?.();
+    panel.element.find("choice").children[0].heard.click({});
+    near(panel.element.find("matrix").getContext("2d").boxes.at(-1).y, (sizes.indexOf(size) * 400) / 3);
+  }
+});
+
+test("where total compliance is kept, a handle that is pressed and not moved stays as it was", () => {
+  const original = { stiffness: [100, 20, 5, 1], damping: [40, 20, 10, 4], handles: { stiffness: [[0, 100], [0.5, 10], [1, 1]], damping: [[0, 40], [1, 4]] } };
+  const wish = { preset: "x", matched: true, stiffness: [[0, 300], [0.4, 30], [1, 9]] };
+  const app = makeApp({ slot: "A", editing: "stiffness", findOriginal: () => original, root: { querySelector: () => new Element() } }, { A: structuredClone(wish) }), { made, ink } = paint(makeEditor, app);
+  const grips = ink.fills.filter((one) => one.ink === "card").map((one) => one.points[0].slice(0, 2));
+  assert.equal(grips.length, 3);
+  const [x, y] = grips[1];
+  made.element.tell("pointerdown", { clientX: x, clientY: y, pointerId: 1 });
+  made.element.tell("pointermove", { clientX: x, clientY: y });
+  made.element.tell("pointerup", {});
+  all(app.store.state.A.stiffness, wish.stiffness, 1e-6);
+});

@@ -196,6 +196,7 @@ test("the resting level follows a slow drift, and contact is the third sample in
   assert.equal(at, 902);
   near(level[0], 0.003 * (1 - (1 - 1 / 300) ** 600), 1e-6); // as a mean over 300 samples that fades
   assert.equal(findOnset({ n: 1, samples: 903, data: Float64Array.from([...felt, 0.5, 0.5, 0.003]) }, 1).at, -1);
+  assert.equal(findOnset({ n: 1, samples: 906, data: Float64Array.from([...felt, 0.5, 0.5, 0.003, 0.5, 0.5, 0.003]) }, 1).at, -1); // none of four is the third in a row
 });
 
 /** @param {number} [seed] */

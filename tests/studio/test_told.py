@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from awkward_touches import make_antenna
+from matplotlib.figure import Figure
 
 import feeler
 from feeler.antenna.file import write_antenna
@@ -802,3 +803,16 @@ def test_a_touch_in_space_tells_its_mode_once_it_is_exact(monkeypatch, preview):
     end = said[-1][0]
     assert (end["part"], end["preview"], "mode" in end) == ("end", preview, not preview)
     assert {(header["slot"], header["id"]) for header, _ in said} == {("B", 2)}
+
+
+def test_a_movie_s_picture_holds_all_that_the_antenna_reaches_base_at_the_left():
+    """In the picture a point x, y of feeler's plane stands at y along and −x across."""
+    points = np.array(
+        [[[0.0, 0.0], [-2.0, 6.0], [-7.0, 11.0]], [[0.0, 0.0], [1.0, 6.0], [3.0, 12.0]]]
+    )
+    ax = Figure().subplots()
+    drawing._set_limits(ax, points)
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    assert left < 0.0 and right > 12.0
+    room = 0.25 * 12.0
+    assert (low, high) == pytest.approx((-3.0 - room, 7.0 + room))

@@ -297,3 +297,32 @@ def test_a_file_without_a_frame_names_what_it_would_hold(monkeypatch):
     words = r"film\.h5 names p0, .*p11, … \(13 in all\), but holds no frame"
     with pytest.raises(InvalidInput, match=words):
         tell(monkeypatch, found)
+
+
+def test_one_frame_that_stretches_a_piece_bends_no_other_frame():
+    """Lengths are medians over frames, so that curvature is the bend over what pieces are long."""
+    pieces = np.array([[2.0, 0.0], [0.0, 3.0]])
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(pieces, axis=0)])
+    position = np.stack([places] * 4 + [9 * places])
+    walk = Tracks(position=position, landmarks=NAMES, interval=10.0)
+    found = measure_posture(walk, NAMES)
+    np.testing.assert_allclose(found["piece_length"], [2.0, 3.0])
+    np.testing.assert_allclose(found["curvature"], (np.pi / 2) / 2.5)
+
+
+def test_a_trial_s_bridged_and_missing_frames_are_those_of_both_sides():
+    from feeler.cli.tracks import _describe
+
+    sides = [SimpleNamespace(bridged=3, missing=1), SimpleNamespace(bridged=4, missing=7)]
+    result = SimpleNamespace(
+        mean_peak=np.ones((1, 2)),
+        error=np.ones((1, 2)),
+        n_peaks=np.ones((1, 2)),
+        sweeps=[sides],
+        mean=1.0,
+        lateral_speed=0.7,
+        length=40.0,
+        source="x",
+    )
+    said = _describe([Path("a.csv")], [SimpleNamespace(doubted=0)], result)
+    assert (said["trials"][0]["bridged"], said["trials"][0]["missing"]) == (7, 8)

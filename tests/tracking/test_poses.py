@@ -195,3 +195,18 @@ def test_frames_that_are_not_evenly_spaced_are_said(tmp_path):
     with pytest.raises(InvalidInput, match=r"no even clock: its frames are 40 to 120 ms apart"):
         load_tracks(tmp_path / "u.nwb")
     assert load_tracks(tmp_path / "u.nwb", frame_rate=25).n_frames == 28
+
+
+def test_each_film_begins_a_pause_after_the_one_before_has_ended(tmp_path, trials):
+    from pynwb import NWBHDF5IO
+
+    from feeler.tensors.nwb import PAUSE
+
+    films = [trials[1], trials[0], trials[1]]
+    save_poses(films, tmp_path / "a.nwb", session_start=START, identifier="walk")
+    with NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
+        table = io.read().trials
+        start, stop = np.array(table["start_time"][:]), np.array(table["stop_time"][:])
+    assert start[0] == 0.0
+    np.testing.assert_allclose(start[1:], stop[:-1] + PAUSE)
+    np.testing.assert_allclose(stop - start, [film.time[-1] * 1e-3 for film in films])

@@ -316,3 +316,23 @@ def test_tensors_of_a_wall_carry_the_numbers_of_its_set_up(posture, angle):
             data["angle"][k], sensed - touch.antenna.rest_angle[antenna.sensors - 1][:, None]
         )
         np.testing.assert_allclose(data["tip"][k], touch.points[k, :, -1])
+
+
+def test_what_a_sliding_wall_bends_most_is_beyond_the_slack_shape():
+    """A hooked antenna, pressed a little elsewhere: the dot is where it was pressed."""
+    from feeler.plotting.wall import Shapes
+
+    hook, pressed = np.zeros(N), np.zeros(N)
+    hook[60:66], pressed[18:24] = 0.3, 0.05
+    antenna = ANTENNA.replace(rest_angle=hook)
+    touch = SimpleNamespace(
+        antenna=antenna,
+        posture=Posture(),
+        motions=[SimpleNamespace(angle=np.stack([hook, hook + pressed]))],
+        contact=np.array([[False, True]]),
+        inverted=np.array([[False, True]]),
+        distance=np.array([[12.0, 11.0]]),
+        points=np.stack([antenna.shape(hook), antenna.shape(hook + pressed)])[None],
+    )
+    near_peak = antenna.shape(hook + pressed)[21]
+    np.testing.assert_allclose(Shapes.of_slides(touch).peak[0], near_peak, atol=2 * STEP)

@@ -6,6 +6,7 @@ import pytest
 from feeler.studies.paper.choices import (
     _CHOICES,
     _choose,
+    _choose_sensors,
     _count_agreement,
     _iterate_choices,
     _make_table,
@@ -75,3 +76,11 @@ def test_planted_order_agrees_and_its_reverse_does_not():
     header, cells = _make_table(rows)
     assert cells[-1][header.index("right, MSE")] == f"{len(rows)} of {len(rows)} agree"
     assert len(cells) == len(rows) + 1 and all(len(line) == len(header) for line in cells)
+
+
+@pytest.mark.parametrize(
+    ("which", "expected"),
+    [("all", [0, 1, 2, 3, 4, 5, 6]), ("every second", [1, 3, 5]), ("distal half", [3, 4, 5, 6])],
+)
+def test_sensors_are_chosen_from_the_end_that_is_named(which, expected):
+    assert np.arange(7)[_choose_sensors(7, which)].tolist() == expected

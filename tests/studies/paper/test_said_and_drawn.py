@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from scipy import stats
 
 from feeler.decoding.sweep import Sweep
 from feeler.dispersion import INDICES, Interval
@@ -33,6 +34,7 @@ from feeler.studies.paper import (
     movieS2,
     open_active,
     open_bounds,
+    open_speed,
     story,
 )
 from feeler.studies.paper.claims import load_claims
@@ -486,3 +488,32 @@ def test_every_code_s_row_stands_below_its_own_headers(section, monkeypatch):
             "p": found.p_information,
         }
         assert row == {name: str(value) for name, value in wanted.items()}
+
+
+def test_a_speed_s_best_accuracy_and_its_interval_are_in_percent():
+    dims = {"set": 3, "speed": 2, "level": 2, "window": 6}
+    rng = np.random.default_rng(8)
+    windows = ["whole touch", "7 mm, 5 samples", "30 ms", "20 ms", "50 ms", "90 ms"]
+    fields = {
+        name: (tuple(dims), rng.uniform(0.3, 0.7, tuple(dims.values())))
+        for name in ("bits", "accuracy")
+    }
+    fields |= {name: (("set", "speed"), np.ones((3, 2))) for name in ("work", "force")}
+    coords = {"speed": [0.1, 0.4], "level": ["a", "b"], "window": windows}
+    coords |= {name: ("window", np.arange(6)) for name in ("kind", "value")}
+    measured = {"exponential": xr.Dataset(fields, coords)}
+    study = SimpleNamespace(
+        shown={"common": "b"},
+        windows={"matched_distance": 7, "matched_samples": 5, "deadlines": [20, 90]},
+        sets=3,
+        headline={"common": 0.02},
+    )
+    found = open_speed._collect_values(measured, study)
+    for deadline in (20, 90):
+        own = 100 * measured["exponential"]["accuracy"].sel(level="b", window=f"{deadline} ms")
+        best = own.isel(speed=int(own.mean("set").argmax("speed"))).values
+        half = stats.t.ppf(0.975, 2) * best.std(ddof=1) / np.sqrt(3)
+        said = found[f"tradeoff.accuracy.{deadline}"]
+        assert said["value"] == pytest.approx(best.mean())
+        ends = [best.mean() - half, best.mean() + half]
+        assert [said["low"], said["high"]] == pytest.approx(ends)
