@@ -491,3 +491,19 @@ test("where total compliance is kept, a handle that is pressed and not moved sta
   made.element.tell("pointerup", {});
   all(app.store.state.A.stiffness, wish.stiffness, 1e-6);
 });
+
+test("another gain makes the spikes of the same touch anew", () => {
+  const record = makeRecord(4, 6, { ...ANTENNA, sensors: [1, 2, 4] }), app = makeApp({ records: { A: record, B: makeRecord() }, refresh() {} }), panel = makeSpikePanel(app);
+  panel.element.children.at(-1).open = true;
+  panel.redraw();
+  const heard = (gain) => { const nerve = new Nerve(3, 4, gain); for (let k = 0; k < N; k++) nerve.push((sensor) => record.angle(sensor, k)); return nerve; };
+  const inputs = [], seek = (one) => { if (one.heard?.input) inputs.push(one); (one.children || []).forEach(seek); };
+  seek(panel.element);
+  assert.equal(inputs.length, 1);
+  for (const value of [6, 90]) {
+    Object.assign(inputs[0], { value: String(Math.log10(value)) }).heard.input({ target: inputs[0] });
+    panel.redraw();
+    assert.equal(panel.element.find("raster").getContext("2d").rects.length - 2, heard(value).spikes.length);
+  }
+  assert.ok(heard(90).spikes.length > heard(6).spikes.length);
+});
