@@ -23,6 +23,7 @@ from feeler.studies.paper import (
     fig3,
     fig3_family,
     fig4,
+    fig4a,
     fig5,
     fig5_bending,
     fig5_complete,
@@ -517,3 +518,35 @@ def test_a_speed_s_best_accuracy_and_its_interval_are_in_percent():
         assert said["value"] == pytest.approx(best.mean())
         ends = [best.mean() - half, best.mean() + half]
         assert [said["low"], said["high"]] == pytest.approx(ends)
+
+
+def test_speeds_in_the_paper_s_window_and_of_whole_touches_stand_under_their_own_names(monkeypatch):
+    drawn = {}
+    monkeypatch.setattr(
+        fig5_speed, "plot_sweep", lambda sweep, ax, **_: drawn.setdefault(sweep.name, ax)
+    )
+    cut, whole = ({"0.1 m/s": SimpleNamespace(name=name, chance=0.2)} for name in ("cut", "whole"))
+    figure = Figure()
+    fig5_speed.plot(cut, whole, figure)
+    titles = [drawn[name].get_title() for name in ("cut", "whole")]
+    assert titles == list(WINDOWS) and "complete" in titles[1]
+    assert [ax.get_title() for ax in figure.axes] == titles
+
+
+def test_the_touch_that_is_taken_apart_is_the_slow_one_of_the_smaller_ball(monkeypatch):
+    monkeypatch.setattr(fig4a, "prepare", lambda chosen: chosen["number"].values)
+    monkeypatch.setattr(fig4a, "reconstruct", lambda bases, code: code)
+    columns = {
+        "feature": ["box", "ball", "ball", "ball", "ball", "ball"],
+        "location": [0.4, 0.4, 0.4, 0.7, 0.4, 0.4],
+        "speed": [0.1, 0.3, 0.1, 0.1, 0.1, 0.3],
+        "size": [1.0, 0.5, 2.0, 0.6, 1.5, 3.0],
+        "number": [0, 1, 2, 3, 4, 5],
+    }
+    tensors = xr.Dataset({name: ("trial", values) for name, values in columns.items()})
+    data = SimpleNamespace(
+        examples={"box 0.4": np.zeros(2), "ball 0.4": np.ones(2)},
+        ranks=[7],
+        encoders={7: SimpleNamespace(components_=np.ones(3))},
+    )
+    assert fig4a.take(data, tensors).touch == 4
