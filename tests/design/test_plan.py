@@ -327,3 +327,17 @@ def test_a_share_of_damping_is_lacked_as_far_as_the_worst_mode_lacks_it(monkeypa
     )
     lacks = constraints.Constraints(damping_share=1.0, modes=3).check("own", "reference")
     assert lacks == {"damping_share": pytest.approx(np.log(0.7 / 0.2))}
+
+
+def test_each_hinge_is_cut_from_the_thickest_sheet_of_which_a_strip_is_soft_enough():
+    from feeler.design.making import WIDEST
+    from feeler.robot.hinge import ROBOT_FACTS
+
+    sheets, modulus, several = (0.125, 0.025, 0.05, 0.1), ROBOT_FACTS["modulus"].number, 0
+    strips = make_strips(ANTENNA, length=0.5, sheets=sheets)
+    for stiffness, thickness in zip(ANTENNA.stiffness, strips.thickness, strict=True):
+        width = {sheet: 12 * stiffness * 0.5 / (modulus * sheet**3) for sheet in sheets}
+        fits = [sheet for sheet in sheets if 0.5 <= width[sheet] <= WIDEST]
+        several += len(fits) > 1
+        assert not fits or thickness == max(fits)
+    assert several

@@ -14,7 +14,7 @@ from feeler.plotting.turn import describe_turnable
 from feeler.presets import make_preset
 from feeler.report import Section
 from feeler.report.page import render_page
-from feeler.stimulus import Ball, Peg, Wall
+from feeler.stimulus import Ball, Box, Peg, Wall
 from feeler.tensors.posture import reconstruct_posture
 
 RADIUS = 1.3
@@ -112,3 +112,19 @@ def test_only_a_page_with_a_turnable_view_carries_its_script(tmp_path):
     page = render_page("A touch", "", [section])
     assert "drawScene" in page
     assert page.count("<canvas") == 1
+
+
+def test_a_solid_s_edges_stand_in_its_own_frame():
+    """A corner (a, b, c) of the feature is at the origin + a, b and c along the frame's axes."""
+    from feeler.plotting import turn
+
+    frame = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]  # three axes at right angles
+    origin = [3.0, -1.0, 7.0]
+    box = Box(half_width=0.7, half_height=1.9)
+    lines = np.concatenate(list(turn._list_lines(box, np.array(origin), np.array(frame), 9.0)))
+    wanted = [
+        [origin[k] + sum(corner[axis] * frame[axis][k] for axis in range(3)) for k in range(3)]
+        for corner in np.concatenate(turn.list_solids(box))
+    ]
+    far = np.linalg.norm(lines[:, None] - np.array(wanted), axis=2)
+    assert far.min(axis=1).max() < 1e-9

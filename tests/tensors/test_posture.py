@@ -50,3 +50,26 @@ def test_another_antenna_is_refused():
     )
     with pytest.raises(InvalidInput, match="has 9"):
         reconstruct_posture(tensors, short)
+
+
+def test_curvature_in_space_is_that_of_both_bendings_and_not_of_torsion():
+    import xarray as xr
+
+    from feeler.tensors.posture import compute_bend
+
+    antenna = feeler.Antenna.from_beam(
+        length=8.0,
+        n_segments=4,
+        planes=3,
+        radius=0.1,
+        modulus=90.0,
+        shear_modulus=30.0,
+        density=1e-3,
+    )
+    angle = np.random.default_rng(3).normal(0, 0.2, (1, 5, 3, 4))
+    tensors = xr.Dataset(
+        {"angle": (("trial", "time", "plane", "sensor"), angle, {"units": "rad"})},
+        {"segment": ("sensor", np.arange(1, 5))},
+    )
+    expected = np.sqrt(angle[0, :, 0] ** 2 + angle[0, :, 1] ** 2) / 2.0
+    np.testing.assert_allclose(compute_bend(tensors, antenna), expected)

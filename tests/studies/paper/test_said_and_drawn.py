@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from scipy import stats
 
 from feeler.decoding.sweep import Sweep
@@ -17,6 +18,7 @@ from feeler.report import Section
 from feeler.studies.contests import load_contest, load_stored
 from feeler.studies.paper import (
     fig1,
+    fig1_compliance,
     fig2b,
     fig2b_fit,
     fig2e,
@@ -550,3 +552,21 @@ def test_the_touch_that_is_taken_apart_is_the_slow_one_of_the_smaller_ball(monke
         encoders={7: SimpleNamespace(components_=np.ones(3))},
     )
     assert fig4a.take(data, tensors).touch == 4
+
+
+def test_a_sensor_of_the_drawing_stands_at_its_own_hinge(monkeypatch):
+    points = np.arange(12.0).reshape(6, 2) ** 2
+    found = SimpleNamespace(values=points[None, None])
+    monkeypatch.setattr(fig1_compliance, "reconstruct_posture", lambda *_: found)
+    placed = SimpleNamespace(origin=np.zeros(2), velocity=np.zeros(2), forward=None)
+    monkeypatch.setattr(fig1_compliance, "place", lambda *_: placed)
+    monkeypatch.setattr(fig1_compliance, "make_patch", lambda *_: Circle((0, 0), 1.0))
+    monkeypatch.setattr(fig1_compliance, "plot_posture", lambda *_, **__: None)
+    monkeypatch.setattr(fig1_compliance, "in_unit", lambda *_: SimpleNamespace(values=[0.0]))
+    antenna = SimpleNamespace(sensors=np.array([1, 3, 5]), length=9.0)  # counted from 1
+    ax = Figure().subplots()
+    active, trial = np.array([True, False, True]), SimpleNamespace(shape=None)
+    fig1_compliance._draw(antenna, trial, {"time": None}, 0, active, ax)
+    silent, felt = (line.get_xydata() for line in ax.lines)
+    np.testing.assert_array_equal(silent, points[[2]])
+    np.testing.assert_array_equal(felt, points[[0, 4]])
