@@ -570,3 +570,22 @@ def test_a_sensor_of_the_drawing_stands_at_its_own_hinge(monkeypatch):
     silent, felt = (line.get_xydata() for line in ax.lines)
     np.testing.assert_array_equal(silent, points[[2]])
     np.testing.assert_array_equal(felt, points[[0, 4]])
+
+
+@pytest.mark.parametrize(
+    ("own", "moved", "said"),
+    [
+        (0.4, [0.61, 0.3, 0.5, 0.42], "R² of soft lies between 0.3 and 0.61 as every"),
+        (0.7, [0.61, 0.5, 0.5, 0.42], "R² of soft lies between 0.42 and 0.7 as every"),
+        (np.nan, [np.nan] * 4, ""),
+        (0.4, [0.4, np.nan, 0.4, 0.4], ""),
+    ],
+)
+def test_how_far_a_hair_moves_r2_is_said_where_there_is_a_map(monkeypatch, own, moved, said):
+    monkeypatch.setattr(fig3, "_row", lambda name, _: [name])
+    texts = []
+    section = SimpleNamespace(table=lambda *_: None, text=texts.append)
+    maps = {"soft": SimpleNamespace(r2=own)}
+    data = SimpleNamespace(maps=maps, default_maps=maps, straight=maps, moved_r2=moved)
+    fig3._list_maps(section, data)
+    assert (said in texts[0]) if said else not texts
