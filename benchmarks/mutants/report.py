@@ -16,8 +16,9 @@ from pathlib import Path
 PAPER = Path("src/feeler/studies/paper")
 COMPARE = """
 from pathlib import Path
-from tests.studies.paper._golden import compare, read_kept, write_golden
-print("\\n".join(compare(read_kept(), write_golden(Path({out!r})))[0]))
+from tests.golden import compare, read_kept
+from tests.studies.paper._golden import KEPT, TOLERANCES, write_golden
+print("\\n".join(compare(read_kept(KEPT), write_golden(Path({out!r})), TOLERANCES)[0]))
 """
 Edit = tuple[tuple[int, int], tuple[int, int], str]
 """Where it begins and ends, and what stands there then."""

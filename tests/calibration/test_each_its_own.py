@@ -297,15 +297,19 @@ def test_a_family_s_numbers_are_searched_each_in_its_own_way():
 
 
 def test_a_band_is_known_best_where_it_is_narrowest_each_quantity_for_itself():
-    place = np.array([0.0, 0.4, 0.9])
-    middle = np.ones((2, 3))
-    factor = np.array([[1.5, 1.2, 3.0], [1.1, 4.0, 2.0]])
-    words = Band(place=place, middle=middle, low=middle / factor, high=middle * factor).describe()
-    assert words == (
+    def describe(factor):
+        place, middle = np.array([0.0, 0.4, 0.9]), np.ones((2, 3))
+        return Band(
+            place=place, middle=middle, low=middle / factor, high=middle * factor
+        ).describe()
+
+    assert describe(np.array([[1.5, 1.2, 3.0], [1.1, 4.0, 2.0]])) == (
         "stiffness is known best at 0.40 of the length (within a factor of 1.2) and worst at 0.90"
         " (3); damping is known best at 0.00 of the length (within a factor of 1.1) and worst at"
         " 0.40 (4)."
     )
+    alike = describe(np.array([[1.5, 1.2, 3.0], np.full(3, 1.41) * (1 + 1e-13 * np.arange(3))]))
+    assert alike.endswith("0.90 (3); damping is known within a factor of 1.41 everywhere.")
 
 
 def test_times_and_frames_become_milliseconds_since_the_first(tmp_path):

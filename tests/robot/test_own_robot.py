@@ -394,3 +394,11 @@ def test_a_moulded_robot_is_the_beam_of_its_material(tmp_path):
         path.write_text(wrong)
         with pytest.raises(InvalidInput, match=message):
             load_robot(path)
+
+
+@pytest.mark.parametrize("robots", [1, 2])
+def test_too_few_robots_to_learn_from_are_refused_in_words(robots):
+    """With one held out nothing is left that differs."""
+    trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
+    with pytest.raises(InvalidInput, match=r"3 or more|two groups"):
+        make_classifier(trials=trials, robots=robots)

@@ -253,6 +253,9 @@ class Band:
         for name, low, high in zip(("stiffness", "damping"), self.low, self.high, strict=True):
             factor = np.sqrt(high / low)
             best, worst = int(factor.argmin()), int(factor.argmax())
+            if np.allclose(factor, factor[best], rtol=_STEP):
+                parts.append(f"{name} is known within a factor of {factor[best]:.3g} everywhere")
+                continue
             parts.append(
                 f"{name} is known best at {self.place[best]:.2f} of the length (within a factor of"
                 f" {factor[best]:.3g}) and worst at {self.place[worst]:.2f} ({factor[worst]:.3g})"

@@ -252,7 +252,7 @@ def classify(
     outside: Outside = "refuse",
     gaps: Gaps = "bridge",
     robots: Annotated[
-        int, typer.Option(min=2, help="surrogate robots whose touches are learned")
+        int, typer.Option(min=3, help="surrogate robots whose touches are learned")
     ] = 24,
     engine: Engine = None,
     timestep: Timestep = None,

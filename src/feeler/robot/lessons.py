@@ -10,6 +10,7 @@ from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding.clouds import CloudReader, Others
 from feeler.decoding.decoder import StreamDecoder
+from feeler.errors import InvalidInput
 from feeler.progress import show_progress
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import Touches, touch_robots
@@ -133,4 +134,10 @@ def make_classifier(
     if lessons is None:
         lessons = draw_lessons(antenna, trials, robots=robots, seed=seed, **how)
     values, labels, groups, strangers = lessons.gather()
-    return CloudReader().fit(values, labels, groups, strangers)
+    try:
+        return CloudReader().fit(values, labels, groups, strangers)
+    except np.linalg.LinAlgError as error:
+        raise InvalidInput(
+            f"{len(lessons.known)} surrogate robots are too few to learn from: with one held out"
+            " they must still differ. Ask for 3 or more; 24 are usual."
+        ) from error

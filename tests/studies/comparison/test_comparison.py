@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import feeler
-from feeler.decoding import list_groups
+from feeler.decoding import list_groups, make_lda, make_svm
 from feeler.dispersion import bootstrap_difference, compute_dispersion
 from feeler.encoding import LABELS, compute_histogram_entropy
 from feeler.report import Section
@@ -113,3 +113,26 @@ def test_the_picture_is_in_per_cent(compared):
 def test_one_antenna_is_no_comparison(sets):
     with pytest.raises(feeler.errors.InvalidInput, match="at least two antennas"):
         compare_antennas({"robot": sets["robot"]}, None, plan=SCALES["smoke"].plan)
+
+
+@pytest.mark.parametrize("reader", [make_lda(24), make_svm(24)])
+def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
+    """As many copies as a reader has components: the last one is a hair's, and scaled it was as
+    long as the others.
+    """
+    effort = SCALES["smoke"]
+    plan = effort.plan.replace(n_copies=3, other_copies=())
+    assert 3 * len(sets["robot"]["trial"]) == 24
+    rng = np.random.default_rng(1)
+    hair = {
+        name: data.assign(angle=data["angle"] * (1 + 1e-14 * rng.normal(size=data["angle"].shape)))
+        for name, data in sets.items()
+    }
+    found, moved = (
+        compare_antennas(
+            given, effort.make_encoder(random_state=0), plan=plan, reader=reader
+        ).curves.find("raw", "common")
+        for given in (sets, hair)
+    )
+    for name in sets:
+        np.testing.assert_array_equal(found[name].noisy, moved[name].noisy)

@@ -10,12 +10,14 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 from annotated_types import Len
+from sklearn.base import clone
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan
+from feeler.decoding.reader import READERS
 from feeler.dispersion import (
     INDICES,
     Dispersion,
@@ -161,7 +163,7 @@ def compare_antennas(
                 groups,
                 plan,
                 kinds=COMPARED_CODES,
-                reader=reader,
+                reader=_suit(reader, groups, plan),
                 random_state=random_state,
                 report=report,
             )
@@ -176,6 +178,18 @@ def compare_antennas(
             name: float(abs(in_unit(data["angle"], "rad")).max()) for name, data in tensors.items()
         },
     )
+
+
+def _suit(reader: str | Reader, groups: Mapping[str, Group], plan: Plan) -> Reader:
+    """The reader without the component that n copies leave to rounding: about their mean they span
+    n − 1.
+    """
+    suited = READERS[reader]() if isinstance(reader, str) else clone(reader)
+    key = "principalcomponents__n_components"
+    if not (kept := suited.get_params().get(key)):
+        return suited
+    fewest = min(len(g.labels) for g in groups.values()) * min((plan.n_copies, *plan.other_copies))
+    return suited.set_params(**{key: min(kept, fewest - 1)})
 
 
 def _compute_differences(
