@@ -80,9 +80,9 @@ hashes:  ## constraints.hashed.txt anew from constraints.txt (needs uv)
 size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
 	@$(BIN)/python benchmarks/size.py
 
-golden: $(BIN)/.test  ## keep what the smoke run shows and what verbs give anew, and print what has changed, for review
+golden: $(BIN)/.test  ## keep anew what the smoke run and the studio show and what verbs give, and print what has changed, for review
 	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._golden out/golden
-	@PYTHONPATH=src $(BIN)/python -m tests.cli._golden
+	@for shown in cli studio; do PYTHONPATH=src $(BIN)/python -m tests.$$shown._golden; done
 
 $(BIN)/.mutants: $(BIN)/.test
 	@$(PIP) -e '.[test,mutants]'

@@ -6,6 +6,7 @@ a guard that starts no process, and a browser."""
 import gc
 import os
 import shutil
+from contextlib import contextmanager
 from importlib import resources
 
 import hypothesis
@@ -116,13 +117,9 @@ def guard_in_process(monkeypatch):
     )
 
 
-@pytest.fixture(scope="session")
-def chromium():
-    """A real Chromium that finds no other host, one for each worker; tests that need one are
-    skipped without it, but not where it is promised.
-    """
-    if not (CHROMIUM and DRIVER) and not os.environ.get("FEELER_NEEDS_CHROMIUM"):
-        pytest.skip("no Chromium with chromedriver: apt-get install chromium chromium-driver")
+@contextmanager
+def open_chromium():
+    """A real Chromium that finds no other host."""
     from selenium import webdriver
     from selenium.webdriver.chrome.options import Options
     from selenium.webdriver.chrome.service import Service
@@ -133,8 +130,22 @@ def chromium():
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-    yield driver
-    driver.quit()
+    driver.set_script_timeout(30)
+    try:
+        yield driver
+    finally:
+        driver.quit()
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """One Chromium for each worker; tests that need one are skipped without it, but not where it is
+    promised.
+    """
+    if not (CHROMIUM and DRIVER) and not os.environ.get("FEELER_NEEDS_CHROMIUM"):
+        pytest.skip("no Chromium with chromedriver: apt-get install chromium chromium-driver")
+    with open_chromium() as driver:
+        yield driver
 
 
 def make_clean(driver):
