@@ -19,6 +19,11 @@ from feeler.physics.scene import Scene
 OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 
 
+NAMES = [
+    pytest.param(name, marks=pytest.mark.long if "Wall" in name else ()) for name in sorted(TASKS)
+]
+
+
 def make_task(**changes):
     return TouchTask(**{"features": OBJECTS, "pool": 16, "duration": 30.0} | changes)
 
@@ -27,7 +32,7 @@ def make_action(n, speed, turn=0.0, outputs=2):
     return {"action": np.tile([speed, turn], (n, 1)), "prediction": np.zeros((n, outputs))}
 
 
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("name", NAMES)
 def test_gymnasium_finds_nothing_wrong(name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that spaces are in mm and not in [-1, 1]

@@ -7,7 +7,10 @@ from gymnasium.utils.env_checker import check_env
 
 from feeler.active.environment import TASKS, make_env
 
-PLAIN = [name.replace("/", "/Plain") for name in TASKS]
+PLAIN = [
+    pytest.param(name.replace("/", "/Plain"), marks=pytest.mark.long if "Wall" in name else ())
+    for name in sorted(TASKS)
+]
 
 
 @pytest.mark.parametrize("name", PLAIN)

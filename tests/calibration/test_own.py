@@ -51,7 +51,7 @@ def hinges_tip(traces, x):
     return tip * (tip @ goal) / (tip @ tip)
 
 
-@pytest.mark.parametrize("by", ["trace", "targets"])
+@pytest.mark.parametrize("by", [pytest.param("trace", marks=pytest.mark.long), "targets"])
 def test_planted_factors_lie_in_their_interval(traces, by):
     result = fit_traces(traces, make_small(), by=by, confidence=0.99, protocol=QUICK)
     assert (

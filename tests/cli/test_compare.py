@@ -4,6 +4,8 @@ answers.
 
 import json
 
+import pytest
+
 from tests.cli._command import run
 
 OBJECT = """[[object]]
@@ -13,6 +15,7 @@ radius = 3.0
 """
 
 
+@pytest.mark.long
 def test_equal_antennas_have_equal_numbers_and_others_their_own(tmp_path):
     (tmp_path / "objects.toml").write_text(OBJECT)
     run("antenna", "twin.toml", "--preset", "robot", cwd=tmp_path)

@@ -121,6 +121,7 @@ def test_as_much_is_read_as_was_allowed(monkeypatch, tmp_path, verb, place, at):
     assert told[at].max_bytes == 2**28
 
 
+@pytest.mark.long
 def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
     """Its own touch is shown, its places are between its sensors, and its rate is the median's."""
     save(make_set(), tmp_path / "set.nc")

@@ -32,6 +32,7 @@ def read_page(path):
     return re.sub(r"data:[^\"]+", "", page)
 
 
+@pytest.mark.long
 def test_the_fitted_antenna_is_kept_and_its_numbers_stand_in_the_page(tmp_path):
     first = load_traces("synthetic_step")
     rows = [f"{t},{x}" for t, x in zip(first.time, first.displacement[0], strict=True)]

@@ -106,6 +106,7 @@ def test_flexures_are_cut_for_one_plane_and_say_so(make):
         make(EVEN)
 
 
+@pytest.mark.long
 def test_the_verb_searches_in_space_and_refuses_the_robot(tmp_path):
     feeler.save_antenna(TWISTING, tmp_path / "small.toml")
     plan = tmp_path / "task.toml"

@@ -222,6 +222,7 @@ def test_engines_agree_on_a_touch():
 STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
     options = {"engine": engine, "timestep": 0.02}

@@ -20,7 +20,9 @@ from feeler.physics.simulation import build_scene
 from .scenes import make_stub, touch
 
 
-@pytest.mark.parametrize("kind", ["ball", "box", "triangle"])
+@pytest.mark.parametrize(
+    "kind", ["ball", *(pytest.param(k, marks=pytest.mark.long) for k in ("box", "triangle"))]
+)
 @pytest.mark.parametrize("wanted", [0.02, 0.002])
 def test_the_error_is_below_what_was_asked_for(kind, wanted):
     scene = touch(kind, 1.0, n=30, contact="smooth", speed=0.6)
@@ -30,6 +32,7 @@ def test_the_error_is_below_what_was_asked_for(kind, wanted):
     assert accuracy.compute_error(scene, found, fine) <= 1.5 * wanted
 
 
+@pytest.mark.long
 def test_only_what_needs_it_is_refined():
     slow, fast = (touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0))
     easy, hard = accuracy.run_in_time([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)

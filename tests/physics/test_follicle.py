@@ -84,6 +84,7 @@ def test_lanes_with_and_without_a_follicle_do_not_know_each_other():
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 
+@pytest.mark.long
 def test_a_flow_across_bends_a_beam_and_pushes_its_follicle():
     """Load per length w = c u: base force w L, moment w L²/2, tip at w L⁴/8EI + w L/k."""
     length, wind, stiff = 30.0, 0.2, 0.004
@@ -106,6 +107,7 @@ def test_a_flow_across_bends_a_beam_and_pushes_its_follicle():
     assert runs.tip[2] == pytest.approx(load * (length**4 / 8 / bend + length / stiff), rel=5e-3)
 
 
+@pytest.mark.long
 def test_a_follicle_is_kept_in_files_and_moments():
     antenna = make(2, 5, follicle=SOFT)
     assert parse_antenna(write_antenna(antenna)).antenna == antenna

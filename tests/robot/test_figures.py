@@ -113,6 +113,7 @@ def run(tmp_path, monkeypatch):
     return invoke
 
 
+@pytest.mark.long
 def test_the_way_from_a_table_to_an_answer(run):
     recording = EXAMPLES["recording"]
     checked = run("robot", "check", recording, "--calibration", "calibration.json")

@@ -149,6 +149,7 @@ def test_the_tip_of_sensed_hinges_is_the_whole_tip_where_the_others_are_straight
         compute_tip(robot, np.zeros((7, 5)))
 
 
+@pytest.mark.long
 def test_classify_names_objects_of_ones_own_with_probability_and_truth(lab):
     said = run(
         "robot",

@@ -173,6 +173,7 @@ def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quie
     assert bad == []
 
 
+@pytest.mark.long
 def test_every_switch_and_key_of_the_page_works(browser, quiet_page):
     open_page(browser, quiet_page)
     for name, words in (

@@ -21,7 +21,7 @@ SIZES = [
     (1280, 720),
     pytest.param(1366, 768, marks=pytest.mark.long),
     pytest.param(1440, 900, marks=pytest.mark.long),
-    (1920, 1080),
+    pytest.param(1920, 1080, marks=pytest.mark.long),
 ]
 
 

@@ -84,7 +84,9 @@ def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, wo
         run(store=tmp_path / "a.zarr")
 
 
-@pytest.mark.parametrize(("address", "size"), [(None, 2), ("local:1", 1)])
+@pytest.mark.parametrize(
+    ("address", "size"), [(None, 2), pytest.param("local:1", 1, marks=pytest.mark.long)]
+)
 def test_the_verb_takes_a_cluster(client, tmp_path, address, size):
     places = [option for k in range(9) for option in ("--location", str(0.5 + 0.01 * k))]
     command = [
