@@ -22,7 +22,9 @@ TOLERANCES = {
         "pixels: letters are as wide as the machine's",
     ),
 }
-LISTEN = """let seed = 7;  // the same spikes each time
+LISTEN = """const later = window.setTimeout;  // nothing is learned but when a step asks for it
+window.setTimeout = (act, ...more) => String(act).includes('.study()') ? 0 : later(act, ...more);
+let seed = 7;  // the same spikes each time
 Math.random = () => (seed = (16807 * seed) % 2147483647) / 2147483647;
 const plain = CanvasRenderingContext2D.prototype;
 const add = (c, kind, ...told) => (c.canvas.drawn ||= []).push([kind, ...told]);
