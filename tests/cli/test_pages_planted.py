@@ -100,6 +100,16 @@ def test_answers_are_shown_with_their_probability_and_their_runner_up(figures, t
     assert bar.get_ylabel() == "angle [°]"
     top = np.degrees(np.abs(aligned).max())
     assert panel.images[0].get_clim() == pytest.approx((-top, top))
+    assert panel.images[0].get_extent() == [-0.5, 19.5, 0.5, 4.5]  # channels count from 1
+
+
+def test_a_touch_like_none_that_was_learned_is_called_so_on_the_page_too(figures, tmp_path):
+    fields = {"known": True, "probability": 0.8, "runner_up": None, "runner_up_probability": 0.0}
+    answer = Answer(label=("ball", 0.9, 0.27), truth={}, strangeness=7.877, **fields)
+    robot_pages.write_answers(tmp_path, [{"file": "a.csv"}], [answer], np.ones((1, 2, 5)))
+    words = read_words(tmp_path / "robot.html")
+    assert "a.csv unlike any touch known (7.88 × the limit); nearest: ball at 0.9" in words
+    assert "1 recording." in words
 
 
 def test_a_released_tip_is_drawn_in_millimetres_over_milliseconds(figures, tmp_path):

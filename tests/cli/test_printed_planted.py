@@ -481,7 +481,9 @@ def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
     plant(
         monkeypatch,
         comparison,
-        compare_antennas=lambda *_, **__: SimpleNamespace(list_rows=lambda: [("bits", "1", "2")]),
+        compare_antennas=lambda *_, **__: SimpleNamespace(
+            names=("robot", "constant"), list_rows=lambda: [("bits", "1", "2")]
+        ),
     )
     plant(monkeypatch, comparison, write_comparison=lambda _, out, words: said.append(words) or out)
     words = run(
@@ -497,7 +499,8 @@ def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
         "--out",
         tmp_path / "c.html",
     )
-    assert re.search(r"^bits +1 +2$", words, re.MULTILINE)
+    assert re.search(r"^ +robot +constant\nbits +1 +2$", words, re.MULTILINE)
+    assert "means over noise of 20 %: of each touch's own signal" in said[0]
     timestep, count, speed = read(
         r"Scale smoke, seed 4, engine chain-consistent, timestep # ms, # touches at # m/s\. ",
         said[0],

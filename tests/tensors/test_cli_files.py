@@ -141,3 +141,21 @@ def test_progress_is_quiet_without_a_terminal_and_json_on_request():
         progress(1, 2)
         progress(2, 2)
     assert "touches" in screen.getvalue() and "2/2" in screen.getvalue()
+
+
+def test_info_says_whole_numbers_whole_and_lists_in_the_file_s_order(tmp_path, tensors):
+    """Base to tip, as the lengths stand in the file."""
+    long = tensors.assign_coords(
+        segment_length=("sensor", [20.0, 3.0, 12.5], {"units": "mm"}),
+        seed=("trial", [3767050000, 803260001]),
+    )
+    save(long, tmp_path / "set.nc")
+    out = " ".join(call("info", tmp_path / "set.nc").output.split())
+    assert "segment_length 20, 3, 12.5 [mm]" in out and "seed 3767050000, 803260001" in out
+
+
+def test_what_tracks_writes_of_a_posture_is_valid_as_it_is(tmp_path):
+    angles = {"bend": ("joint", [0.1, 0.2]), "piece_length": ("piece", [1.0, 2.0, 3.0])}
+    xr.Dataset(angles).to_netcdf(tmp_path / "a.posture.nc", engine="h5netcdf")
+    found = call("validate", tmp_path / "a.posture.nc")
+    assert (found.exit_code, found.output) == (0, f"{tmp_path / 'a.posture.nc'}: valid\n")

@@ -76,14 +76,18 @@ def compare(
         random_state=seed,
         report=lambda line: typer.echo(line, err=as_json),
     )
-    for title, *cells in [] if as_json else data.list_rows():
+    heading = ("", *data.names)
+    for title, *cells in [] if as_json else [heading, *data.list_rows()]:
         typer.echo(f"{title:52}" + "".join(f"  {cell:>27}" for cell in cells))
+    ratios = ", ".join(f"{100 * ratio:g}" for ratio in effort.plan.ratios)
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep"
         f" {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at {speed:g} m/s."
         " Complete touches, equally many samples of each antenna until its last touch lets go: "
         + ", ".join(f"{name} {end:.0f} ms" for name, end in ends.items())
-        + f". Read by {reader}. {describe_versions()}"
+        + f". Read by {reader}. Accuracies are means over noise of {ratios} %: of each touch's own"
+        " signal (relative), or of the greatest signal of all antennae (common)."
+        f" {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
     if as_json:

@@ -17,7 +17,8 @@ from feeler.cli.say import Json, say_json
 def follow(
     antenna: Annotated[str, typer.Argument(help="preset or antenna file (TOML)")] = "exponential",
     turn: Annotated[
-        float, typer.Option(help="turn of the wall [degrees], positive towards the body")
+        float,
+        typer.Option(min=-80, max=80, help="turn of the wall [degrees], positive towards the body"),
     ] = 30.0,
     speed: Annotated[float, typer.Option(help="speed of the body [m/s]")] = 0.45,
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
@@ -58,4 +59,6 @@ def follow(
             else "it never touched, so there was no estimate"
         )
         words += f", {off} (map R² {run.map.r2:.3f})"
+    if oracle:
+        words += "; it steered by the true distance: the antenna and --friction did not count"
     typer.echo(words)

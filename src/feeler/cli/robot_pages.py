@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.ticker import MaxNLocator
 
 from feeler.decoding.stream import StreamState
 from feeler.plotting.look import pick_shades
@@ -33,19 +34,22 @@ def write_answers(
                 np.degrees(values),
                 aspect="auto",
                 origin="lower",
+                interpolation="nearest",
+                extent=(-0.5, values.shape[1] - 0.5, 0.5, len(values) + 0.5),
                 cmap="RdBu_r",
                 vmin=-top,
                 vmax=top,
             )
             ax.set_title(name, fontsize=7)
             ax.set_ylabel("channel")
+            ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes[-1].set_xlabel("sample, aligned on the tip's first peak")
         figure.colorbar(image, ax=list(axes), label="angle [°]")
 
     rows = [
         [
             name,
-            name_touch(answer.label),
+            _answer(answer),
             answer.probability,
             _name(answer),
             name_notes(answer.truth) or "no notes",
@@ -56,7 +60,7 @@ def write_answers(
     return _write(
         out,
         "What the robot touched",
-        f"{len(names)} recordings.",
+        f"{len(names)} recording{'s' * (len(names) != 1)}.",
         title="Recordings and answers",
         numbers=list(found),
         caption="The angle of every channel against time, each recording aligned on the first peak"
@@ -93,7 +97,7 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
     return _write(
         out,
         "What the recordings hold",
-        f"{len(names)} recordings.",
+        f"{len(names)} recording{'s' * (len(names) != 1)}.",
         title="Recordings",
         numbers=rows,
         caption="Every channel, dark at the base, bright at the tip.",
@@ -268,6 +272,13 @@ def _write(
     if table:
         section.table(*table)
     return write_page(out / "robot.html", heading, lead, section)
+
+
+def _answer(answer: Answer) -> str:
+    """The best label; of a touch like none that was learned, only what is nearest."""
+    words = name_touch(answer.label)
+    unlike = f"unlike any touch known ({answer.strangeness:.3g} × the limit); nearest: {words}"
+    return unlike if answer.strange else words
 
 
 def _name(answer: Answer) -> str:

@@ -134,6 +134,11 @@ def make_classifier(
     if lessons is None:
         lessons = draw_lessons(antenna, trials, robots=robots, seed=seed, **how)
     values, labels, groups, strangers = lessons.gather()
+    if len({*labels}) < 2:
+        raise InvalidInput(
+            "there is nothing to tell apart: all touches that were felt are of one object, place"
+            " and speed. Give two or more of one of them (--objects, --locations, --speeds)."
+        )
     try:
         return CloudReader().fit(values, labels, groups, strangers)
     except np.linalg.LinAlgError as error:

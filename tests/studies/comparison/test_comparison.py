@@ -94,7 +94,8 @@ def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(
     words = " ".join(re.sub("<[^>]+>", " ", page).split())
     for (measure, name), one in compared.differences.items():
         row = f"{name} {100 * one.estimate:+.1f} {100 * one.low:+.1f} to {100 * one.high:+.1f}"
-        assert f"{measure.removeprefix('accuracy, ')} {row} {one.effect:.2f}" in words
+        row = f"{row} {one.effect:.2f}".replace("-0.0 ", "+0.0 ").replace("-0.00", "0.00")
+        assert f"{measure.removeprefix('accuracy, ')} {row}" in words
     for title, cells in rows.items():
         assert f"{title} {' '.join(cells)}" in words
 

@@ -5,6 +5,7 @@ import pytest
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.findings import (
+    OPEN,
     PLACE,
     _load_findings,
     choose_answer,
@@ -16,6 +17,7 @@ from feeler.studies.paper.findings import (
     list_unmet,
 )
 from feeler.studies.paper.reproduce import STAGES
+from feeler.studies.paper.story import _count_unsupported
 from feeler.studies.paper.verdicts import Judged
 
 
@@ -109,3 +111,23 @@ def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():
     for one, less in zip(full, empty, strict=True):
         assert "{" not in one["words"] + less["words"] and less["words"]
         assert len(less["words"]) <= len(one["words"])
+
+
+def test_what_no_definition_reproduces_is_counted_apart():
+    """Four claims of three statements: one is open and never reproduced, one is open and partly
+    so, one is no longer open.
+    """
+    claims = [one for one in load_claims() if one.whose == "paper" and one.definitions]
+    first, second, third = ({one.statement: one for one in claims}[name] for name in sorted(
+        {one.statement for one in claims})[:3])  # fmt: skip
+
+    def read(claim, verdict, *readings):
+        under = tuple(Judged(claim=claim, verdict=word, ours="", why="") for word in readings)
+        return Judged(claim=claim, verdict=verdict, ours="", why="", readings=under)
+
+    judged = [
+        read(first, OPEN, "not reproduced", "partly"),
+        read(second, OPEN, "reproduced", "not reproduced"),
+        read(third, "no evidence", "no evidence", "no evidence"),
+    ]
+    assert _count_unsupported(judged) == 1

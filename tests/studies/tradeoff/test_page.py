@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+import feeler
 from feeler.plotting.look import style
 from feeler.report import Section
 from feeler.studies.tradeoff import average_sets, find_best, load_declared, write_tradeoff
@@ -163,3 +164,16 @@ def test_the_legend_fits_into_the_figure(declared, measured, names):
     assert all(text.get_text().endswith(" m/s") for text in speeds.get_texts())
     said = [text.get_text() for text in antennas.get_texts()]
     assert said[: len(names)] == names and len(said) == len(names) + 2
+
+
+@pytest.mark.parametrize(("sets", "spread"), [(3, "95 % over sets"), (1, "One set of touches")])
+def test_the_page_counts_its_own_touches_and_has_no_interval_of_one_set(
+    measured, tmp_path, sets, spread
+):
+    """Two objects at five places are ten touches: 3.32 bits."""
+    objects = [feeler.Ball(radius=1.0), feeler.Box(half_width=2.0, half_height=1.0)]
+    study = load_declared(sets=sets, speeds=SPEEDS, objects=objects)
+    path = write_tradeoff({"toy": measured.isel(set=slice(0, sets))}, study, tmp_path)
+    page = path.read_text(encoding="utf-8")
+    assert "tells 10 touches apart" in page and "All 10 told apart are 3.32 bits." in page
+    assert spread in page and ("best by accuracy" in page, "(0.06…" in page)[1] == (sets > 1)

@@ -59,9 +59,9 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
                 [
                     measure.removeprefix("accuracy, "),
                     name,
-                    f"{100 * one.estimate:+.1f}",
-                    f"{100 * one.low:+.1f} to {100 * one.high:+.1f}",
-                    f"{one.effect:.2f}",
+                    _say_points(one.estimate),
+                    f"{_say_points(one.low)} to {_say_points(one.high)}",
+                    f"{round(one.effect, 2) + 0.0:.2f}",  # no −0.00
                 ]
                 for (measure, name), one in data.differences.items()
             ],
@@ -71,3 +71,8 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
         )
         section.text(conditions)
         return write_page(path, title, lead, section)
+
+
+def _say_points(share: float) -> str:
+    """Percentage points with their sign; nothing is +0.0."""
+    return f"{round(100 * share, 1) + 0.0:+.1f}"

@@ -35,11 +35,23 @@ def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged
         headlines=list_headlines(_collect_values(sections), claims),
         held=[words[word] for word in EVIDENCE],
         depends=words[OPEN],
+        never=_count_unsupported(claims),
         stated=words.total(),
         abstract=list_abstract(claims),
         failed=list_unmet(claims),
         **_find_movie(sections),
     )
+
+
+def _count_unsupported(claims: list[Judged]) -> int:
+    """Statements that depend on a definition and are reproduced by none that was tried."""
+    supported = {
+        one.claim.statement
+        for one in claims
+        if "reproduced" in {reading.verdict for reading in one.readings}
+    }
+    found = judge_statements(claims).items()
+    return sum(word == OPEN and name not in supported for name, word in found)
 
 
 def tell_story(

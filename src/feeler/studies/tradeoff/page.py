@@ -19,11 +19,13 @@ from feeler.studies.tradeoff.draw import UNITS_OF_NOISE, plot_tradeoff
 from feeler.tensors.unit import need
 
 _SHOWN = ("accuracy", "bits", "work", "force", "release", "speed", "level", "window", "kind")
-TRADEOFF_LEAD = (
-    "How well an ideal observer, who knows every touch exactly, tells thirty touches apart from the"
+_ASKED = (
+    "How well an ideal observer, who knows every touch exactly, tells {} touches apart from the"
     " noisy tensor, by time, by distance and by number of samples since contact; and what the touch"
-    " costs. Intervals are 95 % over sets of touches that were drawn anew."
+    " costs."
 )
+_SPREAD = "Intervals are 95 % over sets of touches that were drawn anew."
+TRADEOFF_LEAD = f"{_ASKED.format('thirty')} {_SPREAD}"
 
 
 @checked
@@ -53,9 +55,11 @@ def write_tradeoff(
         json.dumps({name: to_json(data.to_dict()) for name, data in measured.items()}),
         encoding="utf-8",
     )
-    return write_page(
-        out / "tradeoff.html", "Speed against accuracy against energy", TRADEOFF_LEAD, section
-    )
+    n = study.task.n_classes
+    one = "One set of touches was drawn, so nothing says how far another one would differ."
+    known = f"All {n} told apart are {np.log2(n):.2f} bits."
+    lead = f"{_ASKED.format(n)} {known} {_SPREAD if study.sets > 1 else one}"
+    return write_page(out / "tradeoff.html", "Speed against accuracy against energy", lead, section)
 
 
 @checked
@@ -127,13 +131,10 @@ def _list_rows(data: xr.Dataset, study: Study, level: str) -> list[list[object]]
             for b, a in zip(bits.sel(window=window), accuracy.sel(window=window), strict=True)
         ]
         found = best.sel(window=window)
-        rows.append(
-            [
-                window,
-                *cells,
-                f"{float(found['best']):g} ({float(found['least']):g}…{float(found['most']):g})",
-            ]
-        )
+        fastest = f"{float(found['best']):g}"
+        if study.sets > 1 and len(cells) > 1:
+            fastest += f" ({float(found['least']):g}…{float(found['most']):g})"
+        rows.append([window, *cells, fastest])
     return rows
 
 
