@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 
 import feeler
 from feeler import calibration, comparison, robot, wall
+from feeler.antenna.file import load_antenna
 from feeler.cli.app import app
 from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
@@ -32,7 +33,7 @@ from feeler.report import Section
 from feeler.robot.answer import Answer, name_touch
 from feeler.robot.examples import get_example
 from feeler.robot.sensor import SensorCalibration
-from feeler.tensors.formats import save
+from feeler.tensors.formats import load, save
 
 from .test_printed import NUMBER, read, run
 
@@ -508,3 +509,13 @@ def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
     assert (timestep, speed) == (get_engine("chain-consistent").timestep, 0.3)
     assert f"robot: touched {count:g} times" in words and said[0].endswith(describe_versions())
     assert f"feeler {feeler.__version__}, mujoco" in describe_versions()
+
+
+def test_the_saved_tensor_holds_the_sensors_of_the_antenna_and_no_other_hinge(tmp_path):
+    run("antenna", tmp_path / "soft.toml", "--preset", "linear", "--sensors", "distal")
+    words = ("touch", "--antenna", tmp_path / "soft.toml", "--duration", 9, "--timestep", 0.05)
+    run(*words, "--no-movie", "--out", tmp_path / "out")
+    sensors = load_antenna(tmp_path / "soft.toml").sensors
+    assert 0 < sensors.size < 140
+    saved = load(tmp_path / "out" / "tensor.nc")
+    np.testing.assert_array_equal(saved["segment"], sensors)

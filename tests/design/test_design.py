@@ -2,6 +2,8 @@
 what is planted.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -315,3 +317,8 @@ def test_constraints_that_exclude_all_are_named():
 def test_wrong_input_is_refused_in_plain_words(make, words):
     with pytest.raises(InvalidInput, match=words):
         make()
+
+
+def test_evaluations_are_all_candidates_but_those_that_constraints_left_out():
+    counts = {"simulated": 5, "excluded": 2, "diverged": 3, "peak": 4}
+    assert DesignProblem.evaluations.fget(SimpleNamespace(counts=counts)) == 12

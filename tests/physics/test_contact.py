@@ -151,3 +151,10 @@ def test_the_last_digits_of_the_stiffness_move_the_tip_by_less_than_a_nanometre(
         other = replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + 1e-12)))
         first, second = run([scene, other])
         assert np.abs(antenna.tip(first) - antenna.tip(second)).max() <= 1e-6
+
+
+def test_slow_motion_widens_a_contact_to_an_eighth_of_the_radius_and_none_beyond_half():
+    antenna = make_preset("cricket")
+    soft = get_contact("smooth").soften(antenna)
+    np.testing.assert_allclose(soft.slow, antenna.radius / 8)
+    np.testing.assert_allclose(soft.widest, antenna.radius / 2)

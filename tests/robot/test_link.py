@@ -2,10 +2,13 @@
 counted.
 """
 
+import inspect
 import os
 import pty
+import re
 import threading
 import time
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -110,3 +113,10 @@ def test_a_serial_line_that_drops_and_repeats_is_read_as_it_comes():
     assert [at for at, _ in samples] == pytest.approx([2.0 * k for k in range(60)])
     assert (link.lost, link.late, link.broken) == (4, 1, 1)
     assert link.describe() == "4 lost, 1 late or doubled, 1 broken"
+
+
+def test_the_sketch_the_library_and_the_studio_speak_at_one_rate():
+    """A board is heard only by who asks at the rate at which it sends."""
+    sketch = files("feeler.robot").joinpath("board.ino").read_text(encoding="utf-8")
+    (rate,) = re.findall(r"BAUD = (\d+)", sketch)
+    assert inspect.signature(open_serial).parameters["baudrate"].default == int(rate)

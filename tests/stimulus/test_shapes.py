@@ -315,3 +315,10 @@ def test_the_sign_of_zero_names_no_other_outline():
     )
     assert one.name == other.name
     assert one == other
+
+
+def test_a_crossing_edge_is_named_by_the_corner_from_which_it_comes():
+    """The third edge, from corner 3, is crossed by the one from corner 5."""
+    corners = [(0, 0), (6, 0), (6, 6), (0, 2), (2, 6), (2, 1)]
+    with pytest.raises(InvalidInput, match="the edge from corner 3 crosses another"):
+        Outline(vertices=corners)

@@ -6,7 +6,7 @@ import csv
 import json
 import re
 import tomllib
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 
 import mujoco
 import numpy as np
@@ -212,3 +212,12 @@ def test_a_robot_file_means_what_its_comments_say(tmp_path):
     np.testing.assert_allclose(antenna.segment_mass, found["links"]["mass"])
     np.testing.assert_allclose(antenna.segment_length, found["links"]["length"])
     assert antenna.sensors.tolist() == [1, 3, 4]
+
+
+def test_a_session_starts_at_the_moment_that_was_given_whatever_its_zone(tensors, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    start = datetime(2026, 5, 1, 0, 30, tzinfo=timezone(timedelta(hours=5, minutes=30)))
+    words = {"session_start": start.isoformat(), "identifier": "one"}
+    save(tensors, tmp_path / "a.nwb", **words)
+    with pynwb.NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
+        assert io.read().session_start_time == start
