@@ -128,6 +128,7 @@ def take_steps_alone(page: Page, folder: Path):
         "s.touch.speed = 0.6; s.touch.location = 0.55",
         "s.touch.kind = 'box'; s.touch.size = 2.3; s.touch.side = 'right'",
         "s.A = JSON.parse(document.getElementById('config').textContent).antennas[1].wish",
+        "s.touch.kind = 'ball'; s.touch.size = 1.5; s.touch.speed = 0.06; s.touch.location = 0.7",
     ):
         page.run(f"app.store.change(s => {{ {change} }})")
         page.wait(f"{computed} && !app.records.A.preview")
