@@ -9,11 +9,13 @@ from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import get_engine
+from feeler.physics.rod.model import FIRMNESS, make_rod_lane, make_rod_model
 from feeler.physics.rod.stepper import RodStepper
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.statics import solve_static
+from feeler.presets import make_preset
 from feeler.stimulus import Ball, BaseMotion, Box, Object, Outline, Triangle, Wall
 
 ENGINES = ("rod", "rod-inertia")
@@ -286,3 +288,13 @@ def test_the_rounding_that_a_refusal_asks_for_is_enough():
     simulation = Simulation(uniform(8, 1.2), push(box), engine="rod")
     simulation.step(5.0)
     assert len(simulation.contacts)
+
+
+def test_nodes_begin_with_the_rates_of_all_hinges_before_them():
+    """The nodes' velocity is the derivative of the shape, taken numerically."""
+    antenna, rng = make_preset("cricket"), np.random.default_rng(0)
+    angle, rate = rng.normal(0, 0.02, (2, antenna.n_segments))
+    scene = Scene(antenna=antenna, objects=[], angle=angle, velocity=rate)
+    lane = make_rod_lane(scene, make_rod_model(scene, FIRMNESS))
+    late, early = antenna.shape(angle + np.array([[1e-5], [-1e-5]]) * rate)
+    np.testing.assert_allclose(lane.velocity, (late - early)[1:] / 2e-5, atol=1e-6)

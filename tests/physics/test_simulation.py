@@ -268,3 +268,15 @@ def test_two_threads_that_share_a_simulation_wait_for_each_other():
             future.result()
     assert shared.time == pytest.approx(120.0)
     np.testing.assert_array_equal(shared.angle, alone.angle)
+
+
+def test_an_object_in_the_way_of_the_given_posture_is_refused():
+    """It stands where the bent tip is, far from the straight one."""
+    antenna = feeler.presets.robot()
+    angle = np.full(antenna.n_segments, 0.15)
+    tip = tuple(antenna.shape(angle[None])[0, -1])
+    ball = feeler.Object(feature=feeler.Ball(radius=1.0), place=tip)
+    assert np.linalg.norm(antenna.shape(0 * angle[None])[0, -1] - tip) > 10
+    feeler.Simulation(antenna, ball)
+    with pytest.raises(InvalidInput, match=r"overlap|inside|starts in"):
+        feeler.Simulation(antenna, ball, angle=angle)

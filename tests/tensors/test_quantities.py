@@ -2,6 +2,8 @@
 way.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pint
 import pytest
@@ -11,6 +13,7 @@ from feeler.dispersion import compute_dispersion
 from feeler.errors import InvalidInput
 from feeler.tensors import QUANTITIES, Quantity, find_breaches, make_tensors
 from feeler.tensors.formats import load
+from feeler.tensors.quantities import _find_contact
 from tensors._touches import antenna, options, trials
 
 UNITS = pint.UnitRegistry()
@@ -133,3 +136,12 @@ def test_only_quantities_with_gaps_may_be_nan():
     assert find_breaches(make_tensors(angle=angle, contact_place=place, **_sensors(3))) == []
     broken = make_tensors(angle=angle, base_moment=place, **_sensors(3))
     assert find_breaches(broken) == ["'base_moment' has values that are not finite numbers"]
+
+
+def test_a_contact_lies_at_its_arc_length_whatever_its_segment_s_length():
+    """On a straight antenna of unequal segments the arc is the height."""
+    cockroach, place = feeler.presets.cockroach(), np.array([0.0, 0.31, 0.8, np.nan])
+    motion = SimpleNamespace(contact_place=place, angle=np.zeros((4, cockroach.n_segments)))
+    points = _find_contact(cockroach, motion)
+    np.testing.assert_allclose(points[:, 1], place * cockroach.length, atol=1e-9)
+    np.testing.assert_allclose(points[:3, 0], 0.0, atol=1e-9)

@@ -18,6 +18,7 @@ from feeler.report import Section
 from feeler.studies.contests import load_contest, load_stored
 from feeler.studies.paper import (
     fig1,
+    fig1_animal,
     fig1_compliance,
     fig1_touch,
     fig2b,
@@ -659,3 +660,16 @@ def test_the_least_of_the_errors_avoided_is_the_least():
 def test_drawn_moments_are_the_nearest_samples():
     """A third of eight samples is 2.67: the third sample, not the second."""
     assert fig1_touch.choose_moments(np.ones((2, 9))) == [0, 3, 5, 8]
+
+
+def test_the_drawn_body_is_two_thirds_as_long_as_the_antenna(monkeypatch):
+    drawn = []
+    shapes = SimpleNamespace(
+        contact=np.array([True]), inverted=np.array([True]), wall=np.array([9.0])
+    )
+    monkeypatch.setattr(fig1_animal.Shapes, "of_sweep", lambda sweep: shapes)
+    monkeypatch.setattr(fig1_animal, "_draw_body", lambda length, ax: drawn.append(length))
+    antenna = SimpleNamespace(length=42.0)
+    with pytest.raises(AttributeError, match="points"):  # nothing else is drawn here
+        fig1_animal.plot(SimpleNamespace(antenna=antenna, posture=SimpleNamespace(sign=1)), None)
+    assert drawn == [28.0]
