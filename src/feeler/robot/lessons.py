@@ -137,7 +137,7 @@ def make_classifier(
     if len({*labels}) < 2:
         raise InvalidInput(
             "there is nothing to tell apart: all touches that were felt are of one object, place"
-            " and speed. Give two or more of one of them (--objects, --locations, --speeds)."
+            " and speed. Give two or more of one of them."
         )
     try:
         return CloudReader().fit(values, labels, groups, strangers)
