@@ -128,6 +128,7 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
         0.2,
     )  # m/s = mm/ms
     assert asked["course"].turns == (-20.0,)
+    assert "did not count" not in said and "did not count" in run(*words, "--oracle")
     known = json.loads(run(*words, "--json"))
     assert known.pop("collided") is False
     units = known.pop("units")

@@ -114,8 +114,8 @@ def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():
 
 
 def test_what_no_definition_reproduces_is_counted_apart():
-    """Four claims of three statements: one is open and never reproduced, one is open and partly
-    so, one is no longer open.
+    """Of three statements one is open and never reproduced, one is open and reproduced by one of
+    its definitions, and one is not open.
     """
     claims = [one for one in load_claims() if one.whose == "paper" and one.definitions]
     first, second, third = ({one.statement: one for one in claims}[name] for name in sorted(
