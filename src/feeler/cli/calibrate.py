@@ -15,7 +15,6 @@ ship with feeler)
 import json
 import math
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,10 +26,7 @@ from feeler.cli.say import Json, say_json
 _BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
 
 
-@dataclass(frozen=True, kw_only=True)
-class _CalibrateOptions:
-    """What ``feeler calibrate`` is told."""
-
+def calibrate(
     data: Annotated[
         str,
         typer.Option(
@@ -39,62 +35,62 @@ class _CalibrateOptions:
                 " animal@0.5: at half the length)"
             )
         ),
-    ] = ""
+    ] = "",
     by: Annotated[
         str,
         typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)"),
-    ] = "trace"
+    ] = "trace",
     profile: Annotated[
         str,
         typer.Option(
             help="exponential, linear, constant, scale, tilt …; an unknown name lists all"
         ),
-    ] = ""
+    ] = "",
     antenna: Annotated[
         str, typer.Option(help="preset or antenna file (TOML) that gives segments and masses")
-    ] = "cockroach"
+    ] = "cockroach",
     frame_rate: Annotated[
         float | None, typer.Option(help="frames per second, if the column is frame")
-    ] = None
+    ] = None,
     release: Annotated[
         str, typer.Option(help="first (sample) or found; by default found where frames are counted")
-    ] = ""
+    ] = "",
     at: Annotated[
         float | None,
         typer.Option(help="with --data: where the antenna was held [mm from the base]; default 10"),
-    ] = None
-    targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
-        "cockroach"
-    )
+    ] = None,
+    targets: Annotated[
+        str, typer.Option(help="name of shipped targets, or a TOML file")
+    ] = "cockroach",
     method: Annotated[
         str, typer.Option(help="least-squares, powell, nelder-mead …; an unknown name lists all")
-    ] = "least-squares"
+    ] = "least-squares",
     starts: Annotated[
         int,
         typer.Option(
             help="number of searches; the first begins at usual values, others near them", min=1
         ),
-    ] = 1
-    spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms", min=0)] = (
-        0.7
-    )
-    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0
+    ] = 1,
+    spread: Annotated[
+        float, typer.Option(help="sd of the perturbation, in logarithms", min=0)
+    ] = 0.7,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0,
     evaluations: Annotated[
         int, typer.Option(help="antennas simulated per start, at most", min=2)
-    ] = 1500
+    ] = 1500,
     checkpoint: Annotated[
         Path | None,
         typer.Option(
             help="file that keeps every simulated antenna; an interrupted fit goes on from it"
         ),
-    ] = None
-    engine: EngineName = "chain-consistent"
+    ] = None,
+    engine: EngineName = "chain-consistent",
     out: Annotated[
         Path | None,
         typer.Option(
             help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml"
         ),
-    ] = None
+    ] = None,
     session_start: Annotated[
         str,
         typer.Option(
@@ -103,53 +99,79 @@ class _CalibrateOptions:
                 " NWB too"
             )
         ),
-    ] = ""
-    as_json: Json = False
-
-
-def calibrate(said: _CalibrateOptions) -> None:
+    ] = "",
+    as_json: Json = False,
+) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own
     animals.
     """
+    import numpy as np
+
+    from feeler.calibration import (
+        Problem,
+        Protocol,
+        load_targets,
+        load_traces,
+        make_hinges,
+        make_starts,
+    )
     from feeler.cli.choose import choose_antenna
 
-    antenna = choose_antenna(said.antenna)
-    if said.data:
-        _fit_data(said, antenna, said.profile or "scale")
-    else:
-        _fit_targets(said, antenna, said.profile or "exponential")
+    chosen = choose_antenna(antenna)
+    if data:
+        first = release or ("first" if frame_rate is None else "found")
+        traces = load_traces(data, frame_rate=frame_rate, release=first)
+        held = {} if at is None else {"at": at, "deflection": 0.1 * at}
+        protocol = Protocol(engine=engine, **held)
+        _fit_data(traces, by, chosen, profile or "scale", protocol, out, session_start, as_json)
+        return
+    goal, family = load_targets(targets), profile or "exponential"
+    problem = Problem(
+        hinges=make_hinges(family, chosen), targets=goal, protocol=Protocol(engine=engine)
+    )
+    begin = make_starts(problem.hinges, starts, np.random.default_rng(seed), spread=spread)
+    how = {"method": method, "max_evaluations": evaluations, "checkpoint": checkpoint}
+    found = _fit_targets(problem, begin, how)
+    if as_json:
+        measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
+        parameters = dict(zip(found.names, map(float, found.p), strict=True))
+        say_json({"parameters": parameters, "measured": measured, "error": found.error})
+        return
+    typer.echo(f"targets '{goal.name}' ({goal.status}); {family}, {method}, {starts} start(s)")
+    _tell_targets(problem, found)
 
 
-def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
-    from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
+def _fit_data(
+    traces: Any,
+    by: str,
+    antenna: Any,
+    profile: str,
+    protocol: Any,
+    out: Path | None,
+    session_start: str,
+    as_json: bool,
+) -> None:
+    from feeler.calibration import fit_traces, make_hinges
     from feeler.progress import ProgressBar
 
-    release = said.release or ("first" if said.frame_rate is None else "found")
-    traces = load_traces(said.data, frame_rate=said.frame_rate, release=release)
     hinges = make_hinges(profile, antenna)
-    held = {} if said.at is None else {"at": said.at, "deflection": 0.1 * said.at}
     with ProgressBar("animals") as progress:
         result = fit_traces(
-            traces,
-            antenna,
-            by=said.by,
-            hinges=hinges,
-            protocol=Protocol(engine=said.engine, **held),
-            progress=progress,
+            traces, antenna, by=by, hinges=hinges, protocol=protocol, progress=progress
         )
-    if said.as_json:
+    if as_json:
         say_json(_make_plain(result, hinges))
     else:
-        _tell_fit(traces, hinges, result, said.by, _explain(profile, antenna.name))
-    if said.by == "trace" and result.residual.max() > _BAD:
+        _tell_fit(traces, hinges, result, by, _explain(profile, antenna.name))
+    if by == "trace" and result.residual.max() > _BAD:
         typer.echo(
             f"a residual above {_BAD:g} of the trace means that this antenna does not swing like"
             " the animal; its interval then says nothing",
             err=True,
         )
-    if said.out is not None:
+    if out is not None:
         words = f"An antenna fitted to {traces.source} traces: {_explain(profile, antenna.name)}."
-        _save(said.out, traces, antenna, hinges, result, said.session_start, words)
+        _save(out, traces, antenna, hinges, result, session_start, words)
 
 
 def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
@@ -302,43 +324,22 @@ def _explain(profile: str, name: str) -> str:
     return f"{profile} hinges on the segments of {name}"
 
 
-def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
-    import numpy as np
+def _fit_targets(problem: Any, begin: Any, how: dict[str, Any]) -> Any:
+    from feeler.calibration import fit
 
-    from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
-
-    goal = load_targets(said.targets)
-    problem = Problem(
-        hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=said.engine)
-    )
-    begin = make_starts(
-        problem.hinges, said.starts, np.random.default_rng(said.seed), spread=said.spread
-    )
     watch = problem.watch = _Watch()
     try:
-        found = fit(
-            problem,
-            begin,
-            method=said.method,
-            max_evaluations=said.evaluations,
-            checkpoint=said.checkpoint,
-            progress=watch.end_start,
-        )
+        return fit(problem, begin, progress=watch.end_start, **how)
     except KeyboardInterrupt:
         watch.clear()
-        _report_interrupt(watch.best, said.checkpoint)
+        _report_interrupt(watch.best, how["checkpoint"])
         raise typer.Exit(130) from None
-    if said.as_json:
-        measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
-        parameters = dict(zip(found.names, map(float, found.p), strict=True))
-        say_json({"parameters": parameters, "measured": measured, "error": found.error})
-        return
-    typer.echo(
-        f"targets '{goal.name}' ({goal.status}); {profile}, {said.method}, {said.starts} start(s)"
-    )
+
+
+def _tell_targets(problem: Any, found: Any) -> None:
     for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):
         typer.echo(f"{name} = {value:.6g}{_unit(unit)}")
-    for target, value in zip(goal.targets, found.measured.values, strict=True):
+    for target, value in zip(problem.targets.targets, found.measured.values, strict=True):
         typer.echo(
             f"{target.name:14} {value:.5g}{_unit(target.unit)}, target {target.value:g}"
             f" [{target.tag}]"

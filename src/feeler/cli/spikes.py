@@ -13,150 +13,139 @@ Examples:
 The last one also writes spikes.nwb, whose table of units pynwb and pynapple read.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from feeler.cli.say import Json, say_json
+from feeler.errors import InvalidInput, require_extra
 
 
-@dataclass(frozen=True, kw_only=True)
-class _SpikeOptions:
-    """What ``feeler spikes`` is told."""
-
+def spikes(
     touches: Annotated[
         Path | None,
         typer.Option(help="store or file of touches; default: one touch, simulated now"),
-    ] = None
-    feature: Annotated[str, typer.Option(help="object of the touch: ball, box, triangle …")] = (
-        "ball"
-    )
-    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53
-    location: Annotated[float, typer.Option(help="place of the touch, fraction of the length")] = (
-        0.7
-    )
-    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3
+    ] = None,
+    feature: Annotated[
+        str, typer.Option(help="object of the touch: ball, box, triangle …")
+    ] = "ball",
+    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53,
+    location: Annotated[
+        float, typer.Option(help="place of the touch, fraction of the length")
+    ] = 0.7,
+    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3,
     azimuth: Annotated[
         float,
         typer.Option(help="for an antenna in space: side from which it comes [degrees about it]"),
-    ] = 0.0
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
+    ] = 0.0,
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     sensors: Annotated[
         int | None,
         typer.Option(min=1, help="places of sensilla, evenly; default: those of the sensors"),
-    ] = None
-    gain: Annotated[float | None, typer.Option(help="stimulus per radian; default: see --rate")] = (
-        None
-    )
+    ] = None,
+    gain: Annotated[
+        float | None, typer.Option(help="stimulus per radian; default: see --rate")
+    ] = None,
     rate: Annotated[
         float, typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain")
-    ] = 400.0
+    ] = 400.0,
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
-    ] = 1
-    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = 0.0
+    ] = 1,
+    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = 0.0,
     spread: Annotated[
         float, typer.Option(help="standard deviation of the delay of a spike [ms]")
-    ] = 0.0
-    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0
-    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0,
+    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0,
     session_start: Annotated[
         str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")
-    ] = ""
-    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = ""
-    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes")
-    as_json: Json = False
-
-
-def spikes(said: _SpikeOptions) -> None:
+    ] = "",
+    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = "",
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes"),
+    as_json: Json = False,
+) -> None:
     """Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
-    from feeler.cli.choose import parse_start
-    from feeler.errors import InvalidInput, require_extra
+    from feeler.cli.choose import choose_antenna, parse_start
     from feeler.spikes import Firing, draw_spikes
-    from feeler.tensors.formats import save
-
-    if bool(said.session_start) != bool(said.identifier):
-        raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
-    start = parse_start(said.session_start) if said.session_start else None
-    if start:
-        require_extra("pynwb", "nwb", "writing NWB")
-    said.out.mkdir(parents=True, exist_ok=True)
-    files = ["spikes.nc", *(["spikes.nwb"] if start else [])]
-    for name in files:
-        if (said.out / name).exists():
-            raise InvalidInput(f"{said.out / name} exists already. Choose another --out.")
-    touches = _make_touches(said)
-    if said.show >= touches.sizes["trial"]:
-        raise InvalidInput(f"--show is below {touches.sizes['trial']}, the number of touches.")
-    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
-    population = _place(said, touches)
-    drawn = draw_spikes(population.encode(touches), firing, seed=said.seed)
-    save(drawn, said.out / "spikes.nc")
-    if start:
-        save(drawn, said.out / "spikes.nwb", session_start=start, identifier=said.identifier)
-    _tell(said, drawn, float(population.gain[0]), files)
-
-
-def _make_touches(said: _SpikeOptions) -> Any:
-    """The touches of a file, or one made now."""
-    from feeler.cli.choose import choose_antenna
-    from feeler.experiment.touch import touch
     from feeler.stimulus.feature import parse_feature
     from feeler.stimulus.trial import Trial
     from feeler.tensors.contract import validate
-    from feeler.tensors.formats import load
+    from feeler.tensors.formats import load, save
 
-    if said.touches is not None:
-        return validate(load(said.touches)).load()
-    feature = parse_feature(said.feature, said.size)
-    trial = Trial(feature=feature, location=said.location, speed=said.speed, azimuth=said.azimuth)
-    antenna = choose_antenna(said.antenna)
-    duration = trial.lead + antenna.length / said.speed + 100.0
+    if bool(session_start) != bool(identifier):
+        raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
+    start = parse_start(session_start) if session_start else None
+    if start:
+        require_extra("pynwb", "nwb", "writing NWB")
+    out.mkdir(parents=True, exist_ok=True)
+    files = ["spikes.nc", *(["spikes.nwb"] if start else [])]
+    for name in files:
+        if (out / name).exists():
+            raise InvalidInput(f"{out / name} exists already. Choose another --out.")
+    if touches is not None:
+        felt = validate(load(touches)).load()
+    else:
+        shape = parse_feature(feature, size)
+        trial = Trial(feature=shape, location=location, speed=speed, azimuth=azimuth)
+        felt = _touch(choose_antenna(antenna), trial)
+    if show >= felt.sizes["trial"]:
+        raise InvalidInput(f"--show is below {felt.sizes['trial']}, the number of touches.")
+    firing = Firing(order=order, refractory=refractory, spread=spread)
+    population = _place(felt, sensors, gain, rate)
+    drawn = draw_spikes(population.encode(felt), firing, seed=seed)
+    save(drawn, out / "spikes.nc")
+    if start:
+        save(drawn, out / "spikes.nwb", session_start=start, identifier=identifier)
+    _tell(drawn, show, float(population.gain[0]), out, files, as_json)
+
+
+def _touch(antenna: Any, trial: Any) -> Any:
+    """One touch, from its beginning until the object has gone by."""
+    from feeler.experiment.touch import touch
+
+    duration = trial.lead + antenna.length / trial.speed + 100.0
     return touch(antenna, trial, duration=float(round(duration)))
 
 
-def _place(said: _SpikeOptions, touches: Any) -> Any:
+def _place(touches: Any, sensors: int | None, gain: float | None, rate: float) -> Any:
     """Sensilla on both sides, in space on four, with the gain that was given or found."""
-    import numpy as np
-
     from feeler.spikes import find_gain, place_sensilla
 
     places = touches["position"].values
-    if said.sensors is not None:
-        places = np.linspace(places[0], places[-1], said.sensors)
+    if sensors is not None:
+        places = np.linspace(places[0], places[-1], sensors)
     around = np.array((0.0, 90.0) if "plane" in touches.dims else (0.0,))
-    if said.gain is not None:
-        return place_sensilla(places, said.gain, around=around)
-    return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
+    if gain is not None:
+        return place_sensilla(places, gain, around=around)
+    return find_gain(touches, place_sensilla(places, 30.0, around=around), rate)
 
 
-def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None:
+def _tell(drawn: Any, show: int, gain: float, out: Path, files: list[str], as_json: bool) -> None:
     """The page, and what is said in the terminal."""
-    import numpy as np
-
     from feeler.plotting.raster import plot_touch_spikes
     from feeler.report import Section, write_page
     from feeler.tensors.unit import in_unit
 
-    shown = drawn.isel(trial=said.show)
+    shown = drawn.isel(trial=show)
     times = in_unit(drawn["spike_time"], "ms").values
     counts = np.isfinite(times).sum(axis=(1, 2))
     fired = float(np.isfinite(times).any(axis=2).mean(axis=1).mean())
     best = float(in_unit(drawn["rate"], "Hz").max(("unit", "time")).median())
     lead = float(shown["lead"]) if "lead" in shown.coords else 0.0
     title = f"{shown['feature'].item()} at {shown['location'].item():.2g}"
-    section = Section(name="spikes", title=title, folder=said.out, vector=False)
+    section = Section(name="spikes", title=title, folder=out, vector=False)
     section.figure(
         "spikes",
         "Angle of every sensor; spikes of every sensillum, each side of the antenna in its"
         " colour; and the mean rate of all. Grey: contact.",
         lambda figure: plot_touch_spikes(
             in_unit(shown["angle"], "deg").values,
-            times[said.show],
+            times[show],
             in_unit(shown["rate"], "Hz").values,
             in_unit(shown["time"], "ms").values,
             shown["unit_side"].values,
@@ -165,7 +154,7 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> Non
             shown["unit_around"].values if "unit_around" in shown.coords else None,
         ),
         height=6.5 if "plane" in shown.dims else 5.0,
-        numbers={"spike_time": times[said.show], "rate": shown["rate"].values},
+        numbers={"spike_time": times[show], "rate": shown["rate"].values},
     )
     known = {
         "touches": len(counts),
@@ -181,9 +170,10 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> Non
         " of the cockroach's tibia; where they sit and how strongly the antenna drives them are"
         " choices."
     )
-    page = said.out / "spikes.html"
-    write_page(page, "Spikes", "What the nerve of this antenna says of a touch.", section)
-    if said.as_json:
+    page = write_page(
+        out / "spikes.html", "Spikes", "What the nerve of this antenna says of a touch.", section
+    )
+    if as_json:
         units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
         say_json({**known, "unit": units, "page": page, "files": files})
         return
@@ -191,4 +181,4 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> Non
         f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
         f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
     )
-    typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")
+    typer.echo(f"wrote {out}/spikes.html, spikes.png, {', '.join(files)}")

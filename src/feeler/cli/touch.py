@@ -16,7 +16,6 @@ goes on where it stopped, and ends with the same numbers.
 """
 
 import sys
-from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,186 +23,163 @@ from typing import Annotated, Any
 import typer
 
 from feeler.cli.page import EngineName
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, say_json, say_what_stays
+from feeler.errors import InvalidInput, MissingExtra
 
 _MANY = "; repeat it with --store"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _TouchOptions:
-    """What ``feeler touch`` is told."""
-
+def touch(
     feature: Annotated[
         list[str],
         typer.Option(
             help="ball, peg, box, triangle, outline, mesh or wall, or as in"
             f" box:half_height=3,rounding=0.2 or mesh:file=rock.stl{_MANY}"
         ),
-    ] = field(default_factory=lambda: ["ball"])
+    ] = ["ball"],  # noqa: B006
     size: Annotated[
         list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{_MANY}")
-    ] = field(default_factory=lambda: [1.53])
+    ] = [1.53],  # noqa: B006
     location: Annotated[
         list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{_MANY}")
-    ] = field(default_factory=lambda: [0.5])
-    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{_MANY}")] = field(
-        default_factory=lambda: [0.6]
-    )
+    ] = [0.5],  # noqa: B006
+    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{_MANY}")] = [0.6],  # noqa: B006
     outline: Annotated[
         Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")
-    ] = None
+    ] = None,
     approach: Annotated[
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
-    ] = 90.0
+    ] = 90.0,
     azimuth: Annotated[
         float,
         typer.Option(help="for an antenna in space: side from which it comes [degrees about it]"),
-    ] = 0.0
-    side: Annotated[str, typer.Option(help="left or right")] = "left"
-    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0
-    duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0
-    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None
-    engine: EngineName = "chain-consistent"
+    ] = 0.0,
+    side: Annotated[str, typer.Option(help="left or right")] = "left",
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0,
+    duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0,
+    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
+    engine: EngineName = "chain-consistent",
     contact: Annotated[
         str, typer.Option(help="smooth, hard, or even as in version 0.2 (docs: Contact)")
-    ] = "smooth"
+    ] = "smooth",
     flow: Annotated[
         str | None,
         typer.Option(
             help="for an antenna in space: what drags it along, drag [N·ms/mm²] and speed along"
             " x y z [m/s], as in drag=2e-5,x=0.3"
         ),
-    ] = None
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
+    ] = None,
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
-    )
-    movie: Annotated[bool, typer.Option(help="write the movie as well")] = True
+    ),
+    movie: Annotated[bool, typer.Option(help="write the movie as well")] = True,
     store: Annotated[
         Path | None,
         typer.Option(
             help="folder that keeps each touch as it finishes; resumed if it is there already"
         ),
-    ] = None
+    ] = None,
     seed: Annotated[
         int, typer.Option(min=0, help="with --store: seed; each touch gets its own from it")
-    ] = 0
+    ] = 0,
     workers: Annotated[
         int | None, typer.Option(help="with --store: how many at once; default one per core")
-    ] = None
+    ] = None,
     processes: Annotated[
         bool, typer.Option("--processes", help="with --store: in processes, memory bounded")
-    ] = False
+    ] = False,
     cluster: Annotated[
         str | None,
         typer.Option(
             help="with --store: a Dask scheduler's address or JSON file, or local:4 for 4 processes"
         ),
-    ] = None
+    ] = None,
     log_json: Annotated[
         bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")
-    ] = False
-    as_json: Json = False
-
-    def list_options(self) -> dict[str, Any]:
-        """What one touch and many are simulated with."""
-        from feeler.stimulus.flow import parse_flow
-
-        return {
-            "duration": self.duration,
-            "timestep": self.timestep,
-            "engine": self.engine,
-            "contact": self.contact,
-            "flow": None if self.flow is None else parse_flow(self.flow),
-        }
-
-    def make_trials(self) -> list[Any]:
-        """Every combination of features, sizes, locations and speeds."""
-        from feeler.stimulus.feature import parse_feature
-        from feeler.stimulus.trial import Trial
-
-        named = [
-            f"outline:file={self.outline}" if kind == "outline" and self.outline else kind
-            for kind in self.feature
-        ]
-        same: dict[str, Any] = {
-            "approach": self.approach,
-            "azimuth": self.azimuth,
-            "side": self.side,
-            "friction": self.friction,
-        }
-        return [
-            Trial(feature=parse_feature(kind, width), location=place, speed=pace, **same)
-            for kind, width, place, pace in product(named, self.size, self.location, self.speed)
-        ]
-
-
-def touch(said: _TouchOptions) -> None:
+    ] = False,
+    as_json: Json = False,
+) -> None:
     """Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many
     times into a store.
     """
-    from feeler.cli.choose import choose_antenna
-    from feeler.errors import InvalidInput
+    from feeler.cli.choose import choose_antenna, choose_executor
+    from feeler.stimulus.feature import parse_feature
+    from feeler.stimulus.flow import parse_flow
+    from feeler.stimulus.trial import Trial
 
-    antenna, trials = choose_antenna(said.antenna), said.make_trials()
-    if said.store is not None:
-        _fill(said, antenna, trials)
-    elif said.cluster is not None or said.processes:
+    touched = choose_antenna(antenna)
+    named = [
+        f"outline:file={outline}" if kind == "outline" and outline else kind for kind in feature
+    ]
+    same: dict[str, Any] = {
+        "approach": approach,
+        "azimuth": azimuth,
+        "side": side,
+        "friction": friction,
+    }
+    trials = [
+        Trial(feature=parse_feature(kind, width), location=place, speed=pace, **same)
+        for kind, width, place, pace in product(named, size, location, speed)
+    ]
+    how: dict[str, Any] = {
+        "duration": duration,
+        "timestep": timestep,
+        "engine": engine,
+        "contact": contact,
+        "flow": None if flow is None else parse_flow(flow),
+    }
+    if store is not None:
+        with choose_executor(workers, cluster, processes=processes) as executor:
+            how |= {"store": store, "executor": executor, "seed": seed}
+            _fill(touched, trials, log_json, as_json, how)
+    elif cluster is not None or processes:
         raise InvalidInput("--cluster and --processes need a --store, as in --store set.zarr.")
     elif len(trials) > 1:
         raise InvalidInput(
             f"{len(trials)} touches need a --store, as in --store set.zarr; a picture shows one."
         )
     else:
-        _show(said, antenna, trials[0])
+        _show(touched, trials[0], out, movie, as_json, how)
 
 
-def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
+def _fill(
+    antenna: Any, trials: list[Any], log_json: bool, as_json: bool, how: dict[str, Any]
+) -> None:
     """Simulate what the store lacks, and say what it then holds."""
-    from feeler.cli.choose import choose_executor
-    from feeler.cli.say import say_what_stays
     from feeler.experiment.touch import touch as simulate
     from feeler.progress import ProgressBar
 
-    with choose_executor(said.workers, said.cluster, processes=said.processes) as executor:
-        if sys.stderr.isatty():
-            typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
-        with (
-            ProgressBar("touches", log_json=said.log_json) as progress,
-            say_what_stays(f"finished touches are in {said.store}"),
-        ):
-            tensors = simulate(
-                antenna,
-                trials,
-                store=said.store,
-                executor=executor,
-                progress=progress,
-                seed=said.seed,
-                **said.list_options(),
-            )
-        finished, asked = tensors.sizes["trial"], len(trials)
-        if said.as_json:
-            say_json({"store": said.store, "finished": finished, "touches": asked})
-        else:
-            typer.echo(
-                f"{said.store}: {finished} of {asked} touches finished ({executor.describe()})"
-            )
+    store, executor = how["store"], how["executor"]
+    if sys.stderr.isatty():
+        typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
+    with (
+        ProgressBar("touches", log_json=log_json) as progress,
+        say_what_stays(f"finished touches are in {store}"),
+    ):
+        tensors = simulate(antenna, trials, progress=progress, **how)
+    finished, asked = tensors.sizes["trial"], len(trials)
+    if as_json:
+        say_json({"store": store, "finished": finished, "touches": asked})
+    else:
+        typer.echo(f"{store}: {finished} of {asked} touches finished ({executor.describe()})")
 
 
-def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
+def _show(
+    antenna: Any, trial: Any, out: Path, movie: bool, as_json: bool, how: dict[str, Any]
+) -> None:
     """One touch as tensor, picture and movie."""
     from feeler.experiment.touch import touch as simulate
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
 
-    out = said.out
     # first of all: a wrong path is said before the work is done
     out.mkdir(parents=True, exist_ok=True)
-    everything = simulate(antenna, trial, all_hinges=True, **said.list_options())
+    everything = simulate(antenna, trial, all_hinges=True, **how)
     tensors = everything.isel(sensor=antenna.sensors - 1)
     save(tensors, out / "tensor.nc")
     section = Section(name="touch", title=trial.label, folder=out, vector=False)
-    movie = said.movie and _film(antenna, trial, everything, section)
+    filmed = movie and _film(antenna, trial, everything, section)
     _draw(antenna, trial, everything, tensors, section)
     facts = _measure(tensors)
     rows = [[f"{name} [{unit}]", value] for name, (value, unit) in facts.items()]
@@ -211,20 +187,19 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     write_page(
         out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
     )
-    if said.as_json:
+    if as_json:
         _tell_machine(trial.label, facts, out / "touch.html")
         return
     angle, curvature, _ = (value for value, _ in facts.values())
     typer.echo(f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm")
     typer.echo(
         f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
-        f" tensor.pdf{', movie.mp4' if movie else ''}"
+        f" tensor.pdf{', movie.mp4' if filmed else ''}"
     )
 
 
 def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
     """The touch as a movie, where there is what writes movies."""
-    from feeler.errors import MissingExtra
     from feeler.plotting import write_touch_movie
     from feeler.plotting.movie import SLOWER
 

@@ -21,7 +21,6 @@ left_tip,right_tip,head,abdomen
 """
 
 import json
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -30,14 +29,12 @@ import numpy as np
 import typer
 
 from feeler.cli.say import Json, say_json
+from feeler.errors import InvalidInput
 
 _HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
 
 
-@dataclass(frozen=True, kw_only=True)
-class _TrackOptions:
-    """What ``feeler tracks`` is told."""
-
+def tracks(
     files: Annotated[
         list[Path],
         typer.Argument(
@@ -46,50 +43,50 @@ class _TrackOptions:
                 " NAME_x, NAME_y"
             )
         ),
-    ]
+    ],
     frame_rate: Annotated[
         float | None, typer.Option(help="frames per second, unless the file holds it")
-    ] = None
+    ] = None,
     origin: Annotated[
         str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")
-    ] = "top-left"
+    ] = "top-left",
     landmarks: Annotated[
         str, typer.Option(help="names of DLTdv's points in order, separated by commas")
-    ] = ""
+    ] = "",
     tips: Annotated[
         str,
         typer.Option(help="landmarks of the left and right tip; one antenna: NAME, or ,NAME"),
-    ] = "left_tip,right_tip"
+    ] = "left_tip,right_tip",
     bases: Annotated[
         str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")
-    ] = ""
-    body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen"
+    ] = "",
+    body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen",
     points: Annotated[
         str,
         typer.Option(
             help="landmarks along a flagellum, base to tip: its posture in place of speeds"
         ),
-    ] = ""
+    ] = "",
     min_likelihood: Annotated[
         float, typer.Option(help="places less likely than this count as not seen; 0 takes all")
-    ] = 0.6
-    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None
+    ] = 0.6,
+    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None,
     plane: Annotated[
         str | None, typer.Option(help="for tracks in three dimensions: xy, xz, yz, or space")
-    ] = None
-    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1
-    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
-    cutoff: Annotated[float, typer.Option(help="cut-off of the low-pass filter [Hz]")] = 6.0
+    ] = None,
+    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1,
+    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None,
+    cutoff: Annotated[float, typer.Option(help="cut-off of the low-pass filter [Hz]")] = 6.0,
     max_gap: Annotated[
         int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")
-    ] = 0
-    length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0
+    ] = 0,
+    length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0,
     out: Annotated[
         Path | None,
         typer.Option(
             help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)"
         ),
-    ] = None
+    ] = None,
     session_start: Annotated[
         str,
         typer.Option(
@@ -97,60 +94,57 @@ class _TrackOptions:
                 "with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too"
             )
         ),
-    ] = ""
-    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = ""
-    as_json: Json = False
-
-
-def tracks(said: _TrackOptions) -> None:
+    ] = "",
+    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = "",
+    as_json: Json = False,
+) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
     from feeler.tracking import measure_exploration
 
     how: dict[str, Any] = {
-        "frame_rate": said.frame_rate,
-        "origin": said.origin,
-        "landmarks": _split(said.landmarks),
-        "min_likelihood": said.min_likelihood,
-        "individual": said.individual,
-        "plane": said.plane,
-        "camera": said.camera,
+        "frame_rate": frame_rate,
+        "origin": origin,
+        "landmarks": _split(landmarks),
+        "min_likelihood": min_likelihood,
+        "individual": individual,
+        "plane": plane,
+        "camera": camera,
     }
-    trials = [_load(file, how) for file in said.files]
-    if said.scale is not None:
-        trials = [trial.scaled(said.scale) for trial in trials]
-    head, abdomen = _pair("--body", said.body)
-    tips = _pair("--tips", said.tips)
-    if not said.points:
-        _check_tips(tips, trials)
-    bases = _pair("--bases", said.bases) if said.bases else None
-    if said.session_start:
-        joined = zip(bases or (head, head), tips, strict=True)
-        edges = [*((base, tip) for base, tip in joined if tip), (head, abdomen)]
-        _save_poses(said, trials, list(pairwise(_split(said.points) or ())) or edges)
-    if said.points:
-        _measure_posture(said, trials)
+    trials = [_load(file, how) for file in files]
+    if scale is not None:
+        trials = [trial.scaled(scale) for trial in trials]
+    head, abdomen = _pair("--body", body)
+    ends, along = _pair("--tips", tips), _split(points) or ()
+    if not along:
+        _check_tips(ends, trials)
+    roots = _pair("--bases", bases) if bases else None
+    if session_start:
+        joined = zip(roots or (head, head), ends, strict=True)
+        edges = [*((root, tip) for root, tip in joined if tip), (head, abdomen)]
+        _save_poses(trials, out, session_start, list(pairwise(along)) or edges, subject)
+    if along:
+        _measure_posture(files, trials, along, out, as_json)
         return
     result = measure_exploration(
         trials,
-        length=said.length,
-        cutoff=said.cutoff * 1e-3,
-        max_gap=said.max_gap,
-        landmarks={"tips": tips, "bases": bases, "head": head, "abdomen": abdomen},
+        length=length,
+        cutoff=cutoff * 1e-3,
+        max_gap=max_gap,
+        landmarks={"tips": ends, "bases": roots, "head": head, "abdomen": abdomen},
     )
-    found = _describe(said.files, trials, result)
-    if said.as_json:
+    found = _describe(files, trials, result)
+    if as_json:
         say_json(found)
     else:
         typer.echo(_write_words(found))
-    if said.out is not None:
-        _save(said.out, said.files, trials, result, found)
+    if out is not None:
+        _save(out, files, trials, result, found)
 
 
 def _load(file: Path, how: dict[str, Any]) -> Any:
     from feeler.cli.info import name_instead
-    from feeler.errors import InvalidInput
     from feeler.tracking import load_tracks
 
     try:
@@ -277,24 +271,25 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
     )
 
 
-def _save_poses(said: _TrackOptions, trials: list, edges: list) -> None:
+def _save_poses(
+    trials: list, out: Path | None, session_start: str, edges: list, subject: str
+) -> None:
     """tracks.nwb: all landmarks of all trials."""
     from feeler.cli.choose import parse_start
-    from feeler.errors import InvalidInput
     from feeler.tracking import save_poses
 
-    if said.out is None:
+    if out is None:
         raise InvalidInput("--session-start is for tracks.nwb in the folder --out; give --out too.")
-    said.out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
     save_poses(
         trials,
-        said.out / "tracks.nwb",
-        session_start=parse_start(said.session_start),
-        identifier=f"tracks {said.out.resolve().name}",
+        out / "tracks.nwb",
+        session_start=parse_start(session_start),
+        identifier=f"tracks {out.resolve().name}",
         edges=edges,
-        subject=said.subject,
+        subject=subject,
     )
-    typer.echo(f"wrote {said.out}/tracks.nwb", err=True)
+    typer.echo(f"wrote {out}/tracks.nwb", err=True)
 
 
 def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
@@ -309,15 +304,17 @@ def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
-def _measure_posture(said: _TrackOptions, trials: list) -> None:
+def _measure_posture(
+    files: list[Path], trials: list, points: tuple[str, ...], out: Path | None, as_json: bool
+) -> None:
     """Say how a flagellum bends, and keep it as netCDF."""
     from feeler.tracking import measure_posture
 
     found: list[dict[str, Any]] = []
-    for file, trial in zip(said.files, trials, strict=True):
-        posture = measure_posture(trial, _split(said.points) or ())
+    for file, trial in zip(files, trials, strict=True):
+        posture = measure_posture(trial, points)
         found.append(_describe_posture(file, trial, posture))
-        if not said.as_json:
+        if not as_json:
             one = found[-1]
             largest = ", ".join(
                 f"{name} {value:.1f}°" for name, value in one["largest_bend"].items()
@@ -326,11 +323,11 @@ def _measure_posture(said: _TrackOptions, trials: list) -> None:
                 f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
                 f" of {one['frames']} frames whole; largest bend {largest}"
             )
-        if said.out is not None:
-            said.out.mkdir(parents=True, exist_ok=True)
-            posture.to_netcdf(said.out / f"{file.stem}.posture.nc", engine="h5netcdf")
-            typer.echo(f"wrote {said.out}/{file.stem}.posture.nc", err=True)
-    if said.as_json:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            posture.to_netcdf(out / f"{file.stem}.posture.nc", engine="h5netcdf")
+            typer.echo(f"wrote {out}/{file.stem}.posture.nc", err=True)
+    if as_json:
         say_json(found)
 
 
@@ -352,8 +349,6 @@ def _split(text: str) -> tuple[str, ...] | None:
 
 
 def _pair(option: str, text: str) -> tuple[str, str]:
-    from feeler.errors import InvalidInput
-
     names = _split(text) or ()
     if len(names) != 2 or not any(names):
         raise InvalidInput(f"{option} takes two landmarks separated by a comma, got {text!r}.")
@@ -362,8 +357,6 @@ def _pair(option: str, text: str) -> tuple[str, str]:
 
 def _check_tips(tips: tuple[str, str], trials: list) -> None:
     """Say how one antenna is measured, where the other one's tip was not tracked."""
-    from feeler.errors import InvalidInput
-
     for trial in trials:
         seen = [tip in trial.landmarks for tip in tips]
         if all(tips) and sum(seen) == 1:
