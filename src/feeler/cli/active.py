@@ -19,7 +19,8 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, say_json, say_what_stays
+from feeler.errors import MissingExtra
 
 
 def active(
@@ -53,8 +54,6 @@ def active(
     from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.cli.say import say_what_stays
-    from feeler.errors import MissingExtra
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.studies.contests import load_contest, write_active

@@ -16,6 +16,9 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import require_new
+from feeler.errors import InvalidInput
+
 
 def antenna(
     file: Annotated[Path, typer.Argument(help="TOML file to write")],
@@ -31,11 +34,9 @@ def antenna(
 
     from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
     from feeler.antenna.file import save_antenna
-    from feeler.errors import InvalidInput
     from feeler.presets import read_preset
 
-    if file.exists():
-        raise InvalidInput(f"{file} exists already. Choose another name.")
+    require_new(file)
     found = read_preset(preset)
     if found.antenna.name in PROFILE_NAMES:
         found = replace(found, antenna=cockroach(found.antenna.name, sensors=sensors))

@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from feeler.cli.page import EngineName
@@ -105,8 +106,6 @@ def calibrate(
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own
     animals.
     """
-    import numpy as np
-
     from feeler.calibration import (
         Problem,
         Protocol,

@@ -22,6 +22,9 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import require_new
+from feeler.errors import InvalidInput
+
 
 def convert(
     source: Annotated[
@@ -49,13 +52,11 @@ def convert(
     """
     from feeler.cli.choose import parse_start
     from feeler.cli.info import name_instead
-    from feeler.errors import InvalidInput
     from feeler.guard import Limits
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 
-    if target.exists():
-        raise InvalidInput(f"{target} exists already. Choose another name.")
+    require_new(target)
     if find_bag(source) is not None:
         _convert_bag(source, target)
         return
@@ -67,8 +68,6 @@ def convert(
         "trial": trial,
         "identifier": identifier,
         "subject": subject,
-    }
-    given |= {
         "species": species,
         "sex": sex,
         "age": age,
@@ -88,7 +87,6 @@ def convert(
 
 def _convert_bag(source: Path, target: Path) -> None:
     """A robot's recording as CSV; tensors need its antenna, which this verb does not ask for."""
-    from feeler.errors import InvalidInput
     from feeler.robot import load_recording, save_recording
 
     recording = load_recording(source, n_channels=None)

@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, require_new, say_json, say_what_stays
 
 
 def design(
@@ -58,14 +58,11 @@ def design(
     """
     from feeler.antenna.space import require_plane
     from feeler.cli.choose import choose_executor
-    from feeler.cli.say import say_what_stays
     from feeler.design.outcome import JOURNAL, carry_out
     from feeler.design.plan import TEMPLATE, load_plan
-    from feeler.errors import InvalidInput
 
     if new:
-        if task.exists():
-            raise InvalidInput(f"{task} exists already. Choose another name.")
+        require_new(task)
         task.write_text(TEMPLATE.format(file=task.name), encoding="utf-8")
         typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
         return

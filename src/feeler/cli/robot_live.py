@@ -5,6 +5,7 @@ from collections import deque
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from feeler.cli.robot_options import (
@@ -22,7 +23,8 @@ from feeler.cli.robot_options import (
     require,
     tell,
 )
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, require_new, say_json
+from feeler.errors import InvalidInput, require_extra
 
 _KEPT = 60_000  # samples that are judged as a whole: a minute at 1 kHz
 
@@ -54,7 +56,6 @@ def stream(
     out. Each line says if the touch is so far unlike any that was learned; at the end it is judged
     as a whole, as by classify.
     """
-    from feeler.errors import require_extra
     from feeler.robot import draw_lessons, load_calibration, load_recording, make_decoder
     from feeler.robot.link import Link
 
@@ -88,8 +89,6 @@ def stream(
 
 def _match_lines(lines, n: int, recording, source: str):
     """The calibration by which samples become angles; None where they are angles."""
-    from feeler.errors import InvalidInput
-
     if lines is not None and lines.n_hinges != n:
         raise InvalidInput(
             f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
@@ -115,9 +114,6 @@ def _open_samples(recording, source: str, serial: bool, n: int, link):
 
 def _judge(antenna, touches: list, kept, labels: dict, lessons):
     """The whole touch as ``classify`` judges it; None where it was too short to be one."""
-    import numpy as np
-
-    from feeler.errors import InvalidInput
     from feeler.robot import Recording, choose_before, make_classifier, repair, subtract_rest
     from feeler.robot.answer import judge_recording
 
@@ -141,10 +137,7 @@ def board(
     """Write an Arduino sketch that sends samples as `feeler robot stream --serial` reads them."""
     from importlib.resources import files
 
-    from feeler.errors import InvalidInput
-
-    if file.exists():
-        raise InvalidInput(f"{file} exists already. Choose another name.")
+    require_new(file)
     text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
     file.write_text(
         text.replace("CHANNELS = 8", f"CHANNELS = {channels}").replace(
@@ -181,8 +174,6 @@ def _decode(running, samples, lines, every: int, say, keep):
     """The last state; ``say`` is given each change, and every so many samples after contact;
     ``keep`` all of them.
     """
-    import numpy as np
-
     from feeler.robot.answer import describe_touch
 
     last, state = ("waiting", False), None

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from feeler.errors import InvalidInput
+
 Files = Annotated[
     list[Path],
     typer.Argument(
@@ -76,7 +78,6 @@ class Robot:
     def read(self, paths, calibration, outside, gaps, **units: str | None) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
         from feeler.cli.info import name_instead
-        from feeler.errors import InvalidInput
         from feeler.robot import load_calibration, load_recording, repair
 
         calibration = calibration or self.calibration
@@ -110,8 +111,6 @@ def make_touches(objects: Path | None, locations: str | None, speeds: str | None
 
 
 def _split(option: str, text: str | None) -> tuple[float, ...] | None:
-    from feeler.errors import InvalidInput
-
     try:
         return (
             None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
@@ -124,8 +123,6 @@ def _split(option: str, text: str | None) -> tuple[float, ...] | None:
 
 def require(lines, path, quantity: str):
     """A calibration, where one is needed."""
-    from feeler.errors import InvalidInput
-
     if lines is None:
         raise InvalidInput(
             f"{path} holds {quantity}: give --calibration, made by `feeler robot calibrate`."

@@ -1,7 +1,7 @@
 """The pages that ``feeler robot`` leaves with --out."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +23,7 @@ def write_answers(
     out: Path, found: Sequence[Mapping[str, Any]], answers: Sequence[Answer], aligned: np.ndarray
 ) -> Path:
     """robot.html, robot.png and robot.json of classified recordings."""
-    section, names = (
-        _begin(out, "Recordings and answers", list(found)),
-        [one["file"] for one in found],
-    )
+    names = [one["file"] for one in found]
 
     def draw(figure: Any) -> None:
         top = float(np.degrees(np.nanmax(np.abs(aligned)))) or 1.0
@@ -45,13 +42,6 @@ def write_answers(
         axes[-1].set_xlabel("sample, aligned on the tip's first peak")
         figure.colorbar(image, ax=list(axes), label="angle [°]")
 
-    section.figure(
-        "robot",
-        "The angle of every channel against time, each recording aligned on the first peak of its"
-        " tip; one colour scale for all.",
-        draw,
-        height=1.0 + 1.1 * len(names),
-    )
     rows = [
         [
             name,
@@ -63,9 +53,17 @@ def write_answers(
         ]
         for name, answer in zip(names, answers, strict=True)
     ]
-    section.table(["file", "answer", "probability", "runner-up", "truth", "verdict"], rows)
-    return write_page(
-        out / "robot.html", "What the robot touched", f"{len(names)} recordings.", section
+    return _write(
+        out,
+        "What the robot touched",
+        f"{len(names)} recordings.",
+        title="Recordings and answers",
+        numbers=list(found),
+        caption="The angle of every channel against time, each recording aligned on the first peak"
+        " of its tip; one colour scale for all.",
+        draw=draw,
+        height=1.0 + 1.1 * len(names),
+        table=(["file", "answer", "probability", "runner-up", "truth", "verdict"], rows),
     )
 
 
@@ -74,7 +72,6 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
     or was mended.
     """
     rows = [describe_recording(name, one) for name, one in zip(names, recordings, strict=True)]
-    section = _begin(out, "Recordings", rows)
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(names), 1, squeeze=False)[:, 0]
@@ -83,12 +80,6 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
             ax.set_title(name, fontsize=7)
         axes[-1].set_xlabel("time [ms]")
 
-    section.figure(
-        "robot",
-        "Every channel, dark at the base, bright at the tip.",
-        draw,
-        height=0.6 + 1.5 * len(names),
-    )
     cells = [
         [
             r["file"],
@@ -99,9 +90,16 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
         ]
         for r in rows
     ]
-    section.table(["file", "channels", "duration [ms]", "source", "found and mended"], cells)
-    return write_page(
-        out / "robot.html", "What the recordings hold", f"{len(names)} recordings.", section
+    return _write(
+        out,
+        "What the recordings hold",
+        f"{len(names)} recordings.",
+        title="Recordings",
+        numbers=rows,
+        caption="Every channel, dark at the base, bright at the tip.",
+        draw=draw,
+        height=0.6 + 1.5 * len(names),
+        table=(["file", "channels", "duration [ms]", "source", "found and mended"], cells),
     )
 
 
@@ -115,7 +113,6 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
     """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the
     fitted model moves it.
     """
-    section = _begin(out, "The release, recorded and fitted", describe_fit(recording, result))
 
     def draw(figure: Any) -> None:
         ax = figure.subplots()
@@ -124,23 +121,24 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
         ax.set(xlabel="time since the release [ms]", ylabel="tip off its rest [mm]")
         ax.legend()
 
-    section.figure(
-        "robot",
-        "How far the tip is off its rest after its release, as recorded and as the model moves.",
-        draw,
-        height=2.6,
-    )
     rings = (("recording", result.target), ("model", result.reached))
     rows = [
         [name, f"{1e3 * r.frequency:.3f}", f"{r.damping_ratio:.4f}", f"{r.r_squared:.1%}"]
         for name, r in rings
     ]
-    section.table(["", "damped frequency [Hz]", "damping ratio", "a damped cosine explains"], rows)
-    lead = (
+    return _write(
+        out,
+        "The robot's two factors",
         f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
-        f" {result.error:.2g}."
+        f" {result.error:.2g}.",
+        title="The release, recorded and fitted",
+        numbers=describe_fit(recording, result),
+        caption="How far the tip is off its rest after its release, as recorded and as the model"
+        " moves.",
+        draw=draw,
+        height=2.6,
+        table=(["", "damped frequency [Hz]", "damping ratio", "a damped cosine explains"], rows),
     )
-    return write_page(out / "robot.html", "The robot's two factors", lead, section)
 
 
 def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
@@ -174,7 +172,6 @@ def write_stream(
         "classes": classes,
         "posterior": belief,
     }
-    section = _begin(out, "What the sensors said, and what was thought of it", numbers)
 
     def draw(figure: Any) -> None:
         above, below = figure.subplots(2, 1, sharex=True)
@@ -184,20 +181,21 @@ def write_stream(
         below.set(xlabel=f"time [{unit}]", ylabel="probability", ylim=(0, 1.02))
         below.legend(fontsize=7)
 
-    section.figure(
-        "robot",
-        "Above: every channel, dark at the base, bright at the tip. Below: the four touches most"
-        " probable at the end.",
-        draw,
-        height=4.0,
-    )
     said = (
         "no contact"
         if end.label is None
         else f"{name_touch(end.label)}, {end.probability:.0%}, {end.state}"
     )
-    return write_page(
-        out / "robot.html", "A touch while it happened", f"At the end: {said}.", section
+    return _write(
+        out,
+        "A touch while it happened",
+        f"At the end: {said}.",
+        title="What the sensors said, and what was thought of it",
+        numbers=numbers,
+        caption="Above: every channel, dark at the base, bright at the tip. Below: the four touches"
+        " most probable at the end.",
+        draw=draw,
+        height=4.0,
     )
 
 
@@ -205,9 +203,6 @@ def write_gap(
     out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int
 ) -> Path:
     """robot.html, robot.png and robot.json: what each part of the gap costs, as bars."""
-    section = _begin(
-        out, "Each part of the gap alone, at full size", {"contacts": contacts, "shares": found}
-    )
     names = list(found)
     shares = 100 * np.array([found[name]["all"] for name in names])
     lost = 100 - shares
@@ -222,24 +217,22 @@ def write_gap(
             xlim=(0, max(5.0, 1.05 * lost[:, 1].max())),
         )
 
-    section.figure(
-        "robot",
-        f"Contacts (of {contacts} each) that a classifier trained on the model alone reads wrong in"
-        " feature, place or speed, on surrogate robots that differ from the model in one part"
-        " only. Sizes of the parts are choices (feeler.robot.Gap).",
-        draw,
-        height=0.8 + 0.28 * len(names),
-    )
     rows = [
         [name, *(f"{100 * s['all'][k]:.0f}" for k in range(3)), f"{100 * s['feature'][0]:.0f}"]
         for name, s in found.items()
     ]
-    section.table(["part", "read right, %", "from", "to", "feature right, %"], rows)
-    return write_page(
-        out / "robot.html",
+    return _write(
+        out,
         "What the gap costs",
         "How often a classifier that was trained in simulation errs on surrogate robots.",
-        section,
+        title="Each part of the gap alone, at full size",
+        numbers={"contacts": contacts, "shares": found},
+        caption=f"Contacts (of {contacts} each) that a classifier trained on the model alone reads"
+        " wrong in feature, place or speed, on surrogate robots that differ from the model in one"
+        " part only. Sizes of the parts are choices (feeler.robot.Gap).",
+        draw=draw,
+        height=0.8 + 0.28 * len(names),
+        table=(["part", "read right, %", "from", "to", "feature right, %"], rows),
     )
 
 
@@ -255,10 +248,26 @@ def _plot_channels(time: np.ndarray, angle: np.ndarray, ax: Axes, *beside: Axes)
     ax.figure.colorbar(numbers, ax=[ax, *beside], label="channel")
 
 
-def _begin(out: Path, title: str, numbers: object) -> Section:
+def _write(
+    out: Path,
+    heading: str,
+    lead: str,
+    *,
+    title: str,
+    numbers: object,
+    caption: str,
+    draw: Callable[[Any], None],
+    height: float,
+    table: tuple[list[str], list[list[Any]]] | None = None,
+) -> Path:
+    """robot.html with one picture and perhaps a table, robot.png and robot.json."""
     out.mkdir(parents=True, exist_ok=True)
     (out / "robot.json").write_text(json.dumps(to_json(numbers), indent=1) + "\n", encoding="utf-8")
-    return Section(name="robot", title=title, folder=out, vector=False)
+    section = Section(name="robot", title=title, folder=out, vector=False)
+    section.figure("robot", caption, draw, height=height)
+    if table:
+        section.table(*table)
+    return write_page(out / "robot.html", heading, lead, section)
 
 
 def _name(answer: Answer) -> str:

@@ -1,13 +1,16 @@
-"""What a verb says with ``--json``: the same numbers, and nothing beside them; and what one says
-that was interrupted.
+"""What a verb says with ``--json``: the same numbers, and nothing beside them; what one says that
+was interrupted, and of a file that is there already.
 """
 
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from feeler.errors import InvalidInput
 
 Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words")]
 
@@ -27,3 +30,9 @@ def say_what_stays(words: str) -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo(f"interrupted; {words}, and the same command goes on from there", err=True)
         raise typer.Exit(130) from None
+
+
+def require_new(file: Path) -> None:
+    """Refuse to write over what is there."""
+    if file.exists():
+        raise InvalidInput(f"{file} exists already. Choose another name.")

@@ -19,6 +19,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from feeler.cli.say import require_new
+from feeler.errors import InvalidInput
+
 if TYPE_CHECKING:
     from feeler.studio import AntennaWish
 
@@ -74,11 +77,9 @@ def studio(
 
 def _write(file: Path, antenna: "AntennaWish") -> None:
     """Write the page that computes by itself."""
-    from feeler.errors import InvalidInput
     from feeler.studio import TouchWish, write_touch_page
 
-    if file.exists():
-        raise InvalidInput(f"{file} exists already. Choose another name.")
+    require_new(file)
     if not file.parent.is_dir():
         raise InvalidInput(f"{file.parent} is no folder. Make it first, or choose another place.")
     text = write_touch_page(TouchWish(antenna=antenna))

@@ -20,6 +20,7 @@ from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from feeler.cli.page import EngineName
@@ -242,8 +243,6 @@ def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any)
 
 def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
     """The greatest of each quantity, and its unit."""
-    import numpy as np
-
     from feeler.plotting.touch import take_curvature
     from feeler.tensors.unit import in_unit
 

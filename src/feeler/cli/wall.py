@@ -10,9 +10,11 @@ Examples:
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from feeler.cli.say import Json, say_json
+from feeler.errors import InvalidInput
 
 
 def wall(
@@ -39,10 +41,7 @@ def wall(
     """Let a wall approach each antenna, and fit the wall's distance to the place of greatest
     curvature.
     """
-    import numpy as np
-
     from feeler.cli.choose import name_antennas
-    from feeler.errors import InvalidInput
     from feeler.wall import Posture, approach, map_distance
 
     if not near <= far:
@@ -85,8 +84,6 @@ def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
 
 
 def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
-    import numpy as np
-
     typer.echo(
         f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm "
         " monotone  told apart mm"
@@ -137,12 +134,8 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
         for name, found in maps.items()
     ]
     section.table(["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is"], rows)
-    values = {
-        name: {"distance": found.distance, "position": found.position, "r2": found.r2}
-        for name, found in maps.items()
-    }
-    for name, arrays in values.items():
-        section.numbers(name, **arrays)
+    for name, found in maps.items():
+        section.numbers(name, distance=found.distance, position=found.position, r2=found.r2)
     write_page(
         out / "wall.html",
         "How far is the wall?",
