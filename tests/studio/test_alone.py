@@ -109,7 +109,7 @@ def plant(wish, speed, unsure):
     """What thirty touches might have taught, at no cost."""
     pattern = np.outer(np.sin(np.linspace(0, 3, 56)), np.linspace(0, 1, 388) ** 2)
     expected = np.array([0.1 * (1 + c / 30) * pattern for c in range(30)], np.float32)
-    return alone._Learned(expected, peak=0.08, correlation=200.0, sure=17)
+    return expected, {"peak": 0.08, "correlation": 200.0, "sure": 17}
 
 
 @pytest.fixture(scope="module")

@@ -314,15 +314,15 @@ def test_the_thirty_touches_differ_from_those_that_test_them_as_far_as_is_said(m
 def test_of_a_page_s_two_antennas_the_graded_one_is_the_graded_one(stiffness, names):
     wish = OWN.replace(stiffness=stiffness)
     choices = alone._choose(wish, None)
-    assert [choice.name for choice in choices] == names
-    spread = [np.ptp(np.log(choice.wish.make().stiffness)) for choice in choices]
+    assert [name for name, _ in choices] == names
+    spread = [np.ptp(np.log(own.make().stiffness)) for _, own in choices]
     assert spread[0] > 1 and spread[1] < np.log(1.05)
-    assert wish in [choice.wish for choice in choices]
+    assert wish in [own for _, own in choices]
 
 
 def test_of_two_chosen_antennas_each_has_its_own_name():
     one, other = OWN.replace(name="x" * 60), AntennaWish(preset="robot")
-    named = [choice.name for choice in alone._choose(one, other)]
+    named = [name for name, _ in alone._choose(one, other)]
     robot = feeler.presets.robot().name
     assert named == [("A: " + "x" * 60)[:40], f"B: {robot}"[:40]]
 
@@ -375,10 +375,10 @@ def test_a_page_is_as_fine_as_its_size_allows_and_no_coarser(monkeypatch):
 
 def test_what_was_taught_stands_by_antenna_and_then_by_speed(monkeypatch):
     monkeypatch.setattr(alone, "_keep", lambda wish, speed, unsure, step: (wish, speed, unsure))
-    choices = [alone._Choice(name, AntennaWish(preset=name)) for name in ("linear", "constant")]
+    choices = [(name, AntennaWish(preset=name)) for name in ("linear", "constant")]
     taught = alone._teach_all(choices, [0.1, 0.2, 0.3], 0.13, 0.004)
     assert taught["kept"] == [
-        [(choice.wish, speed, 0.13) for speed in (0.1, 0.2, 0.3)] for choice in choices
+        [(wish, speed, 0.13) for speed in (0.1, 0.2, 0.3)] for _, wish in choices
     ]
     assert len(taught["labels"]) == 30
 

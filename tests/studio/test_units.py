@@ -14,7 +14,7 @@ from feeler.decoding import StreamDecoder
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import TABLE, encode_touch
-from feeler.studio.alone import _Choice, _pack, _pack_contact, _pack_expected, _pack_shapes
+from feeler.studio.alone import _pack, _pack_contact, _pack_expected, _pack_shapes
 from feeler.studio.catalogue import describe_original
 from feeler.studio.exporting import bundle, read_page
 from feeler.studio.hand import replay
@@ -91,7 +91,7 @@ def make_host():
         "state": {"A": wishes[0].antenna.to_plain(), "touch": {}},
         "contact": _pack_contact(),
         "antennas": [
-            _pack(_Choice(name, wish.antenna))
+            _pack(name, wish.antenna)
             for name, wish in zip(("first", "second"), wishes, strict=True)
         ],
         "speeds": [{"name": "slow", "value": 0.06}],

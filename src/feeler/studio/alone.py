@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import lru_cache, partial
 from importlib.metadata import version
 from threading import Event
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.fft import dct
@@ -43,14 +43,9 @@ _SURE = 0.9  # as the verdict's panel has it
 # which a page stays small
 _STEPS = (0.002, 0.004, 0.008)
 _LARGEST = 390_000  # characters
+_Choice = tuple[str, AntennaWish]
+"""An antenna that a page offers: its name and what it is."""
 _KINDS = {f.KIND_BALL: "ball", f.KIND_BOX: "box", f.KIND_POLYGON: "polygon"}
-
-
-class _Choice(NamedTuple):
-    """An antenna that a page offers."""
-
-    name: str
-    wish: AntennaWish
 
 
 @checked
@@ -95,7 +90,7 @@ def write_touch_page(
         "version": version("feeler"),
         "state": state,
         "contact": _pack_contact(),
-        "antennas": [_pack(choice) for choice in choices],
+        "antennas": [_pack(*choice) for choice in choices],
         "speeds": [{"name": names.get(v, f"{v:g} m/s"), "value": v} for v in speeds],
         "shapes": _pack_shapes(wish.antenna.make()),
         "commands": None if commands is None else list(commands),
@@ -115,13 +110,13 @@ def _choose(first: AntennaWish, other: AntennaWish | None) -> list[_Choice]:
     antenna = first.make()
     if other is not None:
         return [
-            _Choice(f"A: {antenna.name}"[:_NAME_LENGTH], first),
-            _Choice(f"B: {other.make().name}"[:_NAME_LENGTH], other),
+            (f"A: {antenna.name}"[:_NAME_LENGTH], first),
+            (f"B: {other.make().name}"[:_NAME_LENGTH], other),
         ]
     if np.max(antenna.stiffness) <= _NEARLY_LEVEL * np.min(antenna.stiffness):
-        return [_Choice("graded", AntennaWish()), _Choice("level", first)]
+        return [("graded", AntennaWish()), ("level", first)]
     level = AntennaWish(preset="matched") if first == AntennaWish() else _level(first, antenna)
-    return [_Choice("graded", first), _Choice("level", level)]
+    return [("graded", first), ("level", level)]
 
 
 def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
@@ -139,11 +134,11 @@ def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
     )
 
 
-def _pack(choice: _Choice) -> dict[str, Any]:
-    antenna = choice.wish.make()
+def _pack(name: str, wish: AntennaWish) -> dict[str, Any]:
+    antenna = wish.make()
     return {
-        "name": choice.name,
-        "wish": choice.wish.to_plain(),
+        "name": name,
+        "wish": wish.to_plain(),
         "constants": _pack_antenna(antenna),
         "drawn": describe_antenna(antenna),
     }
@@ -163,7 +158,7 @@ def _teach_all(
 ) -> dict[str, Any]:
     """The thirty touches, and what they taught (antenna, speed)."""
     labels = [(trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])]
-    wishes = [choice.wish for choice in choices for _ in speeds]
+    wishes = [wish for _, wish in choices for _ in speeds]
     keep = partial(_keep, unsure=unsure, step=step)
     with hold_blas(), ThreadExecutor() as pool:
         kept = list(pool.map(keep, wishes, [*speeds] * len(choices)))
@@ -174,24 +169,20 @@ def _teach_all(
 def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any] | None:
     """What a decoder learned; None where this antenna's thirty touches teach nothing."""
     try:
-        learned = _teach(wish, speed, unsure)
+        expected, learned = _teach(wish, speed, unsure)
     except (InvalidInput, SimulationDiverged):
         return None
-    about = {"peak": learned.peak, "correlation": learned.correlation, "sure": learned.sure}
-    return {**about, **_pack_expected(learned.expected, step)}
-
-
-class _Learned(NamedTuple):
-    """What the thirty touches of an antenna taught its decoder at a speed."""
-
-    expected: np.ndarray  # (class, sensor, time)
-    peak: float  # rad
-    correlation: float  # samples
-    sure: int  # touches whose kind it names surely at their ends
+    return {**learned, **_pack_expected(expected, step)}
 
 
 @lru_cache(maxsize=12)
-def _teach(wish: AntennaWish, speed: float, unsure: float) -> _Learned:
+def _teach(
+    wish: AntennaWish, speed: float, unsure: float
+) -> tuple[np.ndarray, dict[str, float | int]]:
+    """What the thirty touches of an antenna taught its decoder at a speed: what it expects (class,
+    sensor, time), and the peak [rad], the correlation [samples], and of how many touches it names
+    the kind surely at their ends.
+    """
     known = find_study(wish.make(), speed, unsure)
     if known is not None:
         labels, angle, decoder, peak = known.labels, known.tensors, known.decoder, known.peak
@@ -203,8 +194,9 @@ def _teach(wish: AntennaWish, speed: float, unsure: float) -> _Learned:
     kinds = np.array([label[0] for label in labels])
     posterior = decoder.decide(list(LOUDNESS / peak * angle))[:, order]
     right = np.sum(posterior, axis=1, where=kinds[:, None] == kinds)
-    expected = decoder.expected_[order].astype(np.float32)
-    return _Learned(expected, peak, decoder.correlation_, int(np.sum(right >= _SURE)))
+    sure = int(np.sum(right >= _SURE))
+    learned = {"peak": peak, "correlation": decoder.correlation_, "sure": sure}
+    return decoder.expected_[order].astype(np.float32), learned
 
 
 def _pack_antenna(antenna: Antenna) -> str:

@@ -26,18 +26,20 @@ from feeler.studio.running import run_along_wall
 from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import (
     count_samples,
+    describe_antenna,
     describe_mode,
     describe_scene,
     find_sensed,
     hash_tensor,
     simulate_pieces,
 )
-from feeler.studio.turning import describe_beginning, fold_sensors, touch_in_space
+from feeler.studio.turning import fold_sensors, touch_in_space
 from feeler.studio.wish import AntennaWish, TouchWish, read_number
 
 _SLOTS = ("A", "B")
 _Put = Callable[[bytes], None]
-_Task = Callable[[dict[str, Any], Event], None]
+_Task = Callable[[dict[str, Any], dict[str, Any], Event], None]
+"""Given what its answer begins with (type, slot, id), the message, and what stops it."""
 
 
 @checked
@@ -53,16 +55,16 @@ class Session:
         self._boards = boards or Boards()
         self._calibration = self._boards.calibration
         self._first, self._unsure = antenna or AntennaWish(), study.UNSURE
-        self._tasks: dict[str, _Task] = {
-            "hello": self._greet,
-            "touch": self._touch,
-            "study": self._study,
-            "hand": self._take_in_hand,
-            "follow": self._follow,
-            "save": self._save,
-            "open": self._open,
-            "ports": self._list_ports,
-            "listen": self._listen,
+        self._tasks: dict[str, tuple[str, _Task]] = {
+            "hello": ("catalogue", self._greet),
+            "touch": ("touch", self._touch),
+            "study": ("study", self._study),
+            "hand": ("touch", self._take_in_hand),
+            "follow": ("follow", self._follow),
+            "save": ("file", self._save),
+            "open": ("opened", self._open),
+            "ports": ("ports", self._list_ports),
+            "listen": ("touch", self._listen),
         }
 
     @property
@@ -79,28 +81,27 @@ class Session:
         """One message of the page; what is wrong with it is answered and not raised."""
         try:
             message = read_message(text)
-            task = self._tasks.get(message["type"])
-            if task is None and message["type"] not in ("aim", "stop"):
-                raise InvalidInput(
-                    f"unknown message {message['type'][:40]!r}; valid: {', '.join(self._tasks)},"
-                    " aim, stop."
-                )
-            if message["type"] == "aim":
+            asked = message["type"]
+            if asked == "aim":
                 self._hand.aim(message)
                 return
-            if task is None:
-                self._hand.end()
-                self._desk.clear()
+            if asked == "stop":
+                self.close()
                 return
-            about = {"of": message["type"], "slot": _read_slot(message), "id": _read_id(message)}
+            if asked not in self._tasks:
+                raise InvalidInput(
+                    f"unknown message {asked[:40]!r}; valid: {', '.join(self._tasks)}, aim, stop."
+                )
+            kind, task = self._tasks[asked]
+            about = {"type": kind, "slot": _read_slot(message), "id": _read_id(message)}
         except InvalidInput as error:
             self._desk.give(
                 "answer", partial(self._answer, {"type": "error", "message": str(error)})
             )
             return
-        if message["type"] == "hand":
+        if asked == "hand":
             self._hand.begin()
-        self._desk.give(f"{about['of']} {about['slot']}", partial(self._work, task, about, message))
+        self._desk.give(f"{asked} {about['slot']}", partial(self._work, task, about, message))
 
     def _answer(self, header: dict[str, Any], stop: Event) -> None:
         if not stop.is_set():
@@ -109,23 +110,19 @@ class Session:
     def _work(
         self, task: _Task, about: dict[str, Any], message: dict[str, Any], stop: Event
     ) -> None:
+        wrong = {**about, "type": "error", "of": message["type"]}
         try:
-            task(message, stop)
+            task(about, message, stop)
         except (study.Stopped, ConnectionError):
             return
         except SimulationDiverged:
-            self._say({"type": "error", **about, "message": _advise(about["of"])})
+            self._say({**wrong, "message": _advise(message["type"])})
         except FeelerError as error:
-            self._say({"type": "error", **about, "message": str(error)})
+            self._say({**wrong, "message": str(error)})
         except Exception as error:  # a mistake of ours must not end the page
             logging.getLogger("feeler").warning("studio: %s failed", message["type"], exc_info=True)
-            self._say(
-                {
-                    "type": "error",
-                    **about,
-                    "message": f"feeler made a mistake: {type(error).__name__}: {error}",
-                }
-            )
+            words = f"feeler made a mistake: {type(error).__name__}: {error}"
+            self._say({**wrong, "message": words})
 
     def _say(self, header: dict[str, Any], **arrays: np.ndarray) -> None:
         try:
@@ -136,12 +133,11 @@ class Session:
     def _tell(self, about: dict[str, Any], header: dict[str, Any], **arrays: np.ndarray) -> None:
         self._say({**about, **header}, **arrays)
 
-    def _greet(self, message: dict[str, Any], stop: Event) -> None:
-        self._say({"type": "catalogue", **make_catalogue(self._first)})
+    def _greet(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
+        self._say({**about, **make_catalogue(self._first)})
 
-    def _touch(self, message: dict[str, Any], stop: Event) -> None:
+    def _touch(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         wish = TouchWish.from_plain(message.get("wish"))
-        about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message)}
         antenna = wish.antenna.make_any()
         if antenna.spatial:
             self._turn(about, antenna, wish, stop)
@@ -160,8 +156,8 @@ class Session:
 
     def _turn(self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, stop: Event) -> None:
         """A touch in space, whole, and the view of it that is turned by hand."""
-        begin = {"part": "begin", "total": count_samples(wish)}
-        self._say({**about, **begin, **describe_beginning(antenna, wish)})
+        begin = {"part": "begin", "total": count_samples(wish), "preview": wish.preview}
+        self._say({**about, **begin, "antenna": describe_antenna(antenna), "rims": []})
         tensors = touch_in_space(wish)
         if stop.is_set():
             return
@@ -192,11 +188,10 @@ class Session:
             posterior=posterior,
         )
 
-    def _study(self, message: dict[str, Any], stop: Event) -> None:
+    def _study(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         antenna = AntennaWish.from_plain(message.get("antenna")).make()
         speed = read_number(message.get("speed"), "speed", 1e-3, 4.0)
         self._unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
-        about = {"type": "study", "slot": _read_slot(message), "id": _read_id(message)}
 
         def tell(doing: str, share: float) -> None:
             self._say({**about, "part": "doing", "doing": doing, "share": share})
@@ -218,38 +213,26 @@ class Session:
             **similarity,
         )
 
-    def _take_in_hand(self, message: dict[str, Any], stop: Event) -> None:
+    def _take_in_hand(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         wish = TouchWish.from_plain(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
-        about = {
-            "type": "touch",
-            "slot": _read_slot(message),
-            "id": _read_id(message),
-            "hand": True,
-        }
-        self._hand.run(wish, pace, partial(self._tell, about), stop)
+        self._hand.run(wish, pace, partial(self._tell, {**about, "hand": True}), stop)
 
-    def _follow(self, message: dict[str, Any], stop: Event) -> None:
+    def _follow(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         antenna = AntennaWish.from_plain(message.get("antenna")).make()
         turn = read_number(message.get("turn", 30.0), "turn", -79.0, 79.0)
         speed = read_number(message.get("speed", 0.45), "speed", 0.05, 2.0)
-        about = {"type": "follow", "slot": _read_slot(message), "id": _read_id(message)}
         run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
 
-    def _save(self, message: dict[str, Any], stop: Event) -> None:
+    def _save(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         made = make_file(message)
         content = np.frombuffer(made.content + b"\0" * (-len(made.content) % 4), "<f4")
-        header = {"type": "file", "id": _read_id(message), "name": made.name, "mime": made.mime}
-        self._say({**header, "bytes": len(made.content)}, content=content)
+        header = {"name": made.name, "mime": made.mime, "bytes": len(made.content)}
+        self._say({**about, **header}, content=content)
 
-    def _open(self, message: dict[str, Any], stop: Event) -> None:
+    def _open(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         name, text = read_file(message)
-        about = {
-            "type": "opened",
-            "slot": _read_slot(message),
-            "id": _read_id(message),
-            "name": name,
-        }
+        about = {**about, "name": name}
         if name.lower().endswith(".json"):
             self._calibration = open_calibration(name, text)
             self._say({**about, "what": "calibration", "hinges": self._calibration.n_hinges})
@@ -257,29 +240,19 @@ class Session:
         header, arrays = open_text(message, self._calibration, self._find(message))
         self._say({**about, **header}, **arrays)
 
-    def _list_ports(self, message: dict[str, Any], stop: Event) -> None:
-        self._say(
-            {
-                "type": "ports",
-                "ports": self._boards.find(),
-                "calibrated": self._calibration is not None,
-            }
-        )
+    def _list_ports(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
+        calibrated = self._calibration is not None
+        self._say({**about, "ports": self._boards.find(), "calibrated": calibrated})
 
-    def _listen(self, message: dict[str, Any], stop: Event) -> None:
+    def _listen(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         if not message.get("port"):
             return  # who listened has stopped
         antenna = AntennaWish.from_plain(message.get("antenna")).make()
-        about = {
-            "type": "touch",
-            "slot": _read_slot(message),
-            "id": _read_id(message),
-            "live": True,
-        }
-        lines = self._boards.open(message["port"])
-        listen(
-            lines, antenna, self._calibration, self._find(message), partial(self._tell, about), stop
+        lines, say = (
+            self._boards.open(message["port"]),
+            partial(self._tell, {**about, "live": True}),
         )
+        listen(lines, antenna, self._calibration, self._find(message), say, stop)
 
     def _find(self, message: dict[str, Any]) -> Callable[[Antenna], AntennaStudy | None]:
         """The study of an antenna at the speed of a message, once it was made."""

@@ -1,14 +1,12 @@
 """A touch of an antenna in space: computed whole, shown as a view that is turned by hand."""
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.experiment.touch import touch
-from feeler.studio.touching import describe_antenna, find_sensed
+from feeler.studio.touching import find_sensed
 from feeler.studio.wish import PREVIEW, TouchWish
 
 
@@ -32,11 +30,6 @@ def touch_in_space(wish: TouchWish) -> xr.Dataset:
         timestep=PREVIEW if wish.preview else None,
         all_hinges=True,
     )
-
-
-def describe_beginning(antenna: Antenna, wish: TouchWish) -> dict[str, Any]:
-    """What a page needs to label the tensor; profiles are those of bending towards x."""
-    return {"antenna": describe_antenna(antenna), "rims": [], "preview": wish.preview}
 
 
 def fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from typing import Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
-from feeler.errors import MissingExtra
+from feeler.errors import require_extra
 from feeler.studio.exporting import read_page, write_module
 from feeler.studio.session import Session
 from feeler.studio.wish import AntennaWish, wish_for
@@ -37,12 +37,8 @@ def show_studio(antenna: Antenna | str = "exponential") -> Any:
 
 def _make_widget(wish: AntennaWish) -> Any:
     """The widget of a wish."""
-    try:
-        import anywidget
-    except ImportError as error:
-        raise MissingExtra(
-            "the studio in a notebook needs anywidget: pip install 'feeler[notebook]'."
-        ) from error
+    require_extra("anywidget", "notebook", "the studio in a notebook")
+    import anywidget
 
     class StudioWidget(anywidget.AnyWidget):
         _esm = write_module()
