@@ -60,6 +60,7 @@ def design(
     from feeler.cli.choose import choose_executor
     from feeler.design.outcome import JOURNAL, carry_out
     from feeler.design.plan import TEMPLATE, load_plan
+    from feeler.progress import ProgressBar
 
     if new:
         require_new(task)
@@ -72,8 +73,9 @@ def design(
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = say_what_stays(f"every simulated antenna is in {out / JOURNAL}")
-    with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
-        found = carry_out(plan, out, watch=watch, executor=executor)
+    bar = ProgressBar("antennas simulated")
+    with choose_executor(workers, cluster) as executor, kept, bar:
+        found = carry_out(plan, out, watch=_Watcher(plan, out, bar), executor=executor)
         _report(found, out, robot, movie, executor, as_json)
 
 
@@ -105,18 +107,11 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
 class _Watcher:
     """Shows how far the search is, and keeps a picture of the best so far beside the journal."""
 
-    def __init__(self, plan, out: Path) -> None:
-        from feeler.progress import ProgressBar
-
+    def __init__(self, plan, out: Path, bar) -> None:
         asked = plan.search
-        self._plan, self._out = plan, out
+        self._plan, self._out, self._bar = plan, out, bar
         self._total = asked.get("evaluations", 100) * asked.get("starts", 1)
-        self._bar, self._before, self._last, self._cost = (
-            ProgressBar("antennas simulated"),
-            0,
-            0,
-            float("inf"),
-        )
+        self._before, self._last, self._cost = 0, 0, float("inf")
 
     def __call__(self, problem) -> None:
         if problem.evaluations < self._last:  # another start
@@ -145,9 +140,3 @@ class _Watcher:
                 fontsize=8,
             )
             figure.savefig(self._out / "current.png")
-
-    def __enter__(self) -> "_Watcher":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()

@@ -57,10 +57,6 @@ class Case:
 
     Attributes
     ----------
-    n_contact : int
-        Distances in contact.
-    n_inverted : int
-        Of these, those with a standing inverted J.
     offset : float
         Median distance along the antenna [mm] between the point of greatest curvature and the
         contact, over the distances at which it stands against the wall as its posture asks; NaN
@@ -70,8 +66,6 @@ class Case:
     antenna: str
     posture: Posture
     measure: Mapping[str, str]
-    n_contact: int
-    n_inverted: int
     map: DistanceMap
     offset: float
 
@@ -151,8 +145,6 @@ def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
         antenna=name,
         posture=sweep.posture,
         measure=measure,
-        n_contact=int(sweep.contact.sum()),
-        n_inverted=int(sweep.inverted.sum()),
         map=found,
         offset=float(np.median(apart)) if apart.size >= FEWEST_DISTANCES else np.nan,
     )
