@@ -73,7 +73,6 @@ OWN = {
     "report/page.py:": "figures that a run has drawn, or that ship with feeler",
     "report/page.py:_embed": "a figure that a run has drawn",
     "studies/paper/report.py:_copy_figures": "a figure that this run has drawn",
-    "studio/messages.py:unpack": "what our own server says, to a test or a notebook",
     "studio/messages.py:read_message": "a message of at most 8 MiB, cut by the server",
     "studio/session.py:Session._listen": "a serial port that the system lists",
     "tensors/plain.py:describe_whole": "text that was written a line before",

@@ -214,7 +214,7 @@ def test_an_exported_page_computes_and_says_what_it_is(browser, tmp_path, monkey
     touch = {"antenna": mine, "kind": "triangle", "size": 2.2, "speed": 0.2, "side": "right"}
     touch |= {"approach": 80.0, "location": 0.66, "duration": 90.0}
     other = {**touch, "antenna": {"preset": "matched"}}
-    content = make_file({"what": "html", "wish": touch, "other": other}).content
+    *_, content = make_file({"what": "html", "wish": touch, "other": other})
     path = tmp_path / "shown.html"
     path.write_bytes(content)
     open_page(browser, path)
@@ -235,7 +235,7 @@ def test_a_run_by_hand_is_computed_again(browser, tmp_path, monkeypatch):
     wish = {"antenna": {"preset": "matched"}, "location": 0.6, "lead": 2.0}
     message = {"what": "html", "wish": wish, "commands": commands, "samples": 40}
     path = tmp_path / "hand.html"
-    path.write_bytes(make_file(message).content)
+    path.write_bytes(make_file(message)[-1])
     browser.get(path.as_uri())
     wait_for(browser, "app && app.records.A.hand && app.records.A.ended")
     again = replay(TouchWish.from_plain(wish), [tuple(one) for one in commands], 40)

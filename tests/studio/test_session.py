@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 import feeler
 from feeler.studio import Session, study
 from feeler.studio.hand import _apply, _hold_all, replay
-from feeler.studio.messages import unpack
 from feeler.studio.touching import Readings, hash_tensor, make_simulation
 from feeler.studio.wish import TouchWish
+
+from ._messages import unpack
 
 SHORT = {"duration": 30.0, "speed": 0.3}
 CHANGED = {

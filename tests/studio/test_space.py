@@ -11,11 +11,12 @@ from feeler.antenna.file import write_antenna
 from feeler.plotting.turn import describe_turnable
 from feeler.studio import Session, Studio
 from feeler.studio.exporting import SPACE_SCRIPT, read_page
-from feeler.studio.messages import unpack
 from feeler.studio.touching import hash_tensor
 from feeler.studio.wish import AntennaWish, TouchWish, wish_for
 from feeler.tensors.scaling import fold_planes
 from tests.studio.test_browser import ask, find_problems, open_page, wait_for
+
+from ._messages import unpack
 
 WISH = {"antenna": {"preset": "rat-whisker"}, "speed": 0.1, "azimuth": 40.0, "duration": 60.0}
 ANTENNA = feeler.presets.make_preset("rat-whisker")

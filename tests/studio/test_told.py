@@ -31,11 +31,12 @@ from feeler.studio import (
     widget,
 )
 from feeler.studio.listener import Listener
-from feeler.studio.messages import unpack
 from feeler.studio.script import write_script
 from feeler.studio.touching import describe_mode, describe_scene, make_simulation, simulate_pieces
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish, read_number, wish_for
 from feeler.wall import make_turn
+
+from ._messages import unpack
 
 OWN = AntennaWish(toml=write_antenna(make_antenna()))
 BOX = {"kind": "box", "size": 1.3, "x": 6.0, "y": 9.0, "heading": -70.0, "speed": 0.2}
@@ -356,12 +357,12 @@ def test_a_page_that_leaves_shows_what_was_asked_for_at_the_speed_that_was_asked
     ]
     assert (config["commands"], config["samples"]) == (commands, 31)
     (choices, speeds, unsure, _) = taught[0]
-    assert ([one.wish for one in choices], speeds, unsure) == (
+    assert ([own for _, own in choices], speeds, unsure) == (
         [OWN, AntennaWish(preset="linear")],
         [0.06, 0.37, 0.6],
         0.13,
     )
-    assert [one["name"] for one in config["antennas"]] == [choice.name for choice in choices]
+    assert [one["name"] for one in config["antennas"]] == [name for name, _ in choices]
 
 
 def test_a_page_is_as_fine_as_its_size_allows_and_no_coarser(monkeypatch):
@@ -594,9 +595,9 @@ def test_what_leaves_has_a_name_and_a_kind_of_its_own(monkeypatch):
     monkeypatch.setattr(leaving, "read_shown", lambda *given, **how: shown.append((given, how)))
     wish, made, contents = WISH.to_plain(), {}, {}
     for what in ("toml", "script", "svg", "png", "mp4", "html"):
-        file = leaving.make_file({"what": what, "wish": wish, "quantity": "curvature"})
-        made[what] = file.name, file.mime
-        contents[what] = file.content
+        asked = {"what": what, "wish": wish, "quantity": "curvature"}
+        name, mime, contents[what] = leaving.make_file(asked)
+        made[what] = name, mime
     assert (contents["svg"], contents["png"], contents["mp4"]) == (b"svg", b"png", b"film")
     assert made == {
         "toml": ("feeler-antenna.toml", "application/toml"),

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 import feeler
 from feeler.errors import InvalidInput
 from feeler.studio.catalogue import describe_original
-from feeler.studio.messages import pack, read_message, unpack
+from feeler.studio.messages import pack, read_message
 from feeler.studio.script import _write_antenna
 from feeler.studio.wish import AntennaWish, TouchWish, _sample_handles, compute_compliance
+
+from ._messages import unpack
 
 
 def test_an_unchanged_wish_is_the_preset_itself():

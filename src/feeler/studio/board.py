@@ -18,7 +18,7 @@ from feeler.robot.link import Link
 from feeler.robot.samples import open_serial, split_sample, take_line
 from feeler.studio.listener import Listener
 from feeler.studio.study import AntennaStudy
-from feeler.studio.touching import SAMPLE_INTERVAL, describe_antenna, find_sensed
+from feeler.studio.touching import SAMPLE_INTERVAL, describe_antenna
 
 _WINDOW = 2000  # [C] samples that the page keeps
 _FRAME = 1 / 30  # s between messages to the page
@@ -88,7 +88,7 @@ def listen(
     """
     known = list(islice(lines, 1, _PROBE))  # the first line may have begun before
     given, antenna = antenna, _find_antenna(known, antenna)
-    n_channels = find_sensed(antenna).size
+    n_channels = antenna.sensors.size
     if calibration is not None and calibration.n_hinges != n_channels:
         raise InvalidInput(
             f"the calibration is for {calibration.n_hinges} hinges, the board has {n_channels}"
@@ -178,12 +178,12 @@ def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
     timed = _is_time([row[0] for row in rows if len(row) == width])
     robot = make_preset("robot")
     for one in (antenna, robot):
-        if find_sensed(one).size == width - timed:
+        if one.sensors.size == width - timed:
             return one
     raise InvalidInput(
         f"the board sends {width} numbers a line{', the first of them a time' if timed else ''};"
-        f" the antenna {antenna.name!r} has {find_sensed(antenna).size} sensors (and the robot"
-        f" {find_sensed(robot).size}). Set the number of sensors, or open the antenna's own file"
+        f" the antenna {antenna.name!r} has {antenna.sensors.size} sensors (and the robot"
+        f" {robot.sensors.size}). Set the number of sensors, or open the antenna's own file"
         " first."
     )
 

@@ -11,7 +11,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.files import temporary_folder
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.trial import Trial
-from feeler.studio.touching import SAMPLE_INTERVAL, find_sensed
+from feeler.studio.touching import SAMPLE_INTERVAL
 from feeler.studio.wish import TouchWish
 
 _LABELS = {"angle": "hinge angle [°]", "curvature": "curvature [1/mm]"}
@@ -32,7 +32,7 @@ class PageView(NamedTuple):
     @property
     def tensor(self) -> np.ndarray:
         """What the sensors say (sensor, sample)."""
-        return self.values[find_sensed(self.antenna)]
+        return self.values[self.antenna.sensors - 1]
 
     @property
     def time(self) -> np.ndarray:

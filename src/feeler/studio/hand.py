@@ -12,7 +12,6 @@ from feeler.studio.touching import (
     SAMPLE_INTERVAL,
     Readings,
     describe_scene,
-    find_sensed,
     hash_tensor,
     make_simulation,
 )
@@ -69,7 +68,7 @@ class Hand:
         antenna = wish.antenna.make()
         say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
         readings.add(simulation)
-        sensed = [readings.angle[find_sensed(antenna)]]
+        sensed = [readings.angle[antenna.sensors - 1]]
         done, sent, due = 1, 0, 1.0
         while not (stop.is_set() or ended.is_set()):
             began = time.monotonic()
@@ -83,7 +82,7 @@ class Hand:
                     break
                 simulation.step(SAMPLE_INTERVAL)
                 readings.add(simulation)
-                sensed.append(readings.angle[find_sensed(antenna)])
+                sensed.append(readings.angle[antenna.sensors - 1])
                 done += 1
             if readings.rows:
                 say({"part": "piece", "first": sent}, **readings.take())

@@ -3,7 +3,6 @@ computes by itself.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
@@ -20,17 +19,10 @@ from feeler.studio.touching import count_samples, simulate_pieces
 from feeler.studio.wish import TouchWish, read_number
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Leaving:
-    """A file that leaves the page."""
-
-    name: str
-    mime: str
-    content: bytes
-
-
-def make_file(message: dict[str, Any]) -> _Leaving:
-    """What the page asks to be saved: ``what`` is toml, script, svg, png, mp4 or html."""
+def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
+    """Name, kind and content of what the page asks to be saved: ``what`` is toml, script, svg, png,
+    mp4 or html.
+    """
     wish = TouchWish.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
     samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
@@ -56,9 +48,7 @@ def make_file(message: dict[str, Any]) -> _Leaving:
         raise InvalidInput(f"what must be one of {', '.join(makers)}, got {str(what)[:40]!r}.")
     mime, make = makers[what]
     stem = "antenna" if what == "toml" else "touch"
-    return _Leaving(
-        name=f"feeler-{stem}.{'py' if what == 'script' else what}", mime=mime, content=make()
-    )
+    return f"feeler-{stem}.{'py' if what == 'script' else what}", mime, make()
 
 
 def _read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[str, np.ndarray]:

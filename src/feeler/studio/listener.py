@@ -6,7 +6,6 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.robot import SensorCalibration
 from feeler.studio.study import AntennaStudy
-from feeler.studio.touching import find_sensed
 from feeler.tensors.posture import spread_angles
 
 _PAUSE = (
@@ -67,7 +66,7 @@ class Listener:
         self, antenna: Antenna, calibration: SensorCalibration | None, interval: float
     ) -> None:
         self._antenna, self._calibration, self._interval = antenna, calibration, interval
-        self._sensed = find_sensed(antenna)
+        self._sensed = antenna.sensors - 1
         self._last, self._time = np.zeros(self._sensed.size), float("nan")
         self._rows: list[np.ndarray] = []
         self._beliefs: list[np.ndarray] = []

@@ -29,18 +29,6 @@ def pack(header: Mapping[str, Any], **arrays: np.ndarray) -> bytes:
     )
 
 
-def unpack(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Header and arrays of a packed message."""
-    (length,) = struct.unpack_from("<I", data)
-    header = json.loads(data[4 : 4 + length])
-    arrays, place = {}, 4 + length
-    for name, shape in header.pop("arrays"):
-        count = int(np.prod(shape))
-        arrays[name] = np.frombuffer(data, "<f4", count, place).reshape(shape)
-        place += 4 * count
-    return header, arrays
-
-
 def read_message(text: str | bytes) -> dict[str, Any]:
     """A message of the page.
 

@@ -19,7 +19,7 @@ from feeler.robot import SensorCalibration, load_calibration, load_recording, re
 from feeler.studio.catalogue import describe_original
 from feeler.studio.listener import Judge
 from feeler.studio.study import AntennaStudy
-from feeler.studio.touching import describe_antenna, find_sensed
+from feeler.studio.touching import describe_antenna
 from feeler.studio.wish import AntennaWish
 from feeler.tensors.posture import spread_angles
 
@@ -93,13 +93,11 @@ def _open_recording(
             )
         recording = recording.to_angles(calibration, outside="extend")
     robot = make_preset("robot")
-    fitting = next(
-        (a for a in (antenna, robot) if find_sensed(a).size == recording.n_sensors), None
-    )
+    fitting = next((a for a in (antenna, robot) if a.sensors.size == recording.n_sensors), None)
     if fitting is None:
         raise InvalidInput(
             f"{name} has {recording.n_sensors} channels, but the antenna {antenna.name!r} has"
-            f" {find_sensed(antenna).size} sensors (and the robot {find_sensed(robot).size}). Set"
+            f" {antenna.sensors.size} sensors (and the robot {robot.sensors.size}). Set"
             " the number of sensors, or open the antenna's own file first."
         )
     rate = 1e3 / float(np.median(np.diff(recording.time)))  # its own; what is shown is resampled
@@ -120,7 +118,7 @@ def _open_recording(
         "robot": fitting is not antenna,
     }
     arrays = {
-        "angle": spread_angles(shown, fitting, find_sensed(fitting)),
+        "angle": spread_angles(shown, fitting, fitting.sensors - 1),
         "base": np.zeros((len(shown), 3)),
     }
     if (known := find(fitting)) is not None:

@@ -29,7 +29,6 @@ from feeler.studio.touching import (
     describe_antenna,
     describe_mode,
     describe_scene,
-    find_sensed,
     hash_tensor,
     simulate_pieces,
 )
@@ -149,7 +148,7 @@ class Session:
             self._say({**about, "part": "piece", "first": first}, **readings)
         if stop.is_set():
             return
-        tensor = np.concatenate(angle)[:, find_sensed(antenna)].T
+        tensor = np.concatenate(angle)[:, antenna.sensors - 1].T
         end = {"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview}
         self._say({**about, **end} | ({} if wish.preview else {"mode": describe_mode(antenna)}))
         self._read(about, antenna, wish, tensor, stop)
@@ -225,10 +224,10 @@ class Session:
         run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
 
     def _save(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
-        made = make_file(message)
-        content = np.frombuffer(made.content + b"\0" * (-len(made.content) % 4), "<f4")
-        header = {"name": made.name, "mime": made.mime, "bytes": len(made.content)}
-        self._say({**about, **header}, content=content)
+        name, mime, content = make_file(message)
+        padded = np.frombuffer(content + b"\0" * (-len(content) % 4), "<f4")
+        header = {"name": name, "mime": mime, "bytes": len(content)}
+        self._say({**about, **header}, content=padded)
 
     def _open(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         name, text = read_file(message)

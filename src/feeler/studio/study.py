@@ -21,7 +21,6 @@ from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import make_scene
 from feeler.stimulus.ninety import trials
 from feeler.stimulus.trial import Trial
-from feeler.studio.touching import find_sensed
 from feeler.task.nuisances import Nuisances
 from feeler.tensors.scaling import rectify, scale_common
 
@@ -217,7 +216,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
         timestep=choose_timestep(None, DEFAULT_ENGINE),
     )
     scenes = [make_scene(antenna, touch) for touch in touches]
-    angle = np.empty((len(scenes), find_sensed(antenna).size, clock.n_samples))
+    angle = np.empty((len(scenes), antenna.sensors.size, clock.n_samples))
     for done, group in enumerate(groups := make_groups(scenes, get_engine(DEFAULT_ENGINE))):
         tell("touching", 0.6 * done / len(groups))
         try:
@@ -227,7 +226,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
         for i, motion in zip(group, results, strict=True):
             if isinstance(motion, Exception):
                 raise motion
-            angle[i] = motion.angle[:, find_sensed(antenna)].T
+            angle[i] = motion.angle[:, antenna.sensors - 1].T
     return angle
 
 

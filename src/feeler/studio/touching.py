@@ -98,11 +98,6 @@ def simulate_pieces(wish: TouchWish, stop: Event) -> Iterator[tuple[int, dict[st
             done, size = k + 1, _PIECE
 
 
-def find_sensed(antenna: Antenna) -> np.ndarray:
-    """Indices (sensor,) of the segments whose hinges carry a sensor."""
-    return np.asarray(antenna.sensors, dtype=int) - 1
-
-
 def count_samples(wish: TouchWish) -> int:
     """Samples of a whole touch."""
     return round(wish.duration / SAMPLE_INTERVAL)
@@ -123,7 +118,7 @@ def describe_antenna(antenna: Antenna) -> dict[str, Any]:
         "length": antenna.length,
         "segments": antenna.segment_length.tolist(),
         "radius": float(antenna.radius.mean()),
-        "sensors": (find_sensed(antenna) + 1).tolist(),
+        "sensors": antenna.sensors.tolist(),
         **{name: np.atleast_2d(rows)[0].tolist() for name, rows in profiles.items()},
     }
 

@@ -6,7 +6,6 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.experiment.touch import touch
-from feeler.studio.touching import find_sensed
 from feeler.studio.wish import PREVIEW, TouchWish
 
 
@@ -36,4 +35,4 @@ def fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
     """The tensor (sensor, time) of angles (plane, segment, time): the sensors of one plane after
     those of the other.
     """
-    return angle[:, find_sensed(antenna)].reshape(-1, angle.shape[-1])
+    return angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])
