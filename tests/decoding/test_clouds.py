@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from feeler.decoding.clouds import CloudReader, measure_calibration
-from feeler.decoding.strangers import Strangers
+from feeler.decoding.clouds import CloudReader, Strangers, measure_calibration
 from feeler.errors import InvalidInput
 
 LABELS = [("ball", 0.5, 0.1), ("ball", 0.9, 0.1), ("box", 0.5, 0.3), ("box", 0.9, 0.3)]

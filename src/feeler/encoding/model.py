@@ -12,11 +12,10 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
 from feeler.encoding.bases import canonicalise, compute_stability
-from feeler.encoding.batches import learn_batch
 from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
 from feeler.encoding.data import Data
-from feeler.encoding.factorise import Factors, Settings, factorise, open_pool
+from feeler.encoding.factorise import Factors, Settings, factorise, learn_batch, open_pool
 from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_settings, check_size
 from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput

@@ -207,10 +207,8 @@ def _read_stamp(message: Any, kind: str) -> int:
     return stamp.sec * 10**9 + stamp.nanosec if stamp else 0
 
 
-@contextlib.contextmanager
-def _open(part: Path) -> Iterator[_Bag]:
-    with (_open_mcap if _find_ending(part) == ".mcap" else _open_rosbag)(part) as bag:
-        yield bag
+def _open(part: Path) -> contextlib.AbstractContextManager[_Bag]:
+    return (_open_mcap if _find_ending(part) == ".mcap" else _open_rosbag)(part)
 
 
 @contextlib.contextmanager
