@@ -329,9 +329,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return self
 
     def _fit_from(self, data, begun, run, tell) -> Factors:
-        components, activations = begun
-        settings = Settings.of(self)
-        return _canonical(factorise(data, components, activations, settings, run, tell))
+        return _canonical(factorise(data, *begun, Settings.of(self), run, tell))
 
     def _keep(self, found: list[Factors], tensors, energy) -> None:
         """Set the learned attributes from the restarts."""

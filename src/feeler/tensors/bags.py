@@ -319,15 +319,12 @@ def _take(message: Any, kind: str, names: list[str]) -> tuple[Any, list[str], st
             raise InvalidInput(
                 f"its arrays have {len(dims)} dimensions; a message is one sample of all sensors."
             )
-        return _list_numbers(message.data), [], dims[0].label if dims else ""
+        # libraries give bytes as such, alone or each by itself
+        numbers = [value[0] if isinstance(value, bytes) else value for value in message.data]
+        return numbers, [], dims[0].label if dims else ""
     found = list(message.name)
     if names and found != names:
         raise InvalidInput(
             f"its joints change from {', '.join(names[:12])} to {', '.join(found[:12])}."
         )
     return message.position, found, "rad"
-
-
-def _list_numbers(data: Any) -> list[float]:
-    """The numbers of an array; libraries give bytes as such, alone or each by itself."""
-    return [value[0] if isinstance(value, bytes) else value for value in data]

@@ -143,10 +143,7 @@ _ADVICE = (
 
 
 def _is_table(path: Path, start: bytes) -> bool:
-    try:
-        lines = start.decode("utf-8-sig", "ignore").split("\n")
-    except ValueError:
-        return False
+    lines = start.decode("utf-8-sig", "ignore").split("\n")
     heading = None if b"\0" in start or name_start(start) else find_heading(enumerate(lines, 1))
     return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
 

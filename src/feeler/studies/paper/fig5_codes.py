@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.decoding import make_labels
-from feeler.decoding.codes import fit_null, make_codes
+from feeler.decoding.codes import configure, fit_null, make_codes
 from feeler.decoding.curves import Group, compute_curves
-from feeler.decoding.groups import configure
 from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.report import Section, make_spread
