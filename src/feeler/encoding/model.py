@@ -328,7 +328,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
         return self
 
-    def _fit_from(self, data, begun, run, tell) -> Factors:
+    def _fit_from(self, data, begun: tuple[np.ndarray, np.ndarray], run, tell) -> Factors:
         return _canonical(factorise(data, *begun, Settings.of(self), run, tell))
 
     def _keep(self, found: list[Factors], tensors, energy) -> None:
