@@ -214,7 +214,7 @@ def _sweep_kind(
         each="tensor" if kind == "raw" else "vector", reference=float(peak)
     )
     jobs = [(plan.n_copies, plan.ratios, plan.n_repeats)]
-    if model == "relative" and kind in plan.other_kinds:
+    if model == "relative":
         jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
     for name, array in codes.items():
         for n_copies, ratios, n_repeats in jobs:
