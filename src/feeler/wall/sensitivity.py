@@ -39,15 +39,8 @@ _MEASURES = (
 )
 
 _MEASURED = ("quantity", "method")
-SETUP_CHOICES = (
-    "inter_antennal_angle",
-    "reading",
-    "friction",
-    "prebend",
-    "hook_share",
-    "tip_heading",
-    *_MEASURED,
-)
+_POSED = ("inter_antennal_angle", "reading", "friction", "prebend", "hook_share", "tip_heading")
+SETUP_CHOICES = (*_POSED, *_MEASURED)
 
 
 @checked
@@ -77,16 +70,8 @@ class Case:
     @property
     def choice(self) -> tuple:
         """What tells the set-up from others, without the antenna, by ``SETUP_CHOICES``."""
-        p = self.posture
-        fixed = (
-            p.inter_antennal_angle,
-            p.reading,
-            p.friction,
-            p.prebend,
-            p.hook_share,
-            p.tip_heading,
-        )
-        return (*fixed, *(self.measure[name] for name in _MEASURED))
+        posed = (getattr(self.posture, name) for name in _POSED)
+        return (*posed, *(self.measure[name] for name in _MEASURED))
 
 
 @checked
