@@ -54,7 +54,6 @@ OWN = {
     "studies/paper/open_design.py:_load_stored": "ships with feeler",
     "studies/paper/kept.py:": "what an earlier run has drawn, and what ships with feeler",
     "studies/paper/stored.py:load_stored": "ships with feeler",
-    "studies/paper/stored.py:store": "what an earlier run has stored, and what ships with feeler",
     "studies/spiking/measured.py:load_measured": "ships with feeler",
     "studio/drawing.py:film": "what it has just drawn itself",
     "studies/spiking/study.py:load_spiking": "ships with feeler",

@@ -4,7 +4,6 @@ antenna (no figure of the paper).
 
 from collections.abc import Mapping
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,22 +14,18 @@ from feeler.plotting.look import PALETTE
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_space_study import FEW
 from feeler.studies.paper.open_spikes_found import average, find_least
-from feeler.studies.paper.stored import load_stored, store
+from feeler.studies.paper.stored import load_stored
 
 _Cells = Mapping[str, Any]
 """By "kind/antenna" the accuracy (set, reader, layout)."""
 
+FEW = ("both planes", "one side")
+"""Layouts that are asked of all antennas; the others only of the published one, in space."""
 _PUBLISHED = "exponential"
 _OTHERS = ("linear", "constant", "matched")
 _MARKS = {"templates": ("o", PALETTE[0]), "lda": ("s", PALETTE[1])}
 _READ_BY = {"templates": "normal distributions with scatter", "lda": "LDA"}
-
-
-def store_found(found: _Cells) -> Path:
-    """Store it for the section, which computes nothing of it."""
-    return store("open_space.json", dict(found), read_declared("open_space.toml")["seed"])
 
 
 class _Found:
