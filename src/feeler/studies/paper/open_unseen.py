@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
+from feeler.plotting.closest import plot_spreads
 from feeler.plotting.look import PALETTE, mark_places
-from feeler.report import Section, make_interval
+from feeler.report import Section
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.open_spikes_found import average, say_mean
 from feeler.studies.paper.stored import load_stored
-from feeler.studies.tradeoff import average_sets
 
 _TICKS = (0.2, 0.5, 1, 2, 5, 10)
 WORDS = {
@@ -34,18 +34,12 @@ SHOWN = {
 """What each antenna is called, its colour and its mark; those scaled have open marks."""
 
 
-def average(values: Any) -> dict[str, float]:
-    """Percent, the mean over sets with its 95 % interval."""
-    found = average_sets(xr.DataArray(100 * np.asarray(values, dtype=float), dims="set"))
-    return make_interval(float(found["mean"]), float(found["half"]), n=len(values))
-
-
 def collect_values(wrong: Mapping[str, Mapping[str, list[float]]]) -> dict[str, Any]:
     """The numbers that claims are held against: percent named wrong, and gains in points."""
     values: dict[str, Any] = {"unseen.sets": len(wrong["published"]["unseen"])}
 
     def keep_gain(name: str, before: list[float], after: list[float]) -> None:
-        found = average(np.subtract(before, after))
+        found = average(100 * np.subtract(before, after))
         values[f"unseen.gain.{name}"] = found
         values[f"unseen.half.{name}"] = found["high"] - found["value"]
 
@@ -53,7 +47,7 @@ def collect_values(wrong: Mapping[str, Mapping[str, list[float]]]) -> dict[str, 
         for kind, shares in kinds.items():
             place = f"{name}.{kind.removesuffix(', few').replace(', ', '.')}"
             if place != "published.unseen" or kind == "unseen":
-                values[f"unseen.wrong.{place}"] = average(shares)
+                values[f"unseen.wrong.{place}"] = average(100 * np.asarray(shares))
             if name != "published":
                 keep_gain(place, wrong["published"][kind], shares)
     for kind in WORDS.keys() & wrong["known"].keys():
@@ -89,13 +83,11 @@ def _plot_kinds(values: Mapping[str, Any], part: str, names: tuple[str, ...], ax
     asked = [kind for kind in WORDS if f"unseen.gain.unseen.{kind}" in values]
     for k, name in enumerate(names):
         label, colour, mark = SHOWN[name]
-        keys = [f"unseen.{part}.{name}.{kind}" for kind in asked]
-        kinds = [(i, values[key]) for i, key in enumerate(keys) if key in values]
-        x = [i + 0.14 * (k - (len(names) - 1) / 2) for i, _ in kinds]
-        half = [one["high"] - one["value"] for _, one in kinds]
+        spreads = [values.get(f"unseen.{part}.{name}.{kind}", {}) for kind in asked]
+        x = [i + 0.14 * (k - (len(names) - 1) / 2) for i in range(len(asked))]
         fill = "none" if name.endswith("_tip") else colour
         style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
-        ax.errorbar(x, [one["value"] for _, one in kinds], half, label=label, **style)
+        plot_spreads(ax, x, spreads, label=label, **style)
     ax.set_xticks(range(len(asked)), [WORDS[kind] for kind in asked])
     ax.set_xlim(-0.5, len(asked) - 0.5)
 
@@ -126,7 +118,7 @@ def show(context: Context, section: Section) -> None:
     kinds = WORDS | {"unseen.lda": "both new, read by LDA"}
     kinds = {kind: word for kind, word in kinds.items() if f"unseen.gain.unseen.{kind}" in values}
     rows = [
-        [SHOWN[name][0], *(_say(values.get(f"unseen.{part}.{name}.{kind}")) for kind in kinds)]
+        [SHOWN[name][0], *(_say(values, f"unseen.{part}.{name}.{kind}") for kind in kinds)]
         for part, names in (("wrong", ("published", "unseen", "known")), ("gain", [*SHOWN][1:]))
         for name in names
     ]
@@ -136,7 +128,5 @@ def show(context: Context, section: Section) -> None:
     section.values.update(values)
 
 
-def _say(spread: Mapping[str, float] | None) -> str:
-    if spread is None:
-        return "not asked"
-    return f"{spread['value']:.1f} ± {spread['high'] - spread['value']:.1f}"
+def _say(values: Mapping[str, Any], key: str) -> str:
+    return say_mean(values[key]) if key in values else "not asked"

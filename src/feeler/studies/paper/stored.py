@@ -1,14 +1,13 @@
 """Results that take long to make, stored with the paper's sections, which read them."""
 
-import json
-from importlib.resources import files
 from typing import Any
+
+from feeler.studies.shipped import read_shipped
 
 
 def load_stored(name: str) -> tuple[Any, str]:
     """What the file of this name holds, and a sentence that says so."""
-    path = files("feeler.studies.paper").joinpath(name)
-    held = json.loads(path.read_text(encoding="utf-8"))
+    held = read_shipped("paper", name)
     about = held["about"]
     said = (
         f"Stored results, made on {about['date']} with seed {about['seed']};"

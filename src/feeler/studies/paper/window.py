@@ -101,13 +101,18 @@ def complete_tensors(tensors: xr.Dataset) -> xr.Dataset:
     return resample(tensors, measure_window(tensors).end, round(DURATION))
 
 
-def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
-    """Rectified angles (trial, sensor, time) of ``complete_tensors`` by profile, in order of
-    label.
+def complete_arrays(
+    tensors: Mapping[str, xr.Dataset],
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Rectified angles (trial, sensor, time) of ``complete_tensors`` by profile, as shares of the
+    greatest of all, in order of label; and the labels, which all profiles share.
     """
-    return {
+    arrays = {
         name: rectify(complete_tensors(data)["angle"].values)[
             np.argsort(make_labels(data), kind="stable")
         ]
         for name, data in tensors.items()
     }
+    peak = max(array.max() for array in arrays.values())
+    labels = np.sort(make_labels(next(iter(tensors.values()))))
+    return {name: array / peak for name, array in arrays.items()}, labels
