@@ -47,7 +47,8 @@ def fingerprint(script: Path) -> str:
     own = sources.parse_module("script", script)
     found = sources.find_modules(*{home for home, _ in own.imports if home.startswith("feeler")})
     digests = [own.digest, *(f"{name} {module.digest}" for name, module in found.items())]
-    data = sorted(path for path in sources.find_data(found) if path.suffix != ".json")
+    read = sources.find_data({"script": own, **found})
+    data = sorted(path for path in read if path.suffix != ".json")
     digests += [f"{path.name} {sources.compute_hash(path.read_bytes())}" for path in data]
     return hashlib.sha256("\n".join(digests).encode()).hexdigest()[:16]
 

@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.decoding.clouds import measure_calibration
 from feeler.plotting import style
 from feeler.robot import (
     align_recordings,
@@ -127,6 +126,35 @@ def draw(table, error, path):
         axes.set(xlabel="probability of the answer", ylabel="share right", xlim=(0, 1), ylim=(0, 1))
         axes.legend(loc="upper left")
         figure.savefig(path, dpi=150)
+
+
+def measure_calibration(
+    probability: np.ndarray, right: np.ndarray, bins: int = 10
+) -> tuple[float, np.ndarray]:
+    """Expected calibration error of answers, and the reliability diagram behind it.
+
+    Parameters
+    ----------
+    probability, right
+        Of each answer (trial,): its probability, and whether it was right.
+    bins
+        Of equal width between 0 and 1.
+
+    Returns
+    -------
+    error
+        Mean of |share right − mean probability| over the bins, weighed by their answers.
+    table
+        (bin, 3) mean probability, share right and number of answers; NaN where there is none.
+    """
+    probability, right = np.asarray(probability, dtype=float), np.asarray(right, dtype=bool)
+    place = np.minimum((probability * bins).astype(int), bins - 1)
+    table = np.full((bins, 3), np.nan)
+    table[:, 2] = np.bincount(place, minlength=bins)
+    for k in np.unique(place):
+        table[k, :2] = probability[place == k].mean(), right[place == k].mean()
+    gaps = np.nan_to_num(np.abs(table[:, 1] - table[:, 0]))
+    return float(np.average(gaps, weights=table[:, 2])), table
 
 
 def judge_known(reader, known):

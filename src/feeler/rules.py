@@ -3,6 +3,7 @@
 The words of an annotation are made here from the annotation alone, whatever library checks it.
 """
 
+import itertools
 import math
 import types
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
-from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
+from annotated_types import GroupedMetadata, MaxLen, MinLen
 
 from feeler.errors import InvalidInput
 
@@ -25,6 +26,7 @@ _WORDS = {
     type(None): ("None", "None"),
 }
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "a multiple of"}
+_TESTS = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 _OUTSIDE = ("greater_than", "less_than", "multiple_of", "finite_number")
 _LONG = 8  # of a longer list, a message shows the item that is wrong
 
@@ -123,8 +125,10 @@ class _Array(_Rule):
 
     def _check_range(self, array: np.ndarray) -> None:
         allowed = np.isfinite(array) if self.finite else np.ones(array.shape, dtype=bool)
-        for bound in self.bounds:
-            allowed &= _lies_within(bound, array) | (np.isnan(array) & (not self.finite))
+        for bound, key in itertools.product(self.bounds, _TESTS):
+            if hasattr(bound, key):
+                within = _TESTS[key](array, getattr(bound, key))
+                allowed &= within | (np.isnan(array) & (not self.finite))
         if not allowed.all():
             first = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
             words = _say_range(self.bounds, ["finite"] if self.finite else [])
@@ -132,19 +136,6 @@ class _Array(_Rule):
             named = zip(dims, first, strict=False)
             place = "".join(f", {dim} {k + 1}" for dim, k in named if dim.isalpha())
             raise Wrong(f"must be {words}, got {array[first]}{place.replace(',', ' in', 1)}")
-
-
-def _lies_within(bound: Any, array: np.ndarray) -> np.ndarray:
-    match bound:
-        case Gt(gt=limit):
-            return array > limit
-        case Ge(ge=limit):
-            return array >= limit
-        case Lt(lt=limit):
-            return array < limit
-        case Le(le=limit):
-            return array <= limit
-    return np.ones(array.shape, dtype=bool)
 
 
 class Rules:

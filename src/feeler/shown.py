@@ -71,7 +71,8 @@ def make_picture(
     """HTML: a line of words over a picture of lines (point, 2) with their widths, and of filled
     polygons [mm], y up.
     """
-    low, high = _bound([points for points, _ in lines], list(polygons))
+    points = np.concatenate([*(points for points, _ in lines), *polygons])
+    low, high = points.min(axis=0), points.max(axis=0)
     size = max(*(high - low), 1e-9)
     low, high = low - 0.05 * size, high + 0.05 * size
     width, height = high - low
@@ -91,11 +92,6 @@ def make_picture(
         f'<div>{escape(words)}<br/><svg xmlns="http://www.w3.org/2000/svg" {shown}'
         f" {box}>{''.join(inside)}</svg></div>"
     )
-
-
-def _bound(*groups: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    points = np.concatenate([points for group in groups for points in group])
-    return points.min(axis=0), points.max(axis=0)
 
 
 def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:

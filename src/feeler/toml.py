@@ -2,7 +2,7 @@
 
 ::
 
-    plan = read_toml("plan.toml", Plan, schema="feeler.plan/1")
+    plan = make_record(Plan, read_toml("plan.toml", schema="feeler.plan/1"), "plan.toml")
     save_toml(plan.to_plain(), "plan.toml")
 
 ``[task]`` fills the field ``task`` of the plan, which is a record itself. What does not fit is
@@ -14,7 +14,7 @@ import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar, overload
+from typing import Any, TypeVar
 
 from feeler.errors import InvalidInput
 from feeler.files import read_bytes, temporary_folder, writing
@@ -27,41 +27,34 @@ _IN_A_ROW = 5  # numbers of a long list in a line
 _R = TypeVar("_R", bound=Record)
 
 
-@overload
-def read_toml(
-    path: str | os.PathLike, kind: None = None, *, schema: str = ""
-) -> dict[str, Any]: ...
-@overload
-def read_toml(
-    path: str | os.PathLike, kind: type[_R], *, schema: str = "", **others: Any
-) -> _R: ...
-def read_toml(
-    path: str | os.PathLike, kind: type[_R] | None = None, *, schema: str = "", **others: Any
-) -> _R | dict[str, Any]:
-    """What a TOML file holds, as a record of this kind or as it is.
+def read_toml(path: str | os.PathLike, *, schema: str = "") -> dict[str, Any]:
+    """What a TOML file holds.
 
     Parameters
     ----------
     schema
         What the file's first key ``schema`` must say; it is left out of what is returned.
-    others
-        Fields of the record that the file does not give, or gives otherwise.
 
     Raises
     ------
     InvalidInput
-        No small file, not TOML, another schema, unknown or missing keys, or values that do not fit;
-        the message names file and table.
+        No small file, not TOML, or another schema; the message names the file.
     """
     name = Path(path).name
     content = parse_toml(read_toml_text(path), name)
     if schema and (found := content.pop("schema", None)) != schema:
         raise InvalidInput(f"{name}: schema must be {schema!r}, got {str(found)[:40]!r}.")
-    return content if kind is None else make_record(kind, content | others, name)
+    return content
 
 
 def make_record(kind: type[_R], content: Mapping[str, Any], source: str) -> _R:
-    """A record from the content of a file called ``source``, which is named in errors."""
+    """A record from the content of a file called ``source``.
+
+    Raises
+    ------
+    InvalidInput
+        Unknown or missing keys, or values that do not fit; the message names file and table.
+    """
     try:
         return kind.from_plain(content)
     except InvalidInput as error:

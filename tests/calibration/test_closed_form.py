@@ -21,7 +21,7 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.identify import Profiles, decompose
+from feeler.calibration.identify import decompose
 from feeler.calibration.problem import FAILED
 from feeler.calibration.protocol import Measured
 from feeler.errors import InvalidInput
@@ -238,16 +238,6 @@ def test_a_profile_holds_one_number_and_is_the_least_error_over_the_other(proble
         problem, np.array([1.2, 0.9]), refits=5
     )  # in the middle stands what was given
     np.testing.assert_allclose(away.others[:, 2], [[1.2, 0.9]] * 2, rtol=1e-12)
-    low, high = found.find_interval(0, 0.2)
-    assert (low, high) == pytest.approx((np.exp(-0.3), np.exp(0.3)))
-
-
-def test_the_interval_of_a_profile_by_hand():
-    value, error = np.array([[1.0, 2.0, 3.0, 4.0]]), np.array([[0.5, 0.2, 0.1, 0.3]])
-    found = Profiles(names=("p1",), value=value, error=error, others=value[..., None])
-    assert found.find_interval(0, 0.2) == (2.0, 3.0)
-    with pytest.raises(InvalidInput, match=r"no value of p1 reaches an error of 0\.05"):
-        found.find_interval(0, 0.05)
 
 
 @pytest.mark.parametrize("n_animals", [1, 4])

@@ -10,7 +10,7 @@ import pytest
 from feeler.calibration import own, protocol, recording, trace
 from feeler.calibration.fitting import fit, make_starts
 from feeler.calibration.hinges import Band, Hinges, make_scale
-from feeler.calibration.identify import Profiles, bootstrap
+from feeler.calibration.identify import bootstrap
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.recording import Traces
 from feeler.calibration.targets import make_targets
@@ -205,16 +205,6 @@ def test_points_are_followed_at_their_share_of_the_length_of_uneven_segments():
             arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(rest, axis=0), axis=1)))
             wanted = np.interp(place * arc[-1], arc, (line - rest)[:, 0])
             assert row[k] == pytest.approx(wanted, abs=1e-12)
-
-
-def test_an_interval_reaches_over_all_values_below_the_level_and_no_others():
-    value = np.array([[1.0, 2.0, 3.0, 4.0, 5.0], [10.0, 20.0, 30.0, 40.0, 50.0]])
-    error = np.array([[0.9, 0.2, 0.1, 0.3, 0.2], [0.1, 0.2, 0.9, 0.9, 0.4]])
-    some = Profiles(names=("k", "c"), value=value, error=error, others=None)
-    assert some.find_interval(0, 0.2) == (2.0, 5.0)
-    assert some.find_interval(1, 0.4) == (10.0, 50.0)
-    with pytest.raises(InvalidInput, match=r"no value of c reaches an error of 0\.05"):
-        some.find_interval(1, 0.05)
 
 
 def test_draws_are_means_of_as_many_animals_as_there_were():

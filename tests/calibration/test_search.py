@@ -304,10 +304,6 @@ def test_profiles_have_their_minimum_at_the_optimum(targets):
     profiles = compute_profiles(problem, PLANTED, span=0.3, n_places=3, refits=4)
     assert profiles.error.shape == (2, 3)
     assert np.all(profiles.error[:, 1] < 1e-6) and np.all(profiles.error[:, [0, 2]] > 0.02)
-    low, high = profiles.find_interval(0, 10.0)
-    assert low < PLANTED[0] < high
-    with pytest.raises(InvalidInput, match="higher level"):
-        profiles.find_interval(0, -1.0)
     with pytest.raises(InvalidInput, match="odd"):
         compute_profiles(problem, PLANTED, n_places=4)
 

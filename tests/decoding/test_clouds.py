@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scripts import load_script
 
-from feeler.decoding.clouds import CloudReader, measure_calibration
-from feeler.decoding.strangers import Strangers
+from feeler.decoding.clouds import CloudReader, Strangers
 from feeler.errors import InvalidInput
+
+reliability = load_script("benchmarks", "reliability")
 
 LABELS = [("ball", 0.5, 0.1), ("ball", 0.9, 0.1), ("box", 0.5, 0.3), ("box", 0.9, 0.3)]
 MEANS = np.random.default_rng(0).normal(0, 1, (4, 3, 40))
@@ -31,7 +33,7 @@ def test_answers_are_as_sure_as_they_are_right_on_robots_held_out():
     best = chance.argmax(axis=1)
     right = np.array([reader.classes_[k] == true for k, true in zip(best, labels, strict=True)])
     assert 0.5 < right.mean() < 0.98  # neither trivial nor hopeless
-    assert measure_calibration(chance.max(axis=1), right)[0] <= 0.05
+    assert reliability.measure_calibration(chance.max(axis=1), right)[0] <= 0.05
     assert chance.max(axis=1)[right].mean() > chance.max(axis=1)[~right].mean() + 0.1
 
 
@@ -96,7 +98,7 @@ def test_the_calibration_error_is_that_of_a_slow_count():
     for k in range(10):
         inside = [i for i in range(500) if k / 10 <= said[i] < (k + 1) / 10]
         slow += abs(sum(right[i] for i in inside) - sum(said[i] for i in inside)) / 500
-    assert measure_calibration(said, right)[0] == pytest.approx(slow)
+    assert reliability.measure_calibration(said, right)[0] == pytest.approx(slow)
 
 
 def test_what_strangers_differ_by_is_not_underestimated_where_kinds_are_many():

@@ -10,7 +10,7 @@ import xarray as xr
 from sklearn.base import BaseEstimator
 
 from feeler.decoding import group_tensors, list_groups, make_null
-from feeler.decoding.groups import configure
+from feeler.decoding.codes import configure
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 

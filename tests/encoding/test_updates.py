@@ -6,14 +6,14 @@ import pytest
 from feeler.encoding import reconstruct
 from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations
 from feeler.encoding.bases import multiply_bases
-from feeler.encoding.batches import learn_batch
 from feeler.encoding.code import MOST_PIVOTS, solve_nonnegative
 from feeler.encoding.convolution import (
     compute_activation_gram,
     compute_basis_gram,
+    compute_spectra,
 )
 from feeler.encoding.data import Data
-from feeler.encoding.factorise import Settings, factorise
+from feeler.encoding.factorise import Settings, factorise, learn_batch
 from feeler.encoding.sparseness import l1_of_unit_vector
 
 SHAPES = [(2, 3, 4, 5, 11), (1, 2, 3, 6, 6), (3, 2, 3, 1, 7), (2, 2, 3, 6, 8), (2, 1, 4, 9, 30)]
@@ -72,7 +72,11 @@ def test_correlations_with_the_data(case):
     tensors, bases, activations = case
     data = Data(tensors, bases.shape[2])
     everything = slice(None)
-    np.testing.assert_allclose(data.see(bases, everything), loop_see(bases, tensors), atol=1e-12)
+    np.testing.assert_allclose(
+        data.see(compute_spectra(bases, data.length), everything),
+        loop_see(bases, tensors),
+        atol=1e-12,
+    )
     gathered = data.gather(activations)
     np.testing.assert_allclose(
         gathered, loop_gather(activations, tensors, bases.shape[2]), atol=1e-12

@@ -8,7 +8,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.record import Gt, Record, Unit
-from feeler.toml import parse_toml, read_toml, save_toml, write_toml
+from feeler.toml import make_record, parse_toml, read_toml, save_toml, write_toml
 
 
 class Ball(Record):
@@ -39,7 +39,7 @@ PLAN = Plan(task={"ball": {"radius": 1 / 3}, "speeds": [0.1] * 12}, places=[[1, 
 
 def test_a_record_is_read_as_it_was_written(tmp_path):
     save_toml(PLAN.to_plain(), tmp_path / "plan.toml")
-    assert read_toml(tmp_path / "plan.toml", Plan) == PLAN
+    assert make_record(Plan, read_toml(tmp_path / "plan.toml"), "plan.toml") == PLAN
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_plain_data_come_back(content):
 def test_what_does_not_fit_is_named_with_file_and_table(tmp_path, text, words):
     (tmp_path / "a.toml").write_text(text)
     with pytest.raises(InvalidInput) as caught:
-        read_toml(tmp_path / "a.toml", Plan)
+        make_record(Plan, read_toml(tmp_path / "a.toml"), "a.toml")
     assert str(caught.value).startswith(words)
 
 
@@ -85,11 +85,6 @@ def test_a_schema_is_asked_for_and_left_out(tmp_path):
     assert read_toml(tmp_path / "a.toml", schema="feeler.plan/1") == {"name": "x"}
     with pytest.raises(InvalidInput, match=r"a.toml: schema must be 'feeler.robot/1', got 'feel"):
         read_toml(tmp_path / "a.toml", schema="feeler.robot/1")
-
-
-def test_other_fields_may_be_given_beside_the_file(tmp_path):
-    (tmp_path / "a.toml").write_text("radius = 2")
-    assert read_toml(tmp_path / "a.toml", Ball, radius=3.0).radius == 3.0
 
 
 def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path):

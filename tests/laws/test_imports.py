@@ -42,7 +42,7 @@ LAYERS = (
     {"calibration", "decoding", "information", "wall"},
     {"robot", "learn", "spikes"},
     {"presets"},
-    {"scale", "study"},
+    {"scale", "shipped", "study"},
     {"plotting"},
     {"report"},
     {"active", "comparison", "contests", "design", "spiking", "studio", "tradeoff"},

@@ -12,7 +12,7 @@ from scripts import load_script
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.findings import PLACE
-from feeler.studies.paper.window import find_one_sided
+from tests.windows import find_one_sided
 
 ROOT = Path(__file__).parents[2]
 WHOLE = ("spikes.", "space.")

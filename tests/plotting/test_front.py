@@ -5,7 +5,8 @@ from matplotlib.figure import Figure
 
 from feeler.plotting.posture import HEIGHT, WIDTH, plot_profile_points
 from feeler.presets import cockroach
-from feeler.studies.paper.open_design import _load_stored, _plot_fronts
+from feeler.studies.paper.open_design import _plot_fronts
+from feeler.studies.shipped import read_shipped
 from tests.scripts import load_script
 
 front = load_script("benchmarks", "front")
@@ -24,7 +25,8 @@ def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
 
 
 def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
-    stored, reference, figure = _load_stored(), cockroach(), Figure()
+    stored = read_shipped("paper", "open_design.json")
+    reference, figure = cockroach(), Figure()
     costs = np.array(stored["front"]["costs"])
     assert (
         len(front.find_front(costs))

@@ -149,14 +149,3 @@ def test_a_population_says_what_is_wrong_with_it(wrong, words):
 def test_a_unit_without_sensors_near_it_is_refused():
     with pytest.raises(InvalidInput, match=r"the unit at 1 lies beyond the sensors.*0\.1 to 0\.3"):
         place_sensilla(np.array([1.0]), 3.0).find_taps(np.array([0.1, 0.2, 0.3]))
-
-
-def test_picked_units_are_what_they_were():
-    many = Population(
-        position=[0.2, 0.5, 0.9],
-        side=[1, -1, 1],
-        gain=[1.0, 2.0, 3.0],
-        sensilla=(CAMPANIFORM, HAIR, CAMPANIFORM),
-    )
-    few = many.pick(np.array([2, 1]))
-    assert few.gain.tolist() == [3.0, 2.0] and few.sensilla == (CAMPANIFORM, HAIR)

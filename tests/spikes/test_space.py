@@ -103,17 +103,6 @@ def test_a_stream_in_space_gives_the_numbers_of_the_batch(twist):
         stream.push(np.zeros((4, 5)))
 
 
-def test_picked_units_stay_where_they_sit_around_the_antenna():
-    touches = turn_touches(make_bent(), 50.0)
-    many = place_sensilla(POSITION, 20.0, around=AROUND)
-    few = np.array([29, 3, 12])
-    found = many.pick(few)
-    assert found.around.tolist() == [37.0, 0.0, 90.0]
-    np.testing.assert_array_equal(
-        found.encode(touches)["rate"], many.encode(touches)["rate"].values[:, few]
-    )
-
-
 def test_an_angle_around_that_is_none_is_refused():
     with pytest.raises(InvalidInput, match=r"around must be .*360.*got"):
         Population(position=[0.5], side=[1], gain=1.0, around=400.0)

@@ -46,8 +46,6 @@ def make_case(antenna, r2, friction=0.3, **measure):
         antenna=antenna,
         posture=posture,
         measure=measure,
-        n_contact=3,
-        n_inverted=3,
         map=known,
         offset=0.0,
     )

@@ -32,6 +32,20 @@ class Arena:
     ----------
     workers
         Threads over which the lanes are spread; the numbers do not depend on it.
+
+    Attributes
+    ----------
+    time : np.ndarray
+        Since the beginning (lane,) [ms].
+    base : np.ndarray
+        Way gone ahead [mm], heading [rad], speed [mm/ms], turn rate [rad/ms] (lane, 4).
+    work : np.ndarray
+        Work done on the antennas (lane,) [µJ]: what bringing them to the speed of arrival took,
+        and all since; what they give back when they are slowed down is taken off.
+    fresh : np.ndarray
+        Whether (lane,) an episode has begun and not moved yet.
+    n_felt : int
+        Numbers that a body feels: in space the sensors of one plane after those of the other.
     """
 
     def __init__(self, task: ActiveTask, n: int = 1, workers: int = 1) -> None:
@@ -44,20 +58,14 @@ class Arena:
         self.starts = [first] * n
         self.state: State | None = None
         self.time = np.zeros(n)
-        """Since the beginning (lane,) [ms]."""
         self.base = np.zeros((n, 4))
-        """Way gone ahead [mm], heading [rad], speed [mm/ms], turn rate [rad/ms] (lane, 4)."""
         self.work = np.zeros(n)
-        """Work done on the antennas (lane,) [µJ]: what bringing them to the speed of arrival took,
-        and all since; what they give back when they are slowed down is taken off."""
         self.fresh = np.ones(n, bool)
-        """Whether (lane,) an episode has begun and not moved yet."""
         self._paid = np.zeros(n)
         self._rate: list[tuple[float, ...]] = [(0.0, 0.0, 0.0)] * n
         self._heading = np.zeros(n)
         self._rngs = [np.random.default_rng(0)] * n
         self.n_felt = len(task.first_antenna.planes) * len(self.sensors)
-        """Numbers that a body feels: in space the sensors of one plane after those of the other."""
         self._window = np.zeros((n, task.window, self.n_felt))
         self._drawn = np.zeros((n, _BLOCK, self.n_felt))
         self._used = np.full(n, _BLOCK)

@@ -1,6 +1,5 @@
 """Episodes to look at: a picture of a lane, and a movie of what a body did."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -94,9 +93,7 @@ def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
     )
 
 
-def write_film(
-    film: _Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None
-) -> Path:
+def write_film(film: _Film, path: Path, *, slower: float = SLOWER) -> Path:
     """The movie of an episode: the antenna and the object, the body's speed, and what it
     believes.
     """
@@ -127,8 +124,6 @@ def write_film(
                 line.set_data(film.time[: now + 1], values[: now + 1])
             return [*antenna.move(film.points[now], film.angle[now]), pace, *lines, clock]
 
-        if report:
-            report(f"{len(shown)} frames")
         return write_movie(Path(path), figure, draw, len(shown))
 
 

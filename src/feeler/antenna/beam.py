@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -67,34 +67,29 @@ def compute_beam(
     }
     if planes == 1:
         return found
-    section = _Section(radius, width, thickness)
+    section = radius, width, thickness
     return found | _bend_in_space(found, section, modulus, density, planes, shear_modulus)
 
 
-class _Section(NamedTuple):
-    """A full circle, or a strip."""
-
-    radius: Along | None
-    width: Along | None
-    thickness: Along | None
-
-    def measure(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """At places x: area [mm²], its moments across the second plane and of torsion [mm⁴], and
-        half the thickness [mm].
-        """
-        if self.radius is not None:
-            r = _at("radius", self.radius, x, least=0.0)
-            return np.pi * r**2, np.pi / 4 * r**4, np.pi / 2 * r**4, r
-        w, t = (_at(name, getattr(self, name), x, least=0.0) for name in ("width", "thickness"))
-        long, short = np.maximum(w, t), np.minimum(w, t)
-        flat = short / long
-        twist = long * short**3 * (1 / 3 - 0.21 * flat * (1 - flat**4 / 12))  # Young & Budynas
-        return w * t, t * w**3 / 12, twist, t / 2
+def _measure_section(
+    x: np.ndarray, radius: Along | None, width: Along | None, thickness: Along | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of a full circle or a strip, at places x: area [mm²], its moments across the second plane and
+    of torsion [mm⁴], and half the thickness [mm].
+    """
+    if radius is not None:
+        r = _at("radius", radius, x, least=0.0)
+        return np.pi * r**2, np.pi / 4 * r**4, np.pi / 2 * r**4, r
+    w, t = _at("width", width, x, least=0.0), _at("thickness", thickness, x, least=0.0)
+    long, short = np.maximum(w, t), np.minimum(w, t)
+    flat = short / long
+    twist = long * short**3 * (1 / 3 - 0.21 * flat * (1 - flat**4 / 12))  # Young & Budynas
+    return w * t, t * w**3 / 12, twist, t / 2
 
 
 def _bend_in_space(
     plane: dict[str, np.ndarray],
-    section: _Section,
+    section: tuple[Along | None, ...],
     modulus: Along,
     density: Along,
     planes: int,
@@ -110,9 +105,9 @@ def _bend_in_space(
     n, size = len(plane["segment_length"]), plane["segment_length"][0]
     hinge, middle = np.arange(n) / n, (np.arange(n) + 0.5) / n
     ends = np.arange(n + 1) / n
-    area, _, _, thick = section.measure(ends)
-    _, moment, twist, _ = section.measure(hinge)
-    whole = (area[:-1] + 4 * section.measure(middle)[0] + area[1:]) / 6
+    area, _, _, thick = _measure_section(ends, *section)
+    _, moment, twist, _ = _measure_section(hinge, *section)
+    whole = (area[:-1] + 4 * _measure_section(middle, *section)[0] + area[1:]) / 6
     moduli = [_at("modulus", modulus, hinge) * moment]
     if shear_modulus is not None:
         moduli.append(_at("shear_modulus", shear_modulus, hinge) * twist)

@@ -65,7 +65,6 @@ FACTS: dict[str, Fact] = {
     "constant_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
 }
 
-_SENSOR_PLACEMENTS = ("even", "distal", "all")
 PROFILE_NAMES = ("exponential", "linear", "constant", "matched")
 
 
@@ -178,15 +177,16 @@ def _segment_mass(n: int) -> np.ndarray:
 
 
 def _sensors(placement: str, n: int) -> np.ndarray:
-    if placement == "even":
-        return make_even_sensors(n, int(_v("n_sensors")))
-    if placement == "distal":
-        return np.arange(n - 111, n + 1, 2)
-    if placement == "all":
-        return np.arange(1, n + 1)
-    raise InvalidInput(
-        f"unknown sensor placement {placement!r}; valid: {', '.join(_SENSOR_PLACEMENTS)}."
-    )
+    placements = {
+        "even": make_even_sensors(n, int(_v("n_sensors"))),
+        "distal": np.arange(n - 111, n + 1, 2),
+        "all": np.arange(1, n + 1),
+    }
+    if placement not in placements:
+        raise InvalidInput(
+            f"unknown sensor placement {placement!r}; valid: {', '.join(placements)}."
+        )
+    return placements[placement]
 
 
 def _control(exponential: Antenna, profile: str) -> Antenna:

@@ -25,15 +25,12 @@ class SigmoidFit:
         is interpolated.
     squared_residual : float
         Squared norm of the residual of the antennae's mean, Σ (mean − sigmoid)².
-    squared_residual_pooled : float
-        The same over every antenna's every segment.
     """
 
     sigmoid: Sigmoid
     x: np.ndarray
     share: np.ndarray
     squared_residual: float
-    squared_residual_pooled: float
 
 
 def fit_sigmoid(lengths: Sequence[np.ndarray], n_segments: int | None = None) -> SigmoidFit:
@@ -75,7 +72,6 @@ def fit_sigmoid(lengths: Sequence[np.ndarray], n_segments: int | None = None) ->
         x=x,
         share=share,
         squared_residual=float(np.sum((mean - sigmoid.at(x)) ** 2)),
-        squared_residual_pooled=float(np.sum((share - sigmoid.at(x)) ** 2)),
     )
 
 

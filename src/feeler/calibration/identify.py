@@ -112,15 +112,6 @@ class Profiles:
     error: np.ndarray
     others: np.ndarray
 
-    def find_interval(self, k: int, level: float) -> tuple[float, float]:
-        """Smallest and largest held value of parameter ``k`` whose error stays under ``level``."""
-        inside = self.value[k][self.error[k] <= level]
-        if not inside.size:
-            raise InvalidInput(
-                f"no value of {self.names[k]} reaches an error of {level:g}; give a higher level."
-            )
-        return float(inside.min()), float(inside.max())
-
 
 @checked
 def compute_profiles(

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
@@ -100,29 +101,10 @@ def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> Non
     )
 
 
-@METHODS.register("powell")
-def _powell(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
-    """The paper's: line searches along conjugate directions (Powell 1964), on scaled parameters."""
-    _minimise(
-        problem,
-        x,
-        max_evaluations,
-        "Powell",
-        {"xtol": _POWELL_TOLERANCE, "ftol": _POWELL_TOLERANCE},
-    )
-
-
-@METHODS.register("nelder-mead")
-def _nelder_mead(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
-    """The simplex (Nelder & Mead 1965)."""
-    _minimise(
-        problem, x, max_evaluations, "Nelder-Mead", {"xatol": 1e-4, "fatol": 1e-6, "adaptive": True}
-    )
-
-
 def _minimise(
-    problem: Problem, x: np.ndarray, max_evaluations: int, method: str, options: dict[str, object]
+    method: str, options: dict[str, object], problem: Problem, x: np.ndarray, max_evaluations: int
 ) -> None:
+    """One of SciPy's searches that ask for errors alone, on scaled parameters."""
     scale, (low, high) = problem.hinges.scale, problem.hinges.bounds
     stop = problem.evaluations + max_evaluations
 
@@ -134,3 +116,13 @@ def _minimise(
     bounds = list(zip(low / scale, high / scale, strict=True))
     with suppress(_Spent):
         minimize(error, x / scale, method=method, bounds=bounds, options=options)
+
+
+METHODS.register(  # the paper's: line searches along conjugate directions (Powell 1964)
+    "powell",
+    partial(_minimise, "Powell", {"xtol": _POWELL_TOLERANCE, "ftol": _POWELL_TOLERANCE}),
+)
+METHODS.register(  # the simplex (Nelder & Mead 1965)
+    "nelder-mead",
+    partial(_minimise, "Nelder-Mead", {"xatol": 1e-4, "fatol": 1e-6, "adaptive": True}),
+)

@@ -115,12 +115,13 @@ class Problem:
 
     def describe(self) -> str:
         """A short text that changes with anything that changes a residual."""
-        hinges = {
+        made_with = {
             "hinges": self.hinges.name,
             "bounds": self.hinges.bounds,
             "antenna": self.hinges.build(self.hinges.start),
+            "protocol": self.protocol,
+            "targets": self.targets,
         }
-        made_with = hinges | {"protocol": self.protocol, "targets": self.targets}
         return make_key(made_with, "feeler.calibration.problem")
 
     def score(self, p: Sequence[float] | np.ndarray) -> tuple[Measured, float, float]:

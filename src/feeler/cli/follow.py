@@ -40,9 +40,13 @@ def follow(
     )
     if as_json:
         known = {
-            name: getattr(run, name) for name in ("collided", "error", "nearest", "estimate_error")
+            "collided": run.collided,
+            "error": run.error,
+            "nearest": run.nearest,
+            "estimate_error": run.estimate_error,
+            "duration": run.time[-1],
+            "r2": None if run.map is None else run.map.r2,
         }
-        known |= {"duration": run.time[-1], "r2": None if run.map is None else run.map.r2}
         units = dict.fromkeys(("error", "nearest", "estimate_error"), "mm")
         say_json({**known, "units": units | {"duration": "ms", "r2": "1"}})
         return

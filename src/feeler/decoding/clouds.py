@@ -4,18 +4,20 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.special import log_softmax, softmax
+from scipy.special import softmax
 
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
-from feeler.decoding.strangers import Strangers
-from feeler.decoding.transfer import TEMPERATURES
+from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import fold_planes
 
 _FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
 _FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
+# [C] ν of both clouds that are weighed for a stranger; small: touches far out are common
+_FREEDOM = 50.0
+_DIRECTIONS = 20  # [C] in which strangers may lie further out than what robots differ by
 
 Others = tuple[np.ndarray, Sequence[Hashable]]
 """Tensors (trial, sensor, time) of strangers, and what each shares with others."""
@@ -75,7 +77,7 @@ class CloudReader(Reader):
     ) -> "CloudReader":
         """Learn from tensors (trial, sensor, time); trials of one group (a robot) are held out
         together. ``strangers`` are touches that are not to be known: tensors, and what each shares
-        with others (place and speed).
+        with others (place and speed), looked at for as long as the others last.
         """
         X = np.asarray(fold_planes(X), dtype=float)
         if len(X) != len(y) or not np.isfinite(X).all():
@@ -83,12 +85,14 @@ class CloudReader(Reader):
                 f"clouds need whole tensors and a label for each; got {len(X)} tensors,"
                 f" {len(y)} labels."
             )
-        self._keep(X, y)
+        self._keep(X, y, groups=groups, strangers=strangers)
         self.groups_ = np.asarray(groups if groups is not None else np.arange(len(X)))
         self.strangers_ = strangers
         self.classes_ = sorted(set(y))
         number = np.array([self.classes_.index(label) for label in y])
-        other = None if strangers is None else self._flatten(strangers[0])
+        other = None
+        if strangers is not None:
+            other = self._flatten(np.asarray(strangers[0])[:, :, : X.shape[2]])
         flat, squared = self._flatten(X), np.full((len(X), len(self.classes_)), np.inf)
         likelier = np.full(len(X), -np.inf)
         folds = np.unique(self.groups_, return_inverse=True)[1] % _FOLDS
@@ -102,7 +106,7 @@ class CloudReader(Reader):
             raise InvalidInput(
                 "clouds need 2 classes or more, and each in at least two groups of touches."
             )
-        self.temperature_ = _temper(self._score(squared[seen]), number[seen])
+        self.temperature_ = find_temperature(self._score(squared[seen]), number[seen])
         self._limit(squared[seen].min(axis=1), likelier[seen])
         self.held_out_ = np.full(len(X), np.nan)
         self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
@@ -152,10 +156,6 @@ class CloudReader(Reader):
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
         return softmax(scores, axis=1)
 
-    def _renew(self) -> "CloudReader":
-        """A copy for shorter tensors, which holds out the same groups."""
-        return _Again(self.groups_, self.strangers_, **self.get_params())
-
     def _score(self, squared: np.ndarray) -> np.ndarray:
         k = self._means.shape[1]
         return -0.5 * (self.freedom + k) * np.log1p(squared / self.freedom)
@@ -199,55 +199,34 @@ class CloudReader(Reader):
         return thin.reshape(len(X), -1)
 
 
-class _Again(CloudReader):
-    """The same reader for another length of touches."""
-
-    def __init__(self, groups: np.ndarray, strangers: Others | None, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.groups, self.strangers = groups, strangers
-
-    def fit(
-        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
-    ) -> "CloudReader":
-        """As the reader that it stems from."""
-        groups = self.groups if groups is None else groups
-        strangers = strangers or self.strangers
-        if strangers is not None:
-            strangers = np.asarray(strangers[0])[:, :, : np.shape(X)[2]], strangers[1]
-        return super().fit(X, y, groups, strangers)
-
-
-def _temper(scores: np.ndarray, true: np.ndarray) -> float:
-    """The T with the greatest mean log probability of the true classes."""
-    chosen = np.arange(true.size), true
-    fits = [log_softmax(scores / t, axis=1)[chosen].mean() for t in TEMPERATURES]
-    return float(TEMPERATURES[int(np.argmax(fits))])
-
-
-def measure_calibration(
-    probability: np.ndarray, right: np.ndarray, bins: int = 10
-) -> tuple[float, np.ndarray]:
-    """Expected calibration error of answers, and the reliability diagram behind it.
+class Strangers:
+    """A t cloud around each kind's mean, wide where strangers differ among each other.
 
     Parameters
     ----------
-    probability, right
-        Of each answer (trial,): its probability, and whether it was right.
-    bins
-        Of equal width between 0 and 1.
-
-    Returns
-    -------
-    error
-        Mean of |share right − mean probability| over the bins, weighed by their answers.
-    table
-        (bin, 3) mean probability, share right and number of answers; NaN where there is none.
+    places
+        Strangers (trial, coordinate), in coordinates in which each known class is round.
+    kinds
+        What each shares with others, such as place and speed of the touch.
     """
-    probability, right = np.asarray(probability, dtype=float), np.asarray(right, dtype=bool)
-    place = np.minimum((probability * bins).astype(int), bins - 1)
-    table = np.full((bins, 3), np.nan)
-    table[:, 2] = np.bincount(place, minlength=bins)
-    for k in np.unique(place):
-        table[k, :2] = probability[place == k].mean(), right[place == k].mean()
-    gaps = np.nan_to_num(np.abs(table[:, 1] - table[:, 0]))
-    return float(np.average(gaps, weights=table[:, 2])), table
+
+    def __init__(self, places: np.ndarray, kinds: Sequence[Hashable]) -> None:
+        names = sorted(set(kinds), key=repr)
+        number = np.array([names.index(kind) for kind in kinds])
+        self._means = np.array([places[number == k].mean(axis=0) for k in range(len(names))])
+        off = places - self._means[number]
+        spread, along = np.linalg.eigh(off.T @ off / max(len(off) - len(names), 1))
+        self._spread = np.maximum(spread[::-1][:_DIRECTIONS], 1.0)
+        self._along = along[:, ::-1][:, :_DIRECTIONS]
+
+    def weigh(self, places: np.ndarray, nearest: np.ndarray) -> np.ndarray:
+        """How much likelier each place (trial, coordinate) is of a stranger than of a class, whose
+        squared distance is ``nearest`` (trial,) [nat].
+        """
+        off = places[:, None] - self._means
+        own = off @ self._along
+        squared = np.sum(off * off, axis=2) - np.sum(own * own * (1 - 1 / self._spread), axis=2)
+        weight = 0.5 * (_FREEDOM + places.shape[1])
+        strange = -weight * np.log1p(squared.min(axis=1) / _FREEDOM)
+        known = -weight * np.log1p(nearest / _FREEDOM)
+        return np.asarray(strange - known - 0.5 * np.log(self._spread).sum())

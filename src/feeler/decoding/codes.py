@@ -3,7 +3,7 @@
 The tests are identical touches, which tell nothing, and every touch twice.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Protocol
 
@@ -147,14 +147,17 @@ class Twins:
         )
 
 
+def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
+    """An unfitted copy of an encoder with those of the settings that it knows."""
+    known = encoder.get_params()
+    return clone(encoder).set_params(
+        **{key: value for key, value in settings.items() if key in known}
+    )
+
+
 def _fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
-    known = encoder.get_params()
-    fitted = (
-        clone(encoder)
-        .set_params(**({"max_iter": n_iter} if "max_iter" in known else {}))
-        .fit(tensors)
-    )
+    fitted = configure(encoder, {"max_iter": n_iter}).fit(tensors)
     done = int(getattr(fitted, "n_iter_", 0))
     return JointFit(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
 

@@ -160,7 +160,7 @@ def compute_curves(
                 codes,
                 labels,
                 kind,
-                (model,),
+                model,
                 peaks[kind],
                 plan if model in main else fewer,
                 random_state,
@@ -206,37 +206,35 @@ def compute_curves(
 
 
 def _sweep_kind(
-    codes, labels, kind, noises, peak, plan: Plan, random_state, reader=None
+    codes, labels, kind, model, peak, plan: Plan, random_state, reader
 ) -> dict[Curve, Sweep]:
-    """Main curves with every noise, and the other numbers of copies at the probe ratio."""
+    """Main curves with one noise, and the other numbers of copies at the probe ratio."""
     found = {}
+    noise = NOISES[model]().suit(
+        each="tensor" if kind == "raw" else "vector", reference=float(peak)
+    )
+    jobs = [(plan.n_copies, plan.ratios, plan.n_repeats)]
+    if model == "relative":
+        jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
     for name, array in codes.items():
-        for model in noises:
-            each = "tensor" if kind == "raw" else "vector"
-            noise = NOISES[model]().suit(each=each, reference=float(peak))
-            jobs = [(plan.n_copies, plan.ratios, plan.n_repeats)]
-            if model == "relative" and kind in plan.other_kinds:
-                jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
-            for n_copies, ratios, n_repeats in jobs:
-                estimator = reader or make_fitting_lda(len(labels), n_copies)
-                rotate = not getattr(estimator, "knows_noise", False) and kind == "raw"
-                found[Curve(name, kind, model, n_copies)] = compute_sweep(
-                    array,
-                    labels,
-                    ratios=ratios,
-                    n_copies=n_copies,
-                    n_repeats=n_repeats,
-                    estimator=estimator,
-                    noise=noise,
-                    rotate=rotate and noise.is_even(array),
-                    random_state=random_state,
-                )
+        for n_copies, ratios, n_repeats in jobs:
+            estimator = reader or make_fitting_lda(len(labels), n_copies)
+            rotate = not getattr(estimator, "knows_noise", False) and kind == "raw"
+            found[Curve(name, kind, model, n_copies)] = compute_sweep(
+                array,
+                labels,
+                ratios=ratios,
+                n_copies=n_copies,
+                n_repeats=n_repeats,
+                estimator=estimator,
+                noise=noise,
+                rotate=rotate and noise.is_even(array),
+                random_state=random_state,
+            )
     return found
 
 
-def _sweep_before(
-    groups, kinds, noises, plan: Plan, random_state, reader=None
-) -> dict[Curve, Sweep]:
+def _sweep_before(groups, kinds, noises, plan: Plan, random_state, reader) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
     peak = float(max(group.tensors.max() for group in groups.values()))
     found = {}

@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 import numpy as np
-from sklearn.base import clone
 
 from feeler.checked import checked
-from feeler.decoding.codes import JointFit, fit_null, make_codes
+from feeler.decoding.codes import JointFit, configure, fit_null, make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
@@ -93,11 +92,3 @@ def list_groups(
         "profile": {name: pick(data, speed.min()) for name, data in tensors.items()},
     }
     return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
-
-
-def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
-    """An unfitted copy of an encoder with those of the settings that it knows."""
-    known = encoder.get_params()
-    return clone(encoder).set_params(
-        **{key: value for key, value in settings.items() if key in known}
-    )

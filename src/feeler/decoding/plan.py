@@ -23,8 +23,6 @@ class Plan(Record):
         Noisy copies per trial [C].
     other_copies : tuple[int, ...]
         Other numbers of copies, at ``probe``.
-    other_kinds : tuple[str, ...]
-        Codes for which other numbers of copies are tried.
     probe : float
         Noise ratio of everything that is computed at one ratio only.
     before_copies : int
@@ -46,7 +44,6 @@ class Plan(Record):
     control_repeats: _Count | None = None
     n_copies: _Count = 10
     other_copies: tuple[_Count, ...] = (3, 30)
-    other_kinds: tuple[str, ...] = ("joint", "sparse", "ridge", "raw")
     probe: Annotated[float, Gt(0)] = 0.2
     other_repeats: _Count = 1
     before_copies: _Count = 10

@@ -119,9 +119,9 @@ class Reader(ClassifierMixin, BaseEstimator):
         """Probabilities from scores."""
         return scores
 
-    def _keep(self, X: Any, y: Any) -> None:
+    def _keep(self, X: Any, y: Any, **beside: Any) -> None:
         """Remember what is taught, for deadlines that may be asked for later."""
-        self._taught = (fold_planes(X), y)
+        self._taught = (fold_planes(X), y, beside)
         self._parts: dict[int, Reader] = {}
         self.shape_ = _get_shape(self._taught[0])
 
@@ -153,8 +153,8 @@ class Reader(ClassifierMixin, BaseEstimator):
                 " fit it again, or ask without until=."
             )
         if end not in self._parts:
-            tensors, labels = self._taught
-            self._parts[end] = self._renew().fit(tensors[:, :, :end], labels)
+            tensors, labels, beside = self._taught
+            self._parts[end] = self._renew().fit(tensors[:, :, :end], labels, **beside)
         return self._parts[end], X[:, :, :end]
 
     def _renew(self) -> "Reader":

@@ -36,18 +36,34 @@ def fit_class(touches: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray, n
     return mean, scatter, np.linalg.inv(small), float(np.linalg.slogdet(small)[1])
 
 
-def _check_known(X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
-    """Known tensors as an array (trial, sensor, time) and their labels, at least two classes."""
-    tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
-    labels[:] = list(y)
-    if len(labels) != len(tensors):
-        raise InvalidInput(f"{len(tensors)} tensors but {len(labels)} labels; give one for each.")
-    if len(set(labels)) < 2:
-        raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
-    return tensors, labels
+class _Told(Reader):
+    """A reader that knows the noise: it is told its size, and learns from clean tensors."""
+
+    knows_noise = True
+
+    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
+        self.noise = noise
+
+    def _learn(self, X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
+        """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
+        tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
+        labels[:] = list(y)
+        if len(labels) != len(tensors):
+            raise InvalidInput(
+                f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
+            )
+        if len(set(labels)) < 2:
+            raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
+        self.noise_ = parse_noise(self.noise)
+        self.shape_ = tensors.shape[1:]
+        self.classes_ = sorted(set(labels))
+        return tensors, labels
+
+    def _weigh(self, scores: np.ndarray) -> np.ndarray:
+        return softmax(scores, axis=1)
 
 
-class TemplateReader(Reader):
+class TemplateReader(_Told):
     """Quadratic decoder: each class a normal distribution of its own.
 
     With u = (y − m) / s, the distance of a tensor y from the class's mean m in units of the noise
@@ -69,17 +85,9 @@ class TemplateReader(Reader):
         Mean tensor of each class (class, sensor, time).
     """
 
-    knows_noise = True
-
-    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
-        self.noise = noise
-
     def fit(self, X: Any, y: Labels) -> "TemplateReader":
         """Learn from clean tensors (trial, sensor, time), with several touches of each class."""
-        tensors, labels = _check_known(X, y)
-        self.noise_ = parse_noise(self.noise)
-        self.shape_ = tensors.shape[1:]
-        self.classes_ = sorted(set(labels))
+        tensors, labels = self._learn(X, y)
         self.touches_ = [tensors[labels == name] for name in self.classes_]
         self.means_ = np.stack([own.mean(axis=0) for own in self.touches_])
         self.sd_ = np.broadcast_to(self.noise_.sd(self.means_), self.means_.shape)
@@ -102,11 +110,8 @@ class TemplateReader(Reader):
             logits[:, k] = -0.5 * (square - within + logdet) - np.log(sd).sum()
         return logits
 
-    def _weigh(self, scores: np.ndarray) -> np.ndarray:
-        return softmax(scores, axis=1)
 
-
-class IdealReader(Reader):
+class IdealReader(_Told):
     """Knows every touch and the noise: no reader of the same touches does better.
 
     The touches x_c that it was fitted on are equally likely, and what is met is y = x_c + s_c n
@@ -134,17 +139,9 @@ class IdealReader(Reader):
     the noise of a touch is equal in all entries, without drawing noise of a tensor's size.
     """
 
-    knows_noise = True
-
-    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
-        self.noise = noise
-
     def fit(self, X: Any, y: Labels) -> "IdealReader":
         """Know tensors (trial, sensor, time) without noise, one label each."""
-        self.known_, labels = _check_known(X, y)
-        self.noise_ = parse_noise(self.noise)
-        self.shape_ = self.known_.shape[1:]
-        self.classes_ = sorted(set(labels))
+        self.known_, labels = self._learn(X, y)
         self.members_ = np.array([[label == name for name in self.classes_] for label in labels])
         self.sd_ = np.broadcast_to(self.noise_.sd(self.known_), self.known_.shape)
         return self
@@ -158,9 +155,6 @@ class IdealReader(Reader):
         found = weigh_touches(met, known, sd)
         weights = np.broadcast_to(self.members_.T, (len(found), *self.members_.T.shape))
         return logsumexp(found[:, None, :], axis=2, b=weights)
-
-    def _weigh(self, scores: np.ndarray) -> np.ndarray:
-        return softmax(scores, axis=1)
 
 
 def weigh_touches(met: np.ndarray, known: np.ndarray, sd: np.ndarray) -> np.ndarray:

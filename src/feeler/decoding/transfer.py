@@ -187,11 +187,7 @@ class TransferClassifier(Reader):
                 "temper needs touches with contact and labels that the classifier knows; got none."
             )
         true = np.array([self.classes_.index(y[k]) for k in seen])
-        scores = [
-            log_softmax(votes[seen] / t, axis=1)[np.arange(true.size), true].mean()
-            for t in TEMPERATURES
-        ]
-        self.temperature_ = float(TEMPERATURES[int(np.argmax(scores))])
+        self.temperature_ = find_temperature(votes[seen], true)
         return self
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
@@ -217,6 +213,13 @@ class TransferClassifier(Reader):
                 [NO_CONTACT] if np.isnan(votes).any() else [self.classes_[i] for i in order]
             )
         return ranked
+
+
+def find_temperature(scores: np.ndarray, true: np.ndarray) -> float:
+    """The T with the greatest mean log probability of the true classes."""
+    chosen = np.arange(true.size), true
+    fits = [log_softmax(scores / t, axis=1)[chosen].mean() for t in TEMPERATURES]
+    return float(TEMPERATURES[int(np.argmax(fits))])
 
 
 def _check_tensors(X: np.ndarray) -> np.ndarray:

@@ -51,9 +51,8 @@ class Watch:
             )
         self.readers_ = {}
         for moment in moments:
-            shown = None if strangers is None else (strangers[0][:, :, :moment], strangers[1])
             reader = CloudReader(alarm=self.alarm)
-            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, shown)
+            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, strangers)
         held = np.array([reader.held_out_ for reader in self.readers_.values()]).max(axis=0)
         self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
         return self

@@ -65,8 +65,7 @@ class DesignOutcome(Shown):
     @property
     def task(self) -> DesignTask:
         """The task at the best one's own speed."""
-        speed = self.ends[0].design.speed
-        return self.plan.task if speed is None else self.plan.task.replace(speeds=(speed,))
+        return self.plan.task.at(self.ends[0].design.speed)
 
     def compare(self, purpose: str = "final") -> tuple[float, float]:
         """Share of the reference's errors that the best one avoids, and its standard error over
@@ -128,10 +127,7 @@ def carry_out(
     ensure_folder(out)
     asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
     ends = optimise(plan.task, plan.space, plan.constraints, **asked, **options)
-    own = [
-        plan.task if e.design.speed is None else plan.task.replace(speeds=(e.design.speed,))
-        for e in ends
-    ]
+    own = [plan.task.at(end.design.speed) for end in ends]
     tests = [
         score(end.design.antenna, task, "test", **options)
         for end, task in zip(ends, own, strict=True)

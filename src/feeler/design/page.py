@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
@@ -151,16 +150,13 @@ def plot_designs(found: DesignOutcome, figure: Figure) -> None:
         count, cost = np.array(end.history).T
         keep = cost < np.log2(found.plan.task.n_classes)
         axes[3].step(count[keep], cost[keep], where="post", color=colour)
-    _name(axes[0], "position (base 0, tip 1)", "stiffness [N·mm/rad]", "log")
-    _name(axes[1], "position (base 0, tip 1)", "damping [N·mm·ms/rad]", "log")
-    _name(axes[2], "mode", "damping ratio", "log")
-    _name(axes[3], "antennas simulated", "missing bits", "linear")
+    along = "position (base 0, tip 1)"
+    axes[0].set(xlabel=along, ylabel="stiffness [N·mm/rad]", yscale="log")
+    axes[1].set(xlabel=along, ylabel="damping [N·mm·ms/rad]", yscale="log")
+    axes[2].set(xlabel="mode", ylabel="damping ratio", yscale="log")
+    axes[3].set(xlabel="antennas simulated", ylabel="missing bits")
     marks = axes[0].get_legend_handles_labels()
     figure.legend(*marks, loc="outside lower center", ncols=len(shown))
-
-
-def _name(ax: Axes, x: str, y: str, kind: str) -> None:
-    ax.set(xlabel=x, ylabel=y, yscale=kind)
 
 
 def plot_confusion(found: DesignOutcome, figure: Figure) -> None:

@@ -127,14 +127,11 @@ class DesignProblem:
 
     def _simulate(self, design: Design) -> np.ndarray:
         try:
-            found = score(design.antenna, self.at_speed(design), "optimiser", **self.options)
+            task = self.task.at(design.speed)
+            found = score(design.antenna, task, "optimiser", **self.options)
         except SimulationDiverged:
             return np.array([0.0, 0.0, 1.0, np.inf])
         return np.array([found.bits, np.nan_to_num(found.bits_error), found.errors, found.peak])
-
-    def at_speed(self, design: Design) -> DesignTask:
-        """The task at the design's own speed, if it has one."""
-        return self.task if design.speed is None else self.task.replace(speeds=(design.speed,))
 
     def describe(self) -> str:
         """A short text that changes with anything that changes a score."""

@@ -1,6 +1,6 @@
 """Optimise: from one or several starts to the antennas that tell a task's touches apart best."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -219,14 +219,6 @@ def _evolve(
 ) -> None:
     """CMA-ES; what a constraint excludes costs no evaluation."""
     strategy = _make_strategy(x, _STEP, rng)
-    while problem.evaluations < evaluations and not _is_done(strategy.stop()):
+    while problem.evaluations < evaluations and not strategy.stop():
         points = strategy.ask()
-        strategy.tell(points, [_weigh(problem.look(point)) for point in points])
-
-
-def _weigh(candidate: Candidate) -> float:
-    return min(candidate.cost, 1e6 * FAR)
-
-
-def _is_done(reasons: Sequence[str] | dict[str, Any]) -> bool:
-    return bool(reasons)
+        strategy.tell(points, [min(problem.look(point).cost, 1e6 * FAR) for point in points])

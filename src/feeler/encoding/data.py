@@ -29,13 +29,8 @@ class Data:
         self.energy = float(np.vdot(tensors, tensors))
         self.silent = ~tensors.any(axis=(1, 2))
 
-    def see(self, components: np.ndarray, trials: slice) -> np.ndarray:
-        """A (trial, component, time): the bases correlated with the tensors."""
-        basis_spectra = compute_spectra(components, self.length)
-        return self.see_with(basis_spectra, trials)
-
-    def see_with(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
-        """The same, from the bases' transform."""
+    def see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
+        """A (trial, component, time): the bases (their transform) correlated with the tensors."""
         v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
         out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]))
         correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)

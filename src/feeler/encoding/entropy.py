@@ -5,9 +5,9 @@ from typing import Annotated
 import numpy as np
 
 from feeler.checked import checked
+from feeler.encoding.inputs import check_choice
 from feeler.errors import InvalidInput
 
-_SCALES = ("max", "none")
 # [D]: only 256 grey levels give numbers of the size that the paper reports (1.9 to 2.8 bits)
 _LEVELS = 256
 
@@ -32,8 +32,7 @@ def compute_histogram_entropy(
         clips above, as MATLAB does with a picture of doubles.
     """
     values = _check(values)
-    if scale not in _SCALES:
-        raise InvalidInput(f"scale must be one of {', '.join(map(repr, _SCALES))}; got {scale!r}.")
+    check_choice("scale", scale, ("max", "none"))
     top = values.max() if scale == "max" else 1.0
     if top > 0:
         values = values / top
@@ -71,10 +70,7 @@ def compute_entropies(
         :func:`compute_histogram_entropy` or :func:`compute_mass_entropy`.
     """
     definitions = {"histogram": compute_histogram_entropy, "mass": compute_mass_entropy}
-    if definition not in definitions:
-        raise InvalidInput(
-            f"definition must be one of {', '.join(map(repr, definitions))}; got {definition!r}."
-        )
+    check_choice("definition", definition, tuple(definitions))
     return np.array([definitions[definition](array) for array in arrays])
 
 

@@ -1,4 +1,6 @@
-"""One factorisation from one start: activations and bases in turn, until the loss stands."""
+"""One factorisation from one start, activations and bases in turn, until the loss stands; and what
+a batch at a time adds to one.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ from feeler.encoding.activations import (
     project_activations,
 )
 from feeler.encoding.bases import descend_bases, multiply_bases
+from feeler.encoding.code import encode
 from feeler.encoding.convolution import (
     compute_activation_gram,
     compute_basis_gram,
@@ -233,7 +236,7 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     l1 = _find_l1(activations, settings)
 
     def update(block: slice) -> None:
-        seen, rows = data.see_with(spectra, block), activations[block]
+        seen, rows = data.see(spectra, block), activations[block]
         if settings.sparseness is None:
             multiply_activations(seen, kernel, fringe, rows, settings.inner_steps)
             return
@@ -254,6 +257,49 @@ def improve_bases(components, seen, gram, settings: Settings) -> tuple[np.ndarra
     """
     improve = multiply_bases if settings.sparseness is None else descend_bases
     return improve(components, seen, gram, settings.inner_steps)
+
+
+def learn_batch(
+    tensors: np.ndarray,
+    components: np.ndarray,
+    sums: tuple[np.ndarray | float, np.ndarray | float],
+    settings: Settings,
+    forget: float,
+    run: Callable = map,
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Code a batch on the old bases, add it to the sums over earlier batches, update the bases.
+
+    Parameters
+    ----------
+    tensors : np.ndarray
+        The batch (trial, sensor, time).
+    components : np.ndarray
+        The old bases (component, sensor, lag).
+    sums : tuple of two np.ndarray
+        Data correlated with activations (component, sensor, lag), and activations correlated with
+        each other (component, lag, component, lag); both 0 at first.
+    forget : float
+        What earlier batches count beside this one.
+
+    Returns
+    -------
+    components : np.ndarray
+        The new bases (component, sensor, lag).
+    sums : tuple of two np.ndarray
+
+    References
+    ----------
+    Mairal, Bach, Ponce & Sapiro 2010, J. Mach. Learn. Res. 11:19 (online dictionary learning from
+    such sums).
+    """
+    code = "nonnegative" if settings.sparseness is None else "sparse"
+    activations, _ = encode(
+        tensors, components, code, sparseness=settings.sparseness, max_sweeps=20, tol=1e-3, run=run
+    )
+    data = Data(tensors, settings.n_lags)
+    seen = forget * sums[0] + data.gather(activations, run)
+    gram = forget * sums[1] + compute_activation_gram(activations, settings.n_lags)
+    return improve_bases(components, seen, gram, settings)[0], (seen, gram)
 
 
 def _constrain(activations: np.ndarray, settings: Settings) -> None:

@@ -12,11 +12,10 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
 from feeler.encoding.bases import canonicalise, compute_stability
-from feeler.encoding.batches import learn_batch
 from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
 from feeler.encoding.data import Data
-from feeler.encoding.factorise import Factors, Settings, factorise, open_pool
+from feeler.encoding.factorise import Factors, Settings, factorise, learn_batch, open_pool
 from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_settings, check_size
 from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput
@@ -329,10 +328,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
         return self
 
-    def _fit_from(self, data, begun, run, tell) -> Factors:
-        components, activations = begun
-        settings = Settings.of(self)
-        return _canonical(factorise(data, components, activations, settings, run, tell))
+    def _fit_from(self, data, begun: tuple[np.ndarray, np.ndarray], run, tell) -> Factors:
+        return _canonical(factorise(data, *begun, Settings.of(self), run, tell))
 
     def _keep(self, found: list[Factors], tensors, energy) -> None:
         """Set the learned attributes from the restarts."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from feeler.encoding.activations import apply_gram
-from feeler.encoding.convolution import compute_basis_gram
+from feeler.encoding.convolution import compute_basis_gram, compute_spectra
 from feeler.encoding.data import Data
 from feeler.errors import InvalidInput
 
@@ -77,7 +77,8 @@ def _start_activations(
     if init == "random":
         return rng.random(shape)
     kernel, fringe = compute_basis_gram(components)
-    seen = np.maximum(data.see(components, slice(None)), 0)
+    spectra = compute_spectra(components, data.length)
+    seen = np.maximum(data.see(spectra, slice(None)), 0)
     pulled = np.empty(shape[1:])
     for trial in seen:
         apply_gram(kernel, fringe, trial, pulled)

@@ -108,7 +108,8 @@ class Gathering:
             self._append_rest()
         self._done += len(group)
         if hasattr(self.progress, "tell"):
-            self.progress.tell(failed=self.count_reasons(), stored=self._bytes)
+            reasons = Counter(type(error).__name__ for error in self.errors.values())
+            self.progress.tell(failed=dict(reasons), stored=self._bytes)
         self.progress(self._done, len(self.trials))
 
     def _append_rest(self) -> None:
@@ -135,10 +136,6 @@ class Gathering:
                 self.job.list_made(indices, trials), sort_keys=True
             )
         return tensors
-
-    def count_reasons(self) -> dict[str, int]:
-        """How many trials failed, by the kind of error."""
-        return dict(Counter(type(error).__name__ for error in self.errors.values()))
 
 
 class Made(Sequence[Any]):

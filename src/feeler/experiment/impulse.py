@@ -102,7 +102,8 @@ def hit(
         Points outside (0, 1], or a lever, speed or location that make no hit.
     """
     require_plane(antenna, "hit")
-    _check(points)
+    if not (len(points) and all(0 < point <= 1 for point in points)):
+        raise InvalidInput(f"points must be shares of the length in (0, 1], got {points}.")
     scene = make_impulse_scene(
         antenna,
         location=location,
@@ -145,11 +146,6 @@ def make_impulse_scene(
     )
     scene = make_scene(antenna, trial, contact)
     return scene if lever is None else _swing(scene, speed, lever)
-
-
-def _check(points: tuple[float, ...]) -> None:
-    if not (len(points) and all(0 < point <= 1 for point in points)):
-        raise InvalidInput(f"points must be shares of the length in (0, 1], got {points}.")
 
 
 def _swing(scene: Scene, speed: float, lever: float) -> Scene:

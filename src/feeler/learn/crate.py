@@ -2,6 +2,7 @@
 
 import json
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,7 @@ def _make_crate(
         "@type": "Dataset",
         "name": name or store,
         "description": words,
-        "datePublished": _find_date(),
+        "datePublished": datetime.now(UTC).date().isoformat(),
         "license": {"@id": _LICENCES.get(licence, licence)},
         "hasPart": [{"@id": f"{store}/"}],
         "citation": {"@id": _PAPER},
@@ -147,9 +148,3 @@ def _describe(name: str, item: xr.Variable) -> dict[str, Any]:
         "description": str(item.attrs.get("long_name", name)),
     }
     return about | ({"unitText": str(item.attrs["units"])} if "units" in item.attrs else {})
-
-
-def _find_date() -> str:
-    from datetime import UTC, datetime
-
-    return datetime.now(UTC).date().isoformat()

@@ -1,6 +1,9 @@
-"""Draw closest matches: how far apart the tensors of each group lie."""
+"""Draw closest matches, how far apart the tensors of each group lie; and values with their
+intervals.
+"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -61,6 +64,26 @@ def name_kinds(dispersions: Sequence[Dispersion], names: Sequence[str], ax: Axes
     """The kind of code below the middle of each set that ``plot_kinds`` drew."""
     n_groups = len(dispersions[0].groups)
     ax.set_xticks(np.arange(len(dispersions)) * (n_groups + 1) + (n_groups - 1) / 2, names)
+
+
+def plot_spreads(
+    ax: Axes,
+    places: Iterable[float],
+    spreads: Iterable[Mapping[str, Any]],
+    *,
+    across: bool = False,
+    **style: Any,
+) -> None:
+    """Values with their intervals, in the form in which ``Section.values`` keeps them, side by side
+    or (``across``) one below the other; what is undefined is left out.
+    """
+    known = [(at, one) for at, one in zip(places, spreads, strict=True) if "value" in one]
+    at, values = [at for at, _ in known], [one["value"] for _, one in known]
+    half = [one["high"] - one["value"] for _, one in known]
+    if across:
+        ax.errorbar(values, at, xerr=half, **style)
+    else:
+        ax.errorbar(at, values, yerr=half, **style)
 
 
 def _list_interval(interval: Interval) -> tuple[float, float, float]:

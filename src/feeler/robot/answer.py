@@ -82,15 +82,18 @@ class Answer:
 
     def to_plain(self) -> dict[str, Any]:
         """As JSON; None stands where there was no contact."""
-        plain: dict[str, Any] = {
+        return {
             "label": describe_touch(self.label),
             "probability": None if np.isnan(self.probability) else self.probability,
             "runner_up": None if self.runner_up is None else describe_touch(self.runner_up),
             "runner_up_probability": None if self.runner_up is None else self.runner_up_probability,
+            "unlike_all": self.strange,
+            "strangeness": self.strangeness,
+            "missing": self.missing,
+            "truth": self.truth,
+            "right": self.right,
+            "known": self.known,
         }
-        plain |= {"unlike_all": self.strange, "strangeness": self.strangeness}
-        plain |= {"missing": self.missing}
-        return {**plain, "truth": self.truth, "right": self.right, "known": self.known}
 
 
 def judge_recording(

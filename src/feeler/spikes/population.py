@@ -81,18 +81,6 @@ class Population(Record):
         rows = [[getattr(one, name) for one in self.sensilla] for name in TABLE]
         return np.ascontiguousarray(np.broadcast_to(rows, (len(rows), self.position.size)), float)
 
-    def pick(self, units: np.ndarray) -> "Population":
-        """Only these units, by number or as a mask."""
-        chosen = np.arange(self.position.size)[units]
-        many = len(self.sensilla) > 1
-        return self.replace(
-            position=self.position[chosen],
-            side=self.side[chosen],
-            gain=self.gain[chosen],
-            sensilla=tuple(self.sensilla[k] for k in chosen) if many else self.sensilla,
-            around=self.around[chosen],
-        )
-
     def find_taps(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For each unit the sensor on its base's side, as :meth:`bend_sides` numbers them, and its
         share of the way to the next.

@@ -57,19 +57,14 @@ def read_outline(
             raise InvalidInput(f"{word} must be finite and > 0, got {str(value)[:40]!r}.")
     if width is not None and scale is not None:
         raise InvalidInput("give width or scale, not both.")
-    path = _check_file(path)
-    wanted = json.dumps([width, scale, which, tolerance], default=str)
-    limits = find_limits()
-    limits = Limits(max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds)
-    return open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))[1]["corners"]
-
-
-def _check_file(path: str | os.PathLike) -> Path:
     path = find_file(path, LIBRARIES, _MAX_BYTES)
     library = LIBRARIES[path.suffix.lower()]
     if library and find_spec(library) is None:
         raise MissingExtra("outlines from SVG and DXF files need: pip install 'feeler[outlines]'")
-    return path
+    wanted = json.dumps([width, scale, which, tolerance], default=str)
+    limits = find_limits()
+    limits = Limits(max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds)
+    return open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))[1]["corners"]
 
 
 def read_corners(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:

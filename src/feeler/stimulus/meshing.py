@@ -37,20 +37,15 @@ def read_mesh(
             raise InvalidInput(f"{word} must be finite and > 0, got {str(value)[:40]!r}.")
     if not 0.01 <= threshold <= 1:
         raise InvalidInput(f"threshold must be from 0.01 to 1, got {str(threshold)[:40]!r}.")
-    path, own = _check_file(path), find_limits()
+    path, own = find_file(path, MESHES, _MAX_BYTES), find_limits()
+    if find_spec("trimesh") is None or find_spec("coacd") is None:
+        raise MissingExtra("mesh files need: pip install 'feeler[meshes]'")
     limits = Limits(
         max_bytes=max(own.max_bytes, _MEMORY), max_seconds=max(own.max_seconds, _SECONDS)
     )
     wanted = json.dumps([scale, width, threshold, simplify])
     found = open_guarded(f"{__name__}:read_parts", path, limits, words=(wanted,))[1]
     return found["corners"], found["starts"]
-
-
-def _check_file(path: str | os.PathLike) -> Path:
-    path = find_file(path, MESHES, _MAX_BYTES)
-    if find_spec("trimesh") is None or find_spec("coacd") is None:
-        raise MissingExtra("mesh files need: pip install 'feeler[meshes]'")
-    return path
 
 
 def read_parts(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:

@@ -71,8 +71,8 @@ class SampledTrials(Sequence[Trial]):
             return SampledTrials(columns, self.features, self.antenna, {**self.recipe, **chosen})
         row = {name: values[index].item() for name, values in self.columns.items()}
         feature = self.features[row["feature"]]
-        if not np.isnan(row["size"]):
-            feature = _resize(feature, row["size"])
+        if not np.isnan(row["size"]) and feature.size != row["size"]:
+            feature = feature.scale(row["size"] / feature.size)
         base = BaseMotion(velocity=(row["x"], row["y"]), turn=row["turn"]) if "x" in row else None
         fields = {name: row[name] for name in (*_FIELDS, TURNED) if name in row}
         return Trial(feature=feature, side="right" if row["right"] else "left", base=base, **fields)
@@ -86,11 +86,6 @@ class SampledTrials(Sequence[Trial]):
             f"{len(self):,} sampled trials"
             f" ({', '.join(feature.name for feature in self.features)}): {', '.join(spans)}"
         )
-
-
-def _resize(feature: Feature, size: float) -> Feature:
-    """A feature with this half-width [mm]."""
-    return feature.scale(size / feature.size) if feature.size != size else feature
 
 
 @checked

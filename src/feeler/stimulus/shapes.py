@@ -5,7 +5,23 @@ from typing import Any, ClassVar
 from feeler.stimulus.feature import Feature
 
 
-class Ball(Feature):
+class _Disc(Feature):
+    """What is a disc in the plane: a point grown by its radius."""
+
+    radius: float
+    symmetric: ClassVar[bool] = True
+
+    @property
+    def rounding(self) -> float:
+        """The radius [mm]: the core is a point, or in space an axis."""
+        return self.radius
+
+    def make_parts(self) -> list:
+        """The one point in the plane, which is set back by the radius."""
+        return [[(0.0, 0.0)]]
+
+
+class Ball(_Disc):
     """A ball (in the plane: a disc): a point grown by its radius.
 
     Attributes
@@ -14,21 +30,10 @@ class Ball(Feature):
         Radius [mm], > 0.
     """
 
-    radius: float
     kind: ClassVar[str] = "ball"
-    symmetric: ClassVar[bool] = True
-
-    @property
-    def rounding(self) -> float:
-        """The radius [mm]: the core is a point."""
-        return self.radius
-
-    def make_parts(self) -> list:
-        """The one point, which is set back by the radius."""
-        return [[(0.0, 0.0)]]
 
 
-class Peg(Feature):
+class Peg(_Disc):
     """A peg: a cylinder with round ends, upright on the plane, in which it is a disc.
 
     In space its axis is the third of its frame, at right angles to the way it moves; the ends
@@ -42,24 +47,13 @@ class Peg(Feature):
         Half the length of the cylinder, without its round ends [mm], > 0.
     """
 
-    radius: float
     half_length: float = 20.0
     kind: ClassVar[str] = "peg"
-    symmetric: ClassVar[bool] = True
-
-    @property
-    def rounding(self) -> float:
-        """The radius [mm]: the core is the axis."""
-        return self.radius
 
     @property
     def half_depth(self) -> float:
         """Half the core's extent along the third axis [mm]."""
         return self.half_length
-
-    def make_parts(self) -> list:
-        """The one point in the plane."""
-        return [[(0.0, 0.0)]]
 
 
 class Prism(Feature):

@@ -62,10 +62,7 @@ class Wall(Feature):
         """Whether the face is flat and goes on without end."""
         return self.profile is None
 
-    @property
-    def symmetric(self) -> bool:
-        """Whether it is its own mirror image: a flat face is."""
-        return self.profile is None
+    symmetric = unbounded  # a flat face is its own mirror image
 
     def make_name(self) -> str:
         """``wall``, and for a textured one six digits that stand for its face."""

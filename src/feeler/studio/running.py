@@ -7,7 +7,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.studio.hand import Say
-from feeler.studio.study import Stopped
+from feeler.studio.study import heed
 from feeler.studio.touching import describe_antenna
 from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
 
@@ -32,8 +32,7 @@ def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: 
 
     def watch(body: np.ndarray, angle: np.ndarray) -> None:
         nonlocal sent
-        if stop.is_set():
-            raise Stopped
+        heed(stop)
         rows.append((body, angle))
         if len(rows) == _PIECE:
             say({"part": "piece", "first": sent}, **_take(rows))
@@ -66,8 +65,7 @@ _maps: dict[tuple[Antenna, float], DistanceMap] = {}
 
 def _find_map(antenna: Antenna, speed: float, stop: Event) -> DistanceMap:
     def watch(body: np.ndarray, angle: np.ndarray) -> None:
-        if stop.is_set():
-            raise Stopped
+        heed(stop)
 
     if (antenna, speed) not in _maps:
         if len(_maps) >= 32:

@@ -104,8 +104,7 @@ class AntennaStudy:
         stream, posterior, noticed = self.decoder.start(), [], -1
         order = [self.decoder.classes_.index(label) for label in self.labels]
         for k, sample in enumerate(self.loudness * np.asarray(angle, dtype=float).T):
-            if stop.is_set():
-                raise Stopped
+            heed(stop)
             state = stream.update(sample)
             if noticed < 0 and state.since_contact >= 0:
                 noticed = k
@@ -153,7 +152,7 @@ def _make(antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: floa
     tell("comparing", 0.65)
     scaled = scale_common(rectify(angle))
     similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
-    _check(stop)
+    heed(stop)
     return AntennaStudy(
         antenna=antenna,
         speed=speed,
@@ -203,7 +202,7 @@ def teach(
             f"{missing} of the thirty touches are not noticed by any sensor, so nothing can be"
             " learned of them. Add sensors, or spread them along the antenna."
         )
-    _check(stop)
+    heed(stop)
     decoder.temper(list(LOUDNESS / peak * others), labels)
     return labels, angle, decoder, peak
 
@@ -234,13 +233,14 @@ def _learn(tensors: np.ndarray, tell: _Tell, stop: Event) -> ConvolutiveNMF:
     encoder = ConvolutiveNMF(**_ENCODER, max_iter=_ITERATIONS)
     starts: dict[str, np.ndarray] = {}
     for done in range(_ROUNDS):
-        _check(stop)
+        heed(stop)
         tell("learning bases", 0.7 + 0.3 * done / _ROUNDS)
         encoder.fit(tensors, **starts)
         starts = {"components": encoder.components_, "activations": encoder.activations_}
     return encoder
 
 
-def _check(stop: Event) -> None:
+def heed(stop: Event) -> None:
+    """Raise where the work is to end."""
     if stop.is_set():
         raise Stopped

@@ -73,10 +73,6 @@ class AntennaWish(Record):
             if any(b[0] <= a[0] for a, b in pairwise(getattr(self, name) or ())):
                 raise InvalidInput(f"the handles of {name} must rise from base to tip.")
 
-    def make_original(self) -> Antenna:
-        """The preset, or what the file holds."""
-        return _read_original(self.preset, self.toml)
-
     def make(self) -> Antenna:
         """The antenna that is wished for, where it must lie in one plane."""
         antenna = _make_antenna(self)
@@ -95,7 +91,7 @@ def _read_original(preset: str, toml: str) -> Antenna:
 
 @lru_cache(maxsize=64)
 def _make_antenna(wish: AntennaWish) -> Antenna:
-    original = wish.make_original()
+    original = _read_original(wish.preset, wish.toml)
     changes: dict[str, Any] = {}
     if original.spatial and (wish.stiffness or wish.damping):
         raise InvalidInput(

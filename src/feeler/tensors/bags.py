@@ -207,10 +207,8 @@ def _read_stamp(message: Any, kind: str) -> int:
     return stamp.sec * 10**9 + stamp.nanosec if stamp else 0
 
 
-@contextlib.contextmanager
-def _open(part: Path) -> Iterator[_Bag]:
-    with (_open_mcap if _find_ending(part) == ".mcap" else _open_rosbag)(part) as bag:
-        yield bag
+def _open(part: Path) -> contextlib.AbstractContextManager[_Bag]:
+    return (_open_mcap if _find_ending(part) == ".mcap" else _open_rosbag)(part)
 
 
 @contextlib.contextmanager
@@ -321,15 +319,12 @@ def _take(message: Any, kind: str, names: list[str]) -> tuple[Any, list[str], st
             raise InvalidInput(
                 f"its arrays have {len(dims)} dimensions; a message is one sample of all sensors."
             )
-        return _list_numbers(message.data), [], dims[0].label if dims else ""
+        # libraries give bytes as such, alone or each by itself
+        numbers = [value[0] if isinstance(value, bytes) else value for value in message.data]
+        return numbers, [], dims[0].label if dims else ""
     found = list(message.name)
     if names and found != names:
         raise InvalidInput(
             f"its joints change from {', '.join(names[:12])} to {', '.join(found[:12])}."
         )
     return message.position, found, "rad"
-
-
-def _list_numbers(data: Any) -> list[float]:
-    """The numbers of an array; libraries give bytes as such, alone or each by itself."""
-    return [value[0] if isinstance(value, bytes) else value for value in data]

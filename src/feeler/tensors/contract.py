@@ -85,15 +85,13 @@ def _find_value_breaches(dataset: xr.Dataset, name: str, unread: bool) -> Iterat
         unknown = sorted(set(map(str, np.unique(item.values))) - set(SOURCES))
         if unknown:
             yield f"'source' must be one of {', '.join(SOURCES)}, got {unknown}"
-    elif quantity.unit and not (_is_number(item) and (unread or quantity.gaps or _is_finite(item))):
+    elif quantity.unit and not (
+        item.dtype.kind in "fiu" and (unread or quantity.gaps or _is_finite(item))
+    ):
         yield f"'{name}' has values that are not finite numbers"
     elif name in ("time", "position") and np.any(np.diff(item.values) <= 0):
         order = "" if name == "time" else "sensors must run from base to tip: "
         yield f"{order}'{name}' must rise strictly"
-
-
-def _is_number(item: xr.DataArray) -> bool:
-    return item.dtype.kind in "fiu"
 
 
 def _is_finite(item: xr.DataArray) -> bool:

@@ -12,7 +12,6 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors import accessor  # noqa: F401  # whoever has a Dataset of touches has ds.feeler
 from feeler.tensors.quantities import (
-    DIMS,
     IN_SPACE,
     QUANTITIES,
     derive_curvature,
@@ -107,24 +106,18 @@ def make_motion_tensors(
     *,
     trials: Mapping[str, Sequence[object]],
     attrs: Mapping[str, object] | None = None,
-    save: Sequence[str] | None = None,
-    dtype: str = "float64",
     **given: np.ndarray,
 ) -> xr.Dataset:
-    """The Dataset of motions of one antenna: every quantity of ``save`` that can be made from a
-    motion.
+    """The Dataset of motions of one antenna: all quantities that they have, but the optional ones.
 
     Parameters
     ----------
     antenna, motions
         One motion per trial, all sampled at the same times; the antenna's sensors are recorded.
-    save
-        Names of quantities; default all that the motions have, but the optional ones. ``angle`` is
-        always there.
     given
         Quantities made otherwise, which take the place of those made from the motions.
     """
-    readings = [reduce_motion(antenna, motion, save, dtype, without=given) for motion in motions]
+    readings = [reduce_motion(antenna, motion, without=given) for motion in motions]
     return stack_readings(antenna, motions[0].time, readings, trials=trials, attrs=attrs, **given)
 
 
@@ -205,15 +198,3 @@ def label_units(dataset: xr.Dataset) -> xr.Dataset:
         if quantity and quantity.meaning:
             variable.attrs["long_name"] = quantity.meaning
     return dataset
-
-
-__all__ = [
-    "DIMS",
-    "SOURCES",
-    "choose_quantities",
-    "label_units",
-    "make_motion_tensors",
-    "make_tensors",
-    "reduce_motion",
-    "stack_readings",
-]

@@ -42,10 +42,6 @@ def _starts(*magic: bytes) -> Callable[[Path, bytes], bool]:
     return lambda path, start: start.startswith(magic)
 
 
-def _ending(suffix: str, form: Callable[[Path, bytes], bool]) -> Callable[[Path, bytes], bool]:
-    return lambda path, start: path.suffix.lower() == suffix and form(path, start)
-
-
 def _is_antenna(path: Path, start: bytes) -> bool:
     other = re.search(rb'schema\s*=\s*"feeler\.(?!antenna/)', start)
     return b"feeler.antenna/" in start or (path.suffix.lower() == ".toml" and not other)
@@ -97,7 +93,7 @@ ZARR = Format(
 NWB = Format(
     words="NWB file (HDF5)",
     suffix=".nwb",
-    detect=_ending(".nwb", _starts(HDF5)),
+    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
     load=guarded("feeler.tensors.readers:read_hdf5"),
     save=save_nwb,
 )
@@ -125,7 +121,7 @@ CSV = Format(
 ANTENNA = Format(
     words="antenna (TOML)",
     kind="antenna",
-    detect=lambda path, start: _is_antenna(path, start),
+    detect=_is_antenna,
     load=lambda path, limits, trusted: read_antenna_file(path),
     tell=_describe_antenna,
 )
@@ -147,19 +143,12 @@ _ADVICE = (
 
 
 def _is_table(path: Path, start: bytes) -> bool:
-    try:
-        lines = start.decode("utf-8-sig", "ignore").split("\n")
-    except ValueError:
-        return False
+    lines = start.decode("utf-8-sig", "ignore").split("\n")
     heading = None if b"\0" in start or name_start(start) else find_heading(enumerate(lines, 1))
     return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
 
 
 _ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", "")
-
-
-def _load(path: Path, limits: Limits, trusted: bool) -> Table:
-    return read_table(path, words=True)
 
 
 def _describe(table: Table) -> list[str]:
@@ -180,7 +169,7 @@ PLAIN_TABLES = {
         words="a table that no verb of feeler reads as it is",
         kind="table",
         detect=_is_table,
-        load=_load,
+        load=lambda path, limits, trusted: read_table(path, words=True),
         tell=_describe,
     ),
 }

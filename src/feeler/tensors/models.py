@@ -80,14 +80,7 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
         ) from error
 
 
-def load_model(
-    path: str | os.PathLike,
-    *,
-    kind: str,
-    version: int,
-    limits: Limits | None = None,
-    trusted: bool = False,
-) -> Model:
+def load_model(path: str | os.PathLike, *, kind: str, version: int, trusted: bool = False) -> Model:
     """The model in a file, which must be of this kind and version.
 
     Raises
@@ -96,7 +89,7 @@ def load_model(
         No model file, damaged, or of another kind or version (the message says which it is and what
         to do).
     """
-    model = read_model(path, limits, trusted=trusted)
+    model = read_model(path, trusted=trusted)
     if model.kind != kind:
         raise InvalidInput(
             f"{path} holds a model of kind {model.kind!r}, not {kind!r}. Load it with the reader of"

@@ -252,9 +252,7 @@ def _open(path, name, item, size, label, trials, length=None, attrs=None) -> xr.
     variable = xr.Variable(
         item.dims, indexing.LazilyIndexedArray(later), item.attributes if attrs is None else attrs
     )
-    first, last = int(trials[0]), int(trials[-1])
-    whole = trials.size == last - first + 1
-    return variable.isel(trial=slice(first, last + 1) if whole else trials)
+    return variable.isel(trial=_pick(trials))
 
 
 def describe_store(path: Path) -> list[str]:

@@ -200,11 +200,11 @@ def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[s
                 first[name] = cell
         if len(first) == len(columns):
             break
-    return {name: cell for name, cell in first.items() if not _is_float(cell)}
-
-
-def _is_float(cell: str) -> bool:
-    return is_numeral(cell.replace("_", "")) or "," in cell  # wrong numbers are no text
+    return {
+        name: cell
+        for name, cell in first.items()
+        if not is_numeral(cell.replace("_", "")) and "," not in cell  # wrong numbers are no text
+    }
 
 
 def _read_rows(

@@ -39,15 +39,8 @@ _MEASURES = (
 )
 
 _MEASURED = ("quantity", "method")
-SETUP_CHOICES = (
-    "inter_antennal_angle",
-    "reading",
-    "friction",
-    "prebend",
-    "hook_share",
-    "tip_heading",
-    *_MEASURED,
-)
+_POSED = ("inter_antennal_angle", "reading", "friction", "prebend", "hook_share", "tip_heading")
+SETUP_CHOICES = (*_POSED, *_MEASURED)
 
 
 @checked
@@ -57,10 +50,6 @@ class Case:
 
     Attributes
     ----------
-    n_contact : int
-        Distances in contact.
-    n_inverted : int
-        Of these, those with a standing inverted J.
     offset : float
         Median distance along the antenna [mm] between the point of greatest curvature and the
         contact, over the distances at which it stands against the wall as its posture asks; NaN
@@ -70,8 +59,6 @@ class Case:
     antenna: str
     posture: Posture
     measure: Mapping[str, str]
-    n_contact: int
-    n_inverted: int
     map: DistanceMap
     offset: float
 
@@ -83,16 +70,8 @@ class Case:
     @property
     def choice(self) -> tuple:
         """What tells the set-up from others, without the antenna, by ``SETUP_CHOICES``."""
-        p = self.posture
-        fixed = (
-            p.inter_antennal_angle,
-            p.reading,
-            p.friction,
-            p.prebend,
-            p.hook_share,
-            p.tip_heading,
-        )
-        return (*fixed, *(self.measure[name] for name in _MEASURED))
+        posed = (getattr(self.posture, name) for name in _POSED)
+        return (*posed, *(self.measure[name] for name in _MEASURED))
 
 
 @checked
@@ -151,8 +130,6 @@ def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
         antenna=name,
         posture=sweep.posture,
         measure=measure,
-        n_contact=int(sweep.contact.sum()),
-        n_inverted=int(sweep.inverted.sum()),
         map=found,
         offset=float(np.median(apart)) if apart.size >= FEWEST_DISTANCES else np.nan,
     )

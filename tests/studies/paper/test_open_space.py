@@ -8,9 +8,11 @@ from feeler.presets import cockroach
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_space import collect_values
-from feeler.studies.paper.open_space_study import FEW, Layout, load_space, run_space
+from feeler.studies.paper.open_space import FEW, collect_values
 from feeler.studies.paper.verdicts import judge
+from tests.scripts import load_script
+
+questions = load_script("benchmarks", "questions")
 
 ASKED = read_declared("open_space.toml")
 OWN = [claim for claim in load_claims() if claim.id.startswith("own-space")]
@@ -35,26 +37,26 @@ def make_angle() -> xr.DataArray:
 def test_layouts_feel_what_they_say():
     angle = make_angle()
     x, z = angle.values[:, 0], angle.values[:, 1]
-    both = Layout(around=(0.0, 90.0), places=9).feel(angle)
+    both = questions.Layout(around=(0.0, 90.0), places=9).feel(angle)
     np.testing.assert_allclose(both, np.concatenate([x, z], axis=1), atol=1e-15)
-    turned = Layout(turn=90.0, places=9).feel(angle)
+    turned = questions.Layout(turn=90.0, places=9).feel(angle)
     signs = [(x, 1), (z, 1), (x, -1), (z, -1)]
     for k in range(9):
         of, sign = signs[k % 4]
         np.testing.assert_allclose(turned[:, k], sign * of[:, k], atol=1e-15)
-    few = Layout(around=(180.0,), places=3, one_way=True).feel(angle)
+    few = questions.Layout(around=(180.0,), places=3, one_way=True).feel(angle)
     np.testing.assert_allclose(few, np.maximum(-x[:, [0, 4, 8]], 0), atol=1e-15)
 
 
 def test_every_layout_but_the_first_has_as_many_sensors():
-    layouts = load_space().levels
+    layouts = questions.load_space().levels
     counts = {name: len(one.around) * one.places for name, one in layouts.items()}
     assert counts.pop("both planes") == 112 and {*counts.values()} == {56}
     assert tuple(ASKED["layouts"])[:2] == FEW
 
 
 def test_those_in_the_plane_are_the_same_touches():
-    space, plane = load_space(), load_space("plane")
+    space, plane = questions.load_space(), questions.load_space("plane")
     antenna = cockroach().unflatten()
     turned, _ = space.task.draw(antenna, "test", set=3)
     flat, _ = plane.task.draw(antenna, "test", set=3)
@@ -66,9 +68,9 @@ def test_those_in_the_plane_are_the_same_touches():
 def test_the_study_goes_on_from_its_journal(tmp_path):
     """And gives what claims need, above chance."""
     path = tmp_path / "space.jsonl"
-    assert not any(run_space(path, minutes=0.0, **TINY).values())
-    found = run_space(path, **TINY)
-    assert run_space(path, minutes=0.0, **TINY) == found
+    assert not any(questions.run_space(path, minutes=0.0, **TINY).values())
+    found = questions.run_space(path, **TINY)
+    assert questions.run_space(path, minutes=0.0, **TINY) == found
     values = collect_values(found)
     assert all(claim.list_keys() <= set(values) for claim in OWN)
     assert values["space.right.plane.exponential.templates.both_planes"]["value"] > 30

@@ -7,16 +7,11 @@ from feeler.presets import cockroach
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_unseen import (
-    NEW,
-    SHOWN,
-    WORDS,
-    collect_values,
-    judge,
-    list_antennas,
-    make_task,
-)
-from feeler.studies.paper.verdicts import judge as judge_claim
+from feeler.studies.paper.open_unseen import SHOWN, WORDS, collect_values
+from feeler.studies.paper.verdicts import judge
+from tests.scripts import load_script
+
+scripted = load_script("benchmarks", "questions")
 
 ASKED = read_declared("open_unseen.toml")
 OWN = [claim for claim in load_claims() if claim.id.startswith("own-unseen")]
@@ -29,19 +24,19 @@ def antennas():
         "stiffness": reference.stiffness * np.linspace(2.0, 0.5, reference.n_segments),
         "damping": reference.damping,
     }
-    return list_antennas(reference, {"unseen": steeper, "known": steeper})
+    return scripted.list_antennas(reference, {"unseen": steeper, "known": steeper})
 
 
-@pytest.mark.parametrize("kind", NEW)
+@pytest.mark.parametrize("kind", scripted.NEW)
 def test_questions_are_new_in_what_their_kind_says(kind):
-    task = make_task(ASKED, kind)
+    task = scripted.make_task(ASKED, kind)
     trials = task.draw_classes(cockroach(), "test", 0.3)
     each = task.train + task.test
     for name, read in (("location", lambda t: t.location), ("size", lambda t: t.feature.size)):
         values = np.round([read(trial) for trial in trials], 6).reshape(task.n_classes, each)
         lessons, questions = np.split(values, [task.train], axis=1)
         new = {*questions.ravel()}.isdisjoint(lessons.ravel())
-        assert new == (name in NEW[kind])
+        assert new == (name in scripted.NEW[kind])
         assert {*lessons.ravel()} == {*ASKED["task"]["nuisances"][name]}
 
 
@@ -59,7 +54,7 @@ def test_the_judge_asks_everything_that_claims_need(antennas):
     few = {"sets": 2, "other_sets": 2, "reader_sets": 2}
     few |= {"test": 4, "other_test": 2, "reader_test": 2, "reader": "lda"}
     asked = ASKED | {"final": few, "task": ASKED["task"] | {"train": 6}}
-    found = judge(antennas, asked, workers=1)
+    found = scripted.judge(antennas, asked, workers=1)
     values = collect_values(found)
     for claim in OWN:
         assert claim.list_keys() <= set(values)
@@ -97,5 +92,5 @@ def test_no_rule_is_met_by_planted_nothing(claim):
         }
         for name in ("unseen_tip", "known_tip"):
             wrong[name] = {"unseen, few": wrong[name]["unseen, few"]}
-        verdict = judge_claim(claim, collect_values(wrong), Context(scale="paper")).verdict
+        verdict = judge(claim, collect_values(wrong), Context(scale="paper")).verdict
         assert verdict in ("no evidence", "not reproduced")

@@ -11,9 +11,9 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.reproduce import STAGES, reproduce
 from feeler.studies.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
-from feeler.studies.paper.window import find_one_sided
 from feeler.studies.scale import SCALES
 from tests.figures import find_mixed
+from tests.windows import find_one_sided
 
 from ._page import FOREIGN
 

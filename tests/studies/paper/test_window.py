@@ -86,10 +86,11 @@ def test_a_straight_line_stays_one_at_any_number_of_samples():
 
 
 def test_every_profile_has_its_own_window_and_the_same_samples():
-    arrays = complete_arrays(
+    arrays, labels = complete_arrays(
         {"a": make_touches([[(0, 300)]] * 2), "b": make_touches([[(0, 700)]] * 2)}
     )
-    assert {array.shape for array in arrays.values()} == {(2, 1, 380)}
+    assert {array.shape for array in arrays.values()} == {(2, 1, 380)} and labels.shape == (2,)
+    assert max(array.max() for array in arrays.values()) == 1
     np.testing.assert_array_equal(
         arrays["a"] > 0.5, arrays["b"] > 0.5
     )  # both are in contact to the end of their window

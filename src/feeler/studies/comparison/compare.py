@@ -93,21 +93,18 @@ class Comparison:
 
     def list_rows(self) -> list[tuple[str, ...]]:
         """The table: a row per measure, a column per antenna."""
-        rows = [("greatest angle (°)", *(f"{np.degrees(self.peak[n]):.2f}" for n in self.names))]
-        rows.append(
-            ("entropy of the bases (bits)", *(f"{self.entropy[n]:.2f}" for n in self.names))
-        )
-        rows.append(
-            ("Hoyer sparseness of the tensors", *(f"{self.sparseness[n]:.2f}" for n in self.names))
-        )
+        measures = {
+            "greatest angle (°)": {name: np.degrees(peak) for name, peak in self.peak.items()},
+            "entropy of the bases (bits)": self.entropy,
+            "Hoyer sparseness of the tensors": self.sparseness,
+        }
+        rows = [
+            (title, *(f"{values[n]:.2f}" for n in self.names)) for title, values in measures.items()
+        ]
         for index in INDICES:
             average = self.dispersion["raw"].average[index]
-            rows.append(
-                (
-                    f"{INDICES[index].label} with the closest match, tensors",
-                    *(str(average[n]) for n in self.names),
-                )
-            )
+            title = f"{INDICES[index].label} with the closest match, tensors"
+            rows.append((title, *(str(average[n]) for n in self.names)))
         for kind in COMPARED_CODES:
             for noise in self.curves.noises:
                 found = self.curves.find(kind, noise)

@@ -4,7 +4,6 @@ costs.
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from importlib.resources import files
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,7 +21,7 @@ from feeler.journal import Journal
 from feeler.progress import show_progress
 from feeler.provenance import compute_digest, describe_code, make_key
 from feeler.record import Ge, Gt, Len, Record, Unit
-from feeler.toml import parse_toml
+from feeler.studies.shipped import read_shipped
 
 _FIELDS = ("accuracy", "hits", "work")
 
@@ -203,5 +202,4 @@ def _describe_own(policy: str) -> str:
 
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
-    text = files("feeler.studies.contests").joinpath("declared.toml").read_text(encoding="utf-8")
-    return Contest(**parse_toml(text) | changes)
+    return Contest(**read_shipped("contests", "declared.toml") | changes)

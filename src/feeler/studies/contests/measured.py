@@ -1,13 +1,12 @@
 """What the contest found, as benchmarks/active.py keeps it."""
 
-import json
-from importlib.resources import files
 from typing import Any
 
 import xarray as xr
 
 from feeler.errors import InvalidInput
 from feeler.studies.contests.contest import Contest
+from feeler.studies.shipped import read_shipped
 
 
 def load_stored(contest: Contest) -> dict[str, Any]:
@@ -23,8 +22,7 @@ def load_stored(contest: Contest) -> dict[str, Any]:
     InvalidInput
         They were made with other choices than are declared now.
     """
-    kept = files("feeler.studies.contests").joinpath("measured.json")
-    found = json.loads(kept.read_text(encoding="utf-8"))
+    found = read_shipped("contests", "measured.json")
     for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
         if found["declared"][name] != getattr(contest, name):
             raise InvalidInput(

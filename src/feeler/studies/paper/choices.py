@@ -1,7 +1,6 @@
 """How many of the choices that the paper leaves open agree with its claims."""
 
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -36,7 +35,7 @@ _CHOICES: dict[str, tuple[Any, ...]] = {
 """
 
 
-_N_COPIES = 4
+_N_COPIES, _RATIO = 4, 0.2  # of the noise, at one common level, for LDA on the tensors
 _Row = tuple[dict[str, Any], list[Verdict]]
 """One combination of choices with its verdicts, by claim and measure."""
 
@@ -44,38 +43,29 @@ _Row = tuple[dict[str, Any], list[Verdict]]
 def compute_sensitivity(
     comparisons: Mapping[str, Mapping[str, Any]],
     *,
-    full: bool = False,
-    indices: Sequence[str] | None = None,
-    ratio: float = 0.2,
+    indices: Sequence[str] = tuple(INDICES),
     random_state: int = 0,
 ) -> list[_Row]:
-    """Verdicts under each combination of the unstated choices: one at a time, or all of them
-    (``full``).
+    """Verdicts with each of the unstated choices changed, one at a time.
 
     Parameters
     ----------
     comparisons
         comparisons[claim][group]: Datasets with the same stimuli, groups in the order claimed, most
         dispersed (and best classified) first.
-    ratio
-        Noise at one common level for LDA on the tensors.
     """
     rows = []
-    for choices in _iterate_choices(full):
+    for choices in _list_choices():
         verdicts = []
         for claim, groups in comparisons.items():
             arrays, labels = _choose(groups, choices)
-            verdicts += _judge(
-                claim, arrays, labels, indices or tuple(INDICES), ratio, random_state
-            )
+            verdicts += _judge(claim, arrays, labels, indices, random_state)
         rows.append((choices, verdicts))
     return rows
 
 
-def _iterate_choices(full: bool = False) -> list[dict[str, Any]]:
-    """The default, then every single departure from it; or the full product."""
-    if full:
-        return [dict(zip(_CHOICES, values, strict=True)) for values in product(*_CHOICES.values())]
+def _list_choices() -> list[dict[str, Any]]:
+    """The default, then every single departure from it."""
     default = {name: values[0] for name, values in _CHOICES.items()}
     return [default] + [
         default | {name: value} for name, values in _CHOICES.items() for value in values[1:]
@@ -120,7 +110,6 @@ def _judge(
     arrays: Mapping[str, np.ndarray],
     labels: np.ndarray,
     indices: Sequence[str],
-    ratio: float,
     random_state: int,
 ) -> list[Verdict]:
     found = compute_dispersion(arrays, indices=indices, scale=False, random_state=random_state)
@@ -137,7 +126,7 @@ def _judge(
         name: compute_sweep(
             array,
             labels,
-            ratios=(ratio,),
+            ratios=(_RATIO,),
             n_copies=_N_COPIES,
             n_repeats=2,
             noise=Common(reference=1.0),

@@ -1,10 +1,9 @@
 """What the files of this folder declare, and the orders that the paper claims."""
 
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
-from feeler.toml import parse_toml
+from feeler.studies.shipped import read_shipped
 
 CLAIMED = ("exponential", "linear", "constant")  # [P] in the order claimed
 READ_BETTER = {
@@ -20,5 +19,4 @@ SPREADS_MORE = {
 @cache
 def read_declared(name: str) -> dict[str, Any]:
     """What a TOML file of this folder declares."""
-    text = files("feeler.studies.paper").joinpath(name).read_text(encoding="utf-8")
-    return parse_toml(text, name)
+    return read_shipped("paper", name)

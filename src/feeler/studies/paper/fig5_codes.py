@@ -6,13 +6,10 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from feeler.decoding import make_labels
-from feeler.decoding.codes import fit_null, make_codes
+from feeler.decoding.codes import configure, fit_null, make_codes
 from feeler.decoding.curves import Group, compute_curves
-from feeler.decoding.groups import configure
 from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.report import Section, make_spread
@@ -36,18 +33,14 @@ def compute(
     SimpleNamespace
         ``dispersion`` of the codes and of their nulls, by part; ``curves`` of accuracy.
     """
-    arrays = complete_arrays(tensors)
-    peak = max(array.max() for array in arrays.values())
-    labels = np.sort(make_labels(next(iter(tensors.values()))))
+    arrays, labels = complete_arrays(tensors)
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
     groups = {}
     for name, array in arrays.items():
         fitted = configure(encoder, settings)
-        codes = make_codes(array / peak, fitted, kinds=("joint",))
-        null = fit_null(array / peak, configure(encoder, settings), plan.null_iter)
-        groups[name] = Group(
-            tensors=array / peak, labels=labels, encoder=fitted, codes=codes, null=null
-        )
+        codes = make_codes(array, fitted, kinds=("joint",))
+        null = fit_null(array, configure(encoder, settings), plan.null_iter)
+        groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes, null=null)
     once = replace(plan, other_copies=(), before_repeats=0)
     curves = compute_curves(
         groups, once, kinds=("joint",), noises=("relative",), random_state=random_state

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.decoding import NOISES, Sweep, compute_sweep, make_labels
+from feeler.decoding import NOISES, Sweep, compute_sweep
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
 from feeler.decoding.verdict import Verdict, judge_order
@@ -40,10 +40,7 @@ def compute(
         ``windows`` by profile, ``dispersion`` of complete touches, and ``sweeps[noise][profile]``
         of accuracy on tensors.
     """
-    arrays = complete_arrays(tensors)
-    peak = max(array.max() for array in arrays.values())
-    arrays = {name: array / peak for name, array in arrays.items()}
-    labels = np.sort(make_labels(next(iter(tensors.values()))))
+    arrays, labels = complete_arrays(tensors)
     options: dict[str, Any] = {
         "ratios": plan.ratios,
         "n_copies": plan.n_copies,

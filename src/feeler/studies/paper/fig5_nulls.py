@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.codes import JointFit, Twins, compare_twins
+from feeler.decoding.codes import JointFit, Twins, compare_twins, configure
 from feeler.decoding.curves import Group
-from feeler.decoding.groups import configure
 from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
 from feeler.report import Section, make_spread

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import Relative, Sweep, compute_sweep, list_groups, make_labels
+from feeler.decoding import Relative, Sweep, compute_sweep, list_groups
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE, pick_colours
@@ -173,11 +173,8 @@ def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> 
     names = list_profiles(context)
     if len(names) < 2:
         return
-    tensors = {name: load_complete(context, name) for name in names}
-    labels = np.sort(make_labels(tensors[names[0]]))
-    arrays = complete_arrays(tensors)
-    peak = max(array.max() for array in arrays.values())
-    groups = {"profile": {name: (array / peak, labels) for name, array in arrays.items()}}
+    arrays, labels = complete_arrays({name: load_complete(context, name) for name in names})
+    groups = {"profile": {name: (array, labels) for name, array in arrays.items()}}
     whole = _sweep_groups(groups, context.effort.network, random_state=context.seed)["profile"]
     found = {WINDOWS[0]: cut.sweeps["profile"], WINDOWS[1]: whole}
     rows = []

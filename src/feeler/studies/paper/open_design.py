@@ -2,8 +2,6 @@
 figure of the paper).
 """
 
-import json
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -17,6 +15,7 @@ from feeler.plotting.posture import plot_profile_points
 from feeler.report import Section, make_interval
 from feeler.stimulus import Ball, Trial
 from feeler.studies.paper.context import Context
+from feeler.studies.shipped import read_shipped
 from feeler.task.noise import Common, Relative
 from feeler.tensors.unit import in_unit
 
@@ -30,13 +29,6 @@ _LIVE = DesignTask(
     test=2,
 )
 _FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
-
-
-def _load_stored() -> dict[str, Any]:
-    """What benchmarks/design.py found; its searches take an hour, so that a report reads them."""
-    return json.loads(
-        files("feeler.studies.paper").joinpath("open_design.json").read_text(encoding="utf-8")
-    )
 
 
 def _make_floppy(antenna: Antenna) -> Antenna:
@@ -152,7 +144,7 @@ def _collect_values(stored: dict[str, Any]) -> dict[str, Any]:
 
 def show(context: Context, section: Section) -> None:
     """What was searched and stored, and the cheat, made here."""
-    stored = _load_stored()
+    stored = read_shipped("paper", "open_design.json")
     section.values.update(_collect_values(stored))
     section.text(
         "Searched and judged by benchmarks/design.py, whose choices stand in"

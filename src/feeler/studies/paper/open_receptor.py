@@ -4,7 +4,6 @@ the paper).
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from feeler.studies.paper.open_receptor_best import (
     find_lag,
     find_lead,
 )
-from feeler.studies.paper.stored import load_stored, store
+from feeler.studies.paper.stored import load_stored
 from feeler.studies.tradeoff import average_sets, load_declared
 from feeler.task import Mixed
 from feeler.tensors.unit import in_unit
@@ -98,12 +97,6 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
         },
         {"signal": list(asked["signals"]), "bend": asked["bends"], "rate": asked["rates"]},
     )
-
-
-def _store_found(found: Mapping[str, xr.Dataset]) -> Path:
-    """Store it for the section, which computes a part of it at most."""
-    plain = {name: data.to_dict() for name, data in found.items()}
-    return store("open_receptor.json", plain, read_declared("open_receptor.toml")["seed"])
 
 
 def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> None:

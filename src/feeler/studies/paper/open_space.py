@@ -4,33 +4,28 @@ antenna (no figure of the paper).
 
 from collections.abc import Mapping
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler.plotting.closest import plot_spreads
 from feeler.plotting.look import PALETTE
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_space_study import FEW
-from feeler.studies.paper.open_spikes_found import average, find_least
-from feeler.studies.paper.stored import load_stored, store
+from feeler.studies.paper.open_spikes_found import average, find_least, say_mean
+from feeler.studies.paper.stored import load_stored
 
 _Cells = Mapping[str, Any]
 """By "kind/antenna" the accuracy (set, reader, layout)."""
 
+FEW = ("both planes", "one side")
+"""Layouts that are asked of all antennas; the others only of the published one, in space."""
 _PUBLISHED = "exponential"
 _OTHERS = ("linear", "constant", "matched")
 _MARKS = {"templates": ("o", PALETTE[0]), "lda": ("s", PALETTE[1])}
 _READ_BY = {"templates": "normal distributions with scatter", "lda": "LDA"}
-
-
-def store_found(found: _Cells) -> Path:
-    """Store it for the section, which computes nothing of it."""
-    return store("open_space.json", dict(found), read_declared("open_space.toml")["seed"])
 
 
 class _Found:
@@ -90,15 +85,15 @@ def plot(cells: _Cells, figure: Figure) -> None:
     """Named right by antenna, and of the published one by where sensors sit."""
     values = collect_values(cells)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5))
-    names = (_PUBLISHED, *_OTHERS)
+    names, layouts = (_PUBLISHED, *_OTHERS), [*read_declared("open_space.toml")["layouts"]]
     for reader, (mark, colour) in _MARKS.items():
+        style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour}
         for layout, fill, aside in zip(FEW, (colour, "none"), (-0.1, 0.1), strict=True):
-            keys = [_name("space", name, reader, layout) for name in names]
-            label = f"{reader}, {layout}"
-            _draw(left, values, keys, mark, colour, fill, label, aside)
-        layouts = [*read_declared("open_space.toml")["layouts"]]
-        keys = [_name("space", _PUBLISHED, reader, layout) for layout in layouts]
-        _draw(right, values, keys, mark, colour, colour, reader, across=True)
+            spreads = [values[_name("space", name, reader, layout)] for name in names]
+            at, label = np.arange(len(names)) + aside, f"{reader}, {layout}"
+            plot_spreads(left, at, spreads, label=label, mfc=fill, **style)
+        spreads = [values[_name("space", _PUBLISHED, reader, layout)] for layout in layouts]
+        plot_spreads(right, range(len(layouts)), spreads, across=True, label=reader, **style)
     left.set_xticks(range(len(names)), names, rotation=20)
     left.set(ylabel="named right [%]", xlim=(-0.5, len(names) - 0.5), ylim=(0, 104))
     right.set_yticks(range(len(layouts)), layouts)
@@ -111,27 +106,6 @@ def plot(cells: _Cells, figure: Figure) -> None:
 def _name(kind: str, antenna: str, reader: str, layout: str) -> str:
     where = layout.replace(",", "").replace(" ", "_")
     return f"space.right.{kind}.{antenna}.{reader}.{where}"
-
-
-def _draw(
-    ax: Axes,
-    values: Mapping[str, Any],
-    keys: list[str],
-    mark: str,
-    colour: Any,
-    fill: Any,
-    label: str,
-    aside: float = 0.0,
-    across: bool = False,
-) -> None:
-    """Points with their intervals, one after the other."""
-    at, mean = np.arange(len(keys)) + aside, [values[key]["value"] for key in keys]
-    half = [values[key]["high"] - values[key]["value"] for key in keys]
-    style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
-    if across:
-        ax.errorbar(mean, at, xerr=half, label=label, **style)
-    else:
-        ax.errorbar(at, mean, yerr=half, label=label, **style)
 
 
 def show(_context: Context, section: Section) -> None:
@@ -159,13 +133,20 @@ def show(_context: Context, section: Section) -> None:
         numbers={name: one["value"] for name, one in values.items() if isinstance(one, dict)},
     )
     rows = [
-        [kind, name, *(_say(values[_name(kind, name, *told)]) for told in product(_MARKS, FEW))]
+        [
+            kind,
+            name,
+            *(say_mean(values[_name(kind, name, *told)]) for told in product(_MARKS, FEW)),
+        ]
         for kind, name in (place.split("/") for place in cells)
     ]
     header = [f"{reader}, {layout}" for reader, layout in product(_MARKS, FEW)]
     section.table(["touches", "antenna", *header], rows, "Named right [%], 95 % over sets.")
     rows = [
-        [layout, *(_say(values[_name("space", _PUBLISHED, reader, layout)]) for reader in _MARKS)]
+        [
+            layout,
+            *(say_mean(values[_name("space", _PUBLISHED, reader, layout)]) for reader in _MARKS),
+        ]
         for layout in asked["layouts"]
     ]
     section.table(
@@ -174,8 +155,3 @@ def show(_context: Context, section: Section) -> None:
         "The published antenna, touches within ± 60 degrees: named right [%], 95 % over sets.",
     )
     section.values.update(values)
-
-
-def _say(spread: Mapping[str, Any]) -> str:
-    half = spread["high"] - spread["value"]
-    return f"{spread['value']:.1f} ± {half:.1f}"

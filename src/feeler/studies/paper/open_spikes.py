@@ -1,6 +1,6 @@
 """What spikes tell of a touch, by when, from which antenna (no figure of the paper)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -8,11 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from feeler.plotting.closest import plot_spreads
 from feeler.plotting.look import mark_places, pick_colours
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.open_spikes_found import PACES, Found, average, collect_values
+from feeler.studies.paper.open_spikes_found import PACES, Found, average, collect_values, say_mean
 from feeler.studies.spiking import load_measured
 
 READ_BY = {
@@ -22,6 +23,7 @@ READ_BY = {
     "onset": "first spike of all",
 }
 DEADLINES = ("20 ms", "50 ms", "100 ms", "200 ms", "whole touch")
+_LOOK = {"ms": 3.5, "capsize": 2, "lw": 1.0}
 _STYLES = {"ideal": "-o", "counts": "--s", "first": ":^"}
 CHANGES = {
     "own": "Poisson trains of 56 places",
@@ -52,7 +54,7 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
             spreads = [average(found.get(p, pace, "counts", gain)) for p in CLAIMED]
             fill = colour if gain == "own" else "none"
             x = np.arange(len(CLAIMED)) + (0.12 if gain == "shared" else -0.12)
-            _draw(by_profile, x, spreads, style, color=colour, mfc=fill)
+            plot_spreads(by_profile, x, spreads, fmt=style, color=colour, mfc=fill, **_LOOK)
     by_time.set(ylabel="named right [%]", ylim=(0, 104))
     by_profile.set_xticks(range(len(CLAIMED)), CLAIMED)
     by_profile.set(ylabel="named right by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
@@ -65,19 +67,9 @@ def _plot_deadlines(found: Found, pace: str, colour: Any, ax: Axes) -> None:
     """What each reader names right by each deadline, the whole touch last."""
     for code, style in _STYLES.items():
         spreads = [average(found.get("exponential", pace, code, "own", w)) for w in DEADLINES]
-        _draw(ax, range(len(DEADLINES)), spreads, style, color=colour)
+        plot_spreads(ax, range(len(DEADLINES)), spreads, fmt=style, color=colour, **_LOOK)
     ax.set_xticks(range(len(DEADLINES)), [name.split()[0] for name in DEADLINES])
     ax.set_xlabel("time since contact [ms]")
-
-
-def _draw(ax: Axes, x: Any, spreads: Sequence[dict], style: str, **look: Any) -> None:
-    """Points with their intervals; what is undefined is left out."""
-    known = [(at, one) for at, one in zip(x, spreads, strict=True) if "value" in one]
-    half = [one["high"] - one["value"] for _, one in known]
-    look = {"ms": 3.5, "capsize": 2, "lw": 1.0} | look
-    ax.errorbar(
-        [at for at, _ in known], [one["value"] for _, one in known], half, None, style, **look
-    )
 
 
 def _plot_places(found: Found, ax: Axes) -> None:
@@ -85,7 +77,8 @@ def _plot_places(found: Found, ax: Axes) -> None:
     places = {"4 places": 4, "7 places": 7, "14 places": 14, "28 places": 28, "own": 56}
     for code, style in _STYLES.items():
         spreads = [average(found.get("exponential", "slow", code, name)) for name in places]
-        _draw(ax, places.values(), spreads, style, color=pick_colours(PACES)["slow"])
+        colour = pick_colours(PACES)["slow"]
+        plot_spreads(ax, places.values(), spreads, fmt=style, color=colour, **_LOOK)
     ax.set_xscale("log")
     mark_places(ax.xaxis, places.values())
     ax.set(xlabel="places with sensilla", ylabel="slow touches right [%]", ylim=(0, 104))
@@ -95,11 +88,9 @@ def _plot_changes(found: Found, ax: Axes) -> None:
     """Whole touches by what is changed, read by counts."""
     shown = [name for name in CHANGES if "places" not in name and name not in ("shared", "null")]
     for pace, colour in pick_colours(PACES).items():
-        for row, name in enumerate(shown):
-            one = average(found.get("exponential", pace, "counts", name))
-            if _is_known(one):
-                half = one["high"] - one["value"]
-                ax.errorbar(one["value"], row, xerr=half, fmt="s", color=colour, ms=3, capsize=2)
+        spreads = [average(found.get("exponential", pace, "counts", name)) for name in shown]
+        style = {"fmt": "s", "color": colour, "ms": 3, "capsize": 2}
+        plot_spreads(ax, range(len(shown)), spreads, across=True, **style)
     words = ["as drawn (Poisson)" if name == "own" else name for name in shown]
     ax.set_yticks(range(len(shown)), words)
     ax.invert_yaxis()
@@ -159,7 +150,7 @@ def _write_tables(section: Section, found: Found) -> None:
     rows = [
         [
             *(profile, gain, READ_BY[code]),
-            *(_say(average(found.get(profile, pace, code, gain))) for pace in PACES),
+            *(say_mean(average(found.get(profile, pace, code, gain))) for pace in PACES),
         ]
         for profile in CLAIMED
         for gain in ("own", "shared")
@@ -191,18 +182,12 @@ def _write_tables(section: Section, found: Found) -> None:
 def _read_paces(found: Found, code: str, variant: str = "own", field: str = "accuracy") -> list:
     """What is read of the exponential antenna's whole touches, by speed."""
     return [
-        _say(average(found.get("exponential", pace, code, variant, field=field))) for pace in PACES
+        say_mean(average(found.get("exponential", pace, code, variant, field=field)))
+        for pace in PACES
     ]
 
 
 def _count(found: Found, profile: str, speed: str) -> list[str]:
     spikes, bits = (found.get(profile, speed, "ideal", field=f) for f in ("spikes", "bits"))
     told = average(found.per_thousand(profile, speed))
-    return [f"{spikes.mean():.0f}", _say(average(bits), 2), _say(told, 1)]
-
-
-def _say(spread: Mapping[str, Any], digits: int = 1) -> str:
-    if "undefined" in spread:
-        return "not read"
-    half = spread["high"] - spread["value"]
-    return f"{spread['value']:.{digits}f} ± {half:.{digits}f}"
+    return [f"{spikes.mean():.0f}", say_mean(average(bits), 2), say_mean(told, 1)]

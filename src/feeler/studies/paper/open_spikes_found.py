@@ -73,6 +73,14 @@ def find_least(found: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return undefined[0] if undefined else min(found, key=lambda one: one["low"])
 
 
+def say_mean(spread: Mapping[str, Any], digits: int = 1) -> str:
+    """A mean ± half its interval."""
+    if "undefined" in spread:
+        return "not read"
+    half = spread["high"] - spread["value"]
+    return f"{spread['value']:.{digits}f} ± {half:.{digits}f}"
+
+
 def _judge_orders(found: Found) -> dict[str, Any]:
     """What is claimed of speeds and profiles."""
     values = {}

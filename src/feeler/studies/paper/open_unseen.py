@@ -2,36 +2,22 @@
 paper).
 """
 
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
-from feeler.design import (
-    Constraints,
-    DesignTask,
-    Score,
-    Space,
-    match_compliance,
-    optimise,
-    score,
-)
+from feeler.plotting.closest import plot_spreads
 from feeler.plotting.look import PALETTE, mark_places
-from feeler.report import Section, make_interval
+from feeler.report import Section
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.stored import load_stored, store
-from feeler.studies.tradeoff import average_sets
-from feeler.task import Nuisances
+from feeler.studies.paper.open_spikes_found import average, say_mean
+from feeler.studies.paper.stored import load_stored
 
 _TICKS = (0.2, 0.5, 1, 2, 5, 10)
-NEW = {"unseen": ("location", "size"), "known": (), "size": ("size",), "place": ("location",)}
-"""Kinds of questions: which of their nuisances are those of touches never met."""
 WORDS = {
     "unseen": "size and place new",
     "size": "size new",
@@ -48,116 +34,12 @@ SHOWN = {
 """What each antenna is called, its colour and its mark; those scaled have open marks."""
 
 
-def make_task(asked: Mapping[str, Any], kind: str) -> DesignTask:
-    """The declared task with questions of one kind."""
-    task = DesignTask(**{name: _read(name, value) for name, value in asked["task"].items()})
-    assert task.unseen is not None
-    new = {name: getattr(task.unseen, name) for name in NEW[kind]}
-    return task.replace(unseen=task.nuisances.replace(**new) if new else None)
-
-
-def _read(name: str, value: Any) -> Any:
-    return Nuisances(**value) if name in ("nuisances", "unseen") else value
-
-
-def search(reference: Antenna, asked: Mapping[str, Any], kind: str, **options: Any) -> dict:
-    """The antenna with the fewest errors of its kind on the "test" draws, of one end per seed."""
-    task, how = make_task(asked, kind), dict(asked["search"])
-    seeds, limits = how.pop("seeds"), Constraints(**asked["constraints"])
-    space = Space(reference=reference, **asked["space"])
-    ends = [optimise(task, space, limits, seed=seed, **how, **options)[0] for seed in seeds]
-    wrong = [score(end.design.antenna, task, "test", **options).errors for end in ends]
-    best = ends[int(np.argmin(wrong))].design.antenna
-    return {
-        "stiffness": best.stiffness,
-        "damping": best.damping,
-        "x": [end.best.x for end in ends],
-        "searched": [end.best.errors for end in ends],
-        "tested": wrong,
-        "published": score(reference, task, "test", **options).errors,
-        "history": [end.history for end in ends],
-    }
-
-
-def list_antennas(reference: Antenna, found: Mapping[str, Mapping]) -> dict[str, Antenna]:
-    """The published antenna, each design, and each scaled to the published tip compliance."""
-    antennas = {"published": reference}
-    for kind, one in found.items():
-        own = {name: np.asarray(one[name]) for name in ("stiffness", "damping")}
-        tip = match_compliance(own["stiffness"], reference, "tip")
-        antennas[kind] = reference.replace(**own)
-        antennas[f"{kind}_tip"] = reference.replace(
-            stiffness=tip, damping=own["damping"] * tip / own["stiffness"]
-        )
-    return antennas
-
-
-def judge(
-    antennas: Mapping[str, Antenna], asked: Mapping[str, Any], **options: Any
-) -> dict[str, dict[str, list[float]]]:
-    """Share named wrong on the final draws, by antenna and kind: a number for each set."""
-    found: dict[str, dict[str, list[float]]] = {name: {} for name in antennas}
-    for name, kind, count, sets, reader in _list_trials(antennas, asked["final"]):
-        task = make_task(asked, kind.partition(",")[0]).replace(test=count)
-        found[name][kind] = [
-            _ask(antennas[name], task, number, reader, options).errors for number in range(sets)
-        ]
-    return found
-
-
-def _list_trials(antennas: Mapping[str, Antenna], final: Mapping[str, Any]) -> Iterator[tuple]:
-    """Antenna, kind, questions of each class, sets and reader of everything that is judged."""
-    few = ("unseen, few", final["other_test"], final["sets"], None)
-    reader = final["reader"]
-    for name in antennas:
-        if name.endswith("_tip"):
-            yield name, *few
-            continue
-        yield name, "unseen", final["test"], final["sets"], None
-        yield name, "known", final["other_test"], final["sets"], None
-        for kind in ("size", "place"):
-            yield name, kind, final["other_test"], final["other_sets"], None
-        yield name, f"unseen, {reader}", final["reader_test"], final["reader_sets"], reader
-    yield "published", *few  # those that scaled antennas are asked
-
-
-def _ask(
-    antenna: Antenna, task: DesignTask, number: int, reader: str | None, options: dict
-) -> Score:
-    """The score on final draws of one set."""
-    seeds = dict(task.seeds)
-    seeds["final"] += number
-    return score(antenna, task.replace(seeds=seeds), "final", reader=reader, **options)
-
-
-def compute(reference: Antenna, **options: Any) -> dict[str, Any]:
-    """Both searches, and what was named wrong on the final draws."""
-    asked = read_declared("open_unseen.toml")
-    found = {kind: search(reference, asked, kind, **options) for kind in ("unseen", "known")}
-    return {
-        "found": found,
-        "wrong": judge(list_antennas(reference, found), asked, **options),
-    }
-
-
-def _store_found(found: Mapping[str, Any]) -> Path:
-    """Store it for the section, which computes nothing of it."""
-    seed = read_declared("open_unseen.toml")["task"]["seeds"]["final"]
-    return store("open_unseen.json", found, seed)
-
-
-def average(values: Any) -> dict[str, float]:
-    """Percent, the mean over sets with its 95 % interval."""
-    found = average_sets(xr.DataArray(100 * np.asarray(values, dtype=float), dims="set"))
-    return make_interval(float(found["mean"]), float(found["half"]), n=len(values))
-
-
 def collect_values(wrong: Mapping[str, Mapping[str, list[float]]]) -> dict[str, Any]:
     """The numbers that claims are held against: percent named wrong, and gains in points."""
     values: dict[str, Any] = {"unseen.sets": len(wrong["published"]["unseen"])}
 
     def keep_gain(name: str, before: list[float], after: list[float]) -> None:
-        found = average(np.subtract(before, after))
+        found = average(100 * np.subtract(before, after))
         values[f"unseen.gain.{name}"] = found
         values[f"unseen.half.{name}"] = found["high"] - found["value"]
 
@@ -165,7 +47,7 @@ def collect_values(wrong: Mapping[str, Mapping[str, list[float]]]) -> dict[str, 
         for kind, shares in kinds.items():
             place = f"{name}.{kind.removesuffix(', few').replace(', ', '.')}"
             if place != "published.unseen" or kind == "unseen":
-                values[f"unseen.wrong.{place}"] = average(shares)
+                values[f"unseen.wrong.{place}"] = average(100 * np.asarray(shares))
             if name != "published":
                 keep_gain(place, wrong["published"][kind], shares)
     for kind in WORDS.keys() & wrong["known"].keys():
@@ -201,13 +83,11 @@ def _plot_kinds(values: Mapping[str, Any], part: str, names: tuple[str, ...], ax
     asked = [kind for kind in WORDS if f"unseen.gain.unseen.{kind}" in values]
     for k, name in enumerate(names):
         label, colour, mark = SHOWN[name]
-        keys = [f"unseen.{part}.{name}.{kind}" for kind in asked]
-        kinds = [(i, values[key]) for i, key in enumerate(keys) if key in values]
-        x = [i + 0.14 * (k - (len(names) - 1) / 2) for i, _ in kinds]
-        half = [one["high"] - one["value"] for _, one in kinds]
+        spreads = [values.get(f"unseen.{part}.{name}.{kind}", {}) for kind in asked]
+        x = [i + 0.14 * (k - (len(names) - 1) / 2) for i in range(len(asked))]
         fill = "none" if name.endswith("_tip") else colour
         style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
-        ax.errorbar(x, [one["value"] for _, one in kinds], half, label=label, **style)
+        plot_spreads(ax, x, spreads, label=label, **style)
     ax.set_xticks(range(len(asked)), [WORDS[kind] for kind in asked])
     ax.set_xlim(-0.5, len(asked) - 0.5)
 
@@ -238,7 +118,7 @@ def show(context: Context, section: Section) -> None:
     kinds = WORDS | {"unseen.lda": "both new, read by LDA"}
     kinds = {kind: word for kind, word in kinds.items() if f"unseen.gain.unseen.{kind}" in values}
     rows = [
-        [SHOWN[name][0], *(_say(values.get(f"unseen.{part}.{name}.{kind}")) for kind in kinds)]
+        [SHOWN[name][0], *(_say(values, f"unseen.{part}.{name}.{kind}") for kind in kinds)]
         for part, names in (("wrong", ("published", "unseen", "known")), ("gain", [*SHOWN][1:]))
         for name in names
     ]
@@ -248,7 +128,5 @@ def show(context: Context, section: Section) -> None:
     section.values.update(values)
 
 
-def _say(spread: Mapping[str, float] | None) -> str:
-    if spread is None:
-        return "not asked"
-    return f"{spread['value']:.1f} ± {spread['high'] - spread['value']:.1f}"
+def _say(values: Mapping[str, Any], key: str) -> str:
+    return say_mean(values[key]) if key in values else "not asked"

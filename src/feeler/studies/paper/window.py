@@ -1,7 +1,6 @@
 """What a window of 380 ms cuts off a touch, and touches over their whole length."""
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from types import SimpleNamespace
 
 import numpy as np
@@ -102,46 +101,18 @@ def complete_tensors(tensors: xr.Dataset) -> xr.Dataset:
     return resample(tensors, measure_window(tensors).end, round(DURATION))
 
 
-def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
-    """Rectified angles (trial, sensor, time) of ``complete_tensors`` by profile, in order of
-    label.
+def complete_arrays(
+    tensors: Mapping[str, xr.Dataset],
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Rectified angles (trial, sensor, time) of ``complete_tensors`` by profile, as shares of the
+    greatest of all, in order of label; and the labels, which all profiles share.
     """
-    return {
+    arrays = {
         name: rectify(complete_tensors(data)["angle"].values)[
             np.argsort(make_labels(data), kind="stable")
         ]
         for name, data in tensors.items()
     }
-
-
-_COMPARED = ("exponential", "linear", "constant", "matched", "rival")
-_WINDOWLESS = (
-    *("wall", "robot", "window", "tradeoff", "gradient", "choices", "design", "active", "bounds"),
-    *("axes", "antenna", "calibration", "tensors", "tracking"),
-)
-"""Kinds of values, by how their keys begin, that hang on no window of slow touches."""
-_UNCUT = ("complete touches", "complete", "within each touch", "while it moves")
-_CUT = ("380 ms window", "cut")
-
-
-def find_one_sided(keys: Iterable[str]) -> set[str]:
-    """Measures in which values of these keys compare profiles in the paper's window alone.
-
-    Some of the linear and of the constant profile's touches are the same tensor in that window, so
-    no page, figure, claim or sentence compares profiles there without complete touches beside it.
-    A key that names no window is of the paper's.
-    """
-    found: dict[str, dict[bool, set[str]]] = {}
-    for key in keys:
-        parts = re.split(r"[.,]\s*", key)
-        profile = next((part for part in parts if part in _COMPARED), "")
-        if profile and parts[0] not in _WINDOWLESS:
-            uncut = any(part in _UNCUT for part in parts)
-            rest = [part for part in parts if part not in (*_UNCUT, *_CUT, profile)]
-            sides = found.setdefault(".".join(rest), {True: set(), False: set()})
-            sides[uncut].add(profile)
-    return {
-        measure
-        for measure, sides in found.items()
-        if len(sides[False]) > 1 and not sides[False] <= sides[True]
-    }
+    peak = max(array.max() for array in arrays.values())
+    labels = np.sort(make_labels(next(iter(tensors.values()))))
+    return {name: array / peak for name, array in arrays.items()}, labels

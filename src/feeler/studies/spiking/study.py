@@ -2,7 +2,6 @@
 when.
 """
 
-from importlib.resources import files
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -27,9 +26,9 @@ from feeler.spikes import (
     place_sensilla,
     thin_spikes,
 )
+from feeler.studies.shipped import read_shipped
 from feeler.studies.study import Study
 from feeler.task import Common, Task
-from feeler.toml import parse_toml
 
 _WHOLE = "whole touch"
 _IDEAL_OBSERVER = "ideal"
@@ -353,8 +352,7 @@ def load_spiking(**changes: Any) -> SpikeStudy:
     """The study of declared.toml, less what ``changes`` replace: its fields, its task's, ``seed``,
     ``codes`` and ``variants`` (names of those kept).
     """
-    text = files("feeler.studies.spiking").joinpath("declared.toml").read_text(encoding="utf-8")
-    asked: dict[str, Any] = parse_toml(text, "declared.toml")
+    asked = read_shipped("spiking", "declared.toml")
     asked.pop("profiles")
     kept = changes.pop("variants", None)
     variants = asked.pop("variants")

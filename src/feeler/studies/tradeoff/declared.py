@@ -1,11 +1,10 @@
 """The study of speed against accuracy against energy, as declared.toml says."""
 
-from importlib.resources import files
 from typing import Any
 
+from feeler.studies.shipped import read_shipped
 from feeler.studies.study import Study
 from feeler.task import Task
-from feeler.toml import parse_toml
 
 
 def load_declared(**changes: Any) -> Study:
@@ -16,8 +15,7 @@ def load_declared(**changes: Any) -> Study:
     **changes
         Fields of :class:`feeler.studies.study.Study` or of its task; ``seed`` of the touches.
     """
-    text = files("feeler.studies.tradeoff").joinpath("declared.toml").read_text(encoding="utf-8")
-    found: dict[str, Any] = parse_toml(text, "declared.toml")
+    found = read_shipped("tradeoff", "declared.toml")
     asked: dict[str, Any] = {
         name: tuple(sorted(value)) if name == "speeds" else value
         for name, value in (found | changes).items()
