@@ -180,3 +180,16 @@ def test_a_text_of_no_kind_is_refused_in_a_line_by_every_verb(files, words):
     code, found = say(*words, "notes.md")
     assert code != 0 and "notes.md is of a kind that feeler does not know" in found
     assert "Traceback" not in found
+
+
+def test_the_numbers_beside_a_page_are_known_as_feelers_own(tmp_path):
+    """What `feeler tracks` writes is none that feeler does not know."""
+    (tmp_path / "tracks.html").write_text("<html></html>")
+    (tmp_path / "tracks.json").write_text('{"trials": []}')
+    (tmp_path / "tracks.csv").write_text("trial,side,time_ms,angle_deg\na.csv,left,0,1.5\n")
+    (tmp_path / "other.json").write_text('{"trials": []}')
+    for name in ("tracks.json", "tracks.csv"):
+        done = CliRunner().invoke(app, ["info", str(tmp_path / name)])
+        assert done.exit_code == 0 and "numbers of a page that feeler wrote" in done.output
+        assert "open tracks.html" in done.output
+    assert CliRunner().invoke(app, ["info", str(tmp_path / "other.json")]).exit_code == 2

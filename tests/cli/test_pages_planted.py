@@ -211,8 +211,8 @@ def test_a_table_of_tracks_counts_its_frames():
         "file": "a.csv",
         "mean_peak": [81.25, None],
         "n_peaks": [7, 0],
-        "bridged": 12,
-        "missing": 34,
+        "bridged": [12, 13],
+        "missing": [34, 35],
     }
     row |= {"doubted": {"tip": 5}, "error": [1.5, None]}
     found = {
@@ -223,14 +223,14 @@ def test_a_table_of_tracks_counts_its_frames():
         "source": "mine",
     }
     words = tracks._write_words(found)
-    assert re.search(r"a\.csv +81\.25 \( +7\) +nan \( +0\) +12 +34\n", words)
+    assert re.search(r"a\.csv +81\.25 \( +7\) +nan \( +0\) +12, 13 +34, 35\n", words)
     assert (
         "likelihood is too low: tip 5" in words
         and "standard error: left 1.5, right none °/s" in words
     )
     assert "81.25 °/s; with an antenna of 50 mm that is 7.09 cm/s sideways. Tracks: mine." in words
     assert "these means are biased" in words
-    assert tracks._list_cells(row) == ["a.csv", "81.2 ± 1.5 (7)", "none", 12, 34]
+    assert tracks._list_cells(row) == ["a.csv", "81.2 ± 1.5 (7)", "none", "12, 13", "34, 35"]
 
 
 def test_maps_of_a_wall_are_listed_in_millimetres(figures, tmp_path, monkeypatch):

@@ -255,3 +255,15 @@ def test_groups_that_are_equal_decide_nothing():
 def test_a_touch_of_another_shape_than_the_first_is_named(touch):
     with pytest.raises(InvalidInput, match="touch 1 has shape"):
         align([np.ones((2, 9)), touch], [np.ones(9)] * 2)
+
+
+@pytest.mark.parametrize("n_entries", [11, 300])
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_what_rounding_leaves_is_no_component(n_entries, repeats):
+    """Five trials span four directions about their mean, however often each is repeated."""
+    trials = np.repeat(np.random.default_rng(3).normal(size=(5, n_entries)), repeats, axis=0)
+    found = PrincipalComponents(5).fit(trials)
+    assert found.components_.shape == (4, n_entries)
+    assert found.explained_variance_ratio_.sum() == pytest.approx(1)
+    flat = PrincipalComponents(2).fit(np.ones((4, n_entries)))
+    np.testing.assert_array_equal(flat.transform(np.ones((3, n_entries))), np.zeros((3, 1)))

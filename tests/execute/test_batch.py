@@ -244,3 +244,24 @@ def test_what_crashes_is_tried_again_as_often_as_was_said(retries):
     outcomes = collect(crash, range(3), executor=ThreadExecutor(1), retries=retries)
     assert isinstance(outcomes[1].error, WorkerCrashed)
     assert sorted(tried) == [0, *[1] * (retries + 1), 2]
+
+
+def test_workers_that_join_late_are_given_work_at_once():
+    """The window is two for each worker there is now, not for those that there were."""
+
+    class Growing(ThreadExecutor):
+        workers = 1
+
+        def submit(self, function, item):
+            started.append(item)
+            return super().submit(function, item)
+
+    started: list[int] = []
+    with Growing(1) as executor:
+        results = run_batch(_tasks.double, range(20), executor=executor)
+        next(results)
+        assert len(started) == 2
+        executor.workers = 4
+        next(results)
+        assert len(started) == 1 + 8
+        results.close()

@@ -374,3 +374,11 @@ def test_the_step_is_drawn_beside_the_published_one(ax):
     np.testing.assert_array_equal(read(ax.lines[0]), np.column_stack([data.step_time, data.step]))
     np.testing.assert_array_equal(read(ax.lines[1]), fig2b.STEP_TRACE)
     assert name(ax) == ("time from the first opposite peak [ms]", "tip displacement / step")
+
+
+@pytest.mark.parametrize("sensors", [1, 2, 3, 8])
+def test_no_tick_of_a_tensor_lies_between_two_sensors(ax, sensors):
+    plot_tensor(np.zeros((sensors, 4)), np.arange(4.0), ax, Normalize(0, 1))
+    low, high = ax.get_ylim()
+    ticks = [tick for tick in ax.get_yticks() if low <= tick <= high]
+    assert ticks and set(ticks) <= set(range(1, sensors + 1))

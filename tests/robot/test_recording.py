@@ -41,9 +41,10 @@ ROWS = [[t, *range(8)] for t in range(3)]
     ],
 )
 def test_units_are_converted_at_the_door(tmp_path, time, unit, interval, scale, quantity):
-    recording = load_recording(_write(tmp_path, _header(unit, time=time), ROWS))
+    rows = [[t, *(np.arange(8) / 4)] for t in range(3)]
+    recording = load_recording(_write(tmp_path, _header(unit, time=time), rows))
     np.testing.assert_allclose(recording.time, np.arange(3) * interval)
-    np.testing.assert_allclose(recording.values[:, 0], np.arange(8) * scale)
+    np.testing.assert_allclose(recording.values[:, 0], np.arange(8) / 4 * scale)
     assert recording.quantity == quantity
 
 
@@ -195,7 +196,8 @@ def test_time_that_runs_backwards_by_ever_so_little_is_refused(back):
 
 
 def test_too_low_a_rate_is_refused():
-    with pytest.raises(InvalidInput, match="gaps longer than 10 ms, the longest 25 ms"):
+    words = "hinge 1 is recorded every 25 ms, more slowly than every 10 ms.* gaps='bridge'"
+    with pytest.raises(InvalidInput, match=words):
         repair(_wave(25.0))
 
 
@@ -387,3 +389,28 @@ def test_the_interval_said_is_that_of_neighbours_however_long_the_gaps(missing):
     fixed = repair(Recording(time=time, values=values), interval=2.0, gaps="keep")
     said = f"recorded every 2 ms (jitter sd 0 ms), {missing} samples dropped; time base evened"
     assert said in fixed.history
+
+
+def test_channels_may_be_numbered_as_their_hinges_are(tmp_path):
+    """A robot with sensors on hinges 2, 5 and 9 whose file says so, in any order."""
+    header = ["time_ms", "hinge9_deg", "hinge2_deg", "hinge5_deg"]
+    path = _write(tmp_path, header, [[t, 9, 2, 5] for t in range(3)])
+    found = load_recording(path, n_channels=3, hinges=(2, 5, 9))
+    np.testing.assert_allclose(np.rad2deg(found.values[:, 0]), [2, 5, 9])
+    with pytest.raises(InvalidInput, match=r"missing 1, 3; not expected 5, 9"):
+        load_recording(path, n_channels=3, hinges=(2, 5, 8))
+    plain = _write(tmp_path, _header(n=3), [[t, 1, 2, 3] for t in range(3)])
+    found = load_recording(plain, n_channels=3, hinges=(2, 5, 9))
+    np.testing.assert_allclose(np.rad2deg(found.values[:, 0]), [1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("unit", "most", "said"), [("rad", 56.0, "56 rad"), ("deg", -181.0, "181 deg")]
+)
+def test_no_hinge_turns_by_more_than_half_a_turn(tmp_path, unit, most, said):
+    path = _write(tmp_path, _header(unit, n=2), [[0, 0.1, 0.2], [1, "", most], [2, 0.1, 0.2]])
+    with pytest.raises(InvalidInput, match=rf"a hinge turns by {said}, more than half a turn"):
+        load_recording(path, n_channels=2)
+    nearly = _write(tmp_path, _header(n=2), [[0, 179, 0], [1, -179, 0]])
+    turned = np.rad2deg(load_recording(nearly, n_channels=2).values[0])
+    np.testing.assert_allclose(turned, [179, -179])

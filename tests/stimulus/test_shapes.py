@@ -322,3 +322,9 @@ def test_a_crossing_edge_is_named_by_the_corner_from_which_it_comes():
     corners = [(0, 0), (6, 0), (6, 6), (0, 2), (2, 6), (2, 1)]
     with pytest.raises(InvalidInput, match="the edge from corner 3 crosses another"):
         Outline(vertices=corners)
+
+
+def test_a_touch_by_a_wall_without_end_has_no_size_in_its_title():
+    of = {"location": 0.5, "speed": 0.3}
+    assert Trial(feature=Wall(), **of).label == "wall at 0.5 L, 0.3 m/s"
+    assert Trial(feature=Ball(radius=1.5), **of).label == "ball 1.5 mm at 0.5 L, 0.3 m/s"

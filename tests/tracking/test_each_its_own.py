@@ -325,4 +325,4 @@ def test_a_trial_s_bridged_and_missing_frames_are_those_of_both_sides():
         source="x",
     )
     said = _describe([Path("a.csv")], [SimpleNamespace(doubted=0)], result)
-    assert (said["trials"][0]["bridged"], said["trials"][0]["missing"]) == (7, 8)
+    assert (said["trials"][0]["bridged"], said["trials"][0]["missing"]) == ([3, 4], [1, 7])

@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from feeler.antenna import Antenna
+from feeler.cli.wall import _tell
 from feeler.presets import cockroach
 from feeler.wall import (
     Posture,
@@ -334,3 +335,22 @@ def test_what_a_sliding_wall_bends_most_is_beyond_the_slack_shape():
     )
     near_peak = antenna.shape(hook + pressed)[21]
     np.testing.assert_allclose(Shapes.of_slides(touch).peak[0], near_peak, atol=2 * STEP)
+
+
+@pytest.mark.parametrize(("error", "told"), [(24.0, False), (393.0, True)])
+def test_a_line_that_hangs_on_one_distance_is_said_to(capsys, error, told):
+    found = SimpleNamespace(
+        distance=np.array([25.0, 15.0, 5.0]),
+        used=np.ones(3, bool),
+        undefined="",
+        told_apart=(5.0, 15.0),
+        r2=0.9,
+        slope=1.5,
+        intercept=2.5,
+        error=error,
+        monotone=True,
+    )
+    sweep = SimpleNamespace(contact=np.ones(3, bool), inverted=np.ones(3, bool))
+    _tell({"soft": sweep}, {"soft": found})
+    said = capsys.readouterr().out
+    assert ("the line of soft hangs on one of its 3 distances" in said) is told

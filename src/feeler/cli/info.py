@@ -104,4 +104,21 @@ def list_rooms() -> dict[str, Any]:
     from feeler.tensors.kinds import PLAIN_TABLES
     from feeler.tracking.files import TRACK_FILES
 
-    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **PLAIN_TABLES}
+    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **_name_results(), **PLAIN_TABLES}
+
+
+def _name_results() -> dict[str, Any]:
+    """The files of numbers that a verb writes beside its page, by the page's name."""
+    from feeler.tensors.formats import Format
+
+    def find_page(path: Path) -> Path:
+        return path.with_suffix(".html")
+
+    form = Format(
+        words="numbers of a page that feeler wrote",
+        kind="results",
+        detect=lambda path, start: path.suffix in (".csv", ".json") and find_page(path).is_file(),
+        load=lambda path, limits, trusted: [f"next        open {find_page(path).name}"],
+        tell=list,
+    )
+    return {"results": form}

@@ -160,7 +160,7 @@ def replay(
     from feeler.robot import load_recording
     from feeler.robot.link import frame_sample
 
-    read = load_recording(recording, n_channels=Robot(antenna).antenna.sensors.size)
+    read = load_recording(recording, **Robot(antenna).channels)
     began = time.monotonic()
     for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
         wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()

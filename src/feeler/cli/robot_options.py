@@ -54,7 +54,7 @@ Timestep = Annotated[
 Workers = Annotated[int | None, typer.Option(help="threads; default one per core")]
 Gaps = Annotated[
     str,
-    typer.Option(help="gaps longer than 10 ms: refuse, bridge (by a line) or keep (as missing)"),
+    typer.Option(help="gaps longer than 10 ms: refuse, or bridge by a line"),
 ]
 
 
@@ -75,6 +75,12 @@ class Robot:
         self.theory = file.theory if file else self.antenna
         self.calibration = file.calibration if file else None
 
+    @property
+    def channels(self) -> dict[str, Any]:
+        """How many channels a recording of it has, and how they may be numbered."""
+        sensors = self.antenna.sensors
+        return {"n_channels": sensors.size, "hinges": tuple((sensors + 1).tolist())}
+
     def read(self, paths, calibration, outside, gaps, **units: str | None) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
         from feeler.cli.info import name_instead
@@ -85,7 +91,7 @@ class Robot:
         read = []
         for path in paths:
             try:
-                recording = load_recording(path, n_channels=self.antenna.sensors.size, **units)
+                recording = load_recording(path, **self.channels, **units)
             except InvalidInput as error:
                 raise name_instead(path, "recording") or error from None
             if recording.quantity != "angle":

@@ -31,7 +31,8 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-_HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
+_SPEEDS = ("left [°/s] (peaks)", "right [°/s] (peaks)")
+_HEADER = ("trial", *_SPEEDS, "frames bridged (left, right)", "frames missing (left, right)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,8 +171,8 @@ def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:
                 "mean_peak": [None if np.isnan(value) else float(value) for value in mean],
                 "error": [None if np.isnan(value) else float(value) for value in error],
                 "n_peaks": result.n_peaks[k].tolist(),
-                "bridged": sum(side.bridged for side in result.sweeps[k]),
-                "missing": sum(side.missing for side in result.sweeps[k]),
+                "bridged": [side.bridged for side in result.sweeps[k]],
+                "missing": [side.missing for side in result.sweeps[k]],
                 "doubted": trial.doubted,
             }
         )
@@ -193,22 +194,22 @@ def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:
 
 def _write_words(found: dict[str, Any]) -> str:
     lines = [
-        "trial                            left °/s (peaks)   right °/s (peaks)   bridged   missing"
-        " frames"
+        "trial                            left °/s (peaks)   right °/s (peaks)  frames bridged,"
+        " missing (left, right)"
     ]
     for row in found["trials"]:
         left, right = (float("nan") if value is None else value for value in row["mean_peak"])
         n_left, n_right = row["n_peaks"]
         lines.append(
             f"{row['file'][:32]:32} {left:9.2f} ({n_left:3d}) {right:14.2f} ({n_right:3d})"
-            f" {row['bridged']:9d} {row['missing']:9d}"
+            f" {_pair_counts(row['bridged']):>15} {_pair_counts(row['missing']):>12}"
         )
         if row["doubted"]:
             named = ", ".join(f"{name} {count}" for name, count in row["doubted"].items())
             lines.append(f"  frames whose likelihood is too low: {named}")
         errors = ["none" if value is None else f"{value:.2g}" for value in row["error"]]
         lines.append(f"  standard error: left {errors[0]}, right {errors[1]} °/s")
-    if any(row["missing"] for row in found["trials"]):
+    if any(any(row["missing"]) for row in found["trials"]):
         lines.append(
             "Missing frames cut the motion into pieces, whose ends give false peaks or hide true"
             " ones: these means are biased. --max-gap 5 bridges short gaps by straight lines."
@@ -227,7 +228,12 @@ def _list_cells(row: dict[str, Any]) -> list[object]:
         "none" if mean is None else f"{mean:.1f} ± {error:.2g} ({count})"
         for mean, error, count in zip(row["mean_peak"], row["error"], row["n_peaks"], strict=True)
     ]
-    return [row["file"], *speeds, row["bridged"], row["missing"]]
+    return [row["file"], *speeds, _pair_counts(row["bridged"]), _pair_counts(row["missing"])]
+
+
+def _pair_counts(counts: list[int]) -> str:
+    """Frames of the left and the right antenna."""
+    return ", ".join(map(str, counts))
 
 
 def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]) -> None:

@@ -106,6 +106,12 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
             f" {found.error:9.2f}"
         )
         typer.echo(f"{line}  {'yes' if found.monotone else 'no':8}  {apart}")
+        if found.error > found.distance.max():
+            typer.echo(
+                f"  the line of {name} hangs on one of its {found.used.sum()} distances: left out,"
+                f" that one is missed by more than {found.distance.max():g} mm; ask for more"
+                " --steps"
+            )
 
 
 def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:

@@ -21,7 +21,8 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
     Parameters
     ----------
     n_components
-        Components kept. Fewer entries than that: all of them.
+        Components kept; fewer where the trials span fewer directions about their mean, as n trials
+        span n − 1 at most: what rounding leaves of the others says nothing.
 
     Attributes
     ----------
@@ -57,6 +58,8 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
             energy, right = _find_longest(centred.T @ centred, k)
             axes = right.T
         order = np.argsort(energy)[::-1]
+        spanned = energy[order] > max(n, n_entries) * np.finfo(float).eps * energy.max()
+        order = order[: max(1, np.count_nonzero(spanned))]
         norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
         self.components_ = axes[order] / np.maximum(norm, np.finfo(float).tiny)
         total = np.vdot(centred, centred)

@@ -80,7 +80,7 @@ def run_batch(
     batch = _Batch(function, chosen, retries)
     try:
         with _Interrupt(on_first=batch.call_back, on_second=batch.stop) as interrupt:
-            yield from batch.run(iter(items), window or _window(chosen), interrupt)
+            yield from batch.run(iter(items), window, interrupt)
             if interrupt.asked:
                 raise KeyboardInterrupt
     finally:

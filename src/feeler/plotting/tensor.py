@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.ticker import MaxNLocator
 
 from feeler.checked import checked
 
@@ -32,6 +33,7 @@ def plot_tensor(
         tensor, origin="lower", aspect="auto", extent=extent, norm=norm, interpolation="nearest"
     )
     _remember(image, unit)
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     if labels:
         ax.set_xlabel("time [ms]")
         ax.set_ylabel("sensor (base → tip)")

@@ -105,7 +105,8 @@ def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
             )
         if not np.isfinite(recording.values).all():
             raise InvalidInput(
-                f"recording {k} has missing values: bridge its gaps, or leave out the recording."
+                f"recording {k} has missing values, which a set of tactile tensors cannot have:"
+                " bridge its gaps, or leave out the recording."
             )
         if recording.time[0] != 0 or np.ptp(step) > 1e-6 * step.mean():
             raise InvalidInput(

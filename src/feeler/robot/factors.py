@@ -344,7 +344,8 @@ def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
     if recording.n_sensors != theory.n_segments:
         n = theory.n_segments
         raise InvalidInput(
-            f"the recording has {recording.n_sensors} channels, the model {n} hinges."
+            f"the recording has {recording.n_sensors} channels, the model {n} hinges: a release"
+            " can be fitted where every hinge has a sensor."
         )
     if np.abs(recording.values.sum(axis=0)).max() < _MIN_RINGING:
         raise InvalidInput(

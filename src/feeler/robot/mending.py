@@ -99,10 +99,9 @@ def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
         return recording
     words = "; ".join(f"hinge {number} is {why}" for number, why in bad.items())
     if bad_channels == "refuse" or len(bad) == recording.n_sensors:
-        advice = (
-            "Record again." if len(bad) == recording.n_sensors else "Or set bad_channels='missing'."
+        raise InvalidInput(
+            f"bad channels: {words}. Record again, or describe the robot without these sensors."
         )
-        raise InvalidInput(f"bad channels: {words}. {advice}")
     values = recording.values.copy()
     values[[number - 1 for number in bad]] = np.nan
     return recording.replace(values=values).noted(f"made missing: {words}")
@@ -155,10 +154,15 @@ def _mend(
     steps = np.diff(np.concatenate(([time[0]], stamps, [time[-1]])))
     long = steps > max_gap * (1 + 1e-9)
     if long.any() and gaps == "refuse":
-        raise InvalidInput(
-            f"hinge {number} has {int(long.sum())} gaps longer than {max_gap:g} ms, the longest"
-            f" {steps.max():.4g} ms. Set gaps='bridge' or gaps='keep', or raise max_gap."
+        slow = np.median(np.diff(time)) > max_gap
+        found = (
+            f"is recorded every {np.median(np.diff(time)):.4g} ms, more slowly than every"
+            f" {max_gap:g} ms: a fast touch may pass between two samples. Record faster, or set"
+            if slow
+            else f"has {int(long.sum())} gaps longer than {max_gap:g} ms, the longest"
+            f" {steps.max():.4g} ms. Set"
         )
+        raise InvalidInput(f"hinge {number} {found} gaps='bridge', which draws straight lines.")
     mended = np.interp(grid, stamps, values[known])
     said = []
     if long.any() and gaps == "keep":

@@ -23,6 +23,7 @@ _MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_
 _TOUCH = ("location", "speed", "size", "approach", "friction")
 _SENSING = tuple(name for name in _ENTRIES if name not in _MECHANICS + _TOUCH)
 PARTS: dict[str, tuple[str, ...]] = {
+    "nothing": (),
     "everything": _ENTRIES,
     "all mechanics": _MECHANICS,
     "all of the touch": _TOUCH,

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import field, replace
 from typing import Annotated
 
@@ -119,6 +120,7 @@ def load_recording(
     path: str | os.PathLike,
     *,
     n_channels: int | None = N_CHANNELS,
+    hinges: Sequence[int] = (),
     unit: str | None = None,
     time_unit: str | None = None,
 ) -> Recording:
@@ -140,14 +142,17 @@ def load_recording(
     ----------
     n_channels
         How many channels there must be; None takes what the file has.
+    hinges
+        Numbers of the hinges that have a sensor, from 1 at the base: channels may be numbered by
+        them in place of 1, 2, 3 ….
     unit, time_unit
         Units where the file does not name them.
 
     Raises
     ------
     InvalidInput
-        No time column, missing, doubled or extra channels, no unit or mixed units, or an unreadable
-        file.
+        No time column, missing, doubled or extra channels, no unit or mixed units, angles beyond
+        half a turn, or an unreadable file.
     """
     bag = find_bag(path)
     table = read_table(path, words=True) if bag is None else _number_joints(read_bag(*bag))
@@ -156,12 +161,16 @@ def load_recording(
     numbers, columns, found = _find_channels(table)
     table.refuse_words(*(table.columns[k] for k in columns))
     counted_from_0 = sorted(numbers) == list(range(len(numbers)))
+    by_hinge = not counted_from_0 and sorted(numbers) == sorted(hinges)
+    if by_hinge:
+        numbers = [sorted(hinges).index(number) + 1 for number in numbers]
     numbers = [number + counted_from_0 for number in numbers]
     _check_numbers(table, numbers, n_channels)
     chosen = _choose_unit(table, found, unit)
     order = np.argsort(numbers)
     kept, factor = _UNITS[chosen]
     values = table.values[:, np.array(columns)[order]].T * factor
+    _check_turn(table, values, kept, chosen)
     recording = Recording(
         time=time,
         values=values,
@@ -305,6 +314,15 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
             " the columns hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
         )
     return chosen
+
+
+def _check_turn(table: Table, values: np.ndarray, kept: str, chosen: str) -> None:
+    most = np.fmax.reduce(np.abs(values), axis=None, initial=0.0)
+    if kept == "rad" and most > np.pi:
+        raise InvalidInput(
+            f"{table.source}: a hinge turns by {most / _UNITS[chosen][1]:.4g} {chosen}, more than"
+            " half a turn. Is the unit right?"
+        )
 
 
 def _read_source(table: Table) -> str:

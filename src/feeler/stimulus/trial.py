@@ -87,10 +87,8 @@ class Trial(Record):
     @property
     def label(self) -> str:
         """One readable line for messages and titles."""
-        return (
-            f"{self.feature.name} {self.feature.size:g} mm at {self.location:g} L,"
-            f" {self.speed:g} m/s"
-        )
+        size = f" {self.feature.size:g} mm" if np.isfinite(self.feature.size) else ""
+        return f"{self.feature.name}{size} at {self.location:g} L, {self.speed:g} m/s"
 
     def _repr_html_(self) -> str:
         """The feature on its way to a stretch of an antenna that points up."""

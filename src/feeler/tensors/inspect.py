@@ -97,12 +97,11 @@ def _find_spread(item: xr.DataArray) -> str:
 
 
 def _summarise(values: np.ndarray) -> str:
-    distinct = np.unique(values)
+    distinct, first = np.unique(values, return_index=True)
     if distinct.size <= _MAX_VALUES:
-        first = np.sort(np.unique(values, return_index=True)[1])  # in the file's order
         return ", ".join(
             f"{value:g}" if values.dtype.kind == "f" else str(value)
-            for value in values.ravel()[first]
+            for value in values.ravel()[np.sort(first)]  # in the file's order
         )
     return f"{distinct[0]} … {distinct[-1]} ({distinct.size} values)"
 

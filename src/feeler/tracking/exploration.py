@@ -111,8 +111,8 @@ def measure_exploration(
     if np.isnan(mean_peak).all():
         raise InvalidInput(
             f"no sweep in {len(trials)} trials × {len(SIDES)} sides: no peak of angular speed rises"
-            f" {np.rad2deg(min_prominence) * 1e3:.3g} °/s above its neighbourhood. Check"
-            " frame_rate= and min_prominence=."
+            f" {np.rad2deg(min_prominence) * 1e3:.3g} °/s above its neighbourhood. Is"
+            " the frame rate right, and do the tips move?"
         )
     return Exploration(
         mean_peak=mean_peak,

@@ -10,14 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 from annotated_types import Len
-from sklearn.base import clone
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan
-from feeler.decoding.reader import READERS
 from feeler.dispersion import (
     INDICES,
     Dispersion,
@@ -160,7 +158,7 @@ def compare_antennas(
                 groups,
                 plan,
                 kinds=COMPARED_CODES,
-                reader=_suit(reader, groups, plan),
+                reader=reader,
                 random_state=random_state,
                 report=report,
             )
@@ -175,18 +173,6 @@ def compare_antennas(
             name: float(abs(in_unit(data["angle"], "rad")).max()) for name, data in tensors.items()
         },
     )
-
-
-def _suit(reader: str | Reader, groups: Mapping[str, Group], plan: Plan) -> Reader:
-    """The reader without the component that n copies leave to rounding: about their mean they span
-    n − 1.
-    """
-    suited = READERS[reader]() if isinstance(reader, str) else clone(reader)
-    key = "principalcomponents__n_components"
-    if not (kept := suited.get_params().get(key)):
-        return suited
-    fewest = min(len(g.labels) for g in groups.values()) * min((plan.n_copies, *plan.other_copies))
-    return suited.set_params(**{key: min(kept, fewest - 1)})
 
 
 def _compute_differences(

@@ -228,7 +228,7 @@ def _plot_closing(data: SimpleNamespace, ax: Axes) -> None:
 
 
 def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
-    """Streaming decoder: accuracy and share decided against time since contact."""
+    """Streaming decoder: accuracy and share decided against time since contact was noticed."""
     early = data.early
     for values, marker, colour, label in (
         (early.accuracy, "o-", _SURROGATE, "surrogate: best guess right"),
@@ -238,7 +238,7 @@ def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
         ax.plot(early.since_contact, values, marker, ms=3, color=colour, label=label)
     ax.set_xscale("symlog", linthresh=20)
     ax.set_xticks([0, 20, 100, 1000], ["0", "20", "100", "1000"])
-    _label_share(ax, "while it streams", "since contact [ms],\nlogarithmic from 20 on")
+    _label_share(ax, "while it streams", "since contact was noticed [ms],\nlogarithmic from 20 on")
 
 
 def _label_share(ax: Axes, title: str, xlabel: str) -> None:
@@ -280,7 +280,7 @@ def show(context: Context, section: Section) -> None:
         "Simulation (training) and surrogate robots (test). A–E as in the paper; B's surrogate has"
         " parameters of its own, so neither pair of numbers is to meet the other. F on, beyond the"
         " paper, shares of the surrogates' touches: against the size of the reality gap, against"
-        " what closes it, and against time since contact. (Fig. 6A–E)",
+        " what closes it, and against time since the decoder noticed contact. (Fig. 6A–E)",
         lambda figure: plot(data, figure),
         height=12.3,
         numbers={
@@ -355,7 +355,9 @@ def _compare(context: Context, section: Section) -> None:
         random_state=context.seed,
         engine=context.engine,
     )
-    section.heading("The eight-segment model, compared as the 140-link one")
+    section.heading(
+        "The eight-segment model, compared as the 140-link one; its graded profile falls linearly"
+    )
     for comparison, groups in found.items():
         measures = list(next(iter(groups.values())))
         section.table(

@@ -219,5 +219,6 @@ def _follow(context: Context, section: Section) -> None:
         ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
         rows,
         "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance, in"
-        f" the leading set-up ({describe_posture(get_lead())}).",
+        f" the leading set-up ({describe_posture(get_lead())}). With friction it sticks and slips,"
+        " so that a rounding can lead to another run, such as that of another kind of processor.",
     )

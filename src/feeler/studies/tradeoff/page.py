@@ -77,12 +77,15 @@ def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
 
 def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: Study) -> None:
     """The figure and its tables."""
+    told = study.sets > 1
+    bars = ", bars: speeds that the sets do not tell from it" * told
+    brackets = ", in brackets the range that the sets do not tell from it" * told
     section.figure(
         "tradeoff",
         "Accuracy of an ideal observer at each speed, against time and distance since contact"
-        " (first antenna, one noise floor); the best speed for each deadline, bars: speeds that the"
-        " sets do not tell from it; bits of whole touches and (dashed) at equal distance and equal"
-        " number of samples; work on the antenna and peak force.",
+        f" (first antenna, one noise floor); the best speed for each deadline{bars}; bits of whole"
+        " touches and (dashed) at equal distance and equal number of samples; work on the antenna"
+        " and peak force.",
         lambda figure: plot_tradeoff(measured, study.shown, figure),
         height=4.8,
     )
@@ -92,8 +95,7 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: St
                 ["window", *(f"{v:g} m/s" for v in data["speed"].values), "best"],
                 _list_rows(data, study, level),
                 f"{name}, noise {level} {UNITS_OF_NOISE.get(kind, '')}: bits, and accuracy in %."
-                " Best speed by accuracy [m/s], in brackets the range that the sets do not tell"
-                " from it.",
+                f" Best speed by accuracy [m/s]{brackets}.",
             )
     costs = [
         [name, cost, *(float(x) for x in data[field].mean("set"))]
