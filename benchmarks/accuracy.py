@@ -126,7 +126,8 @@ def _list_angles(found: list[Motion | Exception]) -> list[np.ndarray]:
     """NaN where a simulation diverged."""
     shape = next((motion.angle.shape for motion in found if isinstance(motion, Motion)), (1, 1))
     return [
-        motion.angle if isinstance(motion, Motion) else np.full(shape, np.nan) for motion in found
+        motion.angle if isinstance(motion, Motion) else np.full(shape, np.nan)
+        for motion in found
     ]
 
 
@@ -177,7 +178,10 @@ def main() -> None:
     parser.add_argument("--accuracy", type=float, default=0.01)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
-        "--seconds", type=float, default=np.inf, help="begin nothing after this; run again to go on"
+        "--seconds",
+        type=float,
+        default=np.inf,
+        help="begin nothing after this; run again to go on",
     )
     parser.add_argument(
         "--out",
@@ -197,9 +201,14 @@ def main() -> None:
         if not all(index in rows for index in own):
             scenes = [draw(index, args.seed)[0] for index in own]
             found = judge(
-                scenes, duration, args.accuracy, args.out / f"{args.seed}_{own[0]}_{own[-1]}.npy"
+                scenes,
+                duration,
+                args.accuracy,
+                args.out / f"{args.seed}_{own[0]}_{own[-1]}.npy",
             )
-            rows |= {index: {"index": index, **row} for index, row in zip(own, found, strict=True)}
+            rows |= {
+                index: {"index": index, **row} for index, row in zip(own, found, strict=True)
+            }
             with lines.open("a") as file:
                 file.writelines(json.dumps(rows[index]) + "\n" for index in own)
             print(f"{len(rows)} touches, {time.perf_counter() - start:.0f} s", flush=True)

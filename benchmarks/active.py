@@ -88,7 +88,9 @@ def meet_again() -> tuple[Contest, xr.Dataset, xr.Dataset]:
     verdict = xr.Dataset.from_dict(results["steering"])
     more = comparison.replace(sets=comparison.confirm["first"] + comparison.confirm["sets"])
     names = [
-        *dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)
+        *dict.fromkeys(
+            str(name) for kind in ("fixed", "steered") for name in verdict[kind].values
+        )
     ]
     JOURNAL.parent.mkdir(exist_ok=True)
     tell = {"journal": JOURNAL, "progress": lambda *done: print(*done, flush=True)}
@@ -109,7 +111,9 @@ def confirm_learned() -> None:
     comparison, verdict, measured = meet_again()
     first, deadlines = comparison.confirm["first"], comparison.confirm["learned"]
     seeds, rows = comparison.learning["seeds"], {}
-    found = np.array([run_learned(comparison, number) for number in range(first, comparison.sets)])
+    found = np.array(
+        [run_learned(comparison, number) for number in range(first, comparison.sets)]
+    )
     for own, deadline in zip(np.moveaxis(found, 1, 0), deadlines, strict=True):  # (set, seed)
         row = {
             "learned": float(own.mean()),
@@ -117,7 +121,9 @@ def confirm_learned() -> None:
         }
         for kind in ("fixed", "steered"):
             name = str(verdict[kind].sel(deadline=deadline).values)
-            other = 100 * measured["accuracy"].sel(policy=name, deadline=deadline).values[first:]
+            other = (
+                100 * measured["accuracy"].sel(policy=name, deadline=deadline).values[first:]
+            )
             gain = average_sets(xr.DataArray(own.mean(axis=1) - other, dims="set"))
             row |= {f"{kind}_gain": float(gain["mean"]), f"{kind}_half": float(gain["half"])}
         rows[f"{deadline:g}"] = row
@@ -134,7 +140,9 @@ def run_learned(comparison: Contest, number: int) -> list[list[float]]:
         [
             100
             * float(
-                observer.run(make_learned(seed, float(d)), comparison.copies, float(d)).accuracy[-1]
+                observer.run(
+                    make_learned(seed, float(d)), comparison.copies, float(d)
+                ).accuracy[-1]
             )
             for seed in comparison.learning["seeds"]
         ]
@@ -175,7 +183,9 @@ def store_learned() -> None:
         n
         for n in range(1, comparison.sets, 2)
         if f"practice {n}" in found
-        and all(len(found.get(f"seed {s} set {n}", {})) == len(comparison.deadlines) for s in seeds)
+        and all(
+            len(found.get(f"seed {s} set {n}", {})) == len(comparison.deadlines) for s in seeds
+        )
     ]
     runs = [
         [[found[f"seed {s} set {n}"][f"{d:g}"] for d in comparison.deadlines] for n in sets]
@@ -198,7 +208,9 @@ def store_learned() -> None:
         ]
     )
     exact = (
-        measured["accuracy"].sel(policy=[*comparison.fixed, *comparison.steered]).isel(set=[*sets])
+        measured["accuracy"]
+        .sel(policy=[*comparison.fixed, *comparison.steered])
+        .isel(set=[*sets])
     )
     off = 100 * (practised - exact)
     judged = judge_learned(learned, measured, comparison)
@@ -208,7 +220,9 @@ def store_learned() -> None:
         "learning": dict(comparison.learning)
     }  # what the policies beside were declared with stays
     practice = {"rms": rms, "mean": float(off.mean())}
-    keep(learned=learned.to_dict(), judged=judged.to_dict(), practice=practice, declared=declared)
+    keep(
+        learned=learned.to_dict(), judged=judged.to_dict(), practice=practice, declared=declared
+    )
     print(judged.to_dataframe().round(2).to_string(), rms)
     store()
 
@@ -253,7 +267,12 @@ def places() -> None:
     for noise in asked["noise"]:
         for name in ("random", "grid", "greedy"):
             one = search_places(
-                known, name, noise, n=asked["n"], threshold=asked["threshold"], most=asked["most"]
+                known,
+                name,
+                noise,
+                n=asked["n"],
+                threshold=asked["threshold"],
+                most=asked["most"],
             )
             reached = [
                 float((one.sure & (one.count <= k)).mean()) for k in range(1, asked["most"] + 1)
@@ -338,7 +357,9 @@ def judge() -> None:
                 name = f"seed {seed} set {number}"
                 if f"{deadline:g}" in found.get(name, {}):
                     continue
-                episodes = observer.run(make_learned(seed, deadline), comparison.copies, deadline)
+                episodes = observer.run(
+                    make_learned(seed, deadline), comparison.copies, deadline
+                )
                 last = {
                     "accuracy": episodes.accuracy[-1],
                     "hits": episodes.hits[-1],

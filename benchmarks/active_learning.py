@@ -98,7 +98,9 @@ class Practised:
             felt = known[body, body] + self.rng.standard_normal(
                 (len(body), known.shape[2]), np.float32
             )
-            self._evidence += np.einsum("bks,bs->bk", known, felt) - 0.5 * (known**2).sum(axis=2)
+            self._evidence += np.einsum("bks,bs->bk", known, felt) - 0.5 * (known**2).sum(
+                axis=2
+            )
             self._touched |= practice.touched[row, place]
         self.time += PERIOD
         self.known = self._tell()
@@ -171,7 +173,9 @@ def _make_vec_env(
                 rewards.append(known.belief.max(axis=1) - before)
                 over.append(np.full(each, known.left <= 0))
                 last = see(known, one.deadline)
-                infos += [{"terminal_observation": row} if known.left <= 0 else {} for row in last]
+                infos += [
+                    {"terminal_observation": row} if known.left <= 0 else {} for row in last
+                ]
                 if known.left <= 0:
                     self.groups[k] = one = begin()
                     last = see(one.known, one.deadline)
@@ -261,7 +265,9 @@ def train_policy(
 def read_actor(model: Any) -> dict[str, np.ndarray]:
     """Weights of the part of a trained model that moves the body."""
     state = model.policy.state_dict()
-    return {name: value.detach().numpy() for name, value in state.items() if name.startswith(ACTOR)}
+    return {
+        name: value.detach().numpy() for name, value in state.items() if name.startswith(ACTOR)
+    }
 
 
 def make_trained(model: Any, deadline: float) -> Policy:
@@ -273,7 +279,10 @@ def save_policy(model: Any, path: Path | str, settings: dict[str, Any]) -> None:
     """Write a trained policy's configuration and weights as safetensors."""
     save_model(
         Model(
-            kind=POLICY_KIND, version=POLICY_VERSION, arrays=read_actor(model), settings=settings
+            kind=POLICY_KIND,
+            version=POLICY_VERSION,
+            arrays=read_actor(model),
+            settings=settings,
         ),
         path,
     )

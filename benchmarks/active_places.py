@@ -142,7 +142,9 @@ def search_places(
             break
         if chooser == "greedy":
             weight = softmax(evidence[rows], axis=1)
-            gain = [expect_gain(felt, weight, places.label, noise, seed) for felt in places.felt]
+            gain = [
+                expect_gain(felt, weight, places.label, noise, seed) for felt in places.felt
+            ]
             picks = np.argmax(gain, axis=0)
         else:
             picks = (order[:, step % n_touches] if chooser == "grid" else drawn[:, step])[rows]
@@ -155,5 +157,8 @@ def search_places(
         open_ = softmax(evidence, axis=1).dot(members).max(axis=1) < threshold
     belief = softmax(evidence, axis=1) @ members
     return Search(
-        count=count, right=belief.argmax(axis=1) == places.label[true], sure=~open_, chosen=chosen
+        count=count,
+        right=belief.argmax(axis=1) == places.label[true],
+        sure=~open_,
+        chosen=chosen,
     )

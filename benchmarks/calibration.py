@@ -37,13 +37,17 @@ def write_searches(searches: Iterable[Mapping[str, Any]], path: Path) -> None:
         writer = csv.DictWriter(file, list(SEARCH_COLUMNS))
         writer.writeheader()
         for row in searches:
-            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
+            writer.writerow(
+                {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()}
+            )
 
 
 def make_problem(name: str = "exponential", **protocol: object) -> Problem:
     """The four targets of the cockroach."""
     return Problem(
-        hinges=make_hinges(name, cockroach()), targets=load_targets(), protocol=Protocol(**protocol)
+        hinges=make_hinges(name, cockroach()),
+        targets=load_targets(),
+        protocol=Protocol(**protocol),
     )
 
 
@@ -65,7 +69,9 @@ def compare_timesteps() -> list[dict[str, float]]:
     rows = []
     for timestep in (0.01, 0.02, 0.05, 0.1):
         values = make_problem(timestep=timestep).measure(PAPER_P).values
-        rows.append({"timestep_ms": timestep, "deviation": float(np.abs(values / fine - 1).max())})
+        rows.append(
+            {"timestep_ms": timestep, "deviation": float(np.abs(values / fine - 1).max())}
+        )
     return rows
 
 
@@ -79,7 +85,9 @@ def main() -> None:
         "in lanes of 8": time_evaluation("chain-consistent", 3, together=8),
         "mujoco": time_evaluation("mujoco", 1),
     }
-    print("one evaluation [ms]:", {name: round(1e3 * value, 1) for name, value in seconds.items()})
+    print(
+        "one evaluation [ms]:", {name: round(1e3 * value, 1) for name, value in seconds.items()}
+    )
     steps = compare_timesteps()
     for row in steps:
         print(f"timestep {row['timestep_ms']} ms: {row['deviation']:.2%} from {FINE} ms")

@@ -112,10 +112,15 @@ def compare(name: str, scene: Scene, warm_up: int) -> dict[str, dict[str, float]
     times, found = measure(runners), {}
     for label, value in times.items():
         ratios = [
-            float(np.median(times[f"MuJoCo, {kind}"] / value)) for kind in ("converged", "quick")
+            float(np.median(times[f"MuJoCo, {kind}"] / value))
+            for kind in ("converged", "quick")
         ]
         found[label] = dict(
-            zip(("us", "vs_converged", "vs_quick"), [float(np.median(value)), *ratios], strict=True)
+            zip(
+                ("us", "vs_converged", "vs_quick"),
+                [float(np.median(value)), *ratios],
+                strict=True,
+            )
         )
         print(
             f"{name:20s} {label:24s} {np.median(value):9.2f} µs per step  {ratios[0]:6.1f}x "
@@ -128,7 +133,9 @@ def grow() -> dict[str, list[float]]:
     """Time per free step against the number of segments."""
     table: dict[str, list[float]] = {"segments": [], "chain": [], "lanes": []}
     for n in (1, 10, 20, 50, 100, 200, 500, 1000):
-        scene = Scene(antenna=make_antenna(n), angle=np.random.default_rng(n).normal(0, 1e-3, n))
+        scene = Scene(
+            antenna=make_antenna(n), angle=np.random.default_rng(n).normal(0, 1e-3, n)
+        )
         times = measure(
             {"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)}
         )
@@ -152,7 +159,9 @@ def run_paper(scheme: str) -> tuple[float, float]:
     trials = make_grid(features, [0.5, 0.6, 0.7, 0.8, 0.9], [0.6, 0.3, 0.06])
     scenes = [make_scene(antenna, trial) for trial in trials]
     start, used = time.perf_counter(), time.process_time()
-    simulate(scenes, Clock(duration=380.0, timestep=TIMESTEP), workers=2, engine=ENGINES[scheme])
+    simulate(
+        scenes, Clock(duration=380.0, timestep=TIMESTEP), workers=2, engine=ENGINES[scheme]
+    )
     return time.perf_counter() - start, time.process_time() - used
 
 

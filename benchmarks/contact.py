@@ -50,7 +50,8 @@ def derivative() -> None:
                 scene = make_scene(antenna, trial, name)
                 sides = [
                     replace(
-                        scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + s * eps))
+                        scene,
+                        antenna=antenna.replace(stiffness=antenna.stiffness * (1 + s * eps)),
                     )
                     for eps in STEPS
                     for s in (1, -1)
@@ -60,10 +61,12 @@ def derivative() -> None:
                     (angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(STEPS)
                 ]
                 change = [
-                    np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in itertools.pairwise(slope)
+                    np.linalg.norm(b - a) / np.linalg.norm(b)
+                    for a, b in itertools.pairwise(slope)
                 ]
                 print(
-                    f"{name:8} {timestep:<9g} {kind:9} " + "  ".join(f"{c:.1e}" for c in change),
+                    f"{name:8} {timestep:<9g} {kind:9} "
+                    + "  ".join(f"{c:.1e}" for c in change),
                     flush=True,
                 )
 

@@ -63,7 +63,9 @@ def nudge(scene: Scene) -> Scene:
 def angles(motions: list[Motion]) -> np.ndarray:
     """(trial, sample, segment), NaN where a trial diverged."""
     shape = next(m.angle.shape for m in motions if isinstance(m, Motion))
-    return np.stack([m.angle if isinstance(m, Motion) else np.full(shape, np.nan) for m in motions])
+    return np.stack(
+        [m.angle if isinstance(m, Motion) else np.full(shape, np.nan) for m in motions]
+    )
 
 
 def compute_error(angle: np.ndarray, reference: np.ndarray) -> np.ndarray:

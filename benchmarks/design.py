@@ -109,7 +109,10 @@ def run_family(journals: Path, part: str = "") -> dict:
         if part and part != noise:
             continue
         reference = score(PLAN.reference, task, "optimiser", workers=1)
-        made[noise] = {"paper": {"bits": reference.bits, "errors": reference.errors}, "starts": []}
+        made[noise] = {
+            "paper": {"bits": reference.bits, "errors": reference.errors},
+            "starts": [],
+        }
         for seed in SEEDS:
             found = optimise(
                 task,
@@ -127,7 +130,10 @@ def run_family(journals: Path, part: str = "") -> dict:
                 design.damping[0],
                 *(np.log(v[-1] / v[0]) / n for v in (design.stiffness, design.damping)),
             ]
-            start, held = FAMILY.build(found.start).antenna, score(design, task, "test", workers=1)
+            start, held = (
+                FAMILY.build(found.start).antenna,
+                score(design, task, "test", workers=1),
+            )
             row = describe(found, FAMILY) | {
                 "p": [float(v) for v in p],
                 "test_bits": held.bits,
@@ -136,7 +142,12 @@ def run_family(journals: Path, part: str = "") -> dict:
             row["start_rate"] = float(np.log(start.stiffness[-1] / start.stiffness[0]) / n)
             made[noise]["starts"].append(row)
             print(
-                noise, seed, f"{found.best.bits:.3f} bits", np.round(p, 4), found.counts, flush=True
+                noise,
+                seed,
+                f"{found.best.bits:.3f} bits",
+                np.round(p, 4),
+                found.counts,
+                flush=True,
             )
     return made
 
@@ -145,7 +156,10 @@ def run_final(journals: Path, part: str = "") -> dict:
     known = load("spline")
     paper = score(PLAN.reference, FINAL, "final", workers=1)
     found = {
-        "paper": {"errors": paper.by_speed[:, 1].tolist(), "bits": paper.by_speed[:, 0].tolist()},
+        "paper": {
+            "errors": paper.by_speed[:, 1].tolist(),
+            "bits": paper.by_speed[:, 0].tolist(),
+        },
         "seeds": {},
     }
     for seed, one in known.items():
@@ -165,7 +179,9 @@ def run_final(journals: Path, part: str = "") -> dict:
             np.round(paper.by_speed[:, 1], 4),
             flush=True,
         )
-    fewer = 1 - np.array([one["errors"] for one in found["seeds"].values()]) / paper.by_speed[:, 1]
+    fewer = (
+        1 - np.array([one["errors"] for one in found["seeds"].values()]) / paper.by_speed[:, 1]
+    )
     mean, count = fewer.mean(axis=0), len(fewer)
     half = stdtrit(count - 1, 0.975) * fewer.std(axis=0, ddof=1) / np.sqrt(count)
     found |= {"speeds": list(SPEEDS), "fewer": mean.tolist(), "half": half.tolist()}
@@ -174,7 +190,9 @@ def run_final(journals: Path, part: str = "") -> dict:
 
 
 def run_sensors(journals: Path, part: str = "") -> dict:
-    chosen = {name: cockroach(name) for name in ("exponential", "linear", "constant", "matched")}
+    chosen = {
+        name: cockroach(name) for name in ("exponential", "linear", "constant", "matched")
+    }
     splines = [PLAN.space.build(np.array(one["x"])).antenna for one in load("spline").values()]
     told = [score(one, PLAN.task, "test", workers=1).bits for one in splines]
     chosen["spline"] = splines[int(np.argmax(told))]
@@ -188,7 +206,12 @@ def run_sensors(journals: Path, part: str = "") -> dict:
         made[name]["hinges"] = choose_sensors(
             antenna, PLAN.task, made[name]["d-optimal"]["fewest"]
         ).tolist()
-        print(name, {c: made[name][c]["fewest"] for c in CHOICES}, made[name]["hinges"], flush=True)
+        print(
+            name,
+            {c: made[name][c]["fewest"] for c in CHOICES},
+            made[name]["hinges"],
+            flush=True,
+        )
     return made | {"counts": list(COUNTS)}
 
 
@@ -238,9 +261,9 @@ def measure_force(antenna) -> float:
     trials = PLAN.task.draw_classes(antenna, "optimiser", PLAN.task.speeds[0])[
         :: PLAN.task.train + PLAN.task.test
     ]
-    force = touch(antenna, trials, duration=PLAN.task.duration, save=("angle", "force"), workers=1)[
-        "force"
-    ].values
+    force = touch(
+        antenna, trials, duration=PLAN.task.duration, save=("angle", "force"), workers=1
+    )["force"].values
     return 1e3 * float(np.linalg.norm(force, axis=2).max(axis=1).mean())
 
 
@@ -260,14 +283,19 @@ def list_values(known: dict) -> dict:
     for noise, family in known.get("family", {}).items():
         found[f"family.{noise}.paper"] = family["paper"]["bits"]
         found[f"family.{noise}.starts"] = len(family["starts"])
-        for name, pick in (("bits", lambda one: one["bits"]), ("rate", lambda one: one["p"][2])):
+        for name, pick in (
+            ("bits", lambda one: one["bits"]),
+            ("rate", lambda one: one["p"][2]),
+        ):
             values = [pick(one) for one in family["starts"]]
             found |= {
                 f"family.{noise}.{name}.least": min(values),
                 f"family.{noise}.{name}.most": max(values),
             }
         stiffness = PLAN.reference.stiffness
-        found["family.rate"] = float(np.log(stiffness[-1] / stiffness[0]) / (len(stiffness) - 1))
+        found["family.rate"] = float(
+            np.log(stiffness[-1] / stiffness[0]) / (len(stiffness) - 1)
+        )
         found[f"family.{noise}.rate.best"] = max(family["starts"], key=lambda one: one["bits"])[
             "p"
         ][2]

@@ -28,7 +28,12 @@ from feeler.dispersion import (
 from feeler.dispersion.nmi import digitise
 
 SHAPE = (90, 56, 380)
-MATLAB = {"gaussian_weights": True, "sigma": 1.5, "use_sample_covariance": False, "data_range": 1.0}
+MATLAB = {
+    "gaussian_weights": True,
+    "sigma": 1.5,
+    "use_sample_covariance": False,
+    "data_range": 1.0,
+}
 
 
 def make_tensors(rng: np.random.Generator, shape: tuple[int, int, int] = SHAPE) -> np.ndarray:
@@ -86,7 +91,8 @@ def main() -> None:
     results["all four"] = total | {"ratio": total["loop_s"] / total["feeler_s"]}
     results["blocks of 16 / one block (closest, nmi)"] = {
         "ratio": (
-            time_best(lambda: search_closest(tensors, "nmi", block=16)) / results["nmi"]["feeler_s"]
+            time_best(lambda: search_closest(tensors, "nmi", block=16))
+            / results["nmi"]["feeler_s"]
         )
     }
     for name, row in results.items():
@@ -94,7 +100,8 @@ def main() -> None:
     path = Path(__file__).parent / "results" / "dispersion.json"
     path.parent.mkdir(exist_ok=True)
     write_kept(
-        path, json.dumps({"shape": SHAPE, "pairs": n_pairs, "results": results}, indent=1) + "\n"
+        path,
+        json.dumps({"shape": SHAPE, "pairs": n_pairs, "results": results}, indent=1) + "\n",
     )
 
 

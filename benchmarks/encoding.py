@@ -54,13 +54,19 @@ def make_tensors(
         ringing = np.exp(-(phase - 1) * lasting / 6) * np.cos((phase - 1) * lasting / 9)
         envelope = np.where(phase < 1, phase**1.2, ringing)
         centre = rng.choice((0.5, 0.6, 0.7, 0.8, 0.9)) - 0.25 * np.minimum(phase, 1)
-        tensor[:] = envelope * (np.exp(-0.5 * ((place - centre) / rng.uniform(0.05, 0.09)) ** 2))
+        tensor[:] = envelope * (
+            np.exp(-0.5 * ((place - centre) / rng.uniform(0.05, 0.09)) ** 2)
+        )
         tensor += 0.2 * envelope * np.exp(-0.5 * ((place - 0.1) / 0.1) ** 2)
     return np.maximum(0.15 * tensors, 0)
 
 
 def fit_ours(
-    tensors: np.ndarray, bases: np.ndarray, activations: np.ndarray, threads: int, **changes: object
+    tensors: np.ndarray,
+    bases: np.ndarray,
+    activations: np.ndarray,
+    threads: int,
+    **changes: object,
 ) -> tuple[np.ndarray, np.ndarray]:
     """(iteration, 2): seconds since the start, and the relative residual, after each iteration; and
     the bases.
@@ -80,7 +86,9 @@ def fit_ours(
     return np.array(curve), found.components
 
 
-def run_ours(tensors: np.ndarray, constraint: str, n_iterations: int, threads: int) -> np.ndarray:
+def run_ours(
+    tensors: np.ndarray, constraint: str, n_iterations: int, threads: int
+) -> np.ndarray:
     """The curve of a fit from random numbers, of as many iterations as asked."""
     rng = np.random.default_rng(1)
     bases = rng.random((N_COMPONENTS, tensors.shape[1], N_LAGS)) * tensors.mean()
@@ -177,12 +185,20 @@ def run_seqnmf(tensors: np.ndarray, n_iterations: int) -> float:
     """Seconds for n_iterations."""
     import seqnmf
 
-    row = np.concatenate([np.pad(tensor, ((0, 0), (0, N_LAGS - 1))) for tensor in tensors], axis=1)
+    row = np.concatenate(
+        [np.pad(tensor, ((0, 0), (0, N_LAGS - 1))) for tensor in tensors], axis=1
+    )
     start = read_clock()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         seqnmf.seqnmf(
-            row, K=N_COMPONENTS, L=N_LAGS, Lambda=0, max_iter=n_iterations, tol=-1, plot_it=False
+            row,
+            K=N_COMPONENTS,
+            L=N_LAGS,
+            Lambda=0,
+            max_iter=n_iterations,
+            tol=-1,
+            plot_it=False,
         )
     return read_clock() - start
 
@@ -199,7 +215,9 @@ def compare(
         trial.append(run_ours(tensors, "trial", n_iterations, threads))
     seconds, residual = min(theirs)
     reached = [
-        curve[np.argmax(curve[:, 1] <= residual), 0] for curve in ours if curve[-1, 1] <= residual
+        curve[np.argmax(curve[:, 1] <= residual), 0]
+        for curve in ours
+        if curve[-1, 1] <= residual
     ]
     row = {
         "trials": n_trials,
@@ -235,12 +253,16 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--no-seqnmf", action="store_true")
-    parser.add_argument("--planted", choices=("judged", "development", "none"), default="judged")
+    parser.add_argument(
+        "--planted", choices=("judged", "development", "none"), default="judged"
+    )
     parser.add_argument("--starts", type=int, default=STARTS)
     parser.add_argument("--torchnmf-starts", type=int, default=THEIR_STARTS)
     parser.add_argument("--no-touches", action="store_true")
     parser.add_argument(
-        "--cpu", action="store_true", help="count processor time, on one thread: for a busy machine"
+        "--cpu",
+        action="store_true",
+        help="count processor time, on one thread: for a busy machine",
     )
     given = parser.parse_args()
     if given.cpu:
@@ -250,7 +272,10 @@ def main() -> None:
     path = Path(__file__).parent / "results" / "encoding.json"
     result = {"clock": "processor" if given.cpu else "wall", "threads": given.threads}
     warm = make_tensors(3)
-    run_ours(warm, "all", 8, given.threads), run_ours(warm, "trial", 8, given.threads)  # compile
+    (
+        run_ours(warm, "all", 8, given.threads),
+        run_ours(warm, "trial", 8, given.threads),
+    )  # compile
     if seeds:
         result["sets"] = [
             judge(*one, given.threads, given.starts, given.torchnmf_starts)

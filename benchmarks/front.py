@@ -31,6 +31,9 @@ def compute_settling(antenna: Antenna) -> float:
     n = antenna.n_segments
     inverse = np.linalg.inv(compute_mass_matrix(antenna))
     matrix = np.block(
-        [[np.zeros((n, n)), np.eye(n)], [-inverse * antenna.stiffness, -inverse * antenna.damping]]
+        [
+            [np.zeros((n, n)), np.eye(n)],
+            [-inverse * antenna.stiffness, -inverse * antenna.damping],
+        ]
     )
     return float(np.log(1 / REST) / np.abs(np.linalg.eigvals(matrix).real).min())

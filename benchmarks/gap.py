@@ -34,7 +34,8 @@ def describe(score) -> dict[str, list[float]]:
 
 def main() -> None:
     found = {
-        name: describe(score) for name, score in measure_parts(n_robots=N_ROBOTS, seed=SEED).items()
+        name: describe(score)
+        for name, score in measure_parts(n_robots=N_ROBOTS, seed=SEED).items()
     }
     training, tested = make_training(), touch_robots(draw_robots(1.0, N_ROBOTS, SEED))
     for count in (2, 5):
@@ -43,7 +44,11 @@ def main() -> None:
         found[f"trained with {count} whole surrogates"] = describe(score)
     for name, shares in found.items():
         print(f"{name:18} {shares}")
-    data = {"robots": N_ROBOTS, "contacts": 6 * N_ROBOTS, "shares_with_95_percent_interval": found}
+    data = {
+        "robots": N_ROBOTS,
+        "contacts": 6 * N_ROBOTS,
+        "shares_with_95_percent_interval": found,
+    }
     path = Path(__file__).parent / "results" / "gap.json"
     write_kept(path, json.dumps(data, indent=1, sort_keys=True) + "\n")
 

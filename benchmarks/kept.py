@@ -9,7 +9,7 @@ import sys
 from datetime import date
 from pathlib import Path
 
-from feeler import sources
+from feeler.disk import sources
 
 ROOT = Path(__file__).parents[1]
 STAMPS = ROOT / "benchmarks" / "results" / "made.json"
@@ -45,7 +45,9 @@ def fingerprint(script: Path) -> str:
     what scripts keep; comments and documentation do not count.
     """
     own = sources.parse_module("script", script)
-    found = sources.find_modules(*{home for home, _ in own.imports if home.startswith("feeler")})
+    found = sources.find_modules(
+        *{home for home, _ in own.imports if home.startswith("feeler")}
+    )
     digests = [own.digest, *(f"{name} {module.digest}" for name, module in found.items())]
     read = sources.find_data({"script": own, **found})
     data = sorted(path for path in read if path.suffix != ".json")

@@ -39,7 +39,9 @@ CONTACT = "diverged (named): in contact"
 KINDS = ("ball", "box", "triangle", "wall")
 
 
-def make_antenna(n_segments: int = 140, stiffness: float = 1.0, damping: float = 1.0) -> Antenna:
+def make_antenna(
+    n_segments: int = 140, stiffness: float = 1.0, damping: float = 1.0
+) -> Antenna:
     """The cockroach antenna, cut into another number of segments of the same total compliance, mass
     and length.
     """
@@ -49,7 +51,9 @@ def make_antenna(n_segments: int = 140, stiffness: float = 1.0, damping: float =
         numbers = np.arange(base.n_segments + 1)
 
         def pool(values: np.ndarray) -> np.ndarray:
-            return np.diff(np.interp(share, numbers, np.concatenate(([0.0], np.cumsum(values)))))
+            return np.diff(
+                np.interp(share, numbers, np.concatenate(([0.0], np.cumsum(values))))
+            )
 
         base = Antenna(
             segment_length=pool(base.segment_length),
@@ -107,7 +111,9 @@ def judge(antenna: Antenna, trial: Trial, duration: float) -> tuple[str, float, 
     return *first, np.nan
 
 
-def judge_at(antenna: Antenna, trial: Trial, duration: float, timestep: float) -> tuple[str, float]:
+def judge_at(
+    antenna: Antenna, trial: Trial, duration: float, timestep: float
+) -> tuple[str, float]:
     """The verdict at one timestep and the relative change when it is halved."""
     try:
         scene, tips, angles = make_scene(antenna, trial), [], []
@@ -267,7 +273,9 @@ def main() -> None:
                 for key, value in numbers.items()
             }
             results["extremes"][name] = {"verdict": verdict, **shown}
-            print(f"{name:32} {verdict:50} {change:9.2g}   holds at {timestep:g} ms", flush=True)
+            print(
+                f"{name:32} {verdict:50} {change:9.2g}   holds at {timestep:g} ms", flush=True
+            )
     if arguments.random:
         began = time.perf_counter()
         ends = run_random(arguments.random)

@@ -83,7 +83,9 @@ def main() -> None:
         "last": [float(loss[-1000:].mean()) for _, loss in curves],
         "seconds": time.process_time() - began,
     }
-    write_kept(ROOT / "benchmarks" / "results" / "plain_learning.json", json.dumps(found, indent=1))
+    write_kept(
+        ROOT / "benchmarks" / "results" / "plain_learning.json", json.dumps(found, indent=1)
+    )
 
 
 if __name__ == "__main__":

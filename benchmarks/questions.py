@@ -33,11 +33,11 @@ from feeler.design import (
     optimise,
     score,
 )
+from feeler.disk.journal import Journal
+from feeler.disk.provenance import make_key
 from feeler.execute.threads import hold_blas
-from feeler.journal import Journal
 from feeler.presets import cockroach
-from feeler.provenance import make_key
-from feeler.record import Ge, Lt, Record, Unit
+from feeler.records.record import Ge, Lt, Record, Unit
 from feeler.report.section import to_json
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.open_receptor import compute as compute_receptor
@@ -66,7 +66,9 @@ def _read(name: str, value: Any) -> Any:
     return Nuisances(**value) if name in ("nuisances", "unseen") else value
 
 
-def search_unseen(reference: Antenna, asked: Mapping[str, Any], kind: str, **options: Any) -> dict:
+def search_unseen(
+    reference: Antenna, asked: Mapping[str, Any], kind: str, **options: Any
+) -> dict:
     """The antenna with the fewest errors of its kind on the "test" draws, of one end per seed."""
     task, how = make_task(asked, kind), dict(asked["search"])
     seeds, limits = how.pop("seeds"), Constraints(**asked["constraints"])
@@ -139,7 +141,9 @@ def _ask(
 def compute_unseen(reference: Antenna, **options: Any) -> dict[str, Any]:
     """Both searches, and what was named wrong on the final draws."""
     asked = read_declared("open_unseen.toml")
-    found = {kind: search_unseen(reference, asked, kind, **options) for kind in ("unseen", "known")}
+    found = {
+        kind: search_unseen(reference, asked, kind, **options) for kind in ("unseen", "known")
+    }
     return {
         "found": found,
         "wrong": judge(list_antennas(reference, found), asked, **options),
@@ -199,7 +203,9 @@ class SpaceStudy(Study):
         self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
     ) -> dict[str, Any]:
         """Accuracy and bits (reader, layout) of one set of whole touches of an antenna."""
-        trials, labels = self.task.draw(antenna, "test", set=number, speed=speed, each=self.each)
+        trials, labels = self.task.draw(
+            antenna, "test", set=number, speed=speed, each=self.each
+        )
         touches = self.touch(antenna, trials, ("angle",), **options)
         first = round(trials[0].lead / self.sample_interval) + 1
         angle = in_unit(touches["angle"], "rad")[..., first:]
@@ -208,7 +214,9 @@ class SpaceStudy(Study):
         for k, layout in enumerate(self.levels.values()):
             felt = layout.feel(angle)
             for j, name in enumerate(self.readers):
-                folds = [self._ask_half(name, felt, labels, own, number) for own in (half, ~half)]
+                folds = [
+                    self._ask_half(name, felt, labels, own, number) for own in (half, ~half)
+                ]
                 found[:, j, k] = np.mean(folds, axis=0)
         return dict(zip(("accuracy", "bits"), found, strict=True))
 
@@ -227,7 +235,9 @@ class SpaceStudy(Study):
         return measure_reader(reader, met, np.tile(labels[~taught], self.draws))
 
 
-def load_space(kind: str = "space", layouts: tuple[str, ...] = (), **changes: Any) -> SpaceStudy:
+def load_space(
+    kind: str = "space", layouts: tuple[str, ...] = (), **changes: Any
+) -> SpaceStudy:
     """The study of open_space.toml, of touches in ``space`` or in the ``plane``.
 
     ``layouts`` are the names of those kept, default all; ``changes`` replace what was declared.
@@ -280,7 +290,9 @@ def run_space(
             if any(one is None for one in results):
                 break
             sets.append([np.array(one["accuracy"], float) for one in results])
-    return {"/".join(cell): np.array(own).tolist() for cell, *own in zip(cells, *sets, strict=True)}
+    return {
+        "/".join(cell): np.array(own).tolist() for cell, *own in zip(cells, *sets, strict=True)
+    }
 
 
 def store(name: str, found: Any, seed: int) -> Path:

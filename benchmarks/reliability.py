@@ -120,10 +120,14 @@ def draw(table, error, path):
         axes = figure.subplots()
         axes.plot([0, 1], [0, 1], "k:", lw=1, label="as sure as right")
         seen = table[:, 2] > 0
-        axes.plot(table[seen, 0], table[seen, 1], "o-", label=f"held-out robots, ECE {error:.3f}")
+        axes.plot(
+            table[seen, 0], table[seen, 1], "o-", label=f"held-out robots, ECE {error:.3f}"
+        )
         for said, share, count in table[seen]:
             axes.annotate(f"{count:.0f}", (said, share), (6, -9), textcoords="offset points")
-        axes.set(xlabel="probability of the answer", ylabel="share right", xlim=(0, 1), ylim=(0, 1))
+        axes.set(
+            xlabel="probability of the answer", ylabel="share right", xlim=(0, 1), ylim=(0, 1)
+        )
         axes.legend(loc="upper left")
         figure.savefig(path, dpi=150)
 

@@ -48,7 +48,11 @@ def run(
     print(scale, *options, f"{seconds:.1f} s;", counts)
     return (
         seconds,
-        [event for event in events if event["event"] == "stage" and event["seconds"] is not None],
+        [
+            event
+            for event in events
+            if event["event"] == "stage" and event["seconds"] is not None
+        ],
         counts,
     )
 

@@ -26,7 +26,8 @@ def main(folder: Path) -> None:
     robot = make_surrogate(np.random.default_rng(SEED), name="surrogate-example")
     table = robot.sensing.bench(np.random.default_rng(SEED + 1))
     columns = np.stack(
-        [table["hinge"], np.rad2deg(table["angle"]), table["capacitance"], table["time"]], axis=1
+        [table["hinge"], np.rad2deg(table["angle"]), table["capacitance"], table["time"]],
+        axis=1,
     )
     with open(folder / EXAMPLES["calibration"], "w", encoding="utf-8", newline="\n") as file:
         file.write(

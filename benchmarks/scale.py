@@ -118,7 +118,9 @@ def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:
     ):
         executors = {"cluster": client, "threads": threads, "processes": processes}
         for executor in executors.values():  # compiles, imports
-            feeler.touch(antenna, trials[:16], executor=executor, **{**options, "duration": 5.0})
+            feeler.touch(
+                antenna, trials[:16], executor=executor, **{**options, "duration": 5.0}
+            )
         for _ in range(rounds):
             for name, executor in executors.items():
                 folder = Path(tempfile.mkdtemp(dir=os.environ.get("FEELER_SCALE_DIR")))
@@ -132,10 +134,16 @@ def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:
                 walls.setdefault(f"{name}_s", []).append(time.perf_counter() - began)
                 spent = sum(client.run(time.process_time).values()) + time.process_time() - cpu
                 walls.setdefault(f"{name}_cpu_s", []).append(spent)
-                group = json.loads((folder / "set.zarr/progress/store.json").read_text())["group"]
+                group = json.loads((folder / "set.zarr/progress/store.json").read_text())[
+                    "group"
+                ]
                 shutil.rmtree(folder)
     found: dict[str, float] = {name: min(values) for name, values in walls.items()}
-    found |= {"n": n, "load": os.getloadavg()[0], "group_s": 2 * found["cluster_s"] / (n / group)}
+    found |= {
+        "n": n,
+        "load": os.getloadavg()[0],
+        "group_s": 2 * found["cluster_s"] / (n / group),
+    }
     found["efficiency"] = min(found["threads_s"], found["processes_s"]) / found["cluster_s"]
     found["efficiency_cpu"] = found["threads_cpu_s"] / found["cluster_cpu_s"]
     return found

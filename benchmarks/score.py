@@ -88,7 +88,9 @@ def main() -> None:
     methods = parser.parse_args().methods
     entries = {path.stem: runpy.run_path(str(path))["make"] for path in methods} or BASELINES
     train, final = make_split("train"), make_split("final")
-    print(f"{NAME}, version {VERSION}: {TASK.n_classes} classes, chance {1 / TASK.n_classes:.1%}")
+    print(
+        f"{NAME}, version {VERSION}: {TASK.n_classes} classes, chance {1 / TASK.n_classes:.1%}"
+    )
     print(f"train {train[0].shape} {describe(train)}, final {final[0].shape} {describe(final)}")
     for name, make in entries.items():
         share, low, high = score(make, train, final)

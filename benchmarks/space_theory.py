@@ -78,7 +78,9 @@ def draw_elastica(ax) -> float:
         (line,) = ax.plot(*wanted.T, lw=1)
         ax.plot(*runs.shape()[::6].T, "o", ms=3, color=line.get_color())
         worst = max(worst, float(np.linalg.norm(runs.tip - wanted[-1]) / LENGTH))
-    ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title="heavy elastica (lines: exact)")
+    ax.set(
+        xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title="heavy elastica (lines: exact)"
+    )
     return 100 * worst
 
 
@@ -86,7 +88,12 @@ def draw_helix(ax) -> float:
     """Greatest distance from the exact helix over its radius [%]."""
     n, size, bend, twist = 300, 0.1, 0.3, 0.15
     rest = np.stack([np.zeros(n), np.full(n, bend * size), np.full(n, twist * size)])
-    fields = {"segment_mass": 1e-6, "radius": 0.02, "stiffness": np.ones((3, n)), "damping": 0.0}
+    fields = {
+        "segment_mass": 1e-6,
+        "radius": 0.02,
+        "stiffness": np.ones((3, n)),
+        "damping": 0.0,
+    }
     points = Antenna(segment_length=np.full(n, size), rest_angle=rest, **fields).shape()
     square = bend**2 + twist**2
     rate, s = np.sqrt(square), np.linspace(0, n * size, n + 1)
@@ -99,7 +106,9 @@ def draw_helix(ax) -> float:
     laid = b @ u @ np.diag([1, 1, np.sign(np.linalg.det(u @ v))]) @ v
     ax.plot(*laid.T, lw=1)
     ax.plot(*a[::10].T, "o", ms=3)
-    ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title="helix at rest (line: exact)")
+    ax.set(
+        xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title="helix at rest (line: exact)"
+    )
     return float(100 * np.linalg.norm(a - laid, axis=1).max() / radius)
 
 
@@ -151,7 +160,9 @@ def main() -> None:
         }
         figure.savefig(ROOT / "docs" / "images" / "space.png", dpi=130)
     print(json.dumps(found, indent=1))
-    write_kept(ROOT / "benchmarks" / "results" / "space_theory.json", json.dumps(found, indent=1))
+    write_kept(
+        ROOT / "benchmarks" / "results" / "space_theory.json", json.dumps(found, indent=1)
+    )
 
 
 _KINDS = (None, "3d", "3d", None)

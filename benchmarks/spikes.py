@@ -32,10 +32,10 @@ from matplotlib.figure import Figure
 from scipy.io import loadmat
 
 from feeler.antenna.cockroach import cockroach
+from feeler.disk.journal import Journal
+from feeler.disk.provenance import make_key
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
-from feeler.journal import Journal
-from feeler.provenance import make_key
 from feeler.report.section import to_json
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.kernel import step_units
@@ -217,7 +217,9 @@ def _hold_others(folder: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray, np
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("part", choices=("ideal", "learn", "write", "section", "recordings"))
-    parser.add_argument("paths", nargs="*", type=Path, help="journals, or the recordings' folder")
+    parser.add_argument(
+        "paths", nargs="*", type=Path, help="journals, or the recordings' folder"
+    )
     parser.add_argument("--journal", type=Path, default=Path("build/spikes.jsonl"))
     parser.add_argument("--out", type=Path, default=Path("build"))
     parser.add_argument("--until", type=float, default=60.0, help="minutes")

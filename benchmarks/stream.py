@@ -39,7 +39,10 @@ def measure(n_robots: int = 3, seed: int = 0) -> dict[str, float | str]:
             f"{name}_wall_ms": float(1e3 * np.percentile(wall, rank))
             for name, rank in ranks.items()
         },
-        **{f"{name}_cpu_ms": float(1e3 * np.percentile(cpu, rank)) for name, rank in ranks.items()},
+        **{
+            f"{name}_cpu_ms": float(1e3 * np.percentile(cpu, rank))
+            for name, rank in ranks.items()
+        },
         "limit_ms": LIMIT,
         "machine": f"{platform.machine()}, one core",
     }

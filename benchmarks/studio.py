@@ -88,7 +88,9 @@ def touch(browser: webdriver.Chrome, studio: Studio, changes: int) -> None:
     say("page ready [ms]", [browser.execute_script(f"return {timing}")])
     say("first touch whole [ms]", [1e3 * (wait(browser, "app.records.A.ended") - began)])
     wait(browser, "app.studies.A && app.records.A.reading")
-    browser.execute_script(APP + "app.play(false); app.study = () => {}; app.latency.length = 0")
+    browser.execute_script(
+        APP + "app.play(false); app.study = () => {}; app.latency.length = 0"
+    )
     for number in range(changes):
         browser.execute_script(APP + CHANGE % number)
         time.sleep(REST)
@@ -106,7 +108,8 @@ def touch(browser: webdriver.Chrome, studio: Studio, changes: int) -> None:
 def move_object(browser: webdriver.Chrome, changes: int) -> None:
     for number in range(changes):
         browser.execute_script(
-            APP + f"app.store.change(s => {{ s.touch.location = 0.6 + 0.005 * {number % 30}; }})"
+            APP
+            + f"app.store.change(s => {{ s.touch.location = 0.6 + 0.005 * {number % 30}; }})"
         )
         time.sleep(REST)
 
@@ -123,7 +126,9 @@ def drag(browser: webdriver.Chrome, seconds: int) -> None:
         browser.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
         heap = browser.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"]
         seen.append((psutil.Process().memory_info().rss / 2**20, heap / 2**20))
-        print(f"  {part * seconds / 10:5.0f}  {seen[-1][0]:6.0f}  {seen[-1][1]:6.1f}", flush=True)
+        print(
+            f"  {part * seconds / 10:5.0f}  {seen[-1][0]:6.0f}  {seen[-1][1]:6.1f}", flush=True
+        )
         time.sleep(seconds / 10 if part < 10 else 2)
     say("pictures a second while dragging", [browser.execute_script("return window.drag")])
     for name, first, last in zip(("server", "page"), seen[1], seen[-1], strict=True):

@@ -69,7 +69,8 @@ def tabulate_sensitivity() -> list[dict]:
     antennas = {name: cockroach(name) for name in PROFILE_NAMES}
     cases = compare(antennas, make_postures(READINGS, FRICTIONS, BENDS), workers=1)
     rows = [
-        {"antenna": name, **row} for name, row in summarise(cases, np.random.default_rng(0)).items()
+        {"antenna": name, **row}
+        for name, row in summarise(cases, np.random.default_rng(0)).items()
     ]
     rows += [
         {"choice": key[0], "value": key[1], **counts}
@@ -77,7 +78,9 @@ def tabulate_sensitivity() -> list[dict]:
     ]
     for case in cases:
         if case.measure == {"quantity": "bend", "method": "smooth"}:
-            rows.append({"antenna": case.antenna, "choice": list(case.choice), "r2": case.map.r2})
+            rows.append(
+                {"antenna": case.antenna, "choice": list(case.choice), "r2": case.map.r2}
+            )
     return rows
 
 
@@ -102,7 +105,9 @@ def compare_with_simulation() -> list[dict]:
                 sweep.antenna, posture.replace(friction=friction), 12.0, angle=start
             )
             motion = run_scene(scene, Clock(duration=duration, timestep=timestep), engine)
-            gap = np.degrees(np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1))
+            gap = np.degrees(
+                np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1)
+            )
             rows.append(
                 {
                     "engine": engine,
@@ -121,7 +126,9 @@ def refine() -> list[dict]:
     rows = []
     for friction in (0.0, 0.3):
         for substep in (1.0, 0.5, 0.25, 0.1):
-            r2 = map_distance(approach(cockroach(), Posture(friction=friction), substep=substep)).r2
+            r2 = map_distance(
+                approach(cockroach(), Posture(friction=friction), substep=substep)
+            ).r2
             rows.append({"friction": friction, "substep_mm": substep, "r2": r2})
     return rows
 
@@ -191,7 +198,8 @@ def main() -> None:
             print(
                 "  "
                 + "  ".join(
-                    f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()
+                    f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}"
+                    for k, v in row.items()
                 )
             )
     RESULTS.parent.mkdir(exist_ok=True)

@@ -148,15 +148,20 @@ def measure_wall_response(
             runner.go((then - now) / runner.period)
             rows.append((runner.time, -runner.body[0], float(known.predict(runner.feel()))))
         time, true, seen = np.array(rows).T
-        found.append(_compare_swings(omega, *(x[steps // cycles :] for x in (time, true, seen))))
+        found.append(
+            _compare_swings(omega, *(x[steps // cycles :] for x in (time, true, seen)))
+        )
     return np.array(found)
 
 
-def _compare_swings(omega: float, time: np.ndarray, true: np.ndarray, seen: np.ndarray) -> complex:
+def _compare_swings(
+    omega: float, time: np.ndarray, true: np.ndarray, seen: np.ndarray
+) -> complex:
     if not np.isfinite(seen).all():
         return complex(np.nan, np.nan)
     basis = np.stack(
-        [np.exp(1j * omega * time).real, np.exp(1j * omega * time).imag, np.ones_like(time)], axis=1
+        [np.exp(1j * omega * time).real, np.exp(1j * omega * time).imag, np.ones_like(time)],
+        axis=1,
     )
     (a, b, _), (c, d, _) = (
         np.linalg.lstsq(basis, values, rcond=None)[0] for values in (true, seen)

@@ -90,7 +90,9 @@ def measure(run, *args) -> tuple[np.ndarray, float]:
 
 def compare(kind: str) -> list[dict]:
     """One row per solver and timestep."""
-    scene = make_scene(cockroach(), Trial(feature=make_feature(kind, 1.5), location=0.7, speed=0.3))
+    scene = make_scene(
+        cockroach(), Trial(feature=make_feature(kind, 1.5), location=0.7, speed=0.3)
+    )
     truth = run_feeler(scene, REFERENCE, "chain-consistent")
     size = np.linalg.norm(truth - truth[0], axis=1).max()
     solvers = {f"feeler {name}": (run_feeler, name) for name in ("chain-consistent", "chain")}
@@ -111,7 +113,8 @@ def compare(kind: str) -> list[dict]:
                 }
             )
             print(
-                f"{kind:9} {name:24} {timestep:<6g} ms  {seconds:8.3f} s  {error:.2%}", flush=True
+                f"{kind:9} {name:24} {timestep:<6g} ms  {seconds:8.3f} s  {error:.2%}",
+                flush=True,
             )
     return rows
 
@@ -123,7 +126,9 @@ def draw() -> None:
     rows = [
         row for path in (RESULT, PEERS) if path.exists() for row in json.loads(path.read_text())
     ]
-    kinds, solvers = (list(dict.fromkeys(row[key] for row in rows)) for key in ("touch", "solver"))
+    kinds, solvers = (
+        list(dict.fromkeys(row[key] for row in rows)) for key in ("touch", "solver")
+    )
     figure, axes = plt.subplots(
         1, len(kinds), figsize=(13, 4), sharex=True, sharey=True, layout="constrained"
     )

@@ -62,7 +62,8 @@ def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: 
     values = {key: value for section in sections for key, value in section.items()} | more
     for room, path in OTHERS.items():
         values |= {
-            f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()
+            f"{room}.{key}": value
+            for key, value in json.loads(path.read_text())["values"].items()
         }
 
     def show(found: re.Match) -> str:
@@ -128,7 +129,10 @@ def write_gallery(folder: Path) -> dict[str, float]:
         if isinstance(found, dict):
             values |= {f"{path.stem}.{name}": value for name, value in found.items()}
         code = path.read_text()
-        words, title = ast.get_docstring(ast.parse(code)), path.stem.replace("_", " ").capitalize()
+        words, title = (
+            ast.get_docstring(ast.parse(code)),
+            path.stem.replace("_", " ").capitalize(),
+        )
         picture = f"![{title}]({path.stem}.png)"
         shown = f"```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
         page = f"# {title}\n\n{words}\n\n{picture}\n\n{shown}"
@@ -163,9 +167,13 @@ def make_ready() -> None:
     (READY / "drag.html").write_text(write_touch_page(), encoding="utf-8")
     split_reference(READY)
     found = write_gallery(READY / "gallery")
-    shutil.copytree(KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*"))
+    shutil.copytree(
+        KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*")
+    )
     for page in READY.rglob("*.md"):
-        words = set_equations(page.read_text()).replace("../src/feeler/studies/paper/kept", "kept")
+        words = set_equations(page.read_text()).replace(
+            "../src/feeler/studies/paper/kept", "kept"
+        )
         if page.parent.name in RUN:
             words = run_pieces(words, page.parent)
         page.write_text(

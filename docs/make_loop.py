@@ -39,7 +39,9 @@ def touch(antenna, speed):
 
 def find_share(antenna, speed):
     """How often an ideal observer names one of the paper's thirty touches in the noise."""
-    tensors = feeler.touch(antenna, feeler.paper.trials([speed]), duration=DURATION)["angle"].values
+    tensors = feeler.touch(antenna, feeler.paper.trials([speed]), duration=DURATION)[
+        "angle"
+    ].values
     return compute_information(tensors, NOISE, n_draws=200).accuracy
 
 
@@ -58,13 +60,17 @@ class Column:
         ax = figure.add_axes((left, 0.36, 0.3, 0.49), facecolor=DARK)
         reach = antenna.length
         ax.set(
-            xlim=(-0.04 * reach, 1.06 * reach), ylim=(0.72 * reach, -0.2 * reach), aspect="equal"
+            xlim=(-0.04 * reach, 1.06 * reach),
+            ylim=(0.72 * reach, -0.2 * reach),
+            aspect="equal",
         )
         ax.axis("off")
         below = figure.add_axes((left, 0.13, 0.3, 0.21), facecolor="#000004")
         below.set(xticks=[], yticks=[])
         below.spines[:].set_color("#3a3640")
-        self.body = LineCollection([], cmap="magma", clim=(-0.45 * peak, peak), capstyle="round")
+        self.body = LineCollection(
+            [], cmap="magma", clim=(-0.45 * peak, peak), capstyle="round"
+        )
         self.body.set_linewidth(np.linspace(7, 2.4, antenna.n_segments))
         self.round = Circle((0, 0), RADIUS, facecolor="#8fa1b0", edgecolor=INK, linewidth=1.2)
         ax.add_collection(self.body)
@@ -84,13 +90,16 @@ class Column:
         k = min(time, len(self.points) - 1.001)
         low, share = int(k), k - int(k)
         at = [
-            (1 - share) * x[low] + share * x[low + 1] for x in (self.points, self.angle, self.post)
+            (1 - share) * x[low] + share * x[low + 1]
+            for x in (self.points, self.angle, self.post)
         ]
         points = at[0][:, ::-1]  # along the antenna to the right
         self.body.set_segments(np.stack([points[:-1], points[1:]], axis=1))
         self.body.set_array(np.abs(at[1]))
         self.round.center = tuple(at[2][::-1])
-        shown = np.where(np.arange(self.tensor.shape[1]) <= low, np.clip(self.tensor, 0, None), 0)
+        shown = np.where(
+            np.arange(self.tensor.shape[1]) <= low, np.clip(self.tensor, 0, None), 0
+        )
         self.picture.set_data(shown)
         self.now.set_xdata([time, time])
         self.now.set_visible(not ended)

@@ -17,7 +17,10 @@ HEADLINES = {
         "Fig. 2B, S1, Movie S1",
         "{calibration.frequency:.1f} Hz damped tip frequency, published constants",
     ),
-    "Tactile tensors": ("Fig. 2D–E, S3, Movie S2", "{tensors.count:.0f} tensors of one antenna"),
+    "Tactile tensors": (
+        "Fig. 2D–E, S3, Movie S2",
+        "{tensors.count:.0f} tensors of one antenna",
+    ),
     "Design axes: spacing, sampling, compliance": (
         "Fig. 1",
         "{axes.place.every 14:.0%} of places named right with every 14th sensor,"
@@ -160,7 +163,9 @@ def _make_total(scale: str, found: dict) -> str:
     claims = found["claims"]["paper"]
     told = [f"{claims[word]} {word}" for word in _TOLD if claims.get(word)]
     rest = sum(claims.values()) - sum(claims.get(word, 0) for word in _TOLD)
-    headline = f"of {sum(claims.values())} statements {', '.join(told)}; {rest} without a verdict"
+    headline = (
+        f"of {sum(claims.values())} statements {', '.join(told)}; {rest} without a verdict"
+    )
     headline += f" ({found['note']})" if "note" in found else ""
     return (
         f"| all of it, {found['cores']} cores | {_name_command(scale)} | {found['seconds']:.0f} |"

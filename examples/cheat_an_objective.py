@@ -42,7 +42,8 @@ def main(out: Path) -> None:
         )  # how far the last thirty segments turn together
         ax.plot(motion["time"], tip, label=antenna.name)
         told = {
-            name: score(antenna, TASK.replace(noise=noise)).bits for name, noise in FLOORS.items()
+            name: score(antenna, TASK.replace(noise=noise)).bits
+            for name, noise in FLOORS.items()
         }
         ratio = compute_modes(antenna, 6).damping_ratio.min()
         broken = Constraints(damping_share=1.0).check(antenna, animal)["damping_share"]

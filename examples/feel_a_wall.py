@@ -23,12 +23,15 @@ def main(out: Path) -> None:
     left, right = figure.subplots(1, 2)
     for points in sweep.points:
         left.plot(points[:, 0], points[:, 1], color="#0072B2", alpha=0.5, lw=1)
-    left.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="equilibria, one per distance")
+    left.set(
+        xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="equilibria, one per distance"
+    )
     right.plot(found.position, found.distance, "o", ms=4)
     span = np.array([np.nanmin(found.position), np.nanmax(found.position)])
     right.plot(span, found.predict(span), color="grey")
     right.set(
-        xlabel="place of greatest curvature from the base [mm]", ylabel="distance of the wall [mm]"
+        xlabel="place of greatest curvature from the base [mm]",
+        ylabel="distance of the wall [mm]",
     )
     figure.savefig(out / "feel_a_wall.png", dpi=160)
 

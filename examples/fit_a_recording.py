@@ -14,7 +14,9 @@ PLANTED = (1.3, 0.8)  # factors on the preset's stiffness and damping that the f
 
 def main(out: Path) -> None:
     antenna = cockroach("exponential")
-    traces = make_synthetic_traces(antenna, np.random.default_rng(3), n_animals=3, planted=PLANTED)
+    traces = make_synthetic_traces(
+        antenna, np.random.default_rng(3), n_animals=3, planted=PLANTED
+    )
     found = fit_traces(traces, antenna)
     for name, planted, value, low, high in zip(
         found.names, PLANTED, found.p, found.low, found.high, strict=True

@@ -100,7 +100,9 @@ def compute_slip(taper: float, share: float) -> float:
     def bend(force: float, touched: float) -> tuple[float, float]:
         """How far the base is from the touched place, and the angle between them."""
 
-        def go(s: float, y: np.ndarray) -> list[float]:  # from the touched place back to the base
+        def go(
+            s: float, y: np.ndarray
+        ) -> list[float]:  # from the touched place back to the base
             radius = BASE * (1 - taper * (touched - s) / LENGTH)
             turn = force * y[0] / (MODULUS * np.pi / 4 * radius**4)
             return [np.cos(y[2]), np.sin(y[2]), turn]
@@ -155,7 +157,9 @@ def main(out: Path) -> dict[str, float]:
         found = np.array([measure_moment(make_beam(taper), share) for share in places])
         worst = max(worst, float(np.abs(found / theory - 1).max()))
         (line,) = moments.semilogy(places, 1e3 * theory, label=f"{name}, theory")
-        moments.semilogy(places, 1e3 * found, "o", color=line.get_color(), label=f"{name}, feeler")
+        moments.semilogy(
+            places, 1e3 * found, "o", color=line.get_color(), label=f"{name}, feeler"
+        )
     moments.set(xlabel="place of contact [length]", ylabel="base moment at 0.02 rad [µN·m]")
     for name, taper in (("cylinder", 0.0), ("tip of a tenth", 0.9)):
         shares = np.array([0.6, 0.7, 0.8, 0.9, 0.95])

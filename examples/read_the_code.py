@@ -25,7 +25,9 @@ def main(out: Path) -> None:
     )
     encoder.fit(angle)
     code = encoder.transform(angle, code="ridge")
-    found = map_locations(code, tensors["location"].values, locate_components(encoder.components_))
+    found = map_locations(
+        code, tensors["location"].values, locate_components(encoder.components_)
+    )
     print(
         f"residual {encoder.reconstruction_err_ / np.linalg.norm(angle):.2f}; the dominant basis"
         f" tells {found.information:.2f} of {found.ceiling:.2f} bits about the place (p ="
@@ -34,7 +36,9 @@ def main(out: Path) -> None:
 
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots(2, 3)
-    for number, (ax, basis) in enumerate(zip(axes[0], encoder.components_, strict=True), start=1):
+    for number, (ax, basis) in enumerate(
+        zip(axes[0], encoder.components_, strict=True), start=1
+    ):
         plot_tensor(
             basis, np.arange(basis.shape[1]), ax, Normalize(0, basis.max()), labels=number == 1
         )

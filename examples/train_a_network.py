@@ -43,7 +43,13 @@ def main(out: Path, n: int = 600, epochs: int = 25) -> float:
     }  # of the 20 antennas: no touch of a tested antenna is trained with
     train, test = (
         TouchDataset(
-            store, "feature", split=side, by="antenna", shares=shares, noise=NOISE, batch_size=32
+            store,
+            "feature",
+            split=side,
+            by="antenna",
+            shares=shares,
+            noise=NOISE,
+            batch_size=32,
         )
         for side in shares
     )
@@ -121,7 +127,9 @@ def turn(felt: torch.Tensor) -> torch.Tensor:
 def judge(network: torch.nn.Module, touches: TouchDataset) -> float:
     """Share of touches called by the right name."""
     with torch.no_grad():
-        right = [(network(turn(cut(felt))).argmax(1) == label).float() for felt, label in touches]
+        right = [
+            (network(turn(cut(felt))).argmax(1) == label).float() for felt, label in touches
+        ]
     return torch.cat(right).mean().item()
 
 
@@ -138,7 +146,9 @@ def draw(losses: list[float], states: list, classes: list[str], true: str, out: 
     left, right = figure.subplots(1, 2)
     left.plot(losses, lw=0.8)
     left.set(xlabel="batch", ylabel="cross-entropy", ylim=(0, None))
-    known = np.array([[np.nan] * len(classes) if s.label is None else s.posterior for s in states])
+    known = np.array(
+        [[np.nan] * len(classes) if s.label is None else s.posterior for s in states]
+    )
     for name, values in zip(classes, known.T, strict=True):
         right.plot(values, label=name)
     right.set(
@@ -149,4 +159,7 @@ def draw(losses: list[float], states: list, classes: list[str], true: str, out: 
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "."), *[int(value) for value in sys.argv[2:4]])
+    main(
+        Path(sys.argv[1] if len(sys.argv) > 1 else "."),
+        *[int(value) for value in sys.argv[2:4]],
+    )

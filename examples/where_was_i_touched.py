@@ -27,10 +27,14 @@ def measure_moment(whisker: feeler.Antenna, place: float) -> float:
 def main(out: Path) -> dict[str, float]:
     """Draw moments and the places that they tell; return the greatest error [mm]."""
     beam = {"length": LENGTH, "modulus": MODULUS, "density": 1.4e-3, "damping_time": 3.0}
-    whisker = feeler.Antenna.from_beam(**beam, radius=lambda x: BASE * (1 - 0.998 * x))  # a cone
+    whisker = feeler.Antenna.from_beam(
+        **beam, radius=lambda x: BASE * (1 - 0.998 * x)
+    )  # a cone
     places = LENGTH * np.linspace(0.3, 0.9, 7)
     moments = np.array([measure_moment(whisker, place) for place in places])
-    stiffness = 3 * MODULUS * np.pi / 4 * BASE**4 * TURN  # M = stiffness (1/place - 0.998/LENGTH)
+    stiffness = (
+        3 * MODULUS * np.pi / 4 * BASE**4 * TURN
+    )  # M = stiffness (1/place - 0.998/LENGTH)
     told = 1 / (moments / stiffness + 0.998 / LENGTH)
     error = float(np.abs(told - places).max())
     figure = Figure(figsize=(3.5, 2.8), layout="constrained")

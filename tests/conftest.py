@@ -52,8 +52,12 @@ ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
 def pytest_addoption(parser):
-    parser.addoption("--kills", type=int, default=60, help="kills of a worker for each executor")
-    words = "damaged files for each reader in the long tests of tests/fuzz, calls of the wrong kind"
+    parser.addoption(
+        "--kills", type=int, default=60, help="kills of a worker for each executor"
+    )
+    words = (
+        "damaged files for each reader in the long tests of tests/fuzz, calls of the wrong kind"
+    )
     parser.addoption("--inputs", type=int, default=20_000, help=words)
 
 
@@ -106,7 +110,7 @@ def guard_in_process(monkeypatch):
     """The guard works in the process of the test, without its limits: where thousands of files are
     read, or only what is read from them matters.
     """
-    from feeler import guard
+    from feeler.disk import guard
 
     monkeypatch.setattr(
         guard,

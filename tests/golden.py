@@ -15,7 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.provenance import list_versions
+from feeler.disk.provenance import list_versions
 
 CLOSE = 1e-3
 """How far a number may be off, relative to itself."""
@@ -129,7 +129,9 @@ def compare(
     """What differs, as a diff, and the new lines in which all that is close is as it was kept."""
     settled = list(found)
     masks = [[NUMBER.sub("#", line) for line in lines] for lines in (kept, found)]
-    for old, new, n in difflib.SequenceMatcher(None, *masks, autojunk=False).get_matching_blocks():
+    for old, new, n in difflib.SequenceMatcher(
+        None, *masks, autojunk=False
+    ).get_matching_blocks():
         for k in range(n):
             if _is_close(kept[old + k], found[new + k], tolerances or {}):
                 settled[new + k] = kept[old + k]
@@ -141,7 +143,8 @@ def _is_close(old: str, new: str, tolerances: Tolerances) -> bool:
     relative, absolute, _ = next(declared, (CLOSE, TINY, ""))
     pairs = zip(NUMBER.findall(old), NUMBER.findall(new), strict=True)
     return all(
-        a == b or abs(parse(a) - parse(b)) <= relative * abs(parse(a)) + absolute for a, b in pairs
+        a == b or abs(parse(a) - parse(b)) <= relative * abs(parse(a)) + absolute
+        for a, b in pairs
     )
 
 
@@ -160,7 +163,9 @@ def keep(path: Path, found: list[str], tolerances: Tolerances | None = None) -> 
     differences, settled = compare(read_kept(path), found, tolerances)
     print("\n".join(differences) or f"{path.name}: nothing has changed")
     if differences:
-        versions = ", ".join(f"{name} {number}" for name, number in sorted(list_versions().items()))
+        versions = ", ".join(
+            f"{name} {number}" for name, number in sorted(list_versions().items())
+        )
         path.write_text("\n".join([f"made with {versions}", *settled, ""]), encoding="utf-8")
 
 
@@ -169,13 +174,17 @@ def describe(figure: Figure) -> list[str]:
     lines = [f"words {text.get_text()!r}" for text in figure.texts if text.get_text()]
     for n, ax in enumerate(figure.axes):
         x, y = ax.get_xlim(), ax.get_ylim()
-        lines.append(f"axes {n}: {ax.get_xlabel()!r} {digest(x)}, {ax.get_ylabel()!r} {digest(y)}")
+        lines.append(
+            f"axes {n}: {ax.get_xlabel()!r} {digest(x)}, {ax.get_ylabel()!r} {digest(y)}"
+        )
         labels = [t.get_text() for t in (*ax.get_xticklabels(), *ax.get_yticklabels())]
         lines.append(f"title {ax.get_title()!r}, ticks {' '.join(labels)}")
         lines += [f"words {t.get_text()!r} at {digest(t.get_position())}" for t in ax.texts]
         for legend in filter(None, [ax.get_legend()]):
             lines.append(f"legend {[t.get_text() for t in legend.get_texts()]}")
-        lines += [_describe_artist(artist) for artist in (*ax.lines, *ax.patches, *ax.collections)]
+        lines += [
+            _describe_artist(artist) for artist in (*ax.lines, *ax.patches, *ax.collections)
+        ]
         lines += [f"image {digest(im.get_array())} over {digest(im.get_extent())}, {im.get_clim()}"
                   for im in ax.images]  # fmt: skip
     return lines

@@ -4,7 +4,17 @@ import re
 
 COMPARED = ("exponential", "linear", "constant", "matched", "rival")
 WINDOWLESS = (
-    *("wall", "robot", "window", "tradeoff", "gradient", "choices", "design", "active", "bounds"),
+    *(
+        "wall",
+        "robot",
+        "window",
+        "tradeoff",
+        "gradient",
+        "choices",
+        "design",
+        "active",
+        "bounds",
+    ),
     *("axes", "antenna", "calibration", "tensors", "tracking"),
 )
 """Kinds of values, by how their keys begin, that hang on no window of slow touches."""

@@ -51,7 +51,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         copy = Path(folder) / "feeler"
         shutil.copytree(
-            ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache")
+            ROOT,
+            copy,
+            ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache"),
         )
         if said.room in BY_HAND:
             _judge_planted(copy, list(_read_list("mistake", said.room)), said.only)
@@ -171,7 +173,9 @@ def _run_first(copy: Path, tests: list[str]) -> Run:
 
 
 def _read_list(kind: str, file: str = "planted") -> Iterator[dict[str, str]]:
-    return iter(tomllib.loads((HERE / f"{file}.toml").read_text(encoding="utf-8")).get(kind, []))
+    return iter(
+        tomllib.loads((HERE / f"{file}.toml").read_text(encoding="utf-8")).get(kind, [])
+    )
 
 
 main()

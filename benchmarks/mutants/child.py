@@ -18,7 +18,16 @@ OPTIONS = (
     "-q -x -m 'not slow' --no-header --no-summary -p no:cacheprovider -p no:xdist"
     " --hypothesis-seed=0 --hypothesis-profile=mutants"
 )
-OURS = ("feeler", "tests", "conftest", "_pytest", "pytest", "hypothesis", "_hypothesis", "__main__")
+OURS = (
+    "feeler",
+    "tests",
+    "conftest",
+    "_pytest",
+    "pytest",
+    "hypothesis",
+    "_hypothesis",
+    "__main__",
+)
 
 
 @dataclass(eq=False)
@@ -48,7 +57,11 @@ class Run:
 
 
 def run_tests(
-    folder: Path, tests: list[str], *, seconds: dict[str, float] | None = None, limit: float = 600
+    folder: Path,
+    tests: list[str],
+    *,
+    seconds: dict[str, float] | None = None,
+    limit: float = 600,
 ) -> Run:
     """Run ``tests`` in ``folder`` until one fails; the first run (``seconds`` None) keeps what
     numba compiles.
@@ -98,7 +111,9 @@ def _work(
         hypothesis.Phase.explicit,
         hypothesis.Phase.generate,
     ]  # one failure is enough, however large
-    hypothesis.settings.register_profile("mutants", phases=finding, database=None, deadline=None)
+    hypothesis.settings.register_profile(
+        "mutants", phases=finding, database=None, deadline=None
+    )
     if seconds:
         from numba.core import caching
 

@@ -154,7 +154,9 @@ def _find_hidden(source: str, printed: bool) -> list[tuple[tuple[int, int], tupl
             hidden.append(node)
         elif isinstance(node, ast.FunctionDef | ast.ClassDef):
             hidden += node.decorator_list
-            hidden += [node.returns] if isinstance(node, ast.FunctionDef) and node.returns else []
+            hidden += (
+                [node.returns] if isinstance(node, ast.FunctionDef) and node.returns else []
+            )
         elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation:
             hidden.append(node.annotation)
         elif isinstance(node, ast.JoinedStr) and not printed:

@@ -55,9 +55,17 @@ def _run(copy: Path) -> str:
     out = copy / "out" / "golden"
     options = ["--scale", "smoke", "--workers", "1", "--out", str(out)]
     env = {**os.environ, "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}"}
-    for words in (["-m", "feeler", "reproduce", *options], ["-c", COMPARE.format(out=str(out))]):
+    for words in (
+        ["-m", "feeler", "reproduce", *options],
+        ["-c", COMPARE.format(out=str(out))],
+    ):
         done = subprocess.run(
-            [sys.executable, *words], cwd=copy, env=env, capture_output=True, text=True, check=False
+            [sys.executable, *words],
+            cwd=copy,
+            env=env,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if done.returncode:
             return done.stderr[-500:] or "failed"

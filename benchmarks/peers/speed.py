@@ -140,7 +140,9 @@ def main() -> None:
             "Pinocchio aba": make_pinocchio,
             "PyElastica step": make_elastica,
         }
-        found = time_all({name: make(n) for name, make in makers.items() if n <= MOST.get(name, n)})
+        found = time_all(
+            {name: make(n) for name, make in makers.items() if n <= MOST.get(name, n)}
+        )
         found[f"chain, {LANES} lanes"] /= LANES
         results[str(n)] = found
         print(n, {name: round(value, 2) for name, value in found.items()}, flush=True)

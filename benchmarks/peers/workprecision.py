@@ -150,10 +150,18 @@ def main() -> None:
                     break
             error = float(np.abs(tip - truth).max() / EXCURSION)
             rows.append(
-                {"touch": "swing", "solver": solver, "elements": n, "seconds": best, "error": error}
+                {
+                    "touch": "swing",
+                    "solver": solver,
+                    "elements": n,
+                    "seconds": best,
+                    "error": error,
+                }
             )
             print(f"{solver:24} {n:4} elements  {best:8.3f} s  {error:.3%}", flush=True)
-            rounded = json.loads(json.dumps(rows), parse_float=lambda x: float(f"{float(x):.3g}"))
+            rounded = json.loads(
+                json.dumps(rows), parse_float=lambda x: float(f"{float(x):.3g}")
+            )
             RESULT.write_text(json.dumps(rounded, indent=1) + "\n")
 
 

@@ -40,7 +40,12 @@ class SimulationDiverged(FeelerError, RuntimeError):
     """Where :func:`feeler.touch` has kept that state."""
 
     def __init__(
-        self, label: str, time: float, angle=None, velocity=None, advice="Use a smaller timestep"
+        self,
+        label: str,
+        time: float,
+        angle=None,
+        velocity=None,
+        advice="Use a smaller timestep",
     ) -> None:
         super().__init__(
             f"the simulation of '{label}' diverged at {time:g} ms. {advice}; the other trials are"

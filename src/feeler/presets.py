@@ -14,8 +14,8 @@ from feeler.antenna.catalogue import SPECIES, read_species
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
 from feeler.antenna.parse import AntennaFile
 from feeler.antenna.rat import rat_whiskers
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @checked

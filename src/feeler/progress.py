@@ -82,7 +82,9 @@ class ProgressBar:
                 "seconds_left": left,
             }
             event |= (
-                {"failed": self._failed, "bytes": self._stored} if self._stored is not None else {}
+                {"failed": self._failed, "bytes": self._stored}
+                if self._stored is not None
+                else {}
             )
             print(json.dumps(event), file=self._stream, flush=True)
         elif self._bar or self._page or self._may_draw():
@@ -102,7 +104,8 @@ class ProgressBar:
         """Size on disk and share of failures, in words."""
         words = "" if self._stored is None else f", {self._stored / 1e6:,.0f} MB"
         return words + "".join(
-            f", {100 * count / done:.2g} % {name}" for name, count in (self._failed or {}).items()
+            f", {100 * count / done:.2g} % {name}"
+            for name, count in (self._failed or {}).items()
         )
 
     def measure(self, done: int, total: int) -> tuple[float, float]:

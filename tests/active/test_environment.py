@@ -20,7 +20,8 @@ OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 
 
 NAMES = [
-    pytest.param(name, marks=pytest.mark.long if "Wall" in name else ()) for name in sorted(TASKS)
+    pytest.param(name, marks=pytest.mark.long if "Wall" in name else ())
+    for name in sorted(TASKS)
 ]
 
 
@@ -237,7 +238,10 @@ def test_a_body_that_runs_into_the_wall_has_come_to_its_end():
         ),
         (make_action(2, np.nan), "action of lane 0 is outside"),
         (make_action(3, 0.3), r"\(2, 2\); got|finite numbers \(2, 2\)"),
-        (make_action(2, 0.3, outputs=5), r"a prediction is finite numbers \(2, 2\), got \(2, 5\)"),
+        (
+            make_action(2, 0.3, outputs=5),
+            r"a prediction is finite numbers \(2, 2\), got \(2, 5\)",
+        ),
         (make_action(2, 0.3) | {"prediction": np.array([[0, 0], [0, np.inf]])}, "in lane 1"),
         ({"action": np.zeros((2, 2))}, "an action has the keys action, prediction"),
     ],
@@ -265,7 +269,9 @@ def test_a_lane_that_diverges_is_truncated_and_says_why():
     assert list(truncated) == [False, True]
     assert "diverged" in info["failed"][1]
     assert np.isfinite(after["angle"]).all()
-    np.testing.assert_array_equal(after["angle"][0], same.step(make_action(2, 0.5))[0]["angle"][0])
+    np.testing.assert_array_equal(
+        after["angle"][0], same.step(make_action(2, 0.5))[0]["angle"][0]
+    )
     assert "failed" not in envs.step(make_action(2, 0.5))[-1]
 
 

@@ -118,7 +118,10 @@ def test_to_look_ahead_changes_nothing_and_standing_still_tells_nothing(observer
         gains.append(known.look([0.0, 1.2], 10.0))
         return 1.2
 
-    seen, plain = observer.run(watch, copies=2), observer.run(parse_policy("fixed:1.2"), copies=2)
+    seen, plain = (
+        observer.run(watch, copies=2),
+        observer.run(parse_policy("fixed:1.2"), copies=2),
+    )
     np.testing.assert_array_equal(seen.belief, plain.belief)
     assert np.abs(gains[0][:, 0]).max() < 1e-9
     assert np.all(gains[0][:, 1] > 0.1)
@@ -197,7 +200,10 @@ def test_a_policy_that_gives_no_speeds_is_named(observer, policy, said):
     ("text", "said"),
     [
         ("hover", "unknown policy 'hover'; valid: learned, fixed"),
-        ("fixed:fast", r"'fixed' takes speed as numbers, got 'fast'\. Write it as in fixed:0\.3"),
+        (
+            "fixed:fast",
+            r"'fixed' takes speed as numbers, got 'fast'\. Write it as in fixed:0\.3",
+        ),
         ("fast-then-slow:x", "takes fast, slow, after as numbers, got 'x'"),
         ("nowhere.py:policy", "there is no file nowhere.py"),
     ],

@@ -53,7 +53,10 @@ def test_a_grid_touches_no_place_twice(places):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda p: search_places(p, "clever", 0.1), "chooser must be one of random, grid, greedy"),
+        (
+            lambda p: search_places(p, "clever", 0.1),
+            "chooser must be one of random, grid, greedy",
+        ),
         (lambda p: search_places(p, "grid", 0.0), "noise must be > 0"),
         (lambda p: simulate_places(feeler.presets.cockroach(), SHAPES[:1]), "at least two"),
     ],

@@ -28,7 +28,9 @@ def test_one_action_is_held_for_its_milliseconds_and_rewards_add_up():
     task = bare.unwrapped.task
     seen, _ = plain.reset(seed=3)
     told, _ = bare.reset(seed=3)
-    np.testing.assert_allclose(seen, gymnasium.spaces.flatten(bare.observation_space, told), 1e-6)
+    np.testing.assert_allclose(
+        seen, gymnasium.spaces.flatten(bare.observation_space, told), 1e-6
+    )
     share = np.linspace(-0.5, 0.9, 2 + task.n_outputs)
     seen, reward, *_ = plain.step(share)
     action = share[:2] * [task.max_speed, task.max_turn]
@@ -37,7 +39,9 @@ def test_one_action_is_held_for_its_milliseconds_and_rewards_add_up():
         told, one, *_ = bare.step({"action": action, "prediction": 2.0 * share[2:]})
         total += one
     assert reward == pytest.approx(total, rel=1e-9)
-    np.testing.assert_allclose(seen, gymnasium.spaces.flatten(bare.observation_space, told), 1e-5)
+    np.testing.assert_allclose(
+        seen, gymnasium.spaces.flatten(bare.observation_space, told), 1e-5
+    )
 
 
 @pytest.mark.parametrize("name", PLAIN)

@@ -37,10 +37,14 @@ def practice():
 @pytest.fixture(scope="module")
 def model(practice):
     pytest.importorskip("sb3_contrib")
-    return learning.train_policy([practice], [DEADLINE], steps=768, groups=8, rollout=12, rate=3e-3)
+    return learning.train_policy(
+        [practice], [DEADLINE], steps=768, groups=8, rollout=12, rate=3e-3
+    )
 
 
-def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(practice, model):
+def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
+    practice, model
+):
     observer, rng = Observer(practice.task, period=5.0), np.random.default_rng(0)
     learned = observer.run(learning.make_trained(model, DEADLINE), copies=4).accuracy[-1]
     chance = observer.run(
@@ -51,13 +55,17 @@ def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
 
 def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path):
     learning.save_policy(model, tmp_path / "policy.safetensors", {"steps": 768})
-    stored = load_model(tmp_path / "policy.safetensors", kind=POLICY_KIND, version=POLICY_VERSION)
+    stored = load_model(
+        tmp_path / "policy.safetensors", kind=POLICY_KIND, version=POLICY_VERSION
+    )
     assert stored.settings["steps"] == 768
     policy, state = make_actor(stored.arrays, DEADLINE), None
     bodies = Practised(practice, DEADLINE, np.random.default_rng(0))
     while bodies.known.left > 0:
         begun = np.full(8, bodies.known.time == 0)
-        action, state = model.predict(see(bodies.known, DEADLINE), state, begun, deterministic=True)
+        action, state = model.predict(
+            see(bodies.known, DEADLINE), state, begun, deterministic=True
+        )
         chosen = policy(bodies.known)
         np.testing.assert_array_equal(chosen, Observer(practice.task).menu[action])
         bodies.step(chosen)

@@ -140,7 +140,10 @@ def test_profiles_sample_their_formula(profile, expected):
         (lambda: Exponential(base=np.nan, rate=-1.0), "Exponential.base must be finite"),
         (lambda: Linear(base=1.0, tip=np.inf), "Linear.tip must be finite"),
         (lambda: Tabulated(x=(0.5,), values=(1.0,)), "one length ≥ 2, got 1 and 1"),
-        (lambda: Tabulated(x=(0.0, 1.0), values=(1.0, 2.0, 3.0)), "one length ≥ 2, got 2 and 3"),
+        (
+            lambda: Tabulated(x=(0.0, 1.0), values=(1.0, 2.0, 3.0)),
+            "one length ≥ 2, got 2 and 3",
+        ),
         (lambda: Tabulated(x=(0.5, 0.5), values=(1.0, 2.0)), "must rise strictly"),
     ],
 )
@@ -196,7 +199,11 @@ def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():
     rate = rng.normal(size=6)
     energy, velocity = 0.0, 0.0
     for n in range(6):
-        spin, length, mass = rate[: n + 1].sum(), antenna.segment_length[n], antenna.segment_mass[n]
+        spin, length, mass = (
+            rate[: n + 1].sum(),
+            antenna.segment_length[n],
+            antenna.segment_mass[n],
+        )
         centre = velocity + spin * length / 2
         energy += 0.5 * mass * centre**2 + 0.5 * mass * length**2 / 12 * spin**2
         velocity += spin * length

@@ -25,9 +25,13 @@ def test_a_uniform_beam_has_the_cantilevers_frequencies_and_deflection(section, 
         * np.sqrt(2000 * moment / (1.1e-3 * area))
     )
     np.testing.assert_allclose(compute_modes(beam, 3).frequency, exact, rtol=0.01)
-    np.testing.assert_array_equal(beam.radius, section.get("radius") or section["thickness"] / 2)
+    np.testing.assert_array_equal(
+        beam.radius, section.get("radius") or section["thickness"] / 2
+    )
     arm = beam.length - beam.hinge_position
-    assert np.sum(arm**2 / beam.stiffness) == pytest.approx(40**3 / (3 * 2000 * moment), rel=0.001)
+    assert np.sum(arm**2 / beam.stiffness) == pytest.approx(
+        40**3 / (3 * 2000 * moment), rel=0.001
+    )
 
 
 @pytest.mark.parametrize("n", [1, 2, 5])

@@ -149,7 +149,11 @@ def test_every_unit_means_what_it_says(name, units):
             "valeu = 0.5",
             r"line 9, segment_mass: needs exactly one of value, values, profile, formula; got none",
         ),
-        ("value = 0.5", "value = 0.5\nvalues = [1]", r"line 9, segment_mass: needs exactly one"),
+        (
+            "value = 0.5",
+            "value = 0.5\nvalues = [1]",
+            r"line 9, segment_mass: needs exactly one",
+        ),
         (
             "value = 0.5",
             "value = 0.5\ncolour = 1",
@@ -234,5 +238,7 @@ def test_texts_end_somewhere(tmp_path, key, most):
     longest = write(most)
     assert load_antenna(tmp_path / "a.toml").name == longest.name
     write(most + 1)
-    with pytest.raises(InvalidInput, match=f"{key}: must be a text of at most {most} characters"):
+    with pytest.raises(
+        InvalidInput, match=f"{key}: must be a text of at most {most} characters"
+    ):
         load_antenna(tmp_path / "a.toml")

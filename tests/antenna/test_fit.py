@@ -20,7 +20,9 @@ def make_lengths(n, rng=None, scatter=0.0, length=42.0):
 def test_an_exact_sigmoid_is_found_exactly():
     fit = fit_sigmoid([make_lengths(140), make_lengths(140, length=38.0)])
     total = PLANTED.sample(140).sum()
-    np.testing.assert_allclose([fit.sigmoid.slope, fit.sigmoid.centre], [11.06, 0.377], rtol=1e-5)
+    np.testing.assert_allclose(
+        [fit.sigmoid.slope, fit.sigmoid.centre], [11.06, 0.377], rtol=1e-5
+    )
     np.testing.assert_allclose(
         [fit.sigmoid.low, fit.sigmoid.rise], np.array([0.00349, 0.00588]) / total, rtol=1e-5
     )

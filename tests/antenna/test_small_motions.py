@@ -26,7 +26,9 @@ def write_out(antenna):
     length, mass, n = antenna.segment_length, antenna.segment_mass, antenna.n_segments
     inertia, pull = np.diag(mass * length**2 / 12), np.zeros(n)
     for rod in range(n):
-        arm = np.where(np.arange(n) < rod, length, np.where(np.arange(n) == rod, length / 2, 0.0))
+        arm = np.where(
+            np.arange(n) < rod, length, np.where(np.arange(n) == rod, length / 2, 0.0)
+        )
         inertia += mass[rod] * np.outer(arm, arm)
         pull += mass[rod] * arm
     differ = np.eye(n) - np.eye(n, k=-1)  # hinge angles from headings
@@ -42,7 +44,9 @@ def test_modes_and_first_order_damping_are_those_of_the_headings(n_modes):
     squared, shapes = eigh(spring, inertia)
     found = compute_modes(ANTENNA, n_modes)
     count = min(n_modes, 3)
-    np.testing.assert_allclose(found.frequency, np.sqrt(squared[:count]) / (2 * np.pi), rtol=1e-10)
+    np.testing.assert_allclose(
+        found.frequency, np.sqrt(squared[:count]) / (2 * np.pi), rtol=1e-10
+    )
     ratio = np.einsum("im,ij,jm->m", shapes, damper, shapes) / (
         2 * np.sqrt(squared)
     )  # shapes have mass one
@@ -64,7 +68,9 @@ def test_damping_in_proportion_to_stiffness_damps_each_mode_in_proportion_to_its
 def test_a_shaken_base_is_the_response_of_the_headings(frequency):
     inertia, damper, spring, pull = write_out(ANTENNA)
     omega = 2 * np.pi * frequency
-    heading = np.linalg.solve(spring + 1j * omega * damper - omega**2 * inertia, omega**2 * pull)
+    heading = np.linalg.solve(
+        spring + 1j * omega * damper - omega**2 * inertia, omega**2 * pull
+    )
     place = 1 + np.concatenate([[0.0], np.cumsum(ANTENNA.segment_length * heading)])
     found = compute_base_response(ANTENNA, np.array([frequency]))
     assert found.shape == (1, 4) and found[0, 0] == 1
@@ -93,7 +99,9 @@ def test_variants_are_the_antenna_times_their_factors_tilted_about_its_middle():
             antennas[k].stiffness, ANTENNA.stiffness * factor["stiffness"] * tilt
         )
         np.testing.assert_allclose(antennas[k].damping, ANTENNA.damping * factor["damping"])
-        np.testing.assert_allclose(antennas[k].segment_mass, ANTENNA.segment_mass * factor["mass"])
+        np.testing.assert_allclose(
+            antennas[k].segment_mass, ANTENNA.segment_mass * factor["mass"]
+        )
         np.testing.assert_array_equal(antennas[k].segment_length, ANTENNA.segment_length)
     assert len({values[0] for values in antennas.columns.values()}) == 4
     assert [a.name for a in antennas[18:]] == ["custom 18", "custom 19"] and antennas[
@@ -102,7 +110,8 @@ def test_variants_are_the_antenna_times_their_factors_tilted_about_its_middle():
 
 
 @pytest.mark.parametrize(
-    ("name", "low", "high"), [("stiffness", 0.8, 1.25), ("damping", 0.8, 1.25), ("mass", 0.9, 1.1)]
+    ("name", "low", "high"),
+    [("stiffness", 0.8, 1.25), ("damping", 0.8, 1.25), ("mass", 0.9, 1.1)],
 )
 def test_factors_fill_their_range_evenly_in_the_logarithm(name, low, high):
     values = np.sort(np.log(feeler.sample_antennas(2000, ANTENNA, seed=1).columns[name]))

@@ -126,10 +126,19 @@ REFUSED = {
         {"stiffness": np.stack([np.ones(7), np.zeros(7)])},
         "0 in every hinge of the plane 'z'",
     ),
-    "of the wrong length": ({"stiffness": np.ones((2, 6))}, "stiffness must be one number or 7"),
-    "a taper in one plane": ({"stiffness": 1.0, "taper": 0.5}, "taper is for antennas in space"),
+    "of the wrong length": (
+        {"stiffness": np.ones((2, 6))},
+        "stiffness must be one number or 7",
+    ),
+    "a taper in one plane": (
+        {"stiffness": 1.0, "taper": 0.5},
+        "taper is for antennas in space",
+    ),
     "a taper below a point": ({"taper": -0.1}, "taper must be finite and ≥ 0, got -0.1"),
-    "NaN": ({"stiffness": np.full((2, 7), np.nan)}, "stiffness must be finite.*plane 1, segment 1"),
+    "NaN": (
+        {"stiffness": np.full((2, 7), np.nan)},
+        "stiffness must be finite.*plane 1, segment 1",
+    ),
 }
 
 

@@ -47,7 +47,8 @@ def test_the_stick_insect_returns_without_oscillation_and_is_a_hundred_times_as_
     assert antenna.length / (2 * antenna.radius[0]) == pytest.approx(100, rel=0.01)
     assert release_tip(antenna, 200.0).min() > -1e-3
     assert (
-        antenna.damping[0] / antenna.stiffness[0] > 2 * antenna.damping[60] / antenna.stiffness[60]
+        antenna.damping[0] / antenna.stiffness[0]
+        > 2 * antenna.damping[60] / antenna.stiffness[60]
     )
 
 
@@ -96,7 +97,9 @@ def test_a_push_turns_the_joint_that_lies_across_it(azimuth):
     there. The other joint turns by a hundredth of that.
     """
     antenna = make_preset("cockroach-in-space")
-    trial = feeler.Trial(feature=feeler.Peg(radius=1.0), location=0.3, speed=0.02, azimuth=azimuth)
+    trial = feeler.Trial(
+        feature=feeler.Peg(radius=1.0), location=0.3, speed=0.02, azimuth=azimuth
+    )
     runs = feeler.Simulation(antenna, trial)
     runs.step(60.0)
     plane = int(azimuth / 90)

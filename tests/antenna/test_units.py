@@ -19,9 +19,9 @@ def read(unit):
 @pytest.mark.parametrize(("name", "unit"), EVERY)
 def test_every_factor_is_pints(name, unit):
     units = (FILE_UNITS | BEAM_UNITS)[name]
-    assert PINT.Quantity(1.0, read(unit)).to(read(next(iter(units)))).magnitude == pytest.approx(
-        units[unit], rel=1e-12
-    )
+    assert PINT.Quantity(1.0, read(unit)).to(
+        read(next(iter(units)))
+    ).magnitude == pytest.approx(units[unit], rel=1e-12)
 
 
 def test_a_stiffness_is_a_modulus_times_an_area_times_a_length():
@@ -29,8 +29,12 @@ def test_a_stiffness_is_a_modulus_times_an_area_times_a_length():
     own = {name: read(next(iter(units))) for name, units in BEAM_UNITS.items()}
     made = PINT.Quantity(1.0, own["modulus"] * own["radius"] ** 4 / own["length"] / PINT.rad)
     assert made.to(read(next(iter(FILE_UNITS["stiffness"])))).magnitude == pytest.approx(1.0)
-    weight = PINT.Quantity(1.0, own["density"] * own["width"] * own["thickness"] * own["length"])
-    assert weight.to(read(next(iter(FILE_UNITS["segment_mass"])))).magnitude == pytest.approx(1.0)
+    weight = PINT.Quantity(
+        1.0, own["density"] * own["width"] * own["thickness"] * own["length"]
+    )
+    assert weight.to(read(next(iter(FILE_UNITS["segment_mass"])))).magnitude == pytest.approx(
+        1.0
+    )
     slow = PINT.Quantity(1.0, own["damping_time"] * read(next(iter(FILE_UNITS["stiffness"]))))
     assert slow.to(read(next(iter(FILE_UNITS["damping"])))).magnitude == pytest.approx(1.0)
 

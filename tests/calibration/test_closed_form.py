@@ -48,7 +48,10 @@ class Oscillator:
         p1, p2 = antenna.stiffness[0] / own.stiffness[0], antenna.damping[0] / own.damping[0]
         if p1 > 100:
             return InvalidInput("too stiff to be measured")
-        values = {"frequency": np.sqrt(p1) * FREQUENCY, "damping_ratio": p2 / np.sqrt(p1) * RATIO}
+        values = {
+            "frequency": np.sqrt(p1) * FREQUENCY,
+            "damping_ratio": p2 / np.sqrt(p1) * RATIO,
+        }
         return Measured(names=tuple(names), values=np.array([values[name] for name in names]))
 
     def measure(self, antenna, names):
@@ -76,13 +79,17 @@ def test_residuals_errors_and_scores(problem):
     np.testing.assert_allclose(problem.compute_residuals(AT), compute_residuals(AT), rtol=1e-12)
     assert problem.compute_error(AT) == pytest.approx(np.hypot(*compute_residuals(AT)))
     measured, distance, accuracy = problem.score(np.exp(AT))
-    np.testing.assert_allclose(measured.values, [FREQUENCY * np.exp(0.15), RATIO * np.exp(-0.35)])
+    np.testing.assert_allclose(
+        measured.values, [FREQUENCY * np.exp(0.15), RATIO * np.exp(-0.35)]
+    )
     assert distance == pytest.approx(np.hypot(*compute_residuals(AT)))
     assert accuracy == pytest.approx(np.expm1((0.15 + 0.35) / 2))
 
 
 def test_a_jacobian_is_the_derivative_and_costs_two_antennas_a_parameter(problem):
-    np.testing.assert_allclose(problem.compute_jacobian(AT, 1e-3), JACOBIAN, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        problem.compute_jacobian(AT, 1e-3), JACOBIAN, rtol=1e-6, atol=1e-9
+    )
     assert problem.evaluations == 4
 
 
@@ -123,7 +130,9 @@ def test_of_several_searches_the_one_of_least_error_is_the_fit(problem, order):
     starts = np.array([[1.0, 1.0], [8.0, 0.1], [3.0, 0.4]])[::order]
     found = fit(problem, starts, method="powell", max_evaluations=3)
     assert [m.start for m in found.minima] == [tuple(start) for start in starts]
-    assert found.error == min(m.error for m in found.minima) < max(m.error for m in found.minima)
+    assert (
+        found.error == min(m.error for m in found.minima) < max(m.error for m in found.minima)
+    )
 
 
 def test_a_jacobian_is_told_in_typical_changes(problem):
@@ -159,7 +168,9 @@ def test_directions_are_told_with_every_part_above_a_fifth():
 
 
 @pytest.mark.parametrize("method", ["powell", "nelder-mead"])
-def test_scipy_is_given_the_bounds_of_the_family_in_typical_changes(monkeypatch, problem, method):
+def test_scipy_is_given_the_bounds_of_the_family_in_typical_changes(
+    monkeypatch, problem, method
+):
     seen = {}
     monkeypatch.setattr(
         "feeler.calibration.optimise.minimize",
@@ -208,7 +219,9 @@ def test_of_four_directions_the_last_is_the_loosest(problem):
     four = replace(problem, hinges=make_hinges("exponential", make_small()))
     found = decompose(four.hinges.names, four.hinges.start, np.diag([3.0, 1.0, 2.0, 4.0]))
     p, _ = walk_loose(four, found, np.array([0.3]))
-    np.testing.assert_allclose(np.abs(np.log(p[0] / four.hinges.start)[:2]), [0.0, 0.3], atol=1e-9)
+    np.testing.assert_allclose(
+        np.abs(np.log(p[0] / four.hinges.start)[:2]), [0.0, 0.3], atol=1e-9
+    )
     np.testing.assert_allclose(p[0, 2:], four.hinges.start[2:])
 
 
@@ -277,7 +290,10 @@ def test_a_bootstrap_knows_no_scale_of_the_search(problem):
         "high": np.array([4.0, 1e3]),
     }
     found = bootstrap(
-        replace(problem, hinges=Hinges(**own)), np.ones(2), np.random.default_rng(0), n_draws=2000
+        replace(problem, hinges=Hinges(**own)),
+        np.ones(2),
+        np.random.default_rng(0),
+        n_draws=2000,
     )
     plain = bootstrap(problem, np.ones(2), np.random.default_rng(0), n_draws=2000)
     np.testing.assert_allclose(found[:, 0] - 1, np.log(plain[:, 0]), atol=2e-3)

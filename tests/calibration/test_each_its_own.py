@@ -139,7 +139,11 @@ def test_a_protocol_measures_each_quantity_of_each_antenna_in_the_experiment_tha
             outcome[name] = antenna.length + (name == "frequency")
 
     monkeypatch.setattr(Protocol, "_add", add)
-    antennas = [make_small(), make_small(), make_small().replace(segment_length=np.full(12, 5.0))]
+    antennas = [
+        make_small(),
+        make_small(),
+        make_small().replace(segment_length=np.full(12, 5.0)),
+    ]
     how = Protocol(step_duration=111.0, speed=0.25)
     found = how.measure_many(antennas, ["ratio_86", "frequency"])
     assert isinstance(found[1], FeelerError)
@@ -280,7 +284,9 @@ def test_a_family_s_numbers_are_searched_each_in_its_own_way():
     np.testing.assert_allclose(moved.std(axis=0), [0.3, 0.03], rtol=0.15)
     with pytest.raises(InvalidInput, match=r"rate starts at 0\.7, outside its bounds -0\.4 to"):
         make_family(start=np.array([2.0, 0.7]))
-    with pytest.raises(InvalidInput, match="one of each for every parameter, got names 3, units 2"):
+    with pytest.raises(
+        InvalidInput, match="one of each for every parameter, got names 3, units 2"
+    ):
         make_family(names=("a", "b", "c"))
     with pytest.raises(InvalidInput, match="lower bound of a positive parameter must be > 0"):
         make_family(low=np.array([0.0, -0.4]))
@@ -309,7 +315,9 @@ def test_times_and_frames_become_milliseconds_since_the_first(tmp_path):
         traces = recording.load_traces(tmp_path / "t.csv", **how)
         np.testing.assert_allclose(traces.time[:3], [0.0, step, 2 * step])
         assert traces.names == ("x", "y@0.5") and traces.source == "recorded"
-        np.testing.assert_allclose(traces.displacement[1], 2 * traces.displacement[0], rtol=1e-5)
+        np.testing.assert_allclose(
+            traces.displacement[1], 2 * traces.displacement[0], rtol=1e-5
+        )
     with pytest.raises(InvalidInput, match="a frame rate is for a column called frame"):
         recording.load_traces(tmp_path / "t.csv", frame_rate=30.0)
 
@@ -326,7 +334,10 @@ def test_a_release_is_the_last_held_sample_of_either_sign_and_rest_is_the_end_s(
 
 def test_targets_keep_their_names_beside_their_own_values():
     targets = make_targets("t", "synthetic", damping_ratio=(0.3, 0.02), frequency=0.02)
-    assert (targets.names, targets.spreads.tolist()) == (("damping_ratio", "frequency"), [0.02, 0])
+    assert (targets.names, targets.spreads.tolist()) == (
+        ("damping_ratio", "frequency"),
+        [0.02, 0],
+    )
     assert [one.unit for one in targets.targets] == ["1", "kHz"]
     other = targets.with_values(np.array([0.5, 0.03]))
     assert other.values.tolist() == [0.5, 0.03] and other.spreads.tolist() == [0.02, 0.0]

@@ -22,7 +22,9 @@ from .small_antenna import make_small
 
 def test_an_optimiser_fits_an_antenna():
     def search_coordinates(problem, x, max_evaluations):
-        minimize(problem.compute_error, x, method="COBYLA", options={"maxiter": max_evaluations})
+        minimize(
+            problem.compute_error, x, method="COBYLA", options={"maxiter": max_evaluations}
+        )
 
     METHODS.register("cobyla", search_coordinates)
     try:
@@ -46,7 +48,8 @@ def test_an_optimiser_fits_an_antenna():
     assert found.minima[0].method == "cobyla"
     np.testing.assert_allclose(found.p, (1.2, 0.9), rtol=0.02)
     with pytest.raises(
-        InvalidInput, match=r"unknown method 'cobyla'; valid: least-squares, powell, nelder-mead"
+        InvalidInput,
+        match=r"unknown method 'cobyla'; valid: least-squares, powell, nelder-mead",
     ):
         fit(problem, np.ones((1, 2)), method="cobyla")
 

@@ -153,7 +153,9 @@ def test_one_animal_has_an_interval_from_its_residuals():
     wide, narrow = (np.log(found.high / found.low) / 2 for found in (result, other))
     np.testing.assert_allclose(wide / narrow, student.ppf(0.995, 88) / student.ppf(0.75, 88))
     x, step = np.log(result.each[0]), 1e-3
-    moved = [hinges_tip(one, x + way * step * np.eye(2)[k]) for k in range(2) for way in (1, -1)]
+    moved = [
+        hinges_tip(one, x + way * step * np.eye(2)[k]) for k in range(2) for way in (1, -1)
+    ]
     goal = one.displacement[0] / one.displacement[0, 0]
     slope = np.stack([(moved[0] - moved[1]), (moved[2] - moved[3])], axis=1) / (2 * step)
     cost = np.sum((hinges_tip(one, x) - goal) ** 2)
@@ -177,7 +179,9 @@ def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):
     for line in lines[2:]:
         time, *values = line.split(",")
         seconds.append(
-            ",".join([f"{float(time) / 1000 + 7:.6f}", *(f"{1e3 * float(v):.6g}" for v in values)])
+            ",".join(
+                [f"{float(time) / 1000 + 7:.6f}", *(f"{1e3 * float(v):.6g}" for v in values)]
+            )
         )
     other = tmp_path / "seconds.csv"
     other.write_text("\n".join(seconds))
@@ -238,7 +242,9 @@ def test_white_noise_moves_frequency_and_damping_little():
     rate, omega = 2 * np.pi * 0.0175 * 0.3 / np.sqrt(1 - 0.09), 2 * np.pi * 0.0175
     clean = np.exp(-rate * time) * (np.cos(omega * time) + rate / omega * np.sin(omega * time))
     rng = np.random.default_rng(3)
-    found = [measure_trace(time, clean + 0.005 * rng.standard_normal(time.size)) for _ in range(20)]
+    found = [
+        measure_trace(time, clean + 0.005 * rng.standard_normal(time.size)) for _ in range(20)
+    ]
     assert np.mean([free.frequency for free in found]) == pytest.approx(0.0175, rel=0.02)
     assert np.std([free.frequency for free in found]) < 0.04 * 0.0175
     assert np.mean([free.damping_ratio for free in found]) == pytest.approx(0.3, rel=0.05)
@@ -279,7 +285,8 @@ def test_the_noise_of_a_trace_is_told_as_a_share_of_its_first_deflection():
     trace = np.cos(0.002 * time) + 0.3 * np.random.default_rng(2).standard_normal(time.size)
     trace[0] = 1.0
     with pytest.raises(
-        InvalidInput, match=r"jumps from sample to sample by (29|30|31)% of its first deflection"
+        InvalidInput,
+        match=r"jumps from sample to sample by (29|30|31)% of its first deflection",
     ):
         measure_trace(time, trace)
 
@@ -288,7 +295,10 @@ def test_a_mirrored_trace_has_the_same_frequency_and_damping(traces):
     there, mirrored = (
         measure_trace(traces.time, side * traces.displacement[0]) for side in (1, -1)
     )
-    assert (mirrored.frequency, mirrored.damping_ratio) == (there.frequency, there.damping_ratio)
+    assert (mirrored.frequency, mirrored.damping_ratio) == (
+        there.frequency,
+        there.damping_ratio,
+    )
 
 
 def test_five_samples_before_the_first_crossing_are_smoothed():

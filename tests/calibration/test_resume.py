@@ -21,8 +21,8 @@ from feeler.calibration import (
     make_targets,
     search,
 )
+from feeler.disk.journal import Journal
 from feeler.errors import InvalidInput
-from feeler.journal import Journal
 
 from .small_antenna import make_small
 
@@ -93,7 +93,9 @@ def test_a_torn_line_is_dropped(tmp_path):
     first = fit(make_problem(), checkpoint=file, max_evaluations=20)
     whole = file.read_bytes()
     file.write_bytes(whole[: whole.rstrip(b"\n").rfind(b"\n") + 20])
-    assert fit(make_problem(), checkpoint=file, max_evaluations=20).p.tolist() == first.p.tolist()
+    assert (
+        fit(make_problem(), checkpoint=file, max_evaluations=20).p.tolist() == first.p.tolist()
+    )
     assert count(file) == len(whole.splitlines()) - 1
     json.loads(file.read_bytes().splitlines()[-1])
 
@@ -115,7 +117,9 @@ def test_an_empty_checkpoint_is_begun_anew(tmp_path):
     first = fit(make_problem(), checkpoint=file, max_evaluations=5)
     whole = file.read_bytes()
     file.write_bytes(b"")
-    assert fit(make_problem(), checkpoint=file, max_evaluations=5).p.tolist() == first.p.tolist()
+    assert (
+        fit(make_problem(), checkpoint=file, max_evaluations=5).p.tolist() == first.p.tolist()
+    )
     assert file.read_bytes().splitlines()[0] == whole.splitlines()[0]
 
 
@@ -123,7 +127,9 @@ def test_methods_and_starts_share_a_checkpoint(tmp_path):
     file = tmp_path / "fit.jsonl"
     for method in METHODS:
         fit(make_problem(), method=method, checkpoint=file, max_evaluations=15)
-    vectors = [tuple(json.loads(line)["name"][0]) for line in file.read_bytes().splitlines()[1:]]
+    vectors = [
+        tuple(json.loads(line)["name"][0]) for line in file.read_bytes().splitlines()[1:]
+    ]
     assert len(set(vectors)) == len(vectors) > 15
 
 

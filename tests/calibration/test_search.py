@@ -35,7 +35,10 @@ PLANTED = np.array([1.3, 0.8])
 def targets():
     measured = Protocol(timestep=0.05).measure(make_small(*PLANTED), NAMES)
     return make_targets(
-        **{name: (value, 0.05 * value) for name, value in zip(NAMES, measured.values, strict=True)}
+        **{
+            name: (value, 0.05 * value)
+            for name, value in zip(NAMES, measured.values, strict=True)
+        }
     )
 
 
@@ -97,7 +100,8 @@ def test_the_forceps_hold_where_the_paper_says():
 def test_frequency_scales_as_the_square_root_of_stiffness_over_mass():
     """Stiffness ×4 and damping ×2 double every rate and keep every damping ratio."""
     slow, fast = (
-        Protocol(timestep=0.01).measure(make_small(k, np.sqrt(k)), NAMES).values for k in (1.0, 4.0)
+        Protocol(timestep=0.01).measure(make_small(k, np.sqrt(k)), NAMES).values
+        for k in (1.0, 4.0)
     )
     assert fast[0] / slow[0] == pytest.approx(2.0, rel=0.01)
     assert fast[1] == pytest.approx(slow[1], rel=0.01)
@@ -127,13 +131,18 @@ def test_bounds_that_exclude_the_start_are_refused(targets):
         search(make_problem(targets), np.array([1e6, 1.0]))
     hinges = make_hinges("scale", make_small())
     with pytest.raises(InvalidInput, match="p1 starts at 1, outside its bounds 2 to 3"):
-        type(hinges)(**{**vars(hinges), "low": np.array([2.0, 0.1]), "high": np.array([3.0, 10.0])})
+        type(hinges)(
+            **{**vars(hinges), "low": np.array([2.0, 0.1]), "high": np.array([3.0, 10.0])}
+        )
     with pytest.raises(InvalidInput, match="p2 starts at 1, outside its bounds 1 to 1"):
-        type(hinges)(**{**vars(hinges), "low": np.array([0.1, 1.0]), "high": np.array([3.0, 1.0])})
+        type(hinges)(
+            **{**vars(hinges), "low": np.array([0.1, 1.0]), "high": np.array([3.0, 1.0])}
+        )
 
 
 @pytest.mark.parametrize(
-    "call", [lambda p: search(p, np.ones(2), "magic"), lambda p: make_hinges("cubic", make_small())]
+    "call",
+    [lambda p: search(p, np.ones(2), "magic"), lambda p: make_hinges("cubic", make_small())],
 )
 def test_unknown_names_list_the_valid_ones(targets, call):
     with pytest.raises(InvalidInput, match="valid: "):
@@ -189,14 +198,17 @@ def test_residuals_jacobian_and_scores_are_those_written_out(targets):
             for way in (1, -1)
         ]
         slopes.append(-(ends[0].values - ends[1].values) / 0.04 / targets.values)
-    np.testing.assert_allclose(problem.compute_jacobian(x, 0.02), np.transpose(slopes), rtol=1e-7)
+    np.testing.assert_allclose(
+        problem.compute_jacobian(x, 0.02), np.transpose(slopes), rtol=1e-7
+    )
 
 
 def test_steps_of_a_jacobian_are_cut_at_the_bounds(targets):
     problem = make_problem(targets)
     problem.hinges = replace(problem.hinges, high=np.array([1.3, 10.0]))
     cut, free = (
-        make.compute_jacobian(np.log(PLANTED), 0.02) for make in (problem, make_problem(targets))
+        make.compute_jacobian(np.log(PLANTED), 0.02)
+        for make in (problem, make_problem(targets))
     )
     np.testing.assert_allclose(cut, free, rtol=0.05)
     assert not np.array_equal(cut[:, 0], free[:, 0])
@@ -216,14 +228,18 @@ def test_stiffness_and_damping_are_searched_as_logarithms(profile):
 
 
 @pytest.mark.parametrize(("profile", "hinges_meant"), [("linear", [0, -1]), ("constant", [0])])
-def test_controls_start_near_what_was_fitted_and_are_bound_by_whole_decades(profile, hinges_meant):
+def test_controls_start_near_what_was_fitted_and_are_bound_by_whole_decades(
+    profile, hinges_meant
+):
     hinges, control, own = make_hinges(profile, cockroach()), cockroach(profile), cockroach()
     fitted = [*control.stiffness[hinges_meant], *control.damping[hinges_meant]]
     np.testing.assert_allclose(hinges.start, fitted, rtol=0.15)
     softest = np.isclose(hinges.low, own.stiffness[-1], rtol=0.01) | np.isclose(
         hinges.low, own.damping[-1], rtol=0.01
     )
-    assert softest.sum() == 2 * (len(hinges_meant) - 1)  # tips are no softer than the cockroach's
+    assert softest.sum() == 2 * (
+        len(hinges_meant) - 1
+    )  # tips are no softer than the cockroach's
     ends = np.log10([*hinges.high, *hinges.low[~softest]])
     np.testing.assert_allclose(ends, np.round(ends), atol=1e-12)
 
@@ -234,7 +250,9 @@ def test_the_exponential_family_starts_at_the_antenna_and_is_bound_in_proportion
         stiffness=factor * cockroach().stiffness, damping=factor * cockroach().damping
     )
     hinges = make_hinges("exponential", antenna)
-    np.testing.assert_allclose(hinges.build(hinges.start).stiffness, antenna.stiffness, rtol=1e-9)
+    np.testing.assert_allclose(
+        hinges.build(hinges.start).stiffness, antenna.stiffness, rtol=1e-9
+    )
     np.testing.assert_allclose(hinges.build(hinges.start).damping, antenna.damping, rtol=1e-9)
     np.testing.assert_allclose(hinges.low[:2], factor * np.array([0.4, 0.25]), rtol=1e-9)
     np.testing.assert_allclose(hinges.high[:2], factor * np.array([4000.0, 2500.0]), rtol=1e-9)
@@ -285,7 +303,9 @@ def test_two_targets_cannot_determine_four_numbers():
     directions = analyse_directions(Problem(hinges=family, targets=goal), p)
     assert directions.sensitivity[:2].min() > 0.05
     np.testing.assert_array_equal(directions.sensitivity[2:], 0.0)
-    np.testing.assert_allclose(directions.direction @ directions.direction.T, np.eye(4), atol=1e-12)
+    np.testing.assert_allclose(
+        directions.direction @ directions.direction.T, np.eye(4), atol=1e-12
+    )
     assert "The targets determine" in directions.describe()
 
 
@@ -325,7 +345,12 @@ def test_bootstrap_spreads_as_the_targets_do(targets):
     )
     assert np.log(few).std(axis=0) == pytest.approx(np.log(draws).std(axis=0) / 2, rel=0.02)
     model = bootstrap(
-        make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=3, n_animals=4, refits=5
+        make_problem(targets),
+        PLANTED,
+        np.random.default_rng(5),
+        n_draws=3,
+        n_animals=4,
+        refits=5,
     )
     np.testing.assert_allclose(model, draws[:3], rtol=0.02)
 

@@ -40,11 +40,15 @@ def test_accuracy_is_the_median_of_unequal_ratios():
     """
     ratios = np.array([1.1, 1.5, 4.0])
     assert compute_symmetric_accuracy(ratios, np.ones(3)) == pytest.approx(0.5, rel=1e-12)
-    assert compute_symmetric_accuracy(2 / ratios, np.full(3, 2.0)) == pytest.approx(0.5, rel=1e-12)
+    assert compute_symmetric_accuracy(2 / ratios, np.full(3, 2.0)) == pytest.approx(
+        0.5, rel=1e-12
+    )
     assert compute_symmetric_accuracy(np.append(ratios, 1 / 1.7), np.ones(4)) == pytest.approx(
         np.sqrt(1.5 * 1.7) - 1
     )
-    assert compute_symmetric_accuracy(np.array([1.2, 0.0, 1.3]), np.ones(3)) == pytest.approx(0.3)
+    assert compute_symmetric_accuracy(np.array([1.2, 0.0, 1.3]), np.ones(3)) == pytest.approx(
+        0.3
+    )
     assert compute_symmetric_accuracy(np.array([1.2, 0.0, -1.0]), np.ones(3)) == np.inf
 
 

@@ -39,22 +39,31 @@ def film(places, p, family="tilt", noise=0.05, frames=(40, 110), seed=0):
     (outcome,) = Protocol(timestep=0.05, step_duration=frames[1] + 2.0).simulate_steps(
         [hinges.build(np.array(p))], places
     )
-    moved = CubicSpline(*outcome, axis=1)(np.maximum(np.arange(-frames[0], frames[1]) - LATE, 0.0))
+    moved = CubicSpline(*outcome, axis=1)(
+        np.maximum(np.arange(-frames[0], frames[1]) - LATE, 0.0)
+    )
     return 300 + 40 * moved + noise * np.random.default_rng(seed).standard_normal(moved.shape)
 
 
 def write(path, names, pixels):
     lines = [
-        f"{k + 500}," + ",".join(f"{value:.6f}" for value in row) for k, row in enumerate(pixels.T)
+        f"{k + 500}," + ",".join(f"{value:.6f}" for value in row)
+        for k, row in enumerate(pixels.T)
     ]
     path.write_text("\n".join(["frame," + ",".join(names), *lines]))
     return path
 
 
 def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
-    file = write(tmp_path / "video.csv", ("a@0.5", "a", "a@0.8"), film((0.5, 1.0, 0.8), PLANTED))
+    file = write(
+        tmp_path / "video.csv", ("a@0.5", "a", "a@0.8"), film((0.5, 1.0, 0.8), PLANTED)
+    )
     traces = load_traces(file, frame_rate=1000, release="found")
-    assert traces.found and traces.animals == ("a",) and abs(traces.displacement[:, -1]).max() < 0.5
+    assert (
+        traces.found
+        and traces.animals == ("a",)
+        and abs(traces.displacement[:, -1]).max() < 0.5
+    )
     done = []
     result = fit_traces(
         traces,
@@ -70,8 +79,9 @@ def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
     assert np.all(result.band.low[0] < true.stiffness) and np.all(
         result.band.high[0] > true.stiffness
     )
-    assert result.directions.condition > 1 and "The data determine" in result.directions.describe(
-        "data"
+    assert (
+        result.directions.condition > 1
+        and "The data determine" in result.directions.describe("data")
     )
     recorded = traces.displacement / traces.displacement[1, 0]
     assert (
@@ -80,7 +90,9 @@ def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
 
 
 def test_animals_let_go_at_different_frames_are_cut_to_the_shortest(tmp_path):
-    rows = [film((1.0,), (1.0, 1.0), "scale", frames=frames)[0] for frames in ((40, 90), (60, 70))]
+    rows = [
+        film((1.0,), (1.0, 1.0), "scale", frames=frames)[0] for frames in ((40, 90), (60, 70))
+    ]
     file = write(tmp_path / "video.csv", ("a", "b"), np.array(rows))
     traces = load_traces(file, frame_rate=1000, release="found")
     held = [find_release(row)[0] for row in rows]
@@ -102,12 +114,16 @@ def test_each_point_has_a_rest_of_its_own(tmp_path):
 
 
 @pytest.mark.parametrize(("interval", "found", "more"), [(4.0, True, 16.0), (4.0, False, 0.0)])
-def test_a_step_is_simulated_to_the_end_of_the_latest_release(monkeypatch, interval, found, more):
+def test_a_step_is_simulated_to_the_end_of_the_latest_release(
+    monkeypatch, interval, found, more
+):
     """A release may be four samples later than found, and the cubic between samples must not run
     past its end.
     """
     seen = []
-    monkeypatch.setattr(own, "_fit_one", lambda *args: seen.append(args[3].step_duration) or 1 / 0)
+    monkeypatch.setattr(
+        own, "_fit_one", lambda *args: seen.append(args[3].step_duration) or 1 / 0
+    )
     time = interval * np.arange(30)
     with pytest.raises(ZeroDivisionError):
         fit_traces(
@@ -240,10 +256,14 @@ def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
         "--session-start",
         "2026-05-01T09:00:00+02:00",
     )
-    done = run("calibrate", "--data", "video.csv", *asked, "--out", "fit", "--json", cwd=tmp_path)
+    done = run(
+        "calibrate", "--data", "video.csv", *asked, "--out", "fit", "--json", cwd=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["p"] == pytest.approx([1.3, 0.8], rel=0.05) and len(found["band"]["place"]) == 12
+    assert (
+        found["p"] == pytest.approx([1.3, 0.8], rel=0.05) and len(found["band"]["place"]) == 12
+    )
     np.testing.assert_allclose(
         load_antenna(tmp_path / "fit" / "antenna.toml").stiffness, found["band"]["middle"][0]
     )
@@ -253,7 +273,9 @@ def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
     )
     with NWBHDF5IO(tmp_path / "fit" / "calibration.nwb", "r") as io:
         series = io.read().acquisition
-        recorded, fitted = (series[f"{name}_000000"].data[:] for name in ("displacement", "fitted"))
+        recorded, fitted = (
+            series[f"{name}_000000"].data[:] for name in ("displacement", "fitted")
+        )
         assert (
             series["displacement_000000"].rate == 1000
             and np.abs(recorded / recorded[0] - fitted).max() < 0.1

@@ -175,7 +175,9 @@ def _read_table(path: Path) -> list[str]:
     widths = sorted({len(row) for row in rows})
     tables = {n: np.array([row for row in rows if len(row) == n]) for n in widths}
     return lines + [
-        f"column {k + 1} of {n}: {golden.digest(tables[n][:, k])}" for n in widths for k in range(n)
+        f"column {k + 1} of {n}: {golden.digest(tables[n][:, k])}"
+        for n in widths
+        for k in range(n)
     ]
 
 
@@ -187,7 +189,9 @@ def _read_set(path: Path) -> list[str]:
 
 def _say_array(named: tuple) -> str:
     name, x = named
-    held = golden.digest(x) if x.dtype.kind in "fiub" and x.size else str(x.values.tolist())[:400]
+    held = (
+        golden.digest(x) if x.dtype.kind in "fiub" and x.size else str(x.values.tolist())[:400]
+    )
     return f"{name} {x.dims} {x.dtype} {x.attrs}: {held}"
 
 
@@ -265,7 +269,9 @@ def _mask(line: str) -> str:
         "TIME",
         " ".join(line.split()),
     )
-    return re.sub(r"\bversions[ =\"':]+\{.*|python 3\.[\d.]+(, [\w-]+ [\d.]+)+", "VERSIONS", line)
+    return re.sub(
+        r"\bversions[ =\"':]+\{.*|python 3\.[\d.]+(, [\w-]+ [\d.]+)+", "VERSIONS", line
+    )
 
 
 def write_golden() -> list[str]:

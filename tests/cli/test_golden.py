@@ -11,4 +11,6 @@ from ._golden import KEPT, TOLERANCES, write_golden
 def test_the_verbs_give_what_was_kept():
     """A meant change is kept anew by ``make golden``, which prints this for review."""
     differences, _ = compare(read_kept(KEPT), write_golden(), TOLERANCES)
-    assert not differences, "\n".join([*differences, "meant? make golden, and look at the diff"])
+    assert not differences, "\n".join(
+        [*differences, "meant? make golden, and look at the diff"]
+    )

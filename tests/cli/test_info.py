@@ -33,7 +33,9 @@ def files(tmp_path, monkeypatch):
     Path("other.bin").write_text("no file of ours")
     Path("objects.toml").write_text('[[object]]\nname = "nut"\nshape = "ball"\nradius = 3\n')
     Path("marked.csv").write_bytes(BOM_UTF8 + (TRACKS / "DLC_one.csv").read_bytes())
-    Path("two.csv").write_text("pt1_cam1_X,pt1_cam1_Y,pt1_cam2_X,pt1_cam2_Y\n1,2,3,4\n2,3,4,5\n")
+    Path("two.csv").write_text(
+        "pt1_cam1_X,pt1_cam1_Y,pt1_cam2_X,pt1_cam2_Y\n1,2,3,4\n2,3,4,5\n"
+    )
     places = np.arange(24.0).reshape(3, 2, 2, 2)
     names = {"space": ["x", "y"], "keypoints": ["a", "b"], "individuals": ["one", "two"]}
     moved = xr.Dataset({"position": (("time", *names), places)}, names)
@@ -50,9 +52,15 @@ def files(tmp_path, monkeypatch):
     [
         ("mine.toml", ("robot (TOML)", "hinges      8, 64 mm")),
         ("plan.toml", ("design (TOML)", "locations   0.5, 0.7, 0.9", "noise       relative:1")),
-        ("rec.csv", ("recording of a robot", "channels    2, angle", "samples     3 over 2 ms")),
+        (
+            "rec.csv",
+            ("recording of a robot", "channels    2, angle", "samples     3 over 2 ms"),
+        ),
         ("surrogate_ball_tip_fast.csv", ("channels    8, capacitance", "feature ball")),
-        ("table.csv", ("tracks of landmarks", "landmarks   head", "frame rate not in the file")),
+        (
+            "table.csv",
+            ("tracks of landmarks", "landmarks   head", "frame rate not in the file"),
+        ),
         ("objects.toml", ("objects to touch", "nut: ball, size 3 mm")),
         ("surrogate_calibration_table.csv", ("known angles", "hinges      8, readings in pF")),
         (
@@ -158,7 +166,10 @@ def test_foreign_files_are_called_by_their_names(tmp_path, start, words):
             ("robot", "check", "DLC_one.h5"),
             "no recording of a robot. It is of another kind",
         ),
-        (("robot", "check", "surrogate_calibration_table.csv"), "feeler robot calibrate surrogate"),
+        (
+            ("robot", "check", "surrogate_calibration_table.csv"),
+            "feeler robot calibrate surrogate",
+        ),
         (
             ("tracks", "mine.toml"),
             "no tracks. It is of another kind: robot (TOML). Next: feeler robot",

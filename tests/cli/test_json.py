@@ -34,7 +34,9 @@ def test_info_and_validate(folder):
 
 
 def test_wall_takes_files_and_says_undefined_as_null(folder):
-    found = ask("wall", "a.toml", "--near", "10", "--far", "12", "--steps", "2", cwd=folder)["a"]
+    found = ask("wall", "a.toml", "--near", "10", "--far", "12", "--steps", "2", cwd=folder)[
+        "a"
+    ]
     assert found["distance"] == [12.0, 10.0] and len(found["contact"]) == 2
     assert found["r2"] is None and "a fit needs 3" in found["undefined"]
 

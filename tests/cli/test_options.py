@@ -48,7 +48,17 @@ def hear(monkeypatch, place, *words):
 @pytest.mark.parametrize("way", ["shown", "stored"])
 def test_a_touch_is_the_one_that_was_asked_for(monkeypatch, tmp_path, way):
     store = ("--store", tmp_path / "a.zarr", "--seed", 7) if way == "stored" else ()
-    words = ("touch", "--antenna", "linear", *SHAPE, *NEAR, *RUN, "--out", tmp_path / "o", *store)
+    words = (
+        "touch",
+        "--antenna",
+        "linear",
+        *SHAPE,
+        *NEAR,
+        *RUN,
+        "--out",
+        tmp_path / "o",
+        *store,
+    )
     told = hear(monkeypatch, "feeler.experiment.touch.touch", *words)
     trial = told[1] if way == "shown" else told[1][0]
     expected = {**TRIAL, "approach": 81.0, "side": "right", "friction": 0.4}
@@ -96,7 +106,9 @@ def test_tracks_are_read_and_measured_as_asked(monkeypatch, tmp_path):
     assert {name: told[name] for name in MEASURED} == MEASURED
     asked = {"tips": ("a", "b"), "bases": None, "head": "c", "abdomen": "d"}
     assert told["landmarks"] == asked
-    told = hear(monkeypatch, "feeler.tracking.save_poses", *words, "--out", tmp_path / "o", *NWB)
+    told = hear(
+        monkeypatch, "feeler.tracking.save_poses", *words, "--out", tmp_path / "o", *NWB
+    )
     assert (told["subject"], told["session_start"].isoformat()) == ("c 17", NWB[1])
     assert told["edges"] == [("c", "a"), ("c", "b"), ("c", "d")]
 
@@ -126,7 +138,18 @@ def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
     """Its own touch is shown, its places are between its sensors, and its rate is the median's."""
     save(make_set(), tmp_path / "set.nc")
     words = ("spikes", "--touches", tmp_path / "set.nc", "--show", 2, "--sensors", 4)
-    more = ("--gain", 12, "--seed", 3, "--order", 2, "--refractory", 0.4, "--out", tmp_path / "o")
+    more = (
+        "--gain",
+        12,
+        "--seed",
+        3,
+        "--order",
+        2,
+        "--refractory",
+        0.4,
+        "--out",
+        tmp_path / "o",
+    )
     done = CliRunner().invoke(app, [str(word) for word in (*words, *more, "--json")])
     assert done.exit_code == 0, done.output
     drawn, known = feeler.load(tmp_path / "o" / "spikes.nc"), json.loads(done.stdout)
@@ -134,7 +157,9 @@ def test_spikes_are_those_of_the_touches_of_a_file(tmp_path):
     ends = antenna.hinge_position[[SENSORS[0] - 1, SENSORS[-1] - 1]] / antenna.length
     np.testing.assert_allclose(drawn["unit_position"], [*np.linspace(*ends, 4)] * 2)
     most = drawn["rate"].values.max(axis=(1, 2))
-    assert np.unique(most).size == 3 and known["greatest_rate"] == pytest.approx(np.median(most))
+    assert np.unique(most).size == 3 and known["greatest_rate"] == pytest.approx(
+        np.median(most)
+    )
     counts = np.isfinite(drawn["spike_time"].values).sum(axis=(1, 2))
     assert np.unique(counts).size > 1
     assert known["spikes_per_touch"] == pytest.approx(counts.mean())

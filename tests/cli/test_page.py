@@ -70,7 +70,10 @@ def test_arguments_become_options_of_the_verb(words, message, said):
     [
         (["touch", "--speed", "fast"], "'--speed': give a number, got 'fast'"),
         (["touch", "--speed=fast"], "'--speed': give a number, got 'fast'"),
-        (["tradeoff", "--out", "o", "--sets", "2.5"], "'--sets': give a whole number, got '2.5'"),
+        (
+            ["tradeoff", "--out", "o", "--sets", "2.5"],
+            "'--sets': give a whole number, got '2.5'",
+        ),
         (["reproduce", "--seed", "-1"], "'--seed': give at least 0, got '-1'"),
     ],
     ids=lambda one: one[-1] if isinstance(one, list) else "",

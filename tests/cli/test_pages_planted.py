@@ -104,7 +104,12 @@ def test_answers_are_shown_with_their_probability_and_their_runner_up(figures, t
 
 
 def test_a_touch_like_none_that_was_learned_is_called_so_on_the_page_too(figures, tmp_path):
-    fields = {"known": True, "probability": 0.8, "runner_up": None, "runner_up_probability": 0.0}
+    fields = {
+        "known": True,
+        "probability": 0.8,
+        "runner_up": None,
+        "runner_up_probability": 0.0,
+    }
     answer = Answer(label=("ball", 0.9, 0.27), truth={}, strangeness=7.877, **fields)
     robot_pages.write_answers(tmp_path, [{"file": "a.csv"}], [answer], np.ones((1, 2, 5)))
     words = read_words(tmp_path / "robot.html")
@@ -114,7 +119,12 @@ def test_a_touch_like_none_that_was_learned_is_called_so_on_the_page_too(figures
 
 def test_a_released_tip_is_drawn_in_millimetres_over_milliseconds(figures, tmp_path):
     ring = SimpleNamespace(frequency=0.0044, damping_ratio=0.024, r_squared=0.991)
-    factors = {"stiffness_factor": 1.2, "damping_factor": 2.1, "error": 0.003, "n_evaluations": 9}
+    factors = {
+        "stiffness_factor": 1.2,
+        "damping_factor": 2.1,
+        "error": 0.003,
+        "n_evaluations": 9,
+    }
     tips = np.random.default_rng(0).normal(size=(2, 30))
     robot_pages.write_fit(
         tmp_path, make_recording(), SimpleNamespace(target=ring, reached=ring, **factors), tips
@@ -141,9 +151,13 @@ def test_a_stream_ends_with_its_answer_in_per_cent(figures, tmp_path):
         for k, b in enumerate(beliefs)
     ]
     robot_pages.write_stream(tmp_path, classes, kept)
-    assert re.search(r"At the end: box at 0\.6 .*, 90%, known", read_words(tmp_path / "robot.html"))
+    assert re.search(
+        r"At the end: box at 0\.6 .*, 90%, known", read_words(tmp_path / "robot.html")
+    )
     _, (above, below, _) = figures["robot"]
-    np.testing.assert_allclose(above.lines[1].get_data(), [[0, 4, 8], np.degrees([0, -0.2, -0.4])])
+    np.testing.assert_allclose(
+        above.lines[1].get_data(), [[0, 4, 8], np.degrees([0, -0.2, -0.4])]
+    )
     assert below.get_xlabel() == "time [ms]"
     np.testing.assert_array_equal(
         below.lines[0].get_data(), [[0, 4, 8], beliefs[:, 1]]
@@ -167,7 +181,9 @@ def test_fitted_traces_and_profiles_are_drawn_over_milliseconds_and_in_their_uni
     middle = np.array([[1.0, 2.0], [30.0, 40.0]])
     band = Band(place=np.array([0.2, 0.8]), low=middle / 2, middle=middle, high=3 * middle)
     calibrate._plot_band(
-        figure := Figure(), band, SimpleNamespace(stiffness=middle[0] + 5, damping=middle[1] + 5)
+        figure := Figure(),
+        band,
+        SimpleNamespace(stiffness=middle[0] + 5, damping=middle[1] + 5),
     )
     labels = ["stiffness [N·mm/rad]", "damping [N·mm·ms/rad]"]
     assert [ax.get_ylabel() for ax in figure.axes] == labels
@@ -191,7 +207,9 @@ def test_a_fit_is_kept_as_the_antenna_of_its_means_and_each_number_stands_in_its
         read_words(tmp_path / "calibration.html"),
         {*calibration.make_hinges("scale", plain).units},
     )
-    assert f"parameter unit value from to p1 {unit} 1.2 1.05 1.35 p2 {unit} 0.8 0.65 0.95" in words
+    assert (
+        f"parameter unit value from to p1 {unit} 1.2 1.05 1.35 p2 {unit} 0.8 0.65 0.95" in words
+    )
     assert "animal p1 p2 residual one 1.1 0.9 0.02 two 1.3 0.7 0.04" in words
     kept = json.loads((tmp_path / "calibration.json").read_text())
     for name in ("each", "p", "low", "high", "residual"):
@@ -228,7 +246,9 @@ def test_a_table_of_tracks_counts_its_frames():
         "likelihood is too low: tip 5" in words
         and "standard error: left 1.5, right none °/s" in words
     )
-    assert "81.25 °/s; with an antenna of 50 mm that is 7.09 cm/s sideways. Tracks: mine." in words
+    assert (
+        "81.25 °/s; with an antenna of 50 mm that is 7.09 cm/s sideways. Tracks: mine." in words
+    )
     assert "these means are biased" in words
     assert tracks._list_cells(row) == ["a.csv", "81.2 ± 1.5 (7)", "none", "12, 13", "34, 35"]
 
@@ -246,7 +266,9 @@ def test_maps_of_a_wall_are_listed_in_millimetres(figures, tmp_path, monkeypatch
         "error": 0.4321,
         "undefined": "",
     }
-    found = SimpleNamespace(distance=np.array([9.0, 8.0]), position=np.array([1.0, 2.0]), **numbers)
+    found = SimpleNamespace(
+        distance=np.array([9.0, 8.0]), position=np.array([1.0, 2.0]), **numbers
+    )
     save_wall(tmp_path, {"a": None}, {"a": found})
     words = read_words(tmp_path / "wall.html")
     assert (
@@ -310,7 +332,9 @@ def test_conditions_stand_at_the_foot_of_a_trade_off(monkeypatch, tmp_path):
 def test_conditions_stand_at_the_foot_of_a_contest(monkeypatch, tmp_path):
     said, contest = [], contests.load_contest()
     monkeypatch.setattr(contests.Contest, "run", lambda *_, **__: None)
-    monkeypatch.setattr(contests, "write_active", lambda *given: said.append(given[-1]) or given[2])
+    monkeypatch.setattr(
+        contests, "write_active", lambda *given: said.append(given[-1]) or given[2]
+    )
     run("active", "--sets", 2, "--copies", 3, "--no-movie", "--out", tmp_path)
     expected = (
         f"2 sets of {contest.known} touches, each felt 3 times, noise {contest.noise}. python"
@@ -351,7 +375,10 @@ def test_a_search_shows_the_best_so_far(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("verb", "units"),
     [
-        (("touch",), {"--size": "mm", "--speed": "m/s", "--duration": "ms", "--timestep": "ms"}),
+        (
+            ("touch",),
+            {"--size": "mm", "--speed": "m/s", "--duration": "ms", "--timestep": "ms"},
+        ),
         (("robot", "classify"), {"--speeds": "m/s", "--timestep": "ms"}),
     ],
 )
@@ -361,7 +388,9 @@ def test_help_says_the_units(verb, units):
     command = get_command(app)
     for name in verb:
         command = command.commands[name]
-    help_of = {option: parameter.help for parameter in command.params for option in parameter.opts}
+    help_of = {
+        option: parameter.help for parameter in command.params for option in parameter.opts
+    }
     for option, unit in units.items():
         assert re.search(rf"\[{unit}\]|(?<![\w/]){unit}(?![\w/])", help_of[option]), option
 

@@ -37,7 +37,15 @@ def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
     assert curvature == pytest.approx(float(tensors["curvature"].max()), rel=5e-3)
     found = json.loads(
         run(
-            "touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path, "--json"
+            "touch",
+            "--duration",
+            30,
+            "--timestep",
+            0.05,
+            "--no-movie",
+            "--out",
+            tmp_path,
+            "--json",
         )
     )
     assert found["peak_hinge_angle"] == np.degrees(float(tensors["angle"].max()))
@@ -93,7 +101,9 @@ def test_robot_fit_prints_hertz():
 def test_where_machines_listen_only_json_is_said(tmp_path, capsys):
     _summarise(Context(scale="smoke", out=tmp_path), [], 1.0, True)
     out, err = capsys.readouterr()
-    assert out == "" and err.startswith('{"event": "report"') and '"paper": {"reproduced": ' in err
+    assert (
+        out == "" and err.startswith('{"event": "report"') and '"paper": {"reproduced": ' in err
+    )
 
 
 def test_where_people_listen_the_page_is_named(tmp_path, capsys):

@@ -25,10 +25,10 @@ from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
 from feeler.cli.reproduce import _make_reporter, _summarise
 from feeler.cli.tracks import _plot
+from feeler.disk.provenance import describe_versions
 from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
 from feeler.progress import ProgressBar
-from feeler.provenance import describe_versions
 from feeler.report import Section
 from feeler.robot.answer import Answer, name_touch
 from feeler.robot.examples import get_example
@@ -121,7 +121,9 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
         r"passed after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)",
         said,
     )
-    assert numbers == pytest.approx([123, np.sqrt((2**2 + 1 + 1) / 3), 9.0, 0.5, 1.0], abs=0.006)
+    assert numbers == pytest.approx(
+        [123, np.sqrt((2**2 + 1 + 1) / 3), 9.0, 0.5, 1.0], abs=0.006
+    )
     assert (asked["speed"], asked["controller"].target, asked["posture"].friction) == (
         0.3,
         10.0,
@@ -132,9 +134,9 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
     known = json.loads(run(*words, "--json"))
     assert known.pop("collided") is False
     units = known.pop("units")
-    assert [known[name] for name in ("duration", "error", "nearest", "estimate_error", "r2")] == (
-        pytest.approx([123.4, *numbers[1:]], abs=0.006)
-    )
+    assert [
+        known[name] for name in ("duration", "error", "nearest", "estimate_error", "r2")
+    ] == (pytest.approx([123.4, *numbers[1:]], abs=0.006))
     assert units == dict.fromkeys(known, "mm") | {"duration": "ms", "r2": "1"}
 
 
@@ -223,7 +225,9 @@ def test_info_prints_sizes_extremes_and_units(tmp_path):
 def test_info_prints_an_antenna_in_millimetres_milligrams_and_newton_millimetres(tmp_path):
     run("antenna", tmp_path / "a.toml")
     said, antenna = run("info", tmp_path / "a.toml"), cockroach()
-    assert read("segments +#, # mm, # mg", said) == pytest.approx([140, 42.0, 2.00922], rel=1e-5)
+    assert read("segments +#, # mm, # mg", said) == pytest.approx(
+        [140, 42.0, 2.00922], rel=1e-5
+    )
     assert read(r"stiffness +# \(base\) … # \(tip\) N·mm/rad", said) == pytest.approx(
         antenna.stiffness[[0, -1]], rel=1e-5
     )
@@ -292,7 +296,9 @@ def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
     left = table[table["side"] == "left"]
     sweeps = expected.sweeps[0][0]
     np.testing.assert_allclose(left["time_ms"], tracks.time, rtol=1e-5)
-    np.testing.assert_allclose(left["angle_deg"], np.rad2deg(sweeps.angle), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(
+        left["angle_deg"], np.rad2deg(sweeps.angle), rtol=1e-4, atol=1e-4
+    )
     np.testing.assert_allclose(
         left["speed_deg_per_s"], per_second * sweeps.speed, rtol=1e-4, atol=1e-3
     )
@@ -341,7 +347,12 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     from feeler.cli.robot_live import _decode, _say_end, _say_state
 
     def state(word, since, probability, label=None):
-        fields = {"state": word, "since_contact": since, "probability": probability, "label": label}
+        fields = {
+            "state": word,
+            "since_contact": since,
+            "probability": probability,
+            "label": label,
+        }
         return SimpleNamespace(**fields, strange=since == 1, strangeness=2.5)
 
     states = iter(
@@ -362,7 +373,12 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     )
     _say_end(True, 3, "", "")
     said = capsys.readouterr().out
-    assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
+    assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [
+        0,
+        0.25,
+        0.7,
+        0.3,
+    ]
     assert "0.50  so far unlike any touch I know; nearest box at 0.9 of the length" in said
     assert "3 samples were missing" in said
 
@@ -412,7 +428,8 @@ def test_gap_prints_shares_in_per_cent_and_draws_what_is_lost(monkeypatch, tmp_p
     draw(figure)
     (ax,) = figure.axes
     assert (
-        "of 24 each" in caption and ax.get_xlabel() == "contacts read wrong [%], with 95 % interval"
+        "of 24 each" in caption
+        and ax.get_xlabel() == "contacts read wrong [%], with 95 % interval"
     )
     np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [19, 60])
     ends = np.array([segment[:, 0] for segment in ax.collections[0].get_segments()])
@@ -425,13 +442,19 @@ def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):
     found = json.loads((tmp_path / "robot.json").read_text())
     page = (tmp_path / "robot.html").read_text(encoding="utf-8")
     p1, p2, error = read("p1 = #, p2 = # ms, error #", page)
-    assert (p1, p2) == pytest.approx((found["stiffness_factor"], found["damping_factor"]), abs=6e-5)
+    assert (p1, p2) == pytest.approx(
+        (found["stiffness_factor"], found["damping_factor"]), abs=6e-5
+    )
     assert error == pytest.approx(found["error"], rel=0.05)
     words = " ".join(re.sub("<[^>]+>", " ", page).split())
     head = r"damped frequency \[Hz\] damping ratio a damped cosine explains"
     row = read(rf"{head} recording # # #% model", words)
     ringing = found["recording"]
-    expected = [1e3 * ringing["frequency"], ringing["damping_ratio"], 100 * ringing["r_squared"]]
+    expected = [
+        1e3 * ringing["frequency"],
+        ringing["damping_ratio"],
+        100 * ringing["r_squared"],
+    ]
     assert row == pytest.approx(expected, rel=1e-3)
 
 
@@ -487,7 +510,11 @@ def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
             names=("robot", "constant"), list_rows=lambda: [("bits", "1", "2")]
         ),
     )
-    plant(monkeypatch, comparison, write_comparison=lambda _, out, words: said.append(words) or out)
+    plant(
+        monkeypatch,
+        comparison,
+        write_comparison=lambda _, out, words: said.append(words) or out,
+    )
     words = run(
         "compare",
         "robot",

@@ -21,10 +21,19 @@ from ._command import run
 FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]
 SET = ["touch", "--store", "set.zarr", "--duration", "30", "--workers", "2"]
 SET += [word for place in range(20) for word in ("--location", f"{0.4 + 0.02 * place:g}")]
-N_SLOW = (
-    200  # far more than the groups of eight that two workers have at hand when they are interrupted
-)
-SLOW = ["touch", "--store", "set.zarr", "--duration", "4", "--workers", "2", "--engine", "mujoco"]
+# far more than the groups of eight that two workers have at hand when they are interrupted
+N_SLOW = 200
+SLOW = [
+    "touch",
+    "--store",
+    "set.zarr",
+    "--duration",
+    "4",
+    "--workers",
+    "2",
+    "--engine",
+    "mujoco",
+]
 SLOW += [word for place in range(N_SLOW) for word in ("--location", f"{0.4 + 0.002 * place:g}")]
 
 
@@ -154,7 +163,11 @@ def test_too_few_addresses_are_said_in_one_line(tmp_path, workers):
     resource = pytest.importorskip("resource")
     few = partial(resource.setrlimit, resource.RLIMIT_AS, (7 * 10**8, 7 * 10**8))
     ended = subprocess.run(
-        [*FEELER, *SET, *workers], cwd=tmp_path, check=False, capture_output=True, preexec_fn=few
+        [*FEELER, *SET, *workers],
+        cwd=tmp_path,
+        check=False,
+        capture_output=True,
+        preexec_fn=few,
     )
     assert ended.returncode == 2
     assert ended.stderr.decode().startswith("feeler: there is not enough memory")

@@ -52,7 +52,9 @@ def test_contact_is_noticed_at_the_last_of_so_many_samples_beyond_the_level():
     ]
     noticed = [finder.see(np.array(sample)) for sample in seen]
     assert noticed == [False] * 7 + [True]
-    assert finder.level == pytest.approx([(5.0 + 5.5 + 6.0 + 5.5) / 4, 2.0])  # 8.0 was beyond it
+    assert finder.level == pytest.approx(
+        [(5.0 + 5.5 + 6.0 + 5.5) / 4, 2.0]
+    )  # 8.0 was beyond it
 
 
 def test_a_sensor_that_is_missing_is_left_out_and_comes_in_later():
@@ -74,8 +76,14 @@ def test_the_level_of_long_rest_forgets_what_was_300_samples_ago():
 
 def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
     confusion = np.zeros((3, 2, 2))
-    confusion[0], confusion[1], confusion[2] = [[9, 0], [0, 9]], [[6, 2], [1, 3]], [[2, 6], [4, 0]]
-    sweep = make_sweep(np.zeros((3, 1)), ratios=(0.0, 0.1, 0.2), n_classes=2, confusion=confusion)
+    confusion[0], confusion[1], confusion[2] = (
+        [[9, 0], [0, 9]],
+        [[6, 2], [1, 3]],
+        [[2, 6], [4, 0]],
+    )
+    sweep = make_sweep(
+        np.zeros((3, 1)), ratios=(0.0, 0.1, 0.2), n_classes=2, confusion=confusion
+    )
     np.testing.assert_allclose(sweep.recall, [[1, 1], [0.75, 0.75], [0.25, 0]])
     np.testing.assert_allclose(sweep.area, [0.5, 0.375])
     assert sweep.chance == 0.5
@@ -120,7 +128,8 @@ def test_kept_variance_is_a_share_about_the_set_s_own_mean():
         np.abs(found.transform(other)), np.abs((other - train.mean(axis=0)) @ axes[:2].T)
     )
     np.testing.assert_allclose(
-        found.explained_variance_, np.var((train - train.mean(axis=0)) @ axes[:2].T, axis=0, ddof=1)
+        found.explained_variance_,
+        np.var((train - train.mean(axis=0)) @ axes[:2].T, axis=0, ddof=1),
     )
     assert np.isnan(compute_kept_variance(found, np.ones((3, 6))))
 
@@ -134,7 +143,12 @@ def test_answers_in_time_are_counted_by_hand():
         return SimpleNamespace(since_contact=since, label=label, probability=probability)
 
     replays = {
-        "one": [state(-1, None, 0.0), state(0, "a", 0.5), state(1, "a", 0.8), state(2, "a", 0.9)],
+        "one": [
+            state(-1, None, 0.0),
+            state(0, "a", 0.5),
+            state(1, "a", 0.8),
+            state(2, "a", 0.9),
+        ],
         "two": [state(0, "b", 0.4), state(1, "c", 0.95)],
         "three": [state(-1, None, 0.0)],
     }
@@ -151,14 +165,18 @@ def make_touches(spread=0.0, seed=0, n_each=1):
     rng, time = np.random.default_rng(seed), np.maximum(np.arange(160) - 30.0, 0.0)
     shapes = [np.stack([0.02 * time, (-1) ** k * 0.002 * time]) for k in range(2)]
     touches = [shape * (1 + spread * rng.normal()) for shape in shapes for _ in range(n_each)]
-    return touches, [label for label in (("a", 0.5, 0.1), ("b", 0.5, 0.1)) for _ in range(n_each)]
+    return touches, [
+        label for label in (("a", 0.5, 0.1), ("b", 0.5, 0.1)) for _ in range(n_each)
+    ]
 
 
 def test_evidence_is_summed_over_lags_by_bayes():
     """Every lag is as likely: p(class) ∝ Σ_lag p(seen | class, lag), with σ² = floor² + (5 % of the
     peak)².
     """
-    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=2, lag_step=2).fit(*make_touches())
+    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=2, lag_step=2).fit(
+        *make_touches()
+    )
     touch = make_touches(spread=0.05, seed=4)[0][1]
     stream = decoder.start()
     states = [stream.update(sample) for sample in touch.T]
@@ -176,7 +194,9 @@ def test_evidence_is_summed_over_lags_by_bayes():
 
 def test_several_touches_of_a_class_give_its_mean_and_spread():
     touches, labels = make_touches(spread=0.1, n_each=5)
-    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=0, lag_step=1).fit(touches, labels)
+    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=0, lag_step=1).fit(
+        touches, labels
+    )
     cut = np.array([decoder._cut(touch) for touch in touches[:5]])
     np.testing.assert_allclose(decoder.expected_[0], cut.mean(axis=0))
     variance = cut.var(axis=0) + (0.05 * np.abs(cut.mean(axis=0)).max()) ** 2 + 0.004**2
@@ -222,7 +242,9 @@ def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
             0.1,
         ),
     )  # of no contact, and of no class: left out
-    more = classifier.temper(np.concatenate([test, silent, test[:1]]), [*true, labels[0], strange])
+    more = classifier.temper(
+        np.concatenate([test, silent, test[:1]]), [*true, labels[0], strange]
+    )
     assert more.temperature_ == found
     for wrong in (true[:-1], [strange] * len(true)):
         with pytest.raises(InvalidInput, match="temper needs touches with contact"):

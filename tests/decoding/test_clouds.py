@@ -104,5 +104,7 @@ def test_the_calibration_error_is_that_of_a_slow_count():
 def test_what_strangers_differ_by_is_not_underestimated_where_kinds_are_many():
     """Each kind's mean takes one degree of freedom: of two of a kind, half."""
     kinds = [kind for kind in range(300) for _ in range(2)]
-    places = np.random.default_rng(5).normal(0.0, 3.0, (600, 2)) + 50.0 * np.array(kinds)[:, None]
+    places = (
+        np.random.default_rng(5).normal(0.0, 3.0, (600, 2)) + 50.0 * np.array(kinds)[:, None]
+    )
     assert Strangers(places, kinds)._spread.mean() == pytest.approx(9.0, rel=0.1)

@@ -17,11 +17,12 @@ def make_touches(n_each=12, seed=0):
     rng = np.random.default_rng(seed)
     sensor, time = np.mgrid[: SHAPE[0], : SHAPE[1]]
     blobs = [
-        np.exp(-((sensor - s) ** 2 + (time - t) ** 2) / 8) for s, t in ((3, 4), (7, 10), (11, 16))
+        np.exp(-((sensor - s) ** 2 + (time - t) ** 2) / 8)
+        for s, t in ((3, 4), (7, 10), (11, 16))
     ]
-    return np.tile(blobs, (n_each, 1, 1)) + 0.1 * rng.normal(size=(3 * n_each, *SHAPE)), np.tile(
-        list("abc"), n_each
-    )
+    return np.tile(blobs, (n_each, 1, 1)) + 0.1 * rng.normal(
+        size=(3 * n_each, *SHAPE)
+    ), np.tile(list("abc"), n_each)
 
 
 def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
@@ -87,7 +88,9 @@ def test_touches_are_learned_and_equal_seeds_give_equal_weights():
     torch.manual_seed(5)
     before = torch.random.get_rng_state()
     models = [TouchNetwork(**QUICK, random_state=s).fit(*make_touches()) for s in (1, 1, 2)]
-    assert (torch.random.get_rng_state() == before).all()  # the caller's generator is left alone
+    assert (
+        torch.random.get_rng_state() == before
+    ).all()  # the caller's generator is left alone
     weights = [model.network_[0].weight.detach().cpu().numpy() for model in models]
     np.testing.assert_array_equal(weights[0], weights[1])
     assert (weights[0] != weights[2]).any()

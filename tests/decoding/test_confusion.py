@@ -84,7 +84,10 @@ def test_null_is_one_typical_tensor_repeated():
         (lambda: explain_confusion(np.ones((3, 3)), ATTRIBUTES), "4 values for 3 classes"),
         (lambda: make_labels(ATTRIBUTES, by=("location",)), "no coordinate 'location'"),
         (lambda: make_codes(np.ones((2, 2, 2)), None, ["pca"]), "joint, sparse, ridge, raw"),
-        (lambda: encode_with(np.ones((2, 2, 2)), None, "joint"), "only for the tensors of the fit"),
+        (
+            lambda: encode_with(np.ones((2, 2, 2)), None, "joint"),
+            "only for the tensors of the fit",
+        ),
     ],
 )
 def test_bad_input_is_refused(call, message):

@@ -45,7 +45,10 @@ def make_group(height):
     tensors = np.exp(-0.5 * ((time - places) / 2) ** 2)[:, None, :] * np.full((1, 4, 1), height)
     encoder = SumEncoder()
     return Group(
-        tensors=tensors, labels=np.arange(8), encoder=encoder, codes=make_codes(tensors, encoder)
+        tensors=tensors,
+        labels=np.arange(8),
+        encoder=encoder,
+        codes=make_codes(tensors, encoder),
     )
 
 

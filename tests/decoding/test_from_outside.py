@@ -16,7 +16,9 @@ from feeler.errors import InvalidInput
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import plot_index
 
-PLAN = Plan(ratios=(0.2,), n_repeats=1, n_copies=4, other_copies=(), before_repeats=0, n_restarts=1)
+PLAN = Plan(
+    ratios=(0.2,), n_repeats=1, n_copies=4, other_copies=(), before_repeats=0, n_restarts=1
+)
 
 
 def make_cosine(tensors):

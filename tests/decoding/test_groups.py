@@ -82,7 +82,9 @@ def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_
 def test_a_comparison_of_one_is_left_out_and_a_reference_must_be_there():
     assert list(list_groups({"exponential": SETS["exponential"]})) == ["speed"]
     assert list(
-        list_groups({"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear")
+        list_groups(
+            {"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear"
+        )
     ) == ["profile"]
     with pytest.raises(
         InvalidInput, match="no tensors of the reference antenna 'linear'; given: constant"
@@ -100,7 +102,9 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
         2,
         4,
     ]  # both speeds together: 4 touches
-    assert len(nulls) == 4  # slow, fast, constant, linear: the slow ones stand in both comparisons
+    assert (
+        len(nulls) == 4
+    )  # slow, fast, constant, linear: the slow ones stand in both comparisons
     assert {fit[1] for fit in Noting.fits} == {PLAN.n_restarts}
     for kind, found in groups.items():
         size = 4 if kind == "speed" else 2

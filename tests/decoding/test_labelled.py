@@ -57,7 +57,10 @@ def touches():
 
 @pytest.mark.parametrize("decoder", CLASSIFIERS, ids=name)
 def test_answers_are_labelled_as_the_touches_are_and_the_same(decoder, touches):
-    names, parts = make_labels(touches, by=PARTS), [touches[part].values.tolist() for part in PARTS]
+    names, parts = (
+        make_labels(touches, by=PARTS),
+        [touches[part].values.tolist() for part in PARTS],
+    )
     labels = names if decoder in WITH_NAMES else list(zip(*parts, strict=True))
     found = decoder.fit(touches.values, labels).predict(touches)
     assert found.dims == ("trial",) and found["feature"].values.tolist() == parts[0]
@@ -66,7 +69,9 @@ def test_answers_are_labelled_as_the_touches_are_and_the_same(decoder, touches):
     if not hasattr(decoder, "predict_proba"):
         return
     chance = decoder.predict_proba(touches)
-    assert chance.dims == ("trial", "class") and chance["class"].values.tolist() == sorted({*names})
+    assert chance.dims == ("trial", "class") and chance["class"].values.tolist() == sorted(
+        {*names}
+    )
     assert chance["speed"].values.tolist() == parts[2]
     np.testing.assert_array_equal(chance, decoder.predict_proba(touches.values))
     np.testing.assert_allclose(chance.sum("class"), 1, rtol=1e-5)
@@ -123,7 +128,9 @@ def test_whoever_takes_tables_is_an_estimator_to_scikit_learn(estimator, check):
 
 
 @pytest.mark.parametrize(
-    "estimator", [TransferClassifier(), StreamDecoder(), TouchNetwork(), ConvolutiveNMF()], ids=name
+    "estimator",
+    [TransferClassifier(), StreamDecoder(), TouchNetwork(), ConvolutiveNMF()],
+    ids=name,
 )
 def test_whoever_takes_tensors_says_so(estimator):
     tags = get_tags(estimator).input_tags

@@ -51,7 +51,9 @@ def test_the_null_is_the_tensor_of_the_median_energy():
     turned = np.roll(tensors, 1, axis=0)
     np.testing.assert_array_equal(make_null(turned, 2), np.tile(3 * np.eye(2), (2, 1, 1)))
     group = Group(tensors=turned, labels=np.arange(5), encoder=Doubler(), codes={})
-    np.testing.assert_array_equal(_repeat_code(group, "ridge"), np.tile(6 * np.eye(2), (5, 1, 1)))
+    np.testing.assert_array_equal(
+        _repeat_code(group, "ridge"), np.tile(6 * np.eye(2), (5, 1, 1))
+    )
 
 
 class Doubler:

@@ -69,7 +69,9 @@ def test_every_reader_learns_and_gives_probabilities_whole_and_by_a_deadline(nam
     tensors, labels = make_touches(seed=1)
     whole, early = (reader.predict_proba(label(tensors), until) for until in (None, 30.0))
     for found in (whole, early):
-        assert found.dims == ("trial", "class") and found["class"].values.tolist() == list("abc")
+        assert found.dims == ("trial", "class") and found["class"].values.tolist() == list(
+            "abc"
+        )
         np.testing.assert_allclose(found.sum("class"), 1, rtol=1e-6)
     assert reader.score(tensors, labels) == 1
     assert list(reader.predict(label(tensors), 30.0).values[:4]) == ["a"] * 4
@@ -106,7 +108,9 @@ def test_a_reader_asked_before_it_was_fitted_says_so(reader):
     from sklearn.base import clone
 
     for ask in ("predict", "predict_proba"):
-        with pytest.raises(InvalidInput, match="asked before it was fitted; call fit") as caught:
+        with pytest.raises(
+            InvalidInput, match="asked before it was fitted; call fit"
+        ) as caught:
             getattr(clone(reader), ask)(make_touches()[0])
         assert isinstance(caught.value, NotFittedError)
 
@@ -201,8 +205,14 @@ def test_a_sweep_takes_any_reader_by_name_and_none_beats_the_ideal_one():
     labels = np.arange(6)
     few = {"ratios": (0.3, 0.8), "n_copies": 6, "n_repeats": 2, "noise": Relative()}
     found = {
-        name: compute_sweep(tensors[:, :, ::4], labels, estimator=reader, **few).noisy.mean(axis=1)
-        for name, reader in {"ideal": "ideal", "lda": make_lda(3), "svm": READERS["svm"](3)}.items()
+        name: compute_sweep(tensors[:, :, ::4], labels, estimator=reader, **few).noisy.mean(
+            axis=1
+        )
+        for name, reader in {
+            "ideal": "ideal",
+            "lda": make_lda(3),
+            "svm": READERS["svm"](3),
+        }.items()
     }
     assert (found["ideal"] >= np.maximum(found["lda"], found["svm"]) - 0.05).all()
     exact = compute_information(

@@ -30,7 +30,9 @@ def test_the_score_is_the_share_of_tensors_named_right(wrong):
     labels = np.repeat(["a", "b", "c"], 8)
     answers = labels.copy()
     answers[:wrong] = "none"
-    share, low, high = task.score(lambda: Says(answers), (None, None, None), (None, labels, None))
+    share, low, high = task.score(
+        lambda: Says(answers), (None, None, None), (None, labels, None)
+    )
     assert share == pytest.approx(1 - wrong / 24)
     assert low <= share <= high and (high - low > 0) == (wrong > 0)
 

@@ -125,9 +125,13 @@ def test_posterior_equals_bayes_written_out():
     for c in range(3):
         variance = (decoder.noise * np.abs(decoder.expected_[c]).max()) ** 2 + 0.004**2
         error = seen - decoder.expected_[c][:, :100]
-        log[c] = np.sum(-0.5 * error**2 / variance - 0.5 * np.log(variance)) / decoder.correlation
+        log[c] = (
+            np.sum(-0.5 * error**2 / variance - 0.5 * np.log(variance)) / decoder.correlation
+        )
     expected = np.exp(log - log.max())
-    np.testing.assert_allclose(states[onset + 99].posterior, expected / expected.sum(), rtol=1e-6)
+    np.testing.assert_allclose(
+        states[onset + 99].posterior, expected / expected.sum(), rtol=1e-6
+    )
 
 
 def test_start_may_come_at_any_time_and_level_may_differ():
@@ -194,7 +198,9 @@ def test_tempering_makes_it_as_sure_as_it_is_right():
     drawn = [
         alike[k] * (1 + 0.1 * rng.standard_normal()) for k in picks
     ]  # scale says nothing about the class
-    others = [labels[k] for k in [0, 1] * 12]  # each touch under both names: nothing can be known
+    others = [
+        labels[k] for k in [0, 1] * 12
+    ]  # each touch under both names: nothing can be known
     sure = [decoder.replay(touch)[-1].probability for touch in drawn]
     tempered = decoder.temper(drawn, others)
     assert tempered.correlation_ > 10
@@ -246,7 +252,9 @@ def test_fifty_samples_too_many_at_the_start_are_left_out_and_one_more_is_refuse
         (lambda d: _update(d, (np.zeros(4),)), "a sample is 3 finite numbers"),
         (lambda d: _update(d, (np.full(3, np.inf),)), "a sample is 3 finite numbers"),
         (
-            lambda d: _update(d, (np.zeros(3), 100.0), (np.zeros(3), 150.0), (np.zeros(3), 100.0)),
+            lambda d: _update(
+                d, (np.zeros(3), 100.0), (np.zeros(3), 150.0), (np.zeros(3), 100.0)
+            ),
             "time runs backwards",
         ),
         (lambda d: _update(d, (np.zeros(3), float("nan"))), "time must be finite"),
@@ -355,7 +363,9 @@ def test_any_model_may_say_what_is_felt():
     samples[:, 10:] = 0.2
     samples[:, 20:] = -0.2
     states = decoder.replay(samples)
-    assert [state.label for state in states[:12]] == [None] * 12  # three samples confirm contact
+    assert [state.label for state in states[:12]] == [
+        None
+    ] * 12  # three samples confirm contact
     assert {state.label for state in states[12:20]} == {"up"} and {
         state.label for state in states[20:]
     } == {"down"}
@@ -365,9 +375,9 @@ def test_any_model_may_say_what_is_felt():
 
 @pytest.mark.parametrize(("sure", "said"), [(0.75, "decided"), (0.74, "unsure")])
 def test_who_just_reaches_the_threshold_is_decided(sure, said):
-    decoder = StreamDecoder(window=9, threshold=0.75, model=lambda tensor: [sure, 1 - sure]).adopt(
-        ["a", "b"], 1
-    )
+    decoder = StreamDecoder(
+        window=9, threshold=0.75, model=lambda tensor: [sure, 1 - sure]
+    ).adopt(["a", "b"], 1)
     states = decoder.replay(np.r_[np.zeros(5), np.ones(5)][None])
     assert {state.state for state in states if state.since_contact >= 0} == {said}
 
@@ -415,4 +425,9 @@ def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
         sys.modules, "serial", SimpleNamespace(Serial=Port, SerialException=OSError)
     )
     assert list(open_serial("/dev/robot")) == [b"1,2\n", b"3,4\n"]
-    assert asked == {"port": "/dev/robot", "baudrate": 115_200, "timeout": 2.0, "closed": True}  # s
+    assert asked == {
+        "port": "/dev/robot",
+        "baudrate": 115_200,
+        "timeout": 2.0,
+        "closed": True,
+    }  # s

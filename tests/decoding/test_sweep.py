@@ -36,13 +36,19 @@ def make_bumps(places=(20, 30, 40, 50, 60, 70), width=5.0, n_sensors=3):
 
 @pytest.mark.parametrize("estimator", [make_lda(12), make_svm(12), KNeighborsClassifier(3)])
 def test_distinct_codes_are_told_apart_without_noise(estimator):
-    sweep = compute_sweep(make_bumps(), list("abcdef"), ratios=(0.0,), estimator=estimator, **FEW)
+    sweep = compute_sweep(
+        make_bumps(), list("abcdef"), ratios=(0.0,), estimator=estimator, **FEW
+    )
     assert (sweep.noisy == 1).all() and (sweep.clean == 1).all()
 
 
 def test_accuracy_falls_to_chance_as_noise_grows():
     sweep = compute_sweep(
-        make_bumps(), np.arange(6), ratios=(0.1, 2.0, 1000.0), estimator=make_lda(12), n_repeats=10
+        make_bumps(),
+        np.arange(6),
+        ratios=(0.1, 2.0, 1000.0),
+        estimator=make_lda(12),
+        n_repeats=10,
     )
     noisy = sweep.noisy.mean(axis=1)
     assert noisy[0] > noisy[1] > noisy[2]
@@ -100,7 +106,9 @@ class Memory(ClassifierMixin, BaseEstimator):
 def test_no_test_copy_was_seen_in_training():
     Memory.leaks.clear()
     compute_sweep(make_bumps(), np.arange(6), ratios=(0.1,), estimator=Memory(), **FEW)
-    assert Memory.leaks == [False] * 2 * FEW["n_repeats"]  # noisy copies, and the clean originals
+    assert (
+        Memory.leaks == [False] * 2 * FEW["n_repeats"]
+    )  # noisy copies, and the clean originals
 
 
 def test_confusion_counts_every_test_copy_and_gives_the_accuracy():
@@ -159,12 +167,16 @@ def test_variance_kept_is_that_of_the_longest_axes(rotate, components, share):
 def test_leaving_out_a_size_tests_on_that_size_only():
     codes = np.concatenate([make_bumps(), 3 * make_bumps()])
     labels, sizes = np.tile(np.arange(6), 2), np.repeat([1.5, 3.0], 6)
-    sweeps = compute_left_out(codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW)
+    sweeps = compute_left_out(
+        codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW
+    )
     assert list(sweeps) == [1.5, 3.0]
     codes[6:] = codes[:6][
         ::-1
     ]  # the large ones now look like other small ones: unseen sizes are all wrong
-    wrong = compute_left_out(codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW)
+    wrong = compute_left_out(
+        codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW
+    )
     assert (
         sweeps[3.0].clean.mean() > 0.9
         and wrong[3.0].clean.mean() == 0
@@ -191,8 +203,12 @@ def test_jittered_trials_stay_near_and_keep_the_rest():
     by = Nuisances.only(location=0.05, speed=0.1)
     jittered = by.jitter(trials, np.random.default_rng(0), 50)
     assert len(jittered) == 150
-    shift = np.array([j.location - t.location for j, t in zip(jittered, trials * 50, strict=True)])
-    change = np.array([j.speed / t.speed - 1 for j, t in zip(jittered, trials * 50, strict=True)])
+    shift = np.array(
+        [j.location - t.location for j, t in zip(jittered, trials * 50, strict=True)]
+    )
+    change = np.array(
+        [j.speed / t.speed - 1 for j, t in zip(jittered, trials * 50, strict=True)]
+    )
     assert 0.045 < np.abs(shift).max() <= 0.05 and 0.09 < np.abs(change).max() <= 0.1
     assert all(j.feature == Ball(radius=1.5) for j in jittered)
 
@@ -237,7 +253,10 @@ BUMPS = make_bumps()
     [
         (lambda: compute_sweep(BUMPS, ["a"] * 6), "only one class"),
         (lambda: compute_sweep(BUMPS, np.arange(5)), "6 trials but labels of shape"),
-        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "Relative.size must be ≥ 0"),
+        (
+            lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)),
+            "Relative.size must be ≥ 0",
+        ),
         (
             lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3),
             "18 training trials cannot give 30 .* at most 18",

@@ -29,7 +29,9 @@ def _set(n_classes=4, noise=0.0, seed=0, n=60):
 
 
 def test_first_positive_peak_skips_ripples_and_negative_peaks():
-    trace = -_bump(60) + _bump(200) + _bump(300, height=20.0) + _bump(120, width=3.0, height=0.5)
+    trace = (
+        -_bump(60) + _bump(200) + _bump(300, height=20.0) + _bump(120, width=3.0, height=0.5)
+    )
     assert find_first_peak(trace) == 200
     assert find_first_peak(-trace) == 60  # upside down, the first dip is a peak
     assert find_first_peak(np.zeros(100)) == -1
@@ -174,7 +176,10 @@ def _fit(X, y=None, **options):
             lambda: _fit(None).predict(np.zeros((1, 3, 7))),
             "learned tensors of 3 sensors × 60 samples",
         ),
-        (lambda: score_transfer(_fit(None), np.zeros((1, 3, 60)), []), "one true label per tensor"),
+        (
+            lambda: score_transfer(_fit(None), np.zeros((1, 3, 60)), []),
+            "one true label per tensor",
+        ),
         (lambda: align([], []), "one tip trace per touch"),
         (lambda: align([np.zeros((2, 9))], [np.zeros(8)]), "touch 0 has shape"),
         (lambda: align([np.zeros((2, 9))], [np.zeros(9)], after=0), "after ≥ 1"),

@@ -28,7 +28,11 @@ def draw(robots, seed, wrong=False):
     made = []
     for k in range(robots):
         for label, (depth, rate) in zip(LABELS, ways, strict=True):
-            more = (depth * rng.uniform(2, 4), rate * rng.uniform(2, 4)) if wrong else (depth, rate)
+            more = (
+                (depth * rng.uniform(2, 4), rate * rng.uniform(2, 4))
+                if wrong
+                else (depth, rate)
+            )
             made.append((bend(*more, rng), label, k))
     return tuple(map(list, zip(*made, strict=True)))
 

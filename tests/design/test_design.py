@@ -66,7 +66,8 @@ def test_templates_are_the_score_s_own_decoder():
 
 def test_purposes_meet_different_touches_and_antennas_the_same():
     first, second = (
-        [t.location for t in TASK.draw_classes(ANTENNA, name, 0.6)] for name in ("test", "final")
+        [t.location for t in TASK.draw_classes(ANTENNA, name, 0.6)]
+        for name in ("test", "final")
     )
     softer = TASK.draw_classes(ANTENNA.replace(stiffness=0.1), "test", 0.3)
     assert not set(first) & set(second)
@@ -76,7 +77,9 @@ def test_purposes_meet_different_touches_and_antennas_the_same():
 def test_who_is_asked_about_new_touches_has_met_none_of_them():
     places, new = (0.5, 0.7, 0.9), (0.55, 0.6, 0.8)
     known = Nuisances(location=list(places), size=0.0)
-    task = TASK.replace(locations=(0.7,), nuisances=known, unseen=known.replace(location=list(new)))
+    task = TASK.replace(
+        locations=(0.7,), nuisances=known, unseen=known.replace(location=list(new))
+    )
     touches = np.array([t.location for t in task.draw_classes(ANTENNA, "test", 0.6)])
     lessons, asked = np.split(touches.reshape(task.n_classes, -1), [task.train], axis=1)
     assert {*lessons.ravel()} <= {*places} and {*asked.ravel()} <= {*new}
@@ -157,7 +160,12 @@ def test_knots_make_the_family_that_they_say(knots):
 
 def test_a_space_has_its_reference_in_the_middle_and_its_bounds_at_one():
     space = Space(
-        reference=ANTENNA, stiffness=2, damping=1, span=10.0, length=(0.5, 2.0), speed=(0.1, 0.4)
+        reference=ANTENNA,
+        stiffness=2,
+        damping=1,
+        span=10.0,
+        length=(0.5, 2.0),
+        speed=(0.1, 0.4),
     )
     middle, far = (space.build(np.full(len(space.names), x)) for x in (0.0, 1.0))
     assert middle.antenna == ANTENNA.replace(name="design")
@@ -169,7 +177,9 @@ def test_a_space_has_its_reference_in_the_middle_and_its_bounds_at_one():
 
 def test_two_knots_hold_every_exponential_profile():
     cockroach = feeler.presets.cockroach()
-    built = Space(reference=cockroach, stiffness=2, damping=0).build(np.array([-0.3, 0.4])).antenna
+    built = (
+        Space(reference=cockroach, stiffness=2, damping=0).build(np.array([-0.3, 0.4])).antenna
+    )
     assert np.diff(np.log(built.stiffness), 2) == pytest.approx(0.0, abs=1e-12)
 
 
@@ -183,18 +193,18 @@ def test_warped_sensors_are_as_many_and_differ(warp):
 def test_constraints_say_what_is_broken_and_by_how_much():
     floppy = ANTENNA.replace(damping=ANTENNA.damping / 4)
     ratio = compute_modes(ANTENNA, 6).damping_ratio.min()
-    assert Constraints(damping_share=1.0).check(floppy, ANTENNA)["damping_share"] == pytest.approx(
-        np.log(4)
-    )
+    assert Constraints(damping_share=1.0).check(floppy, ANTENNA)[
+        "damping_share"
+    ] == pytest.approx(np.log(4))
     assert Constraints(damping_ratio=ratio / 2).check(floppy, ANTENNA)[
         "damping_ratio"
     ] == pytest.approx(np.log(2))
     assert Constraints(mass=0.6).check(ANTENNA, ANTENNA)["mass"] == pytest.approx(np.log(2))
     assert Constraints(compliance=(0.5, 2.0)).check(ANTENNA, ANTENNA) == {"compliance": 0.0}
     soft = ANTENNA.replace(stiffness=ANTENNA.stiffness / 3)
-    assert Constraints(compliance=(0.5, 1.5)).check(soft, ANTENNA)["compliance"] == pytest.approx(
-        np.log(2)
-    )
+    assert Constraints(compliance=(0.5, 1.5)).check(soft, ANTENNA)[
+        "compliance"
+    ] == pytest.approx(np.log(2))
     assert Constraints(softest=1.0).check(soft, ANTENNA)["softest"] == pytest.approx(np.log(3))
     assert Constraints(thickness=0.5).check(soft, ANTENNA)["thickness"] > 0
     assert Constraints(peak_angle=0.1).check_peak(0.2) == pytest.approx(np.log(2))
@@ -293,8 +303,14 @@ def test_constraints_that_exclude_all_are_named():
     ("make", "words"),
     [
         (lambda: DesignTask(objects=("ball",), locations=(0.5,)), "nothing to tell apart"),
-        (lambda: DesignTask(seeds={"optimiser": 1, "test": 1, "final": 2}), "seeds .* must differ"),
-        (lambda: DesignTask(noise="pink"), "unknown noise model 'pink'; valid: relative, common"),
+        (
+            lambda: DesignTask(seeds={"optimiser": 1, "test": 1, "final": 2}),
+            "seeds .* must differ",
+        ),
+        (
+            lambda: DesignTask(noise="pink"),
+            "unknown noise model 'pink'; valid: relative, common",
+        ),
         (lambda: DesignTask(noise="relative:0"), "noise of a design's task must be > 0"),
         (lambda: DesignTask(speeds=()), "speeds must be"),
         (lambda: DesignTask(train=1), "train must be ≥ 2"),

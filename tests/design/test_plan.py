@@ -176,14 +176,18 @@ def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
     ).stat().st_size == before  # nothing was simulated again
     page = (folder / "out" / "design.html").read_text()
     assert "Which antenna should I build?" in page and "data:image/" in page
-    said = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).stdout)
+    said = json.loads(
+        CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).stdout
+    )
     assert said["final"]["bits"] == found.final.bits and said["fewer_errors"] == list(
         found.compare()
     )
 
 
 def read_numbers(pattern, text):
-    return [float(number) for number in re.search(pattern.replace("#", r"([\d.]+)"), text).groups()]
+    return [
+        float(number) for number in re.search(pattern.replace("#", r"([\d.]+)"), text).groups()
+    ]
 
 
 def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, capsys):
@@ -202,11 +206,14 @@ def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, cap
     )
     told = replace(found, final=final, reference_final=reference, looks=1)
     touches = (other - mine).mean(axis=(0, 1))
-    fewer, error = touches.mean() / other.mean(), touches.std(ddof=1) / np.sqrt(4) / other.mean()
-    assert told.compare() == pytest.approx((fewer, error))
-    assert replace(told, reference_final=replace(reference, errors=0.0)).compare() == pytest.approx(
-        (np.nan,) * 2, nan_ok=True
+    fewer, error = (
+        touches.mean() / other.mean(),
+        touches.std(ddof=1) / np.sqrt(4) / other.mean(),
     )
+    assert told.compare() == pytest.approx((fewer, error))
+    assert replace(
+        told, reference_final=replace(reference, errors=0.0)
+    ).compare() == pytest.approx((np.nan,) * 2, nan_ok=True)
     _report(told, tmp_path, robot=False, movie=False, executor=None, as_json=False)
     said = read_numbers(
         r"final draws: # % wrong, the reference # %: errors avoided # ± # %\n",
@@ -297,7 +304,10 @@ def test_the_pictures_of_a_design_are_in_their_units(made):
         )
     plot_confusion(found, figure := Figure())
     for ax, one, name in zip(
-        figure.axes, (found.reference_final, found.final), ("reference", "design 1"), strict=False
+        figure.axes,
+        (found.reference_final, found.final),
+        ("reference", "design 1"),
+        strict=False,
     ):
         assert ax.get_title() == f"{name}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong"
         np.testing.assert_array_equal(ax.images[0].get_array(), one.confusion)
@@ -323,7 +333,9 @@ def test_a_share_of_damping_is_lacked_as_far_as_the_worst_mode_lacks_it(monkeypa
 
     ratios = {"own": np.array([0.9, 0.2, 0.5]), "reference": np.array([0.8, 0.7, 0.6])}
     monkeypatch.setattr(
-        constraints, "compute_modes", lambda name, n: SimpleNamespace(damping_ratio=ratios[name])
+        constraints,
+        "compute_modes",
+        lambda name, n: SimpleNamespace(damping_ratio=ratios[name]),
     )
     lacks = constraints.Constraints(damping_share=1.0, modes=3).check("own", "reference")
     assert lacks == {"damping_share": pytest.approx(np.log(0.7 / 0.2))}

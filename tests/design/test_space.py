@@ -75,7 +75,9 @@ def test_who_bends_alike_in_both_planes_keeps_the_planar_compliance(held):
     shape = np.linspace(2.0, 0.1, 6)
     flat = match_compliance(shape, ANTENNA, held)
     np.testing.assert_allclose(match_compliance(np.stack([shape] * 2), EVEN, held), [flat] * 2)
-    with pytest.raises(InvalidInput, match=r"for each of the 6 segments .*\(2, 6\), got .*\(6,\)"):
+    with pytest.raises(
+        InvalidInput, match=r"for each of the 6 segments .*\(2, 6\), got .*\(6,\)"
+    ):
         match_compliance(shape, EVEN, held)
 
 
@@ -110,7 +112,9 @@ def test_flexures_are_cut_for_one_plane_and_say_so(make):
 def test_the_verb_searches_in_space_and_refuses_the_robot(tmp_path):
     feeler.save_antenna(TWISTING, tmp_path / "small.toml")
     plan = tmp_path / "task.toml"
-    plan.write_text(TEXT.replace("[task.seeds]", "[task.nuisances]\nazimuth = 50\n[task.seeds]"))
+    plan.write_text(
+        TEXT.replace("[task.seeds]", "[task.nuisances]\nazimuth = 50\n[task.seeds]")
+    )
     asked = ["design", str(plan), "--out", str(tmp_path / "out"), "--no-movie", "--json"]
     done = CliRunner().invoke(app, asked)
     assert done.exit_code == 0, done.output

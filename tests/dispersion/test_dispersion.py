@@ -23,7 +23,12 @@ from feeler.errors import InvalidInput
 
 from .test_indices import ssim_slowly
 
-MATRIX = {"pearson": compute_pearson, "ssim": compute_ssim, "mse": compute_mse, "nmi": compute_nmi}
+MATRIX = {
+    "pearson": compute_pearson,
+    "ssim": compute_ssim,
+    "mse": compute_mse,
+    "nmi": compute_nmi,
+}
 
 
 def make_pairs(n_pairs=4, seed=0):
@@ -60,7 +65,9 @@ def test_closest_is_the_greatest_unless_it_is_said_to_be_the_least():
 
 
 def test_two_tensors_are_each_others_closest():
-    np.testing.assert_array_equal(find_closest(np.array([[1.0, 0.3], [0.3, 1.0]])).trial, [1, 0])
+    np.testing.assert_array_equal(
+        find_closest(np.array([[1.0, 0.3], [0.3, 1.0]])).trial, [1, 0]
+    )
 
 
 def test_first_of_equals_is_taken_in_any_block_size():
@@ -120,7 +127,9 @@ def test_every_average_is_that_of_the_libraries_written_out(scale):
             own = [k for k, name in enumerate(groups) if name == group]
             pick = min if index == "mse" else max
             expected = [pick(one(i, j) for j in own if j != i) for i in own]
-            np.testing.assert_allclose(found.values(index, group), expected, rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(
+                found.values(index, group), expected, rtol=1e-9, atol=1e-12
+            )
             assert found.average[index][group].estimate == pytest.approx(np.mean(expected))
 
 
@@ -252,6 +261,8 @@ def test_students_interval_holds_the_mean_as_often_as_it_says():
     rng = np.random.default_rng(7)
     draws = rng.normal(3.0, 2.0, (4000, 3))
     found = [student_mean(values) for values in draws]
-    assert np.mean([one.low <= 3.0 <= one.high for one in found]) == pytest.approx(0.95, abs=0.012)
+    assert np.mean([one.low <= 3.0 <= one.high for one in found]) == pytest.approx(
+        0.95, abs=0.012
+    )
     alone = student_mean(np.array([2.0]))
     assert alone.estimate == 2.0 and np.isnan(alone.low) and np.isnan(alone.high)

@@ -111,7 +111,9 @@ def test_figures_draw_every_group(data, plot):
 
 
 def test_one_antenna_alone_still_has_its_speeds(tensors):
-    data = fig5_data.compute({"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine")
+    data = fig5_data.compute(
+        {"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine"
+    )
     assert list(data.curves) == ["speed"]
     fig5.plot(data, Figure())
 

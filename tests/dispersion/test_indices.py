@@ -11,7 +11,12 @@ from feeler.dispersion.nmi import digitise
 from feeler.errors import InvalidInput
 
 ALL = [compute_pearson, compute_ssim, compute_mse, compute_nmi]
-MATLAB = {"gaussian_weights": True, "sigma": 1.5, "use_sample_covariance": False, "data_range": 1.0}
+MATLAB = {
+    "gaussian_weights": True,
+    "sigma": 1.5,
+    "use_sample_covariance": False,
+    "data_range": 1.0,
+}
 
 
 def make_noise(n=5, shape=(14, 33), seed=0):
@@ -73,7 +78,8 @@ def test_ssim_of_any_range_equals_scikit_image(data_range):
     """C1 = (0.01 L)², C2 = (0.03 L)² (Wang et al. 2004, https://doi.org/10.1109/TIP.2003.819861)."""
     tensors = data_range * make_noise(3)
     expected = loop(
-        tensors, lambda a, b: structural_similarity(a, b, **(MATLAB | {"data_range": data_range}))
+        tensors,
+        lambda a, b: structural_similarity(a, b, **(MATLAB | {"data_range": data_range})),
     )
     np.testing.assert_allclose(
         compute_ssim(tensors, border="interior", data_range=data_range), expected, atol=1e-10
@@ -91,7 +97,9 @@ def ssim_slowly(a, b, mode):
     ma, mb = blur(a), blur(b)
     va, vb, cov = blur(a * a) - ma**2, blur(b * b) - mb**2, blur(a * b) - ma * mb
     c1, c2 = 0.01**2, 0.03**2
-    return ((2 * ma * mb + c1) * (2 * cov + c2) / ((ma**2 + mb**2 + c1) * (va + vb + c2))).mean()
+    return (
+        (2 * ma * mb + c1) * (2 * cov + c2) / ((ma**2 + mb**2 + c1) * (va + vb + c2))
+    ).mean()
 
 
 @pytest.mark.parametrize("rows", [3, 56])
@@ -152,7 +160,9 @@ def test_blocks_change_nothing(compute, block):
 def test_matrix_is_symmetric_with_its_own_diagonal(compute, tensors):
     matrix = compute(tensors)
     np.testing.assert_array_equal(matrix, matrix.T)
-    np.testing.assert_allclose(np.diag(matrix), 0.0 if compute is compute_mse else 1.0, atol=1e-12)
+    np.testing.assert_allclose(
+        np.diag(matrix), 0.0 if compute is compute_mse else 1.0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("scale", [1e-180, 1e-3, 1e150])
@@ -217,7 +227,10 @@ def test_input_that_is_no_set_of_tensors_is_refused(compute, tensors, message):
     [
         (lambda x: compute_ssim(x, border="wrap"), "replicate, reflect, interior"),
         (lambda x: compute_ssim(x, data_range=0.0), "data_range must be > 0"),
-        (lambda x: compute_ssim(x[:, :3], border="interior"), "smaller than the 11 × 11 window"),
+        (
+            lambda x: compute_ssim(x[:, :3], border="interior"),
+            "smaller than the 11 × 11 window",
+        ),
         (lambda x: compute_nmi(x, n_bins=1), "between 2 and 256"),
         (lambda x: compute_nmi(x, data_range=(1.0, 0.0)), "from low to high"),
         (lambda x: compute_nmi(x, common_zeros="no"), "keep, drop"),

@@ -15,7 +15,9 @@ def make_touches(n_trials=12, n_sensors=14, n_times=90, seed=0):
         onset, last = rng.integers(5, 25), rng.integers(15, 45)
         phase = (time - onset) / last
         place = n_sensors * (0.2 + 0.6 * (trial % 3) / 2) + 2 * phase
-        envelope = np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** 2, 0)
+        envelope = np.where(
+            (phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** 2, 0
+        )
         tensors.append(np.exp(-0.5 * ((sensor - place) / 1.5) ** 2) * envelope)
     return np.array(tensors)
 

@@ -35,7 +35,9 @@ def make_dataset(width=1.5, n_sensors=16, n_times=120):
         "speed": ("trial", speeds),
         "size": ("trial", np.full(len(tensors), 1.5)),
     }
-    return xr.Dataset({"angle": (("trial", "sensor", "time"), np.array(tensors))}, coords=coords)
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), np.array(tensors))}, coords=coords
+    )
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +67,9 @@ def test_fig4(touched):
 
 
 def test_fig5f(touched):
-    data = fig5f.compute({"exponential": touched, "constant": make_dataset(width=5)}, effort=QUICK)
+    data = fig5f.compute(
+        {"exponential": touched, "constant": make_dataset(width=5)}, effort=QUICK
+    )
     entropy = data.entropy["histogram of [0, 1]"]
     means = {name: np.nanmean(values[0]) for name, values in entropy.items()}
     assert min(means, key=means.get) == "exponential"

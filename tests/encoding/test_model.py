@@ -13,7 +13,13 @@ from sklearn.model_selection import GridSearchCV, GroupKFold
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 
-from feeler.encoding import ConvolutiveNMF, encode, hoyer_sparseness, match_components, reconstruct
+from feeler.encoding import (
+    ConvolutiveNMF,
+    encode,
+    hoyer_sparseness,
+    match_components,
+    reconstruct,
+)
 from feeler.errors import InvalidInput
 
 CODES = ["sparse", "ridge", "nonnegative"]
@@ -51,7 +57,9 @@ def test_what_is_learned_fits_together(touches, fitted):
 
 def test_components_have_unit_length_and_run_from_base_to_tip(fitted):
     np.testing.assert_allclose((fitted.components_**2).sum(axis=(1, 2)), 1)
-    centre = fitted.components_.sum(axis=2) @ np.arange(14) / fitted.components_.sum(axis=(1, 2))
+    centre = (
+        fitted.components_.sum(axis=2) @ np.arange(14) / fitted.components_.sum(axis=(1, 2))
+    )
     assert (np.diff(centre) > 0).all()
 
 
@@ -65,7 +73,9 @@ def test_planted_bases_come_back(planted):
 def test_planted_sparse_bases_come_back(planted):
     tensors, bases, activations = planted
     sparseness = hoyer_sparseness(activations).mean()
-    model = ConvolutiveNMF(3, 12, sparseness, n_restarts=4, random_state=0, tol=1e-4).fit(tensors)
+    model = ConvolutiveNMF(3, 12, sparseness, n_restarts=4, random_state=0, tol=1e-4).fit(
+        tensors
+    )
     assert match_components(bases, model.components_)[1].min() > 0.99
     assert model.stability_ > 0.8
 
@@ -182,7 +192,8 @@ def test_ridge_code_does_not_depend_on_where_it_starts_and_moves_little(touches,
     seen = np.stack(
         [
             sum(
-                fitted.components_[m, :, lag] @ np.pad(tensor, ((0, 0), (0, 12)))[:, lag : lag + 90]
+                fitted.components_[m, :, lag]
+                @ np.pad(tensor, ((0, 0), (0, 12)))[:, lag : lag + 90]
                 for lag in range(12)
             )
             for tensor in rest
@@ -256,7 +267,10 @@ def test_pipeline_and_grid_search_with_groups(touches):
     )
     labels, groups = np.arange(12) % 3, np.arange(12) // 3
     search = GridSearchCV(
-        pipeline, {"convolutivenmf__n_components": [1, 3]}, cv=GroupKFold(4), error_score="raise"
+        pipeline,
+        {"convolutivenmf__n_components": [1, 3]},
+        cv=GroupKFold(4),
+        error_score="raise",
     ).fit(touches, labels, groups=groups)
     assert search.best_params_ == {"convolutivenmf__n_components": 3}
     assert search.best_score_ > 0.8
@@ -270,7 +284,9 @@ def test_pipeline_and_grid_search_with_groups(touches):
 
 def test_learning_in_batches_approaches_the_full_fit(touches):
     full = ConvolutiveNMF(3, 10, random_state=0, n_restarts=1, tol=1e-3).fit(touches)
-    stream = ConvolutiveNMF(3, 10, random_state=0).fit_stream(touches, batch_size=4, n_epochs=10)
+    stream = ConvolutiveNMF(3, 10, random_state=0).fit_stream(
+        touches, batch_size=4, n_epochs=10
+    )
     assert stream.score(touches) > full.score(touches) - 0.1
     assert stream.components_.shape == (3, 14, 10)
 
@@ -282,7 +298,9 @@ def test_stream_reads_zarr_a_batch_at_a_time(touches, tmp_path):
         tmp_path / "t.zarr", shape=touches.shape, chunks=(1, 14, 90), dtype="f8"
     )
     stored[:] = touches
-    from_disk = ConvolutiveNMF(2, 10, random_state=0).fit_stream(stored, batch_size=5, n_epochs=2)
+    from_disk = ConvolutiveNMF(2, 10, random_state=0).fit_stream(
+        stored, batch_size=5, n_epochs=2
+    )
     from_memory = ConvolutiveNMF(2, 10, random_state=0).fit_stream(
         touches, batch_size=5, n_epochs=2
     )
@@ -300,7 +318,9 @@ BAD_TENSORS = [
 
 
 @pytest.mark.parametrize(
-    ("tensors", "message"), BAD_TENSORS, ids=lambda value: value if isinstance(value, str) else ""
+    ("tensors", "message"),
+    BAD_TENSORS,
+    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_bad_tensors_are_refused_with_what_to_do(tensors, message):
     with pytest.raises(InvalidInput, match=message):

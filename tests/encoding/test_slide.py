@@ -28,9 +28,15 @@ def displace(bases, activations, lags):
     """The same patterns, ``lags`` later within their bases; what leaves them is lost."""
     displaced, moved = np.full_like(bases, 1e-3), np.zeros_like(activations)
     if lags > 0:
-        displaced[:, :, lags:], moved[..., :-lags] = bases[:, :, :-lags], activations[..., lags:]
+        displaced[:, :, lags:], moved[..., :-lags] = (
+            bases[:, :, :-lags],
+            activations[..., lags:],
+        )
     else:
-        displaced[:, :, :lags], moved[..., -lags:] = bases[:, :, -lags:], activations[..., :lags]
+        displaced[:, :, :lags], moved[..., -lags:] = (
+            bases[:, :, -lags:],
+            activations[..., :lags],
+        )
     return displaced, moved
 
 
@@ -54,7 +60,10 @@ def test_bases_in_place_stay(truth):
 @pytest.mark.parametrize("n_lags", [1, 70])
 def test_no_place_to_slide_to(truth, n_lags):
     tensors = truth[0]
-    assert slide_bases(Data(tensors, n_lags), np.ones((1, 9, n_lags)), np.ones((10, 1, 70))) is None
+    assert (
+        slide_bases(Data(tensors, n_lags), np.ones((1, 9, n_lags)), np.ones((10, 1, 70)))
+        is None
+    )
 
 
 @pytest.mark.parametrize("constraint", ["trial", "all"])

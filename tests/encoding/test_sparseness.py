@@ -61,7 +61,9 @@ def test_projection_is_the_nearest_point(sparseness):
         projected + 1e-3 * rng.normal(size=40) for _ in range(200)
     ]
     rivals = [project_to_sparseness(other, sparseness) for other in others]
-    rivals = [rival * max(0, rival @ vector) / (rival @ rival) for rival in rivals if rival.any()]
+    rivals = [
+        rival * max(0, rival @ vector) / (rival @ rival) for rival in rivals if rival.any()
+    ]
     assert len(rivals) > 300
     assert min(np.linalg.norm(vector - rival) for rival in rivals) >= distance - 1e-12
 
@@ -88,7 +90,10 @@ def test_of_too_many_equal_peaks_the_earliest_are_kept():
 
 @pytest.mark.parametrize("size", [1e-9, 1e9])
 def test_the_nearest_point_grows_with_the_vector_ties_or_not(size):
-    for vector in (np.r_[np.full(40, 1.0), np.full(10, -3.0)], np.random.default_rng(1).random(50)):
+    for vector in (
+        np.r_[np.full(40, 1.0), np.full(10, -3.0)],
+        np.random.default_rng(1).random(50),
+    ):
         np.testing.assert_allclose(
             project_to_sparseness(size * vector, 0.8),
             size * project_to_sparseness(vector, 0.8),

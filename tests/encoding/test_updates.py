@@ -110,13 +110,19 @@ def test_multiplicative_updates_equal_the_textbook(case):
     np.testing.assert_allclose(updated, expected)
     n_lags = bases.shape[2]
     expected = (
-        bases * loop_gather(activations, tensors, n_lags) / loop_gather(activations, model, n_lags)
+        bases
+        * loop_gather(activations, tensors, n_lags)
+        / loop_gather(activations, model, n_lags)
     )
     gram = compute_activation_gram(activations, n_lags)
-    new, shared, square = multiply_bases(bases, loop_gather(activations, tensors, n_lags), gram, 1)
+    new, shared, square = multiply_bases(
+        bases, loop_gather(activations, tensors, n_lags), gram, 1
+    )
     np.testing.assert_allclose(new, expected, atol=1e-12)
     rest = tensors - loop_reconstruct(new, activations)
-    assert 0.5 * (tensors**2).sum() - shared + 0.5 * square == pytest.approx(0.5 * (rest**2).sum())
+    assert 0.5 * (tensors**2).sum() - shared + 0.5 * square == pytest.approx(
+        0.5 * (rest**2).sum()
+    )
 
 
 @pytest.mark.parametrize("joint", [False, True])

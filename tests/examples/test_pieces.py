@@ -11,11 +11,18 @@ from scripts import load_script
 
 DOCS = Path(__file__).parents[2] / "docs"
 CHEAP = ("antenna", "simulation")  # pages that take less than two seconds
-NEEDED = {"active": "gymnasium", "cluster": "torch", "training": "torch", "reading_out": "torch"}
+NEEDED = {
+    "active": "gymnasium",
+    "cluster": "torch",
+    "training": "torch",
+    "reading_out": "torch",
+}
 NEEDED |= {"design": "cma", "studio": "anywidget"}
 FENCE = re.compile(r"^```python\n.*?^```\n", re.DOTALL | re.MULTILINE)
 SHOWS = re.compile(r"print\(|savefig\(|plot\w*\(|show_")
-JUDGES = re.compile(r"\b(good|as it should)\b.*\b(otherwise|if|above|without)\b", re.DOTALL | re.I)
+JUDGES = re.compile(
+    r"\b(good|as it should)\b.*\b(otherwise|if|above|without)\b", re.DOTALL | re.I
+)
 
 
 MAKER = load_script("docs", "build")
@@ -44,7 +51,9 @@ def test_each_piece_shows_something_and_is_judged_below(name):
 
 def test_a_notebook_runs_all_of_its_tutorial():
     pages = [p.read_text(encoding="utf-8") for p in (DOCS / "tutorial").glob("*.md")]
-    assert not [found for page in pages for found in MAKER.CODE.finditer(page) if found["needs"]]
+    assert not [
+        found for page in pages for found in MAKER.CODE.finditer(page) if found["needs"]
+    ]
 
 
 @pytest.mark.parametrize(
@@ -76,7 +85,10 @@ def test_pieces_share_names_start_afresh_and_leave_pictures(tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    [name if name[:-1] in CHEAP else pytest.param(name, marks=pytest.mark.slow) for name in PAGES],
+    [
+        name if name[:-1] in CHEAP else pytest.param(name, marks=pytest.mark.slow)
+        for name in PAGES
+    ],
 )
 def test_a_page_runs_as_it_is_copied(name, tmp_path):
     if needed := NEEDED.get(name[:-1]):

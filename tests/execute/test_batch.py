@@ -19,7 +19,9 @@ from . import _tasks
 
 
 def collect(function, items, **options):
-    return {outcome.index: outcome for outcome in run_batch(function, enumerate(items), **options)}
+    return {
+        outcome.index: outcome for outcome in run_batch(function, enumerate(items), **options)
+    }
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,9 @@ def run_while_killing(most):
     thread.start()
     try:
         with ProcessExecutor(2) as executor:
-            return list(run_batch(_tasks.double, ((k, k) for k in range(20)), executor=executor))
+            return list(
+                run_batch(_tasks.double, ((k, k) for k in range(20)), executor=executor)
+            )
     finally:
         stop.set()
         thread.join()
@@ -199,7 +201,9 @@ def test_a_killed_worker_ends_no_command(kind, tmp_path, undisturbed, request):
         check(command, store, undisturbed, killed)
         ends.append((command.returncode, bool(killed), after if killed else 0.0))
         if killed and after > 10:
-            print(f"{kind}, command {k}: {after:.1f} s; after {delay} s, place {place}, {killed}")
+            print(
+                f"{kind}, command {k}: {after:.1f} s; after {delay} s, place {place}, {killed}"
+            )
     codes, lost, after = zip(*ends, strict=True)
     print(
         f"\n{kind}: {n} commands, {sum(lost)} of them lost a process, {codes.count(2)} ended in a"

@@ -14,7 +14,9 @@ def raise_and_catch(error, cause=None):
         return caught
 
 
-@pytest.mark.parametrize(("content", "lacks"), [(CODE, True), (b"def f(:\n", False), (None, False)])
+@pytest.mark.parametrize(
+    ("content", "lacks"), [(CODE, True), (b"def f(:\n", False), (None, False)]
+)
 def test_sound_code_that_cannot_be_parsed_is_a_lack_of_memory(tmp_path, content, lacks):
     """Python's parser without memory calls sound code wrong; the same words about code that is
     wrong are about the code.

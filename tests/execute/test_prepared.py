@@ -20,7 +20,9 @@ def test_a_worker_has_what_was_imported_for_it_and_its_caller_has_not():
         " print(executor.submit(_tasks.has_loaded, 'colorsys').result(), 'colorsys' in"
         " sys.modules)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
     assert (done.stdout.split(), done.stderr) == (["True", "False"], "")
 
 

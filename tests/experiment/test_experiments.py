@@ -35,7 +35,9 @@ def test_mirrored_touch_gives_mirrored_tensor(engine):
     left, right = (
         feeler.touch(
             ANTENNA,
-            Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s),
+            Trial(
+                feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s
+            ),
             engine=engine,
             **SHORT,
         )
@@ -48,7 +50,10 @@ def test_mirrored_touch_gives_mirrored_tensor(engine):
 @pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 def test_no_contact_gives_exact_zeros(engine):
     tensors = feeler.touch(
-        ANTENNA, Trial(feature=Wall(), location=0.5, speed=0.1, lead=50.0), engine=engine, **SHORT
+        ANTENNA,
+        Trial(feature=Wall(), location=0.5, speed=0.1, lead=50.0),
+        engine=engine,
+        **SHORT,
     )
     assert not tensors["angle"].values.any()
     assert not tensors["force"].values.any()
@@ -105,7 +110,9 @@ def test_tensors_keep_the_contract():
         tensors["curvature"],
         tensors["angle"] / ANTENNA.segment_length[ANTENNA.sensors - 1][:, None],
     )
-    assert feeler.touch(ANTENNA, [TRIAL], all_hinges=True, **SHORT)["angle"].sizes["sensor"] == 140
+    assert (
+        feeler.touch(ANTENNA, [TRIAL], all_hinges=True, **SHORT)["angle"].sizes["sensor"] == 140
+    )
 
 
 @pytest.mark.parametrize(
@@ -131,7 +138,8 @@ def test_a_diverging_trial_is_named_and_the_others_survive():
     """
     wild = ANTENNA.replace(stiffness=ANTENNA.stiffness * 1e6, damping=0.0)
     trials = [
-        Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead) for lead in (5.0, 400.0)
+        Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead)
+        for lead in (5.0, 400.0)
     ]
     with pytest.raises(SimulationDiverged, match=r"ball 1 mm at 0.5 L.* diverged at") as caught:
         feeler.touch(wild, trials, duration=60.0, timestep=0.05)
@@ -185,7 +193,9 @@ def test_free_release_rings_at_euler_bernoulli_frequencies(mode):
     )
     x = released["tip"].values[0, :, 0]
     crossing = np.flatnonzero(np.diff(np.sign(x)))
-    time = released["time"].values[crossing] + 0.1 * x[crossing] / (x[crossing] - x[crossing + 1])
+    time = released["time"].values[crossing] + 0.1 * x[crossing] / (
+        x[crossing] - x[crossing + 1]
+    )
     assert 0.5 / np.mean(np.diff(time)) == pytest.approx(expected, rel=1e-2)
 
 

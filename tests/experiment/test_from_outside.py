@@ -30,7 +30,10 @@ def trials():
     SHAPES.register("capsule", Capsule)
     yield [
         Trial(
-            feature=Capsule(half_length=size, rounding=0.5), location=place, speed=0.3, approach=80
+            feature=Capsule(half_length=size, rounding=0.5),
+            location=place,
+            speed=0.3,
+            approach=80,
         )
         for size in (0.5, 3.0)
         for place in (0.6, 0.9)
@@ -59,7 +62,9 @@ def test_a_new_shape_goes_from_touch_to_export(trials, tmp_path):
     assert set(again.feature.values) == {"capsule"}
     found = compute_dispersion({"capsules": angle})
     flat = angle.reshape(len(angle), -1)
-    expected = np.corrcoef(flat)[~np.eye(len(flat), dtype=bool)].reshape(len(flat), -1).max(axis=1)
+    expected = (
+        np.corrcoef(flat)[~np.eye(len(flat), dtype=bool)].reshape(len(flat), -1).max(axis=1)
+    )
     np.testing.assert_allclose(found.values("pearson", "capsules"), expected, rtol=1e-9)
     sweep = compute_sweep(
         angle, make_labels(tensors), ratios=(0.05,), n_repeats=1, n_copies=10, random_state=0

@@ -147,7 +147,9 @@ def test_a_trial_s_bytes_are_counted_by_what_is_saved_of_it(antenna, save, dtype
 
 def test_a_worker_of_other_versions_says_its_own_and_those_that_are_wanted(monkeypatch):
     monkeypatch.setattr(job, "list_versions", lambda: {"numpy": "9.1", "feeler": "1"})
-    with pytest.raises(StoreError, match=r"a worker runs numpy 9\.1 \(wanted: 2\.0\)\. Install"):
+    with pytest.raises(
+        StoreError, match=r"a worker runs numpy 9\.1 \(wanted: 2\.0\)\. Install"
+    ):
         job.check_origin({"numpy": "2.0", "feeler": "1"}, "x", ())
     monkeypatch.setattr(job, "fingerprint_code", lambda modules: "mine")
     with pytest.raises(StoreError, match="other code under the same version"):
@@ -187,7 +189,12 @@ def test_progress_counts_trials_and_bytes_of_all_groups_and_failures_by_their_ki
     diverged = SimulationDiverged("x", time=1.0)
     failed = job.ShareResult(errors={5: ValueError("a"), 6: ValueError("b")})
     one, told, admitted = gather_groups(
-        [([0, 1, 2, 3], stored(700)), ([4, 5, 6], failed), ([8, 9], diverged), ([7], stored(11))]
+        [
+            ([0, 1, 2, 3], stored(700)),
+            ([4, 5, 6], failed),
+            ([8, 9], diverged),
+            ([7], stored(11)),
+        ]
     )
     assert [state["done"] for state in told] == [(4, 10), (7, 10), (9, 10), (10, 10)]
     assert [state["stored"] for state in told] == [700, 700, 700, 711]
@@ -198,7 +205,12 @@ def test_progress_counts_trials_and_bytes_of_all_groups_and_failures_by_their_ki
 def test_a_worker_writes_a_whole_group_that_the_store_does_not_hold():
     """Groups of four of ten trials: of the last there are two; the second is begun already."""
     one, _, _ = gather_groups([])
-    for group, whole in (([0, 1, 2, 3], True), ([4, 5, 6, 7], False), ([8, 9], True), ([2], False)):
+    for group, whole in (
+        ([0, 1, 2, 3], True),
+        ([4, 5, 6, 7], False),
+        ([8, 9], True),
+        ([2], False),
+    ):
         share = one._pick(group)
         assert (share.store is not None) is whole
         assert (share.indices, [*share.trials]) == (group, group)
@@ -226,7 +238,9 @@ def test_how_many_touches_missed_their_accuracy_is_told():
 
 def test_the_fastest_of_a_set_is_what_a_timestep_must_follow(monkeypatch):
     asked = []
-    monkeypatch.setattr(touch, "list_doubts", lambda *given: asked.append(given[2:]) or ["fast"])
+    monkeypatch.setattr(
+        touch, "list_doubts", lambda *given: asked.append(given[2:]) or ["fast"]
+    )
     clock = make_job().clock
     with pytest.warns(Doubtful, match="fast"):
         touch._warn_of_speed(make_antenna(), list_trials(), get_contact(), clock)
@@ -248,7 +262,9 @@ def test_of_several_errors_the_first_trial_s_is_raised_with_what_the_others_gave
     for k in range(7):
         errors = {
             9: ValueError("later"),
-            4: SimulationDiverged("x", 2.5, angle=np.full(3, 0.1 * k), velocity=np.full(3, -2.0)),
+            4: SimulationDiverged(
+                "x", 2.5, angle=np.full(3, 0.1 * k), velocity=np.full(3, -2.0)
+            ),
         }
         with pytest.raises(SimulationDiverged, match=r"diverged at 2\.5 ms") as caught:
             touch._hand_over("others", SimpleNamespace(errors=errors))
@@ -288,7 +304,11 @@ def test_a_hit_is_as_long_as_its_cylinder_travels_and_has_its_own_friction(monke
     monkeypatch.setattr(impulse, "run_scene", lambda *given: asked.append(given))
     monkeypatch.setattr(impulse, "measure_impulse", lambda scene, motion, points: points)
     antenna = make_antenna()
-    assert impulse.hit(antenna, speed=0.4, friction=0.3, points=(0.2, 0.9, 1.0)) == (0.2, 0.9, 1.0)
+    assert impulse.hit(antenna, speed=0.4, friction=0.3, points=(0.2, 0.9, 1.0)) == (
+        0.2,
+        0.9,
+        1.0,
+    )
     impulse.hit(antenna, duration=11.0, engine="chain", timestep=0.01, radius=1.7)
     (scene, clock, _), (second, short, other) = asked
     assert clock.duration == pytest.approx(0.6 * antenna.length / 0.4 + 80.0 + 2.0)
@@ -327,13 +347,18 @@ def test_each_load_bends_by_itself_where_it_acts():
     free = antenna.hinge_position > 0.6 * antenna.length
     away = loads["angle"].values[:, free] - antenna.rest_angle[free]
     np.testing.assert_allclose(away, 0.0, atol=1e-9)
-    with pytest.raises(InvalidInput, match=r"sequence, each a number, got list \[\[1\.0, 2\.0\]\]"):
+    with pytest.raises(
+        InvalidInput, match=r"sequence, each a number, got list \[\[1\.0, 2\.0\]\]"
+    ):
         feeler.bend(antenna, [[1.0, 2.0]])
 
 
 def test_processes_say_how_many_they_are_and_share_what_is_free(monkeypatch):
     monkeypatch.setattr(processes, "_find_free_memory", lambda: 10 * 2**30)
-    for workers, words in ((1, "1 process, at most 8.0 GiB each"), (2, "2 processes, at most 4.0")):
+    for workers, words in (
+        (1, "1 process, at most 8.0 GiB each"),
+        (2, "2 processes, at most 4.0"),
+    ):
         assert ProcessExecutor(workers).describe().startswith(words)
     limited = ProcessExecutor(3, memory_limit=3 * 2**29)
     assert limited.describe() == "3 processes, at most 1.5 GiB each"
@@ -356,7 +381,9 @@ def test_how_a_worker_ended_is_told_and_memory_blamed_for_a_kill_alone(code, wor
 
 
 def test_two_items_a_worker_are_in_flight_and_of_unknown_workers_64_are_taken():
-    counts = [_window(SimpleNamespace(**of)) for of in ({"workers": 3}, {"_max_workers": 5}, {})]
+    counts = [
+        _window(SimpleNamespace(**of)) for of in ({"workers": 3}, {"_max_workers": 5}, {})
+    ]
     assert counts == [6, 10, 128]
     with pytest.raises(InvalidInput, match="retries must be ≥ 0 and window ≥ 1, got 2 and 0"):
         next(run_batch(str, [], retries=2, window=0))
@@ -402,7 +429,9 @@ def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):
         assert done.tolist() == [True, False, False, False, True, True]
     shard = path / "angle" / "c.1.0.0"
     shard.write_bytes(shard.read_bytes()[:-1] + b"?")
-    words = r"trials 4 to 5 will be computed again: .*c\.1\.0\.0 \(trials 4 to 5\) is missing or"
+    words = (
+        r"trials 4 to 5 will be computed again: .*c\.1\.0\.0 \(trials 4 to 5\) is missing or"
+    )
     with (
         pytest.warns(UserWarning, match=words),
         open_store(path, CONFIGURATION, 6, group_size=4) as store,
@@ -424,7 +453,9 @@ def test_a_disk_that_is_full_says_what_is_safe(tmp_path, monkeypatch):
         with pytest.raises(StoreError, match="trials 5 to 7 are not stored; the"):
             store.append([5, 7], pair)
         monkeypatch.setattr("feeler.tensors.store.write_atomic", fail)
-        with pytest.raises(StoreError, match="trials 2 to 2 are not stored; the 1 finished ones"):
+        with pytest.raises(
+            StoreError, match="trials 2 to 2 are not stored; the 1 finished ones"
+        ):
             store.append(2, make_trial(2))
         monkeypatch.undo()
         assert store.finished == {0}

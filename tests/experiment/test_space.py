@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 import feeler
 from feeler.antenna.antenna import Antenna
+from feeler.disk.provenance import make_plain
 from feeler.dispersion import compute_dispersion
 from feeler.dispersion.index import check_tensors
 from feeler.encoding.inputs import as_tensors
@@ -18,7 +19,6 @@ from feeler.physics.mjcf import write_mjcf
 from feeler.physics.scene import make_scene
 from feeler.plotting import plot_touch, write_touch_movie
 from feeler.plotting.touch import take_curvature
-from feeler.provenance import make_plain
 from feeler.stimulus import Ball, Flow, Peg, Trial, Wall, place
 from feeler.stimulus.flow import parse_flow
 from feeler.stimulus.solid import compute_gap_in_space
@@ -53,7 +53,9 @@ def touches():
     return feeler.touch(WHISKER, TRIALS, duration=12, save=("force", "base_moment", "tip"))
 
 
-@pytest.mark.parametrize("trial", TRIALS, ids=lambda trial: f"{trial.feature.kind} {trial.azimuth}")
+@pytest.mark.parametrize(
+    "trial", TRIALS, ids=lambda trial: f"{trial.feature.kind} {trial.azimuth}"
+)
 def test_contact_begins_after_the_lead(trial):
     """The gap at time 0 closes exactly in that time, whatever the antenna's curve."""
     placed = place(WHISKER, trial)
@@ -69,7 +71,9 @@ def test_contact_begins_after_the_lead(trial):
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("approach", [50.0, 90.0, 140.0])
 def test_in_the_plane_a_trial_is_placed_as_on_the_planar_antenna(side, approach):
-    trial = Trial(feature=Ball(radius=1.0), location=0.6, speed=0.1, side=side, approach=approach)
+    trial = Trial(
+        feature=Ball(radius=1.0), location=0.6, speed=0.1, side=side, approach=approach
+    )
     flat, spatial = place(STRAIGHT.flatten(), trial), place(STRAIGHT, trial)
     for name in ("origin", "forward", "velocity"):
         wanted = [*getattr(flat, name), 0.0]
@@ -150,7 +154,9 @@ def test_encoders_and_indices_see_planes_as_more_sensors(touches):
     folded = as_tensors(bending)
     assert folded.shape == (9, 6, 12)
     np.testing.assert_array_equal(folded[:, 3:], bending.isel(plane=1))
-    np.testing.assert_array_equal(check_tensors(touches["angle"])[:, :3], touches["angle"][:, 0])
+    np.testing.assert_array_equal(
+        check_tensors(touches["angle"])[:, :3], touches["angle"][:, 0]
+    )
     assert compute_dispersion(bending, indices=["mse"]).groups == ("",)
     flat = touches["angle"].isel(plane=0, drop=True)
     assert fold_planes(flat) is flat
@@ -226,7 +232,9 @@ STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
     options = {"engine": engine, "timestep": 0.02}
-    found = feeler.touch(WHISKER, TRIALS[1], duration=6, flow=STREAM, all_hinges=True, **options)
+    found = feeler.touch(
+        WHISKER, TRIALS[1], duration=6, flow=STREAM, all_hinges=True, **options
+    )
     runs = feeler.Simulation(WHISKER, TRIALS[1], flow=STREAM, **options)
     runs.step(5.0)
     np.testing.assert_array_equal(found["angle"][0, :, :, 5], runs.angle)

@@ -32,7 +32,9 @@ CAPACITANCE = (
     b"\xef\xbb\xbf# speed: 0.3\r\n# unit: pF\r\ntime"
     b" (s);c2;c1\r\n0;1.1;1.2\r\n0.001;1.2;1.3\r\n0.003;-;1.4\r\n"
 )
-DLTDV = b"pt1_cam1_X,pt1_cam1_Y,pt2_cam1_X,pt2_cam1_Y\n1.5,2.5,NaN,NaN\n2.5,3.5,4.5,5.5\n3,4,5,6\n"
+DLTDV = (
+    b"pt1_cam1_X,pt1_cam1_Y,pt2_cam1_X,pt2_cam1_Y\n1.5,2.5,NaN,NaN\n2.5,3.5,4.5,5.5\n3,4,5,6\n"
+)
 FOUR = ",".join(
     f"pt{n}_cam{c}_{axis}" for n in range(1, 5) for c in (1, 2) for axis in "XY"
 ).encode()
@@ -42,18 +44,20 @@ LANDMARKS = (
     b"# source:"
     b" synthetic\nframe\thead_x\thead_y\tabdomen_x\tabdomen_y\n1\t1\t2\t3\t4\n2\t1\t\t3\t4\n"
 )
-TABLE = b"# robot: one\nhinge,angle_deg,capacitance_pF,time_ms\n1,0,1.0,0\n1,5,1.2,1\n1,9,1.5,2\n"
+TABLE = (
+    b"# robot: one\nhinge,angle_deg,capacitance_pF,time_ms\n1,0,1.0,0\n1,5,1.2,1\n1,9,1.5,2\n"
+)
 TABLE += b"2,0,1,3\n2,5,1.2,4\n2,9,1.4,5\n"
 COUNTS = b"hinge,angle_rad,capacitance_counts\n1,0,100\n1,0,101\n1,0.1,110\n1,0.2,122\n"
 TARGETS = (
     b'name = "x"\nstatus = "measured"\n[targets.frequency]\nvalue = 1.0\nspread = 0.1\nunit ='
     b' "Hz"\ntag = "D"\n'
 )
-TARGETS += (
-    b'[targets.ratio_71]\nvalue = 3\nspread = 0\nunit = "1"\ntag = "P+C"\nnote = """two\nlines"""\n'
-)
+TARGETS += b'[targets.ratio_71]\nvalue = 3\nspread = 0\nunit = "1"\n'
+TARGETS += b'tag = "P+C"\nnote = """two\nlines"""\n'
 TRACES = b"# synthetic: no animal\ntime_ms,one,two\n" + b"".join(
-    b"%.1f,%.4f,%.4f\n" % (t, np.exp(-t / 20) * np.cos(t / 3), 2 * np.exp(-t / 9) * np.cos(t / 5))
+    b"%.1f,%.4f,%.4f\n"
+    % (t, np.exp(-t / 20) * np.cos(t / 3), 2 * np.exp(-t / 9) * np.cos(t / 5))
     for t in range(12)
 )
 SAMPLES = [b"0.5,1.0,2.0,3.0", b"1 2 3", b"nan;1e-3;\t4"]
@@ -127,7 +131,9 @@ def make_file(name: str) -> bytes:
 
 def make_dxf(entities: str) -> bytes:
     """A drawing in millimetres of entities such as "LINE 8:0 10:0 …", with bars between them."""
-    head = "0 SECTION 2 HEADER 9 $ACADVER 1 AC1015 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES"
+    head = (
+        "0 SECTION 2 HEADER 9 $ACADVER 1 AC1015 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES"
+    )
     lines = head.split(" ")
     for entity in entities.split("|"):
         kind, *values = entity.split()
@@ -171,7 +177,11 @@ def _write(path: Path) -> None:
     elif path.stem in ("sleap", "deeplabcut", "movement"):
         _write_poses(path)
     elif path.suffix == ".toml":
-        more = {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]} if "sensors" in path.name else {}
+        more = (
+            {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]}
+            if "sensors" in path.name
+            else {}
+        )
         save_antenna(feeler.Antenna(**SMALL, **more), path)
     elif path.suffix == ".safetensors":
         _write_model(path)

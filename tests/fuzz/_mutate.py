@@ -154,7 +154,9 @@ def shape_text(rng: np.random.Generator, seed: bytes) -> bytes:
     return bytes(data)
 
 
-def _change(rng: np.random.Generator, data: bytearray, seeds: list[bytes], first: int = 0) -> None:
+def _change(
+    rng: np.random.Generator, data: bytearray, seeds: list[bytes], first: int = 0
+) -> None:
     place = int(rng.integers(len(data) + 1))
     end = min(len(data), place + int(rng.geometric(0.1)))
     kind = int(rng.integers(first, KINDS))
@@ -282,7 +284,9 @@ def _write_inline(value: object) -> str:
         return f"{{{', '.join(f'{json.dumps(k)} = {_write_inline(v)}' for k, v in value.items())}}}"
     if isinstance(value, list):
         return f"[{', '.join(map(_write_inline, value))}]"
-    return json.dumps(value, ensure_ascii=False).replace("Infinity", "inf").replace("NaN", "nan")
+    return (
+        json.dumps(value, ensure_ascii=False).replace("Infinity", "inf").replace("NaN", "nan")
+    )
 
 
 NUMBERS = [
@@ -438,7 +442,9 @@ def shape_mat(rng: np.random.Generator, seed: bytes) -> bytes:
         ]
         content[name] = odd[rng.integers(len(odd))]
     file = io.BytesIO()
-    savemat(file, content, long_field_names=True, oned_as="row", do_compression=rng.random() < 0.5)
+    savemat(
+        file, content, long_field_names=True, oned_as="row", do_compression=rng.random() < 0.5
+    )
     return file.getvalue()
 
 
@@ -544,7 +550,15 @@ OBJ_WORDS = [
     *(b"f 1 2 3", b"f 1/1/1 2/2/2 3/3/3", b"f 1//1 2//1 3//1", b"f -1 -2 -3", b"f 0 1 2"),
     *(b"f 1 2 99999999999", b"f " + b"1 " * 5000, b"f 1 1 1", b"f 1/", b"f a b c", b"l 1 2"),
     *(b"v 1e309 0 0", b"v nan 0 0", b"v 1 2", b"v 1 2 3 4 5 6", b"v", b"vn 0 0 0", b"vt 1"),
-    *(b"mtllib ../../etc/passwd", b"usemtl a", b"o \xff", b"g", b"call x.obj", b"\\", b"# \x00"),
+    *(
+        b"mtllib ../../etc/passwd",
+        b"usemtl a",
+        b"o \xff",
+        b"g",
+        b"call x.obj",
+        b"\\",
+        b"# \x00",
+    ),
 ]
 
 

@@ -14,9 +14,8 @@ from pathlib import Path
 from feeler.errors import FeelerError
 
 SECONDS = 10  # of processor time: a reader that takes longer over a few kilobytes hangs
-PATIENCE = (
-    600  # s until a reader that waits for something counts as hanging, however busy the machine is
-)
+# s until a reader that waits for something counts as hanging, however busy the machine is
+PATIENCE = 600
 MEMORY = 2**29  # bytes that reading may add to the process
 
 
@@ -63,7 +62,9 @@ def survives(data: object, log: Log, *, library: bool = False):
             f"memory was asked for before it was refused: {error}\nfrom {data!r}"
         )
     except Exception as error:
-        raise AssertionError(f"{type(error).__name__}: {error}\nfrom the input {data!r}") from error
+        raise AssertionError(
+            f"{type(error).__name__}: {error}\nfrom the input {data!r}"
+        ) from error
     finally:
         for timer in timers:
             signal.setitimer(timer, 0)

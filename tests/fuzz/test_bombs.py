@@ -15,9 +15,9 @@ import zarr
 
 from feeler import Outline
 from feeler.antenna.file import load_antenna
+from feeler.disk.guard import Limits, open_guarded
 from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import InvalidInput
-from feeler.guard import Limits, open_guarded
 from feeler.tensors import netcdf
 from feeler.tensors.formats import load, save
 from feeler.tensors.inspect import describe_file
@@ -98,7 +98,8 @@ def add_narrow_variable(path, n):
     flags, dims = struct.pack("<II", 6, 0), struct.pack("<ii", n, 1)
     raw = zlib.compress(
         element(
-            14, element(6, flags) + element(5, dims) + element(1, b"more") + element(2, bytes(n))
+            14,
+            element(6, flags) + element(5, dims) + element(1, b"more") + element(2, bytes(n)),
         )
     )
     path.write_bytes(path.read_bytes() + struct.pack("<II", 15, len(raw)) + raw)
@@ -159,12 +160,15 @@ def test_zarr_of_version_2_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("function", "words"), [("crash", "broke down .code -11."), ("spin", "took longer than 1 s")]
+    ("function", "words"),
+    [("crash", "broke down .code -11."), ("spin", "took longer than 1 s")],
 )
 def test_a_reader_that_crashes_or_hangs_is_contained(tmp_path, function, words):
     (tmp_path / "file").write_bytes(b"x")
     with pytest.raises(InvalidInput, match=f"file is damaged or hostile: its reader {words}"):
-        open_guarded(f"{_hostile.__name__}:{function}", tmp_path / "file", Limits(max_seconds=1))
+        open_guarded(
+            f"{_hostile.__name__}:{function}", tmp_path / "file", Limits(max_seconds=1)
+        )
 
 
 @pytest.mark.slow
@@ -200,7 +204,9 @@ def test_a_large_circle_that_is_to_be_scaled_is_drawn(tmp_path, monkeypatch):
 def test_a_circle_too_large_to_draw_is_refused(tmp_path, radius, size, monkeypatch):
     monkeypatch.setenv("FEELER_MAX_GIB", "0.1")
     (tmp_path / "a.dxf").write_text(CIRCLE.format(radius))
-    with pytest.raises(InvalidInput, match=r"more than 1,000 corners|not finite|no shape|extent"):
+    with pytest.raises(
+        InvalidInput, match=r"more than 1,000 corners|not finite|no shape|extent"
+    ):
         Outline.from_file(tmp_path / "a.dxf", **size)
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from feeler.disk.guard import Limits
 from feeler.errors import FeelerError
-from feeler.guard import Limits
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import FORMATS, save
 from feeler.tensors.store import open_store
@@ -126,7 +126,9 @@ def open_damaged(number: int, folder: Path) -> str:
     name = rng.choice(list(files))
     (path / name).write_bytes(damage(rng, files[name]))
     try:
-        with open_store(path, {"configuration": whole.attrs.get("configuration", "")}, 2) as store:
+        with open_store(
+            path, {"configuration": whole.attrs.get("configuration", "")}, 2
+        ) as store:
             missing = {0, 1} - store.finished
             for index in missing:
                 store.append(index, whole.isel(trial=[index]))

@@ -8,8 +8,8 @@ import pytest
 from feeler import Outline
 from feeler.decoding import StreamDecoder
 from feeler.design.plan import TEMPLATE, load_plan
+from feeler.disk.files import read_bytes
 from feeler.errors import InvalidInput
-from feeler.files import read_bytes
 from feeler.robot.description import load_robot, write_robot
 from feeler.robot.samples import _MAX_LINE, read_lines, read_samples
 from feeler.tensors.contract import find_breaches
@@ -29,13 +29,17 @@ def test_a_high_limit_takes_no_memory(tmp_path):
 
 @pytest.mark.parametrize("number", ["1e31", "-1e308"])
 def test_numbers_whose_products_overflow_are_refused(number):
-    with pytest.raises(InvalidInput, match=r"line 2, column 'b': .* larger than anything measured"):
+    with pytest.raises(
+        InvalidInput, match=r"line 2, column 'b': .* larger than anything measured"
+    ):
         parse_table(f"a,b\n1,{number}\n")
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_shape_too_large_for_a_float_is_refused():
-    content = {"variables": {"a": {"dims": ["x", "y"], "shape": [10**300, 10**300], "type": "<f8"}}}
+    content = {
+        "variables": {"a": {"dims": ["x", "y"], "shape": [10**300, 10**300], "type": "<f8"}}
+    }
     with pytest.raises(InvalidInput, match="has 1 values for the shape"):
         restore(content, {"a": np.zeros(1)}, "file")
 
@@ -90,7 +94,9 @@ def test_a_line_without_end_is_refused_before_it_is_read():
 def test_deep_nesting_in_a_store_is_damage(tmp_path, depth, file):
     save(make_set(), tmp_path / "set.zarr")
     path = tmp_path / "set.zarr" / "progress" / file
-    path.write_text(path.read_text().replace("{", '{"deep": ' + "[" * depth + "]" * depth + ",", 1))
+    path.write_text(
+        path.read_text().replace("{", '{"deep": ' + "[" * depth + "]" * depth + ",", 1)
+    )
     with pytest.raises(InvalidInput, match=rf"{file} is (damaged|not valid JSON)"):
         read_store(tmp_path / "set.zarr")
 
@@ -139,7 +145,9 @@ def test_a_decoder_of_steps_beyond_all_indices_is_refused(tmp_path, name):
 def test_a_design_whose_choices_are_no_numbers_is_refused(tmp_path, old, new):
     assert old in TEMPLATE
     (tmp_path / "plan.toml").write_text(TEMPLATE.replace(old, new))
-    with pytest.raises(InvalidInput, match=r"plan\.toml: .*(must be a (finite )?number|is needed)"):
+    with pytest.raises(
+        InvalidInput, match=r"plan\.toml: .*(must be a (finite )?number|is needed)"
+    ):
         load_plan(tmp_path / "plan.toml")
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from feeler.guard import Limits
+from feeler.disk.guard import Limits
 from feeler.stimulus import Mesh
 from feeler.stimulus.meshing import MESHES
 from feeler.tensors.contract import find_breaches
@@ -38,7 +38,9 @@ EXTRAS = {"nwb": ("pynwb",), "stl": ("trimesh", "coacd"), "obj": ("trimesh", "co
 """Libraries of feeler's extras that a kind needs."""
 
 
-def make_input(kind: str, rng: np.random.Generator, seed: bytes, path: Path, share: float) -> None:
+def make_input(
+    kind: str, rng: np.random.Generator, seed: bytes, path: Path, share: float
+) -> None:
     """A sound file with changed objects, for this share of them; else damaged bytes."""
     if rng.random() >= share:
         path.write_bytes(mutate(rng, [seed]))

@@ -24,9 +24,9 @@ from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
 from feeler.design.plan import TEMPLATE, load_plan
+from feeler.disk.guard import Limits
+from feeler.disk.journal import read_journal
 from feeler.encoding import load_encoder
-from feeler.guard import Limits
-from feeler.journal import read_journal
 from feeler.robot.description import load_robot
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
@@ -90,7 +90,9 @@ def load_landmarks(path: Path) -> None:
 
 
 READERS = {
-    "antenna": Reader(read=load_antenna, seeds=("small.toml", "sensors.toml"), shape=shape_toml),
+    "antenna": Reader(
+        read=load_antenna, seeds=("small.toml", "sensors.toml"), shape=shape_toml
+    ),
     "robot": Reader(read=load_robot, seeds=("robot.toml", "moulded.toml"), shape=shape_toml),
     "plan": Reader(read=load_plan, seeds=(TEMPLATE.encode(),), shape=shape_toml),
     "objects": Reader(read=load_objects, seeds=(files.OBJECTS,), shape=shape_toml),
@@ -161,7 +163,9 @@ READERS = {
         seeds=("m.safetensors",),
         shape=shape_safetensors,
     ),
-    "encoder": Reader(read=load_encoder, seeds=("encoder.safetensors",), shape=shape_safetensors),
+    "encoder": Reader(
+        read=load_encoder, seeds=("encoder.safetensors",), shape=shape_safetensors
+    ),
     "decoder": Reader(
         read=StreamDecoder.load, seeds=("decoder.safetensors",), shape=shape_safetensors
     ),
@@ -170,7 +174,9 @@ READERS = {
         seeds=("network.safetensors",),
         shape=shape_safetensors,
     ),
-    "look": Reader(read=look, seeds=("one.csv", "m.safetensors", "small.toml"), shape=shape_text),
+    "look": Reader(
+        read=look, seeds=("one.csv", "m.safetensors", "small.toml"), shape=shape_text
+    ),
 }
 MODELS = {"network"}  # need PyTorch
 
@@ -225,7 +231,9 @@ def test_readers_survive(reader, folder):
     assert log.ends["read"] > 0  # else nothing got past the first check
 
 
-@settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(
+    max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
+)
 @given(
     data=st.binary(max_size=300)
     | st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))

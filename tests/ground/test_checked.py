@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from feeler import Antenna, presets
-from feeler.checked import checked
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.record import OneOf
+from feeler.records.checked import checked
+from feeler.records.record import OneOf
 
 
 @checked
@@ -198,5 +198,7 @@ def test_too_little_memory_is_said_once_by_whoever_asked_for_it():
     def outer():
         return fill()
 
-    with pytest.raises(OutOfMemory, match=r"fill: not enough memory \(Unable to .*ask for less"):
+    with pytest.raises(
+        OutOfMemory, match=r"fill: not enough memory \(Unable to .*ask for less"
+    ):
         outer()

@@ -32,7 +32,11 @@ def run(
     path = os.pathsep.join([str(folder), *sys.path])
     environment = os.environ | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": f"{folder}/cache"} | more
     process = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", code],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return process.stdout.split()
 
@@ -116,7 +120,14 @@ def test_without_any_folder_it_compiles_each_time_and_says_so(homeless, monkeypa
 
 
 def test_a_user_without_home_can_use_a_read_only_install():
-    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", sys.executable, "-c"]
+    nobody = [
+        "setpriv",
+        "--reuid=65534",
+        "--regid=65534",
+        "--clear-groups",
+        sys.executable,
+        "-c",
+    ]
     environment = {
         "PATH": os.environ["PATH"],
         "HOME": "/nonexistent",

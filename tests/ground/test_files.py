@@ -5,9 +5,9 @@ import time
 
 import pytest
 
-from feeler import files
+from feeler.disk import files
+from feeler.disk.files import Lock, sweep_old, temporary_folder, writing
 from feeler.errors import InvalidInput, StoreError
-from feeler.files import Lock, sweep_old, temporary_folder, writing
 
 
 def write(path, text="new"):
@@ -45,7 +45,9 @@ def test_a_full_disk_is_told_with_file_and_size(tmp_path):
             with open("/dev/full", "w") as full:
                 full.write("4")
 
-    with pytest.raises(StoreError, match=r"no room left for .*a\.csv, of which 3 bytes .* Free"):
+    with pytest.raises(
+        StoreError, match=r"no room left for .*a\.csv, of which 3 bytes .* Free"
+    ):
         fill()
     assert [*tmp_path.iterdir()] == []
 

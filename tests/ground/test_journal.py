@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from feeler.disk.journal import Journal
 from feeler.errors import InvalidInput, StoreError
-from feeler.journal import Journal
 
 KEY = "0123456789abcdef"
 X = np.array([0.1, 1 / 3, -0.0])
@@ -96,7 +96,9 @@ def test_a_journal_of_something_else_is_refused_and_left_alone(tmp_path):
     file = tmp_path / "journal"
     Journal(file, KEY).close()
     before = file.read_bytes()
-    with pytest.raises(InvalidInput, match="belongs to another search: settings, versions or code"):
+    with pytest.raises(
+        InvalidInput, match="belongs to another search: settings, versions or code"
+    ):
         Journal(file, "00", "search")
     assert file.read_bytes() == before
     with pytest.raises(InvalidInput, match="1 to 16 hexadecimal digits"):

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from feeler import provenance, sources
+from feeler.disk import provenance, sources
+from feeler.disk.provenance import compute_digest, describe_code, make_key, make_plain
+from feeler.disk.sources import find_data, find_modules, parse_module, resolve
 from feeler.errors import InvalidInput, StoreError
-from feeler.provenance import compute_digest, describe_code, make_key, make_plain
-from feeler.sources import find_data, find_modules, parse_module, resolve
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.kept import fingerprint
 from feeler.studies.paper.reproduce import STAGES
@@ -76,7 +76,9 @@ def test_a_constant_of_a_drawing_changes_that_stage_alone(copied):
 
 
 def test_a_constant_of_the_compiler_wrapper_changes_all_that_run_compiled_code(copied):
-    running = {stage.name for stage in STAGES if "feeler.compiled" in find_modules(*stage.modules)}
+    running = {
+        stage.name for stage in STAGES if "feeler.compiled" in find_modules(*stage.modules)
+    }
     assert {"calibration", "tensors", "wall", "encoding", "reading", "cnn", "robot"} <= running
     assert find_changed(copied / "compiled.py", "nogil=True", "nogil=False") == running
 
@@ -108,7 +110,12 @@ def test_a_kept_result_changes_the_section_that_shows_it_alone(copied, file, sta
 
 def test_every_data_file_of_the_studies_is_in_a_key():
     read = {path for stage in STAGES for path in find_data(find_modules(*stage.modules))}
-    told = {"findings.toml", "statements.toml", "story.toml", "places.toml"}  # words of the page
+    told = {
+        "findings.toml",
+        "statements.toml",
+        "story.toml",
+        "places.toml",
+    }  # words of the page
     asked = {"open_unseen.toml"}  # of benchmarks/questions.py, whose answer the section reads
     folder = sources.SOURCE / "studies"
     held = {path for path in (*folder.glob("*/*.json"), *folder.glob("*/*.toml"))}
@@ -353,7 +360,9 @@ def test_plain_data(value, plain):
 
 
 def test_what_has_no_plain_form_is_refused():
-    with pytest.raises(InvalidInput, match="numbers, texts, lists and dictionaries; got object"):
+    with pytest.raises(
+        InvalidInput, match="numbers, texts, lists and dictionaries; got object"
+    ):
         compute_digest({"a": object()})
 
 

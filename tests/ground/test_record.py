@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 import pytest
 
+from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.provenance import make_plain
-from feeler.record import ALLOW_NAN, Ge, Gt, Le, Len, Lt, Of, OneOf, Record, Unit
+from feeler.records.record import ALLOW_NAN, Ge, Gt, Le, Len, Lt, Of, OneOf, Record, Unit
 
 SHAPES = {"ball": 1, "box": 2}
 
@@ -63,7 +63,10 @@ GOOD = [
     (Contact, {"stiffness": np.array([1, 2])[0], "open": np.nan, "shape": "box"}),
     (Task, {"pair": [1, 2]}),
     (Task, {"pair": np.array([1, 2]), "speeds": [np.float64(1)], "path": [[1, 2]], "mass": 3}),
-    (Task, {"contact": {"stiffness": 3}, "others": [{"stiffness": 1}], "other": 1j, "call": abs}),
+    (
+        Task,
+        {"contact": {"stiffness": 3}, "others": [{"stiffness": 1}], "other": 1j, "call": abs},
+    ),
 ]
 BAD = [
     (Contact, {"stiffness": -1}, "Contact.stiffness must be > 0 N/mm, got -1."),
@@ -175,7 +178,9 @@ def test_fields_cannot_be_set():
 
 def test_fields_are_given_by_name_unless_the_class_says_otherwise():
     assert Range(1.0, 3.0) == Range(low=1.0, high=3.0)
-    with pytest.raises(InvalidInput, match="Contact takes its fields by name: stiffness, friction"):
+    with pytest.raises(
+        InvalidInput, match="Contact takes its fields by name: stiffness, friction"
+    ):
         Contact(1.0)
     with pytest.raises(InvalidInput, match="Range takes its fields by name: low, high"):
         Range(1.0, 2.0, 3.0)
@@ -260,7 +265,11 @@ def test_what_an_older_version_pickled_has_the_defaults_of_newer_fields():
     ("changes", "lacking", "match"),
     [
         ({}, ("stiffness",), "another version of feeler pickled this Contact.*stiffness"),
-        ({"width": 1.0}, (), "another version of feeler pickled this Contact.*width.*Make it anew"),
+        (
+            {"width": 1.0},
+            (),
+            "another version of feeler pickled this Contact.*width.*Make it anew",
+        ),
         ({"side": "up"}, ("name",), "another version .*side must be one of left, right"),
     ],
 )

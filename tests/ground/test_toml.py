@@ -6,9 +6,9 @@ from typing import Annotated
 import numpy as np
 import pytest
 
+from feeler.disk.toml import make_record, parse_toml, read_toml, save_toml, write_toml
 from feeler.errors import InvalidInput
-from feeler.record import Gt, Record, Unit
-from feeler.toml import make_record, parse_toml, read_toml, save_toml, write_toml
+from feeler.records.record import Gt, Record, Unit
 
 
 class Ball(Record):
@@ -83,7 +83,9 @@ def test_what_does_not_fit_is_named_with_file_and_table(tmp_path, text, words):
 def test_a_schema_is_asked_for_and_left_out(tmp_path):
     (tmp_path / "a.toml").write_text('schema = "feeler.plan/1"\nname = "x"')
     assert read_toml(tmp_path / "a.toml", schema="feeler.plan/1") == {"name": "x"}
-    with pytest.raises(InvalidInput, match=r"a.toml: schema must be 'feeler.robot/1', got 'feel"):
+    with pytest.raises(
+        InvalidInput, match=r"a.toml: schema must be 'feeler.robot/1', got 'feel"
+    ):
         read_toml(tmp_path / "a.toml", schema="feeler.robot/1")
 
 

@@ -185,7 +185,9 @@ def test_many_draws_are_taken_piece_by_piece(monkeypatch):
     whole = compute_information(tensors, 2.0, n_draws=30)
     monkeypatch.setattr("feeler.information.bits._ROOM", 2 * 36 * 7)
     parts = compute_information(tensors, 2.0, n_draws=30)
-    assert (parts.bits, parts.bits_error) == pytest.approx((whole.bits, whole.bits_error), rel=1e-5)
+    assert (parts.bits, parts.bits_error) == pytest.approx(
+        (whole.bits, whole.bits_error), rel=1e-5
+    )
     assert parts.accuracy == pytest.approx(whole.accuracy, rel=1e-5)
 
 
@@ -216,7 +218,9 @@ def test_the_error_of_a_noise_is_that_of_the_accuracy_over_its_slope():
 def test_windows_that_do_not_rise_are_refused():
     tensors = np.random.default_rng(6).standard_normal((5, 3, 12))
     assert compute_energies(tensors, [0, 12])[0] == pytest.approx(np.zeros((5, 5)))
-    assert compute_energies(tensors, [3, 3])[1] == pytest.approx(compute_energy(tensors[:, :, :3]))
+    assert compute_energies(tensors, [3, 3])[1] == pytest.approx(
+        compute_energy(tensors[:, :, :3])
+    )
     for ends, start in (([13], 0), ([5, 13], 0), ([5, 4], 0), ([3], 4), ([3], -1)):
         with pytest.raises(InvalidInput, match="ends must rise"):
             compute_energies(tensors, ends, start=start)
@@ -245,5 +249,7 @@ def test_wrong_arguments_are_named(tensors, sd, message):
     [np.ones((2, 3)), np.ones((3, 2)), np.ones((1, 1)), np.array([[1.0, 0.0], [0.0, np.nan]])],
 )
 def test_what_is_no_square_of_inner_products_is_refused(energy):
-    with pytest.raises(InvalidInput, match=r"a finite square matrix|two trial axes of one size"):
+    with pytest.raises(
+        InvalidInput, match=r"a finite square matrix|two trial axes of one size"
+    ):
         measure_information(energy, 1.0)

@@ -23,7 +23,9 @@ def test_bounds_are_what_least_squares_reaches():
     noisy = sd * rng.standard_normal((20_000, 40))
     reached = (noisy @ np.linalg.pinv(design).T).std(axis=0)
     assert compute_bounds(fisher) == pytest.approx(reached, rel=0.03)
-    assert compute_bounds(fisher, joint=False) == pytest.approx(sd / np.linalg.norm(design, axis=0))
+    assert compute_bounds(fisher, joint=False) == pytest.approx(
+        sd / np.linalg.norm(design, axis=0)
+    )
     assert np.all(compute_bounds(fisher) >= compute_bounds(fisher, joint=False))
 
 
@@ -44,7 +46,8 @@ def test_parameters_move_a_touch_by_millimetres_and_per_cent():
         feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
     )
     moved = {
-        name: PARAMETERS[name].move(antenna, trial, 4.0) for name in ("location", "size", "speed")
+        name: PARAMETERS[name].move(antenna, trial, 4.0)
+        for name in ("location", "size", "speed")
     }
     found = {name: (one.location, one.feature.size, one.speed) for name, one in moved.items()}
     assert found["location"] == pytest.approx((0.7 + 4.0 / 42.0, 1.5, 0.3))
@@ -77,7 +80,9 @@ def test_differences_are_per_millimetre_and_per_cent(derived):
         "speed": (1.0, [{"speed": 0.3 * (1 + way * 0.005)} for way in (1, -1)]),
     }
     usual = {"feature": ball(radius=1.5), "location": 0.7, "speed": 0.3}
-    trials = [feeler.Trial(**(usual | change)) for _, pair in changes.values() for change in pair]
+    trials = [
+        feeler.Trial(**(usual | change)) for _, pair in changes.values() for change in pair
+    ]
     angle = feeler.touch(antenna, trials, duration=40.0)["angle"].values
     for k, (name, (apart, _)) in enumerate(changes.items()):
         expected = (angle[2 * k] - angle[2 * k + 1]) / apart
@@ -88,7 +93,9 @@ def test_differences_are_per_millimetre_and_per_cent(derived):
 
 def test_no_change_before_contact(derived):
     assert (
-        abs(derived["derivative"].sel(parameter=["location", "size"]).isel(time=slice(0, 5))).max()
+        abs(
+            derived["derivative"].sel(parameter=["location", "size"]).isel(time=slice(0, 5))
+        ).max()
         == 0
     )
 
@@ -101,9 +108,9 @@ def test_faster_is_earlier():
         feeler.presets.cockroach(),
         feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06),
     )
-    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)["derivative"].values[
-        0, 0
-    ]
+    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)[
+        "derivative"
+    ].values[0, 0]
     angle = feeler.touch(antenna, [trial] * 2, duration=80.0)["angle"].values[
         0
     ]  # lanes as above, compiled already
@@ -130,12 +137,16 @@ def test_what_has_no_size_is_refused():
 def test_derivatives_of_scaled_tensors():
     """Against differences of the scaled tensors themselves."""
     rng = np.random.default_rng(1)
-    tensors, moves, step = rng.standard_normal((3, 4, 5)), rng.standard_normal((2, 3, 4, 5)), 1e-6
+    tensors, moves, step = (
+        rng.standard_normal((3, 4, 5)),
+        rng.standard_normal((2, 3, 4, 5)),
+        1e-6,
+    )
     found = scale_derivatives(moves, tensors)
     for move, derivative in zip(moves, found, strict=True):
-        difference = (scale_peaks(tensors + step * move) - scale_peaks(tensors - step * move)) / (
-            2 * step
-        )
+        difference = (
+            scale_peaks(tensors + step * move) - scale_peaks(tensors - step * move)
+        ) / (2 * step)
         assert derivative == pytest.approx(difference, abs=1e-7)
     with pytest.raises(InvalidInput, match="with a peak"):
         scale_derivatives(moves, np.zeros((3, 4, 5)))

@@ -59,7 +59,9 @@ def test_the_size_of_the_noise_alone_tells_nothing():
 def test_at_the_level_found_that_share_is_named_right(tensors, noise):
     sd = noise.sd(tensors)
     level = find_told(tensors, sd, 0.75, n_draws=400)
-    assert compute_told(tensors, level * sd, n_draws=400).accuracy == pytest.approx(0.75, abs=0.01)
+    assert compute_told(tensors, level * sd, n_draws=400).accuracy == pytest.approx(
+        0.75, abs=0.01
+    )
 
 
 def test_the_level_of_common_noise_is_that_of_even_noise(tensors):

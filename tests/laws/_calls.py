@@ -24,11 +24,19 @@ import xarray as xr
 import feeler
 from feeler import calibration
 from feeler.errors import FeelerError
-from feeler.rules import OneOf
+from feeler.records.rules import OneOf
 from tests.fuzz._files import make_decoder, make_set
 
 PATIENCE = 2.0  # s of processor time; what still computes then has accepted its arguments
-SIZES = {"trial": 2, "sensor": 3, "segment": 3, "time": 8, "component": 2, "lag": 3, "corner": 4}
+SIZES = {
+    "trial": 2,
+    "sensor": 3,
+    "segment": 3,
+    "time": 8,
+    "component": 2,
+    "lag": 3,
+    "corner": 4,
+}
 SIZES |= {"hinge": 3, "axis": 2, "plane": 2, "2": 2, "unit": 3, "sample": 8, "step": 8}
 BY_NAME = {
     "tensors": lambda: np.abs(np.random.default_rng(0).normal(size=(4, 3, 12))),
@@ -69,13 +77,24 @@ def list_wrong() -> list[Any]:
     numbers += [True, 1j, np.float32(nan), np.int8(-1), np.datetime64("NaT"), np.bool_(False)]
     texts = ["", "x", "nan", "a" * 5000, "\0", "\ud800", "../x", "1e999", b"x", b"", "a/b.toml"]
     texts += ["none.toml", "empty.toml", "noise.toml", "noise.nc", "folder", "noise.csv"]
-    arrays = [np.zeros(shape) for shape in ((), (0,), (3,), (2, 3), (2, 3, 4), (0, 3, 8), (1,) * 5)]
+    arrays = [
+        np.zeros(shape) for shape in ((), (0,), (3,), (2, 3), (2, 3, 4), (0, 3, 8), (1,) * 5)
+    ]
     arrays += [np.full((2, 3, 8), value) for value in (nan, inf, -1.0, 1e308)]
     arrays += [np.array(["a", "b"]), np.array([None, 1]), np.array([1j, 2]), np.zeros(3, bool)]
     arrays += [np.array([1, 2, 3]), np.array([3.0, 2.0, 1.0]), np.array(["2026"], "M8[D]")]
     lists = [[], [[]], [[1], [1, 2]], [None], ["a", 1], [nan], [10**400], (), (1,), (1, 2, 3)]
     lists += [{}, {"a": 1}, {1: None}, {"a"}, [{}], [Odd()], range(3), ["a"] * 3]
-    others = [None, Odd(), Odd, len, lambda *_: None, Path("none"), Path("folder"), xr.Dataset()]
+    others = [
+        None,
+        Odd(),
+        Odd,
+        len,
+        lambda *_: None,
+        Path("none"),
+        Path("folder"),
+        xr.Dataset(),
+    ]
     others += [xr.DataArray(np.zeros((2, 3))), make_set(), datetime.datetime(2026, 1, 1)]
     others += [np.random.default_rng(0), feeler.presets.cockroach(), feeler.Ball(radius=1.0)]
     others += [make_encoder(), make_decoder()]
@@ -119,7 +138,14 @@ def _make_annotated(inner: tuple, name: str, depth: int) -> Any:
 
 
 def _make_plain(kind: Any, depth: int) -> Any:
-    plain = {float: 0.5, int: 2, str: "a", bool: True, Path: Path("out"), os.PathLike: Path("out")}
+    plain = {
+        float: 0.5,
+        int: 2,
+        str: "a",
+        bool: True,
+        Path: Path("out"),
+        os.PathLike: Path("out"),
+    }
     if kind in plain:
         return plain[kind]
     if kind is feeler.Antenna:
@@ -168,7 +194,9 @@ def list_parameters(thing: Any) -> dict[str, tuple[Any, Any]]:
         hints = {}
     kinds = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
     return {
-        p.name: (hints.get(p.name, p.annotation), p.default) for p in given if p.kind not in kinds
+        p.name: (hints.get(p.name, p.annotation), p.default)
+        for p in given
+        if p.kind not in kinds
     }
 
 
@@ -191,7 +219,9 @@ class Calls:
         n = sum(self.ends.values())
         lines = [f"{n} calls: " + ", ".join(f"{k} {v}" for k, v in self.ends.most_common())]
         lines += [f"raw {self.share:.2%}"]
-        lines += [f"{k:4d} {' | '.join(key)} <- {self.seen[key]}" for key, k in self.raw.items()]
+        lines += [
+            f"{k:4d} {' | '.join(key)} <- {self.seen[key]}" for key, k in self.raw.items()
+        ]
         return "\n".join(lines)
 
 
@@ -230,7 +260,9 @@ def patient():
 
     signal.signal(signal.SIGPROF, ring)
     signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_PROF, PATIENCE, 0.5)  # again: a library may swallow the first
+    signal.setitimer(
+        signal.ITIMER_PROF, PATIENCE, 0.5
+    )  # again: a library may swallow the first
     signal.setitimer(signal.ITIMER_REAL, 5 * PATIENCE, 1.0)
     try:
         with warnings.catch_warnings():

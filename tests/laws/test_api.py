@@ -30,7 +30,9 @@ def list_reference() -> list[object]:
             and getattr(getattr(room, name), "__module__", None) == room.__name__
         )
 
-    for name in re.findall(r"^::: ([\w.]+)$", (ROOT / "docs" / "api.md").read_text(), re.MULTILINE):
+    for name in re.findall(
+        r"^::: ([\w.]+)$", (ROOT / "docs" / "api.md").read_text(), re.MULTILINE
+    ):
         thing = pkgutil.resolve_name(name)
         if isinstance(thing, ModuleType):
             public = getattr(

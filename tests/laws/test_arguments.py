@@ -19,7 +19,10 @@ def list_public():
     """Every public callable by room and name."""
     rooms = [name for name in dir(feeler) if inspect.ismodule(getattr(feeler, name))]
     found = {}
-    for room, module in [("feeler", feeler), *((room, getattr(feeler, room)) for room in rooms)]:
+    for room, module in [
+        ("feeler", feeler),
+        *((room, getattr(feeler, room)) for room in rooms),
+    ]:
         for name in getattr(module, "__all__", ()):
             thing = getattr(module, name)
             if callable(thing) and name not in NOT_OURS:
@@ -127,4 +130,6 @@ def test_nothing_wrong_gives_a_foreign_error(name, tmp_path, monkeypatch):
 
 def test_nearly_all_public_functions_are_checked():
     functions = {name for name, thing in PUBLIC.items() if inspect.isfunction(thing)}
-    assert len(functions - set(CHECKED)) < 0.25 * len(functions), sorted(functions - set(CHECKED))
+    assert len(functions - set(CHECKED)) < 0.25 * len(functions), sorted(
+        functions - set(CHECKED)
+    )

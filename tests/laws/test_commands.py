@@ -46,7 +46,9 @@ def list_lines():
         inside = "\n".join(BLOCK.findall(text)) if path.suffix == ".md" else text
         joined = re.sub(r" *\\\n\s*", " ", inside)
         for line in {*QUOTED.findall(text), *LINE.findall(joined)}:
-            for part in re.split(r"\s(?:\||&&|;|>)\s", re.split(r" #|(?<=\S) {2,}(?=\S)", line)[0]):
+            for part in re.split(
+                r"\s(?:\||&&|;|>)\s", re.split(r" #|(?<=\S) {2,}(?=\S)", line)[0]
+            ):
                 yield path, " ".join(part.split())
 
 
@@ -109,9 +111,15 @@ def test_every_command_that_is_named_can_be_typed():
 
 def test_every_option_that_is_named_alone_is_one_of_some_command():
     commands = [*walk(get_app())]
-    known = {o for c in commands for p in c.params for o in (*p.opts, *p.secondary_opts)} | FOREIGN
-    named = [(path.name, option) for path, text in list_texts() for option in OPTION.findall(text)]
-    helps = [(c.name, getattr(one, "help", "") or "") for c in commands for one in (c, *c.params)]
+    known = {
+        o for c in commands for p in c.params for o in (*p.opts, *p.secondary_opts)
+    } | FOREIGN
+    named = [
+        (path.name, option) for path, text in list_texts() for option in OPTION.findall(text)
+    ]
+    helps = [
+        (c.name, getattr(one, "help", "") or "") for c in commands for one in (c, *c.params)
+    ]
     named += [(name, option) for name, text in helps for option in BARE.findall(text)]
     assert len(named) > 20
     assert not [(name, option) for name, option in named if option not in known]

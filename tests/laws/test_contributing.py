@@ -37,7 +37,8 @@ def test_every_file_that_a_row_names_is_there():
         (change, file)
         for change, files in FILES.items()
         for file in files
-        if "/" in file and not list((ROOT / "src" / "feeler").glob(file)) + list(ROOT.glob(file))
+        if "/" in file
+        and not list((ROOT / "src" / "feeler").glob(file)) + list(ROOT.glob(file))
     ]
     assert not missing
 
@@ -77,7 +78,9 @@ class Copy:
     def check(self, change):
         """Nothing was touched but what the row names, by file or by folder."""
         named = [file.partition("{")[0].partition("*")[0] for file in FILES[change]]
-        beside = [one for one in self.changed if not any(one.startswith(name) for name in named)]
+        beside = [
+            one for one in self.changed if not any(one.startswith(name) for name in named)
+        ]
         assert not beside, f"{change}: also needs {beside}"
 
 
@@ -100,7 +103,9 @@ def test_a_command(copy):
 
 def test_a_preset(copy):
     text = (copy.source / "antenna" / "species" / "cricket.toml").read_text(encoding="utf-8")
-    copy.write("antenna/species/mine.toml", text.replace('name = "cricket"', 'name = "mine"', 1))
+    copy.write(
+        "antenna/species/mine.toml", text.replace('name = "cricket"', 'name = "mine"', 1)
+    )
     said = copy.run("import feeler", "print(feeler.presets.make_preset('mine').n_segments)")
     assert said == "120\n"
     assert "mine" in copy.run("import feeler", "print(*feeler.presets.PRESETS)").split()
@@ -126,7 +131,9 @@ def test_a_parameter_of_an_antenna(copy):
         '    "taper": {"1": 1.0},\n    "swelling": {"1": 1.0, "%": 0.01},\n',
     )
     copy.replace(
-        "antenna/parse.py", '_OPTIONAL = ("rest_angle", ', '_OPTIONAL = ("swelling", "rest_angle", '
+        "antenna/parse.py",
+        '_OPTIONAL = ("rest_angle", ',
+        '_OPTIONAL = ("swelling", "rest_angle", ',
     )
     copy.replace(
         "physics/chain/model.py",

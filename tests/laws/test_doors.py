@@ -19,7 +19,7 @@ from feeler.tracking.files import TRACK_FILES
 
 SOURCE = Path(feeler.__file__).parent
 SECURITY = SOURCE.parents[1] / "SECURITY.md"
-DOORS = {"files.py", "guard.py", "toml.py"}
+DOORS = {"disk/files.py", "disk/guard.py", "disk/toml.py"}
 """Where files may be opened: within a limit of bytes, or in a process of its own."""
 OPENERS = {
     "open",
@@ -53,9 +53,9 @@ OWN = {
     "studio/drawing.py:film": "what it has just drawn itself",
     "report/page.py:render_page": "ships with feeler",
     "studio/exporting.py:read_page": "ships with feeler",
-    "provenance.py:describe_code": "this package's own files",
-    "sources.py:parse_module": "this package's own code, parsed and not run",
-    "sources.py:_open_notes": "kept beside Python's own compiled files, which Python runs",
+    "disk/provenance.py:describe_code": "this package's own files",
+    "disk/sources.py:parse_module": "this package's own code, parsed and not run",
+    "disk/sources.py:_open_notes": "kept beside Python's own compiled files, which Python runs",
     "studies/contests/contest.py:_describe_own": "a program of the user's, who has it run",
     "execute/processes.py:": "pickles over private pipes to our own workers; the system's words",
     "tensors/poses.py:": "pickle is held back by a class of our own, in the guard's process",
@@ -109,7 +109,9 @@ def name_call(node):
 
 
 def is_writing(node):
-    modes = [m for m in re.findall(r"'([rwaxb+]{1,3})'", ast.unparse(node)) if set(m) & set("wax")]
+    modes = [
+        m for m in re.findall(r"'([rwaxb+]{1,3})'", ast.unparse(node)) if set(m) & set("wax")
+    ]
     return bool(modes)
 
 
@@ -119,7 +121,9 @@ def opens(node):
         name, whose = name_call(node), ast.unparse(node.func)
         away = whose in ("read_text", "read_bytes", "webbrowser.open") or is_writing(node)
         return name if name in OPENERS and not away else ""
-    named = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+    named = (
+        [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+    )
     parts = {name.split(".")[0] for name in named} | {*named}
     return next(iter(parts & LIBRARIES_THAT_OPEN), "")
 

@@ -65,7 +65,9 @@ def make_scenes_in_space():
         for factor in (1.0, 2.0)
     )
     trials = (
-        feeler.Trial(feature=feeler.Ball(radius=radius), location=0.6, speed=0.1, azimuth=azimuth)
+        feeler.Trial(
+            feature=feeler.Ball(radius=radius), location=0.6, speed=0.1, azimuth=azimuth
+        )
         for radius, azimuth in ((0.9, 0.3), (0.6, -0.7))
     )
     return tuple(map(make_scene, antennas, trials))
@@ -151,13 +153,20 @@ def ask_sensilla(_):
     position = np.array([0.1, 0.45, 0.8])
 
     def make():
-        population = spikes.Population(position=position, side=[1, -1, 1], gain=[30.0, 41.0, 23.0])
+        population = spikes.Population(
+            position=position, side=[1, -1, 1], gain=[30.0, 41.0, 23.0]
+        )
         return spikes.SensillaStream(population, position, 1.3, seed=4)
 
     def read(stream):
         fired = [stream.push(sample) for sample in bending]
         units, times = (np.concatenate(column) for column in zip(*fired, strict=True))
-        return {"units": units, "times": times, "rate": stream.rate, "time": np.array(stream.time)}
+        return {
+            "units": units,
+            "times": times,
+            "rate": stream.rate,
+            "time": np.array(stream.time),
+        }
 
     used = make()
     for sample in bending[40:]:
@@ -235,7 +244,9 @@ CASES = {
     "TouchEnv": (ask_environment, ["one"]),
     "PlainTouch": (ask_plain, [""]),
 }
-ASKED = sorted({(ask, option) for ask, options in CASES.values() for option in options}, key=str)
+ASKED = sorted(
+    {(ask, option) for ask, options in CASES.values() for option in options}, key=str
+)
 
 
 def test_whatever_can_be_reset_or_restored_is_asked():
@@ -271,7 +282,9 @@ def test_after_another_question_it_answers_as_a_fresh_one(ask, option):
 def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
     """What the studio keeps for the next run."""
     monkeypatch.setattr(running, "_maps", {})
-    monkeypatch.setattr(running, "calibrate", lambda antenna, speed, watch: (antenna.name, speed))
+    monkeypatch.setattr(
+        running, "calibrate", lambda antenna, speed, watch: (antenna.name, speed)
+    )
     linear, level = (feeler.presets.make_preset(name) for name in ("linear", "constant"))
     asked = [(linear, 0.2), (linear, 0.7), (level, 0.7), (linear, 0.2)]
     found = [running._find_map(antenna, speed, None) for antenna, speed in asked]

@@ -7,8 +7,8 @@ import pytest
 
 import feeler
 from feeler.plotting.movie import Movie
+from feeler.records.shown import show_html
 from feeler.report import Section, write_page
-from feeler.shown import show_html
 from feeler.studio import write_touch_page
 from feeler.studio.wish import AntennaWish, TouchWish
 
@@ -78,11 +78,20 @@ def show_result(name, folder):
 def show_simulation(name, folder):
     antenna = feeler.presets.cockroach().replace(name=name)
     return feeler.Simulation(
-        antenna, feeler.Trial(feature=feeler.Ball(radius=1.5, name=name), location=0.5, speed=0.3)
+        antenna,
+        feeler.Trial(feature=feeler.Ball(radius=1.5, name=name), location=0.5, speed=0.3),
     )._repr_html_()
 
 
-SHOWN = (make_page, show_film, show_antenna, show_trial, show_record, show_result, show_simulation)
+SHOWN = (
+    make_page,
+    show_film,
+    show_antenna,
+    show_trial,
+    show_record,
+    show_result,
+    show_simulation,
+)
 
 
 @pytest.mark.parametrize("name", NAMES[:6])

@@ -12,25 +12,10 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {
-        "checked",
-        "draw",
-        "errors",
-        "files",
-        "foreign",
-        "journal",
-        "compiled",
-        "progress",
-        "shown",
-        "provenance",
-        "record",
-        "registry",
-        "rules",
-        "guard",
-        "toml",
-        "sources",
-        "svg",
-    },
+    {"errors", "progress"},
+    {"records"},
+    {"disk", "draw"},
+    {"compiled"},
     {"antenna"},
     {"stimulus"},
     {"task"},
@@ -71,7 +56,9 @@ def _read_rooms(path):
 
 def name_room(parts):
     """The room that a path belongs to; each study is a room of its own."""
-    return parts[1].removesuffix(".py") if parts[0] == "studies" and len(parts) > 1 else parts[0]
+    return (
+        parts[1].removesuffix(".py") if parts[0] == "studies" and len(parts) > 1 else parts[0]
+    )
 
 
 def test_imports_run_downwards():
@@ -84,8 +71,12 @@ def test_imports_run_downwards():
 
 
 def test_no_verb_but_reproduce_reaches_for_the_paper():
-    users = {path.relative_to(SOURCE).as_posix() for path in FILES if "paper" in find_rooms(path)}
-    assert {user for user in users if not user.startswith("studies/paper/")} == {"cli/reproduce.py"}
+    users = {
+        path.relative_to(SOURCE).as_posix() for path in FILES if "paper" in find_rooms(path)
+    }
+    assert {user for user in users if not user.startswith("studies/paper/")} == {
+        "cli/reproduce.py"
+    }
 
 
 def test_one_table_says_what_a_scale_is():
@@ -116,7 +107,9 @@ def test_nothing_slow_is_loaded_before_it_is_used():
     assert not any(
         later[1] - earlier[1] for earlier, later in pairwise(BEFORE_USE)
     )  # else one process would not do
-    steps = [f"{code}\nassert not {slow} & set(sys.modules), {code!r}" for code, slow in BEFORE_USE]
+    steps = [
+        f"{code}\nassert not {slow} & set(sys.modules), {code!r}" for code, slow in BEFORE_USE
+    ]
     assert run_python("import sys", *steps) == ""
 
 
@@ -126,7 +119,15 @@ def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
 
 
 def test_analysis_needs_no_simulator():
-    rooms = ("tensors", "encoding", "dispersion", "decoding", "information", "tracking", "response")
+    rooms = (
+        "tensors",
+        "encoding",
+        "dispersion",
+        "decoding",
+        "information",
+        "tracking",
+        "response",
+    )
     steps = [
         f"import feeler.{room}\nassert 'mujoco' not in sys.modules, 'loaded by {room}'"
         for room in rooms
@@ -137,7 +138,9 @@ def test_analysis_needs_no_simulator():
 def list_files(pattern: str) -> set[str]:
     """Source files in which a pattern occurs."""
     return {
-        p.relative_to(SOURCE).as_posix() for p in FILES if re.search(pattern, p.read_text(), re.M)
+        p.relative_to(SOURCE).as_posix()
+        for p in FILES
+        if re.search(pattern, p.read_text(), re.M)
     }
 
 

@@ -24,7 +24,7 @@ def script(tmp_path, monkeypatch):
     [
         ("# a remark\n", "by today's code"),
         ("print(2)\n", "by other code than today's; run measure.py again"),
-        ("from feeler.shown import make_picture\n", "by other code than today's"),
+        ("from feeler.records.shown import make_picture\n", "by other code than today's"),
     ],
 )
 def test_a_result_is_named_when_the_code_behind_it_changes(script, tmp_path, change, words):

@@ -69,7 +69,9 @@ def test_rates_of_fresh_mistakes_stand_in_the_docs_as_they_were_counted():
     rates = load_script("benchmarks/mutants", "rates")
     made = tomllib.loads((ROOT / "benchmarks/mutants/fresh.toml").read_text())["mistake"]
     table = rates.tabulate(made, rates.read_first(made))
-    assert table in (ROOT / "docs/reliability.md").read_text(), f"the docs should hold:\n{table}"
+    assert table in (ROOT / "docs/reliability.md").read_text(), (
+        f"the docs should hold:\n{table}"
+    )
 
 
 @pytest.mark.parametrize(

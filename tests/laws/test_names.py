@@ -11,7 +11,10 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 FILES = sorted(SOURCE.rglob("*.py"))
-INNER = ("feeler.studies.paper.", "feeler.cli.")  # figures and verbs: called by their module's name
+INNER = (
+    "feeler.studies.paper.",
+    "feeler.cli.",
+)  # figures and verbs: called by their module's name
 GIVEN = {
     "y",
     "kws",
@@ -28,7 +31,9 @@ def list_public() -> Iterator[tuple[str, str, ast.AST]]:
     """Module, name and definition of every public function and class."""
     for path in FILES:
         for node in ast.parse(path.read_text()).body:
-            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith(
+                "_"
+            ):
                 yield name_module(path), node.name, node
 
 
@@ -48,7 +53,9 @@ def test_no_function_hides_a_module():
         room = name_module(path)
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.ImportFrom):
-                names = {alias.asname or alias.name for alias in node.names if node.module != room}
+                names = {
+                    alias.asname or alias.name for alias in node.names if node.module != room
+                }
                 hidden |= {f"{room}.{name}" for name in names} & modules
     assert hidden == set()
 
@@ -111,4 +118,6 @@ def list_constants() -> dict[str, set[str]]:
 
 def test_no_public_constant_has_two_meanings():
     """One that is read in its own file alone begins with an underscore."""
-    assert {name: sorted(homes) for name, homes in list_constants().items() if len(homes) > 1} == {}
+    assert {
+        name: sorted(homes) for name, homes in list_constants().items() if len(homes) > 1
+    } == {}

@@ -59,7 +59,12 @@ SCALE = replace(
 READ_TENSORS = ("encoding", "reading", "cnn", "axes")
 TOUCH = ("tradeoff", "gradient", "bounds")
 SET_UP = ("wall", "robot")
-ELSEWHERE = ("receptor", "unseen", "spikes", "space")  # asked in tests/studies/paper/test_open_*.py
+ELSEWHERE = (
+    "receptor",
+    "unseen",
+    "spikes",
+    "space",
+)  # asked in tests/studies/paper/test_open_*.py
 SOMETHING = {
     (
         "white",
@@ -192,14 +197,23 @@ def test_nothing_bears_out_no_claim_on_speed_gradient_and_bounds(touched, claim)
 
 def _find_wall_values(rng):
     """Peaks anywhere along the antenna, and in every set-up; the sliding tensors are white."""
-    names, n_set_ups, distance = ("exponential", "linear", "constant"), 120, np.arange(25.0, 5, -2)
+    names, n_set_ups, distance = (
+        ("exponential", "linear", "constant"),
+        120,
+        np.arange(25.0, 5, -2),
+    )
     every, none = np.full(distance.size, True), np.full(distance.size, False)
     r2 = [
-        [fit_distance(distance, 42 * rng.random(distance.size), every, none, 0.3).r2 for _ in names]
+        [
+            fit_distance(distance, 42 * rng.random(distance.size), every, none, 0.3).r2
+            for _ in names
+        ]
         for _ in range(n_set_ups)
     ]
     offset = np.abs(rng.random((n_set_ups, 3)) - rng.random((n_set_ups, 3)))
-    family = fig3_family.Family(names=names, choices=(), r2=np.array(r2), offset=offset, cases=())
+    family = fig3_family.Family(
+        names=names, choices=(), r2=np.array(r2), offset=offset, cases=()
+    )
     claims = {claim.id: claim for claim in load_claims()}
     asked = {name: claims[f"wall-{name}"] for name in names}
     values = fig3_family._list_values(

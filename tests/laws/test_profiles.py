@@ -91,7 +91,9 @@ def test_a_sentence_of_the_report_names_both_windows(one):
     assert not find_one_sided(key for key, _ in PLACE.findall(text))
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs").rglob("*.md")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "page", sorted((ROOT / "docs").rglob("*.md")), ids=lambda path: path.stem
+)
 def test_a_page_names_both_windows(page):
     keys = KEY.findall(page.read_text(encoding="utf-8"))
     assert not find_one_sided(key for key in keys if not key.startswith(WHOLE))

@@ -32,7 +32,9 @@ def test_the_recipe_has_the_versions_and_bounds_of_the_project():
 def test_the_paper_has_its_sections_and_cites_what_is_listed():
     text = (ROOT / "paper" / "paper.md").read_text()
     assert tuple(re.findall(r"^# (.+)$", text, re.MULTILINE)) == SECTIONS
-    listed = re.findall(r"^@\w+\{(\w+),", (ROOT / "paper" / "paper.bib").read_text(), re.MULTILINE)
+    listed = re.findall(
+        r"^@\w+\{(\w+),", (ROOT / "paper" / "paper.bib").read_text(), re.MULTILINE
+    )
     assert sorted(set(re.findall(r"@(\w+)\d{0}", text.partition("bibliography")[2]))) == sorted(
         listed
     )

@@ -48,7 +48,9 @@ def list_installed(names):
 
 @pytest.mark.parametrize("package", sorted(USED))
 def test_what_users_install_has_its_licence(package):
-    rows = [line for line in (ROOT / "NOTICE.md").read_text().splitlines() if line.startswith("| ")]
+    rows = [
+        line for line in (ROOT / "NOTICE.md").read_text().splitlines() if line.startswith("| ")
+    ]
     assert [row for row in rows if canonicalize_name(row.split("|")[1].strip()) == package]
 
 

@@ -54,11 +54,18 @@ def find_labels(path):
         for n in ast.walk(tree)
         if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant)
     ]
-    sentences += [part for n in ast.walk(tree) if isinstance(n, ast.Raise) for part in ast.walk(n)]
+    sentences += [
+        part for n in ast.walk(tree) if isinstance(n, ast.Raise) for part in ast.walk(n)
+    ]
     left = {id(one) for one in sentences}
-    texts = (n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in left)
+    texts = (
+        n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in left
+    )
     return [
-        match.groups() for text in texts if isinstance(text, str) for match in LABEL.finditer(text)
+        match.groups()
+        for text in texts
+        if isinstance(text, str)
+        for match in LABEL.finditer(text)
     ]
 
 
@@ -82,4 +89,6 @@ def test_a_quantity_has_its_own_unit():
 
 
 def test_labels_are_found():
-    assert len(LABELS) > 90 and ("studies/tradeoff/draw.py", "time since contact", "ms") in LABELS
+    assert (
+        len(LABELS) > 90 and ("studies/tradeoff/draw.py", "time since contact", "ms") in LABELS
+    )

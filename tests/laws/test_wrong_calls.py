@@ -19,7 +19,9 @@ SEEDS = {"long": 5, "slow": 6}
 THINGS = {
     name: thing
     for name, thing in PUBLIC.items()
-    if not (inspect.isclass(thing) and (issubclass(thing, Exception) or inspect.isabstract(thing)))
+    if not (
+        inspect.isclass(thing) and (issubclass(thing, Exception) or inspect.isabstract(thing))
+    )
 }
 
 

@@ -18,14 +18,18 @@ DataLoader = torch.utils.data.DataLoader
 def collect(loader):
     """Which trials came, and their targets."""
     pairs = [(x.reshape(len(x), -1)[:, 0].numpy(), y.numpy()) for x, y in loader]
-    return np.concatenate([x for x, _ in pairs]).astype(int), np.concatenate([y for _, y in pairs])
+    return np.concatenate([x for x, _ in pairs]).astype(int), np.concatenate(
+        [y for _, y in pairs]
+    )
 
 
 @pytest.mark.parametrize("workers", [0, 2])
 @pytest.mark.parametrize("batch_size", [None, 50])
 def test_each_trial_comes_once_with_its_own_target(store, workers, batch_size):
     dataset = TouchDataset(store, target="size", batch_size=batch_size)
-    loader = DataLoader(dataset, batch_size=50 if batch_size is None else None, num_workers=workers)
+    loader = DataLoader(
+        dataset, batch_size=50 if batch_size is None else None, num_workers=workers
+    )
     trials, targets = collect(loader)
     assert sorted(trials) == [*range(N)]
     assert (np.diff(trials) < 0).mean() > 0.3  # shuffled
@@ -43,7 +47,12 @@ def test_epochs_differ_and_the_order_follows_the_seed(store):
 def test_texts_become_classes_and_several_of_them_their_combinations(store):
     dataset = TouchDataset(store, target="feature", shuffle=False)
     assert dataset.classes == ["ball", "box", "triangle"]
-    assert [dataset.classes[k] for k in dataset.targets[:4]] == ["ball", "box", "triangle", "ball"]
+    assert [dataset.classes[k] for k in dataset.targets[:4]] == [
+        "ball",
+        "box",
+        "triangle",
+        "ball",
+    ]
     both = TouchDataset(store, target=["feature", "antenna"])
     assert both.classes[int(both.targets[31])] == ("box", "exponential 1")
     assert TouchDataset(store, target=["size", "location"]).targets.shape == (N, 2)
@@ -59,7 +68,9 @@ def test_noise_is_fresh_and_as_large_as_asked_for(store):
     assert torch.equal(torch.cat([*doubled]), 2 * clean)
 
 
-@pytest.mark.parametrize("by", ["antenna", "feature", "location", "twin", ["feature", "location"]])
+@pytest.mark.parametrize(
+    "by", ["antenna", "feature", "location", "twin", ["feature", "location"]]
+)
 def test_sides_share_no_group(by):
     tensors = make_touches()
     sides = split_trials(tensors, by)

@@ -32,12 +32,16 @@ def test_parquet_holds_every_sample_once(exported):
         chunk_index=0, file_index=1
     )
     table = pq.read_table(exported / "data").to_pandas().sort_values("index")
-    assert table["index"].tolist() == [*range(600 * SAMPLES)] and info["total_frames"] == len(table)
+    assert table["index"].tolist() == [*range(600 * SAMPLES)] and info["total_frames"] == len(
+        table
+    )
     state = np.stack(table["observation.state"]).reshape(600, SAMPLES, SENSORS)
     np.testing.assert_array_equal(state.transpose(0, 2, 1), tensors["angle"].values)
     np.testing.assert_allclose(table["timestamp"][:SAMPLES], tensors["time"] / 1000, rtol=1e-6)
     tasks = (
-        pq.read_table(exported / "meta/tasks.parquet").to_pandas().set_index("task_index")["task"]
+        pq.read_table(exported / "meta/tasks.parquet")
+        .to_pandas()
+        .set_index("task_index")["task"]
     )
     assert (
         tasks[table["task_index"]].tolist()
@@ -48,7 +52,9 @@ def test_parquet_holds_every_sample_once(exported):
 
 def test_episodes_carry_all_labels(exported):
     tensors = make_touches()
-    episodes = pq.read_table(exported / "meta/episodes").to_pandas().sort_values("episode_index")
+    episodes = (
+        pq.read_table(exported / "meta/episodes").to_pandas().sort_values("episode_index")
+    )
     for name in ("feature", "size", "location", "antenna", "seed"):
         assert episodes[f"label/{name}"].tolist() == tensors[name].values.tolist()
     first = episodes.iloc[7]

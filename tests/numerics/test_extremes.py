@@ -36,7 +36,9 @@ GOOD_ENDS = ("finite", "diverged (named)", "refused: ")
     ],
 )
 def test_inside_the_safe_region_the_timestep_does_not_matter(options, fields):
-    trial = Trial(**{"feature": make_feature("ball", 1.5), "location": 0.7, "speed": 0.3, **fields})
+    trial = Trial(
+        **{"feature": make_feature("ball", 1.5), "location": 0.7, "speed": 0.3, **fields}
+    )
     verdict, change, timestep = numerics.judge(numerics.make_antenna(**options), trial, 12.0)
     assert (verdict, timestep) == ("holds", numerics.TIMESTEP)
     assert change < 0.01
@@ -66,13 +68,17 @@ def test_the_stability_limit_is_where_theory_puts_it(engine, damping):
         60
     ):  # bisect the timestep at which 4 M + 2 h C − h² K loses its positive definiteness
         middle = np.sqrt(low * high)
-        low, high = (middle, high) if numerics.is_free_stable(antenna, middle) else (low, middle)
+        low, high = (
+            (middle, high) if numerics.is_free_stable(antenna, middle) else (low, middle)
+        )
     start = 1e-3 * (-1.0) ** np.arange(n)
 
     def amplitude(timestep):
         clock = Clock(duration=400 * timestep, sample_interval=timestep, timestep=timestep)
         try:
-            return np.abs(run_scene(Scene(antenna=antenna, angle=start), clock, engine).angle).max()
+            return np.abs(
+                run_scene(Scene(antenna=antenna, angle=start), clock, engine).angle
+            ).max()
         except SimulationDiverged:
             return np.inf
 

@@ -10,7 +10,10 @@ from feeler.stimulus import Feature, Outline, Trial, make_feature
 from feeler.stimulus.base import BaseMotion
 
 CHAINS = ("chain", "chain-consistent")
-DYNAMIC = (*CHAINS, "mujoco")  # with MuJoCo's contact and all inertia; the rod has laws of its own
+DYNAMIC = (
+    *CHAINS,
+    "mujoco",
+)  # with MuJoCo's contact and all inertia; the rod has laws of its own
 HOOK = Outline(vertices=((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2)))
 
 

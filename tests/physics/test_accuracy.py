@@ -34,7 +34,9 @@ def test_the_error_is_below_what_was_asked_for(kind, wanted):
 
 @pytest.mark.long
 def test_only_what_needs_it_is_refined():
-    slow, fast = (touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0))
+    slow, fast = (
+        touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0)
+    )
     easy, hard = accuracy.run_in_time([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)
     assert hard.timestep < easy.timestep
 
@@ -58,7 +60,9 @@ def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
     antenna = antenna.replace(
         stiffness=0.33194762 * antenna.stiffness, damping=1.9569694 * antenna.damping
     )
-    saw = feeler.Wall(profile=((-1.7273314, 0.0), (0.0, 5.61869093), (1.7273314, 0.0)), repeat=17)
+    saw = feeler.Wall(
+        profile=((-1.7273314, 0.0), (0.0, 5.61869093), (1.7273314, 0.0)), repeat=17
+    )
     wall = feeler.Object(
         feature=saw,
         place=(-8.8614108295009, 22.19608545918875),
@@ -97,7 +101,9 @@ def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
         friction=1.091491731418962,
     )
     scene = build_scene(antenna, box, contact="even")
-    runs = [run_scene(scene, Clock(duration=100.0, timestep=h)) for h in (0.05, 0.025, 0.003125)]
+    runs = [
+        run_scene(scene, Clock(duration=100.0, timestep=h)) for h in (0.05, 0.025, 0.003125)
+    ]
     assert (
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.04
@@ -117,7 +123,9 @@ def test_what_only_finer_steps_than_all_others_show_is_warned_of():
         stiffness=0.9758456289323146 / antenna.stiffness[0] * antenna.stiffness,
         damping=8.14039846689853 / antenna.damping[0] * antenna.damping,
     )
-    saw = feeler.Wall(profile=((-3.5878345, 0.0), (0.0, 12.30830968), (3.5878345, 0.0)), repeat=8)
+    saw = feeler.Wall(
+        profile=((-3.5878345, 0.0), (0.0, 12.30830968), (3.5878345, 0.0)), repeat=8
+    )
     wall = feeler.Object(
         feature=saw,
         place=(-12.629943875347669, 22.923426335971904),
@@ -140,7 +148,9 @@ def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
     by 5 %.
     """
     antenna = feeler.presets.cockroach("linear")
-    antenna = antenna.replace(stiffness=1.232 * antenna.stiffness, damping=0.4375 * antenna.damping)
+    antenna = antenna.replace(
+        stiffness=1.232 * antenna.stiffness, damping=0.4375 * antenna.damping
+    )
     trial = feeler.Trial(
         feature=feeler.Triangle(half_width=1.532, rounding=0.5505),
         location=0.7219,
@@ -193,7 +203,9 @@ def test_of_two_widths_the_narrower_s_error_counts_and_twice_what_they_differ_by
     still, monkeypatch
 ):
     (scene, motion), errors = still, iter((1e-3, 4e-3))
-    monkeypatch.setattr(accuracy, "run_in_time", lambda *_: [replace(motion, error=next(errors))])
+    monkeypatch.setattr(
+        accuracy, "run_in_time", lambda *_: [replace(motion, error=next(errors))]
+    )
     monkeypatch.setattr(accuracy, "compute_error", lambda *_: 5e-4)
     (found,) = accuracy.run_accurately([scene], 2.0, 1.0, "chain-consistent", 0.01)
     assert found.error == pytest.approx(5e-3)
@@ -273,7 +285,8 @@ def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
     """A sharp corner at 3 m/s, long before which nothing happens."""
     scene, steps = touch("triangle", 1.0, n=30, contact="even", speed=3.0), []
     later = replace(
-        scene.objects[0], place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0)))
+        scene.objects[0],
+        place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0))),
     )
     scene = replace(scene, objects=(later,))
     step = refine._Pair._step

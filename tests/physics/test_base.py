@@ -157,7 +157,9 @@ def test_a_base_spends_what_the_antenna_holds_and_loses(engine):
     rate = CubicSpline(motion.time, motion.pose)(found.time, 1)
     held = compute_kinetic(antenna, found, rate) + compute_spring(antenna, found)
     power = (antenna.damping * found.velocity**2).sum(axis=1)
-    lost = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(found.time))])
+    lost = np.concatenate(
+        [[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(found.time))]
+    )
     np.testing.assert_allclose(
         1e-3 * found.work[:, 0], held - held[0] + lost, atol=1e-3 * held.max()
     )

@@ -57,7 +57,9 @@ def test_a_whisker_turned_against_a_peg_presses_as_a_beam(shape, share, turn):
     assert measure_moment(shape, share, turn) == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("engine", (*DYNAMIC[:2], pytest.param("mujoco", marks=pytest.mark.slow)))
+@pytest.mark.parametrize(
+    "engine", (*DYNAMIC[:2], pytest.param("mujoco", marks=pytest.mark.slow))
+)
 @pytest.mark.parametrize("shape", list(TIP))
 def test_it_does_in_each_engine_of_this_contact(shape, engine):
     """Without implicit damping inside the contact it takes 0.01 ms: at 0.02 some are off by 5 %."""

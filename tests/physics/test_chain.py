@@ -73,7 +73,8 @@ def test_undamped_free_motion_keeps_its_energy_to_first_order():
     drift = []
     for h in (5e-5, 2.5e-5):
         energy = compute_energy(
-            antenna, run_scene(scene, Clock(duration=4, sample_interval=0.1, timestep=h), "chain")
+            antenna,
+            run_scene(scene, Clock(duration=4, sample_interval=0.1, timestep=h), "chain"),
         )
         drift.append(np.abs(energy / energy[0] - 1).max())
     assert drift[0] < 0.05
@@ -96,7 +97,11 @@ def hit(n: int) -> Scene:
     """
     antenna = uniform(n, stiffness=1e-20)
     trial = Trial(
-        feature=make_feature("ball", 0.3), location=1 - 0.4 / n, speed=0.3, lead=0.3, friction=0.0
+        feature=make_feature("ball", 0.3),
+        location=1 - 0.4 / n,
+        speed=0.3,
+        lead=0.3,
+        friction=0.0,
     )
     return make_scene(antenna, trial, "hard")
 
@@ -175,7 +180,8 @@ def test_damping_only_takes_energy():
     antenna, rng = uniform(12, damping=1e-3), np.random.default_rng(7)
     scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 12))
     energy = compute_energy(
-        antenna, run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain")
+        antenna,
+        run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain"),
     )
     assert np.all(np.diff(energy) < 1e-3 * energy[0])
     assert energy[-1] < 0.5 * energy[0]
@@ -196,7 +202,9 @@ def test_turning_the_base_turns_nothing_else():
 @pytest.mark.parametrize("kind", ["ball", "triangle"])
 def test_mirrored_touch_is_the_mirror_image(kind):
     clock = Clock(duration=10, timestep=0.02)
-    left, right = (run_scene(touch(kind, side=side), clock, "chain") for side in ("left", "right"))
+    left, right = (
+        run_scene(touch(kind, side=side), clock, "chain") for side in ("left", "right")
+    )
     assert np.abs(left.angle).max() > 0.01
     np.testing.assert_allclose(right.angle, -left.angle, atol=1e-12)
     np.testing.assert_allclose(right.force * [-1, 1], left.force, atol=1e-12)
@@ -225,7 +233,9 @@ def test_frictionless_ball_pushes_through_its_centre(engine):
         away = start + share * (end - start) - centre
         assert 0 < share < 1
         turned = (
-            np.linalg.det([away, motion.force[k]]) / np.hypot(*away) / np.hypot(*motion.force[k])
+            np.linalg.det([away, motion.force[k]])
+            / np.hypot(*away)
+            / np.hypot(*motion.force[k])
         )
         assert abs(turned) < 1e-12
 
@@ -276,7 +286,11 @@ def test_lanes_have_the_bits_of_single_runs(engine):
         for kind in ("ball", "box", "triangle")
         for speed in (0.6, 0.3, 0.06)
     ]
-    scenes += [touch(n=20), Scene(antenna=scenes[0].antenna, angle=np.full(30, 0.01)), scenes[0]]
+    scenes += [
+        touch(n=20),
+        Scene(antenna=scenes[0].antenna, angle=np.full(30, 0.01)),
+        scenes[0],
+    ]
     clock = Clock(duration=6, timestep=0.02)
     alone = [run_scene(scene, clock, engine) for scene in scenes]
     for order in (range(len(scenes)), reversed(range(len(scenes)))):
@@ -366,7 +380,9 @@ def test_invweight_is_the_dense_inverse():
     s, half = antenna.hinge_position, antenna.segment_length / 2
     jacobian = np.maximum(s[:, None] + half[:, None] - s[None, :], 0.0) * np.tri(9)
     dense = (
-        np.einsum("ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian)
+        np.einsum(
+            "ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian
+        )
         / 3
     )
     np.testing.assert_allclose(

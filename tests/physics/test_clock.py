@@ -11,7 +11,9 @@ from feeler.physics.clock import Clock
 
 @pytest.mark.parametrize("tenths", [1, 3, 7, 11, 23, 57, 110, 1001])
 @pytest.mark.parametrize(("interval", "steps"), [(0.1, 5), (0.3, 15), (0.7, 35)])
-def test_durations_that_are_not_exact_in_binary_have_the_samples_they_say(tenths, interval, steps):
+def test_durations_that_are_not_exact_in_binary_have_the_samples_they_say(
+    tenths, interval, steps
+):
     """2.1 / 0.3 is 7.000000000000001 in binary, 0.3 / 0.1 is 2.9999999999999996."""
     duration = float(Decimal(str(interval)) * tenths)
     clock = Clock(duration=duration, sample_interval=interval, timestep=0.02)

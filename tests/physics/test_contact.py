@@ -27,7 +27,9 @@ def run(scenes: list[Scene], clock: Clock = CLOCK) -> list[np.ndarray]:
     return [motion.angle for motion in simulate(scenes, clock)]
 
 
-def find_slopes(scene: Scene, steps: tuple[float, ...], clock: Clock = CLOCK) -> list[np.ndarray]:
+def find_slopes(
+    scene: Scene, steps: tuple[float, ...], clock: Clock = CLOCK
+) -> list[np.ndarray]:
     """Central differences of the angles with respect to the logarithm of all stiffnesses, one per
     eps.
     """
@@ -68,7 +70,9 @@ def check_slopes(slopes: list[np.ndarray], share: float) -> None:
 def test_the_last_bit_of_the_speed_moves_nothing_else(kind, speed):
     scene = touch(kind, 1.5, contact="smooth", whole=True, speed=speed)
     item = scene.objects[0]
-    faster = item.replace(velocity=(float(np.nextafter(item.velocity[0], 1.0)), item.velocity[1]))
+    faster = item.replace(
+        velocity=(float(np.nextafter(item.velocity[0], 1.0)), item.velocity[1])
+    )
     first, second = run([scene, replace(scene, objects=(faster,))])
     assert np.abs(first).max() > 1e-3
     assert np.abs(first - second).max() < 1e-9
@@ -148,7 +152,9 @@ def test_the_last_digits_of_the_stiffness_move_the_tip_by_less_than_a_nanometre(
     antenna = make_preset("cockroach")
     for kind in ("ball", "box"):
         scene = touch(kind, 1.5, contact="smooth", whole=True, speed=0.3)
-        other = replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + 1e-12)))
+        other = replace(
+            scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + 1e-12))
+        )
         first, second = run([scene, other])
         assert np.abs(antenna.tip(first) - antenna.tip(second)).max() <= 1e-6
 

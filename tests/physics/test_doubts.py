@@ -19,7 +19,12 @@ from .scenes import DYNAMIC, touch
 
 def make_whisker(density: float = 1.4e-3, modulus: float = 5000.0) -> feeler.Antenna:
     return feeler.Antenna.from_beam(
-        length=40.0, modulus=modulus, density=density, radius=0.1, n_segments=20, damping_time=3.0
+        length=40.0,
+        modulus=modulus,
+        density=density,
+        radius=0.1,
+        n_segments=20,
+        damping_time=3.0,
     )
 
 
@@ -47,9 +52,13 @@ def test_a_data_set_holds_the_depth_of_each_touch():
 
 def test_a_peg_that_sinks_in_is_warned_of():
     """The density in kg/mm3: the whisker weighs next to nothing, and contact with it."""
-    with pytest.warns(Doubtful, match=r"density of 1.4e-06 .* outside 0.0001 to 0.02: is it in g"):
+    with pytest.warns(
+        Doubtful, match=r"density of 1.4e-06 .* outside 0.0001 to 0.02: is it in g"
+    ):
         whisker = make_whisker(density=1.4e-6)
-    peg = feeler.Object(feature=feeler.Ball(radius=0.1), place=(0.11, 12.0), forward=(-1.0, 0.0))
+    peg = feeler.Object(
+        feature=feeler.Ball(radius=0.1), place=(0.11, 12.0), forward=(-1.0, 0.0)
+    )
     simulation = feeler.Simulation(whisker, peg, contact="even")
     simulation.move_base(turn=2e-3)
     with pytest.warns(Doubtful, match=r"sank in by .* of the smaller radius, more than 0.5"):
@@ -73,11 +82,17 @@ def test_usual_beams_are_not_warned_of():
     [
         (get_contact(), 6.0, "moves 0.3 mm in a timestep of 0.05 ms, more than half .* use at"),
         (get_contact("even"), 1.5, "across the whole contact of 0.05 mm; use at most 0.033 ms"),
-        (Contact(solimp=(1e-3, 0.95, 0.5, 0.5, 2.0)), 0.1, "0.5 mm wide, more than .* 0.225 mm"),
+        (
+            Contact(solimp=(1e-3, 0.95, 0.5, 0.5, 2.0)),
+            0.1,
+            "0.5 mm wide, more than .* 0.225 mm",
+        ),
     ],
 )
 def test_what_the_timestep_cannot_follow_is_warned_of(contact, speed, match):
-    ball = feeler.Object(feature=feeler.Ball(radius=1.5), place=(-5.0, 25.0), velocity=(speed, 0.0))
+    ball = feeler.Object(
+        feature=feeler.Ball(radius=1.5), place=(-5.0, 25.0), velocity=(speed, 0.0)
+    )
     with pytest.warns(Doubtful, match=match):
         try:
             feeler.Simulation(cockroach(), ball, contact=contact)
@@ -109,6 +124,8 @@ def test_what_does_not_get_there_says_that_it_is_unknown():
 
 @pytest.mark.parametrize("speeds", [(0.3, 4.0), (4.0, 0.3), (0.3, 4.0, 0.6)])
 def test_of_several_trials_the_fastest_is_warned_of_wherever_it_stands(speeds):
-    trials = [feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=s) for s in speeds]
+    trials = [
+        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=s) for s in speeds
+    ]
     with pytest.warns(Doubtful, match="At 4 mm/ms an object moves 0.4 mm .* of 0.1 ms"):
         feeler.touch(cockroach(), trials, duration=2, timestep=0.1)

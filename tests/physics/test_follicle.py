@@ -48,7 +48,9 @@ def test_free_motion_is_mujoco_to_rounding(follicle, flow, planes):
     ours, theirs = compare(scene, Clock(duration=10, timestep=0.01))
     assert np.abs(theirs.angle).max() > 1.0
     for name in ("angle", "base"):
-        np.testing.assert_allclose(getattr(ours, name), getattr(theirs, name), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(
+            getattr(ours, name), getattr(theirs, name), rtol=0, atol=1e-12
+        )
     for name in ("base_force", "base_moment", "work"):
         scale = np.abs(getattr(theirs, name)).max()
         got, wanted = getattr(ours, name), getattr(theirs, name)
@@ -60,11 +62,15 @@ def test_free_motion_is_mujoco_to_rounding(follicle, flow, planes):
 def test_contact_is_mujoco(kind):
     """60 ms on a carried base that gives way, in a flow: 1e-9 rad."""
     antenna = make(3, follicle=SOFT)
-    scene = Scene(antenna=antenna, objects=(hit(kind, antenna),), base_motion=CARRIED, flow=STREAM)
+    scene = Scene(
+        antenna=antenna, objects=(hit(kind, antenna),), base_motion=CARRIED, flow=STREAM
+    )
     ours, theirs = compare(scene, Clock(duration=60, sample_interval=2.0, timestep=0.02))
     assert np.linalg.norm(theirs.force, axis=1).max() > 1e-4
     for name in ("angle", "base"):
-        np.testing.assert_allclose(getattr(ours, name), getattr(theirs, name), rtol=0, atol=1e-9)
+        np.testing.assert_allclose(
+            getattr(ours, name), getattr(theirs, name), rtol=0, atol=1e-9
+        )
     for name in ("force", "base_force", "base_moment", "work"):
         scale = np.nanmax(np.abs(getattr(theirs, name)))
         got, wanted = getattr(ours, name), getattr(theirs, name)
@@ -101,10 +107,14 @@ def test_a_flow_across_bends_a_beam_and_pushes_its_follicle():
     runs = Simulation(antenna, flow=flow)
     runs.step(1500.0)
     load, bend = flow.drag * wind, 3000 * np.pi / 4 * 0.15**4
-    np.testing.assert_allclose(runs.base_force, [0.0, 0.0, -load * length], rtol=1e-4, atol=1e-8)
+    np.testing.assert_allclose(
+        runs.base_force, [0.0, 0.0, -load * length], rtol=1e-4, atol=1e-8
+    )
     assert runs.base_moment[0] == pytest.approx(-load * length**2 / 2, rel=1e-3)
     assert runs.base[2] == pytest.approx(load * length / stiff, rel=1e-3)
-    assert runs.tip[2] == pytest.approx(load * (length**4 / 8 / bend + length / stiff), rel=5e-3)
+    assert runs.tip[2] == pytest.approx(
+        load * (length**4 / 8 / bend + length / stiff), rel=5e-3
+    )
 
 
 @pytest.mark.long

@@ -85,7 +85,9 @@ def test_a_saved_lane_goes_on_with_the_same_bits(engine):
 def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
     scenes, balls = (
         many()[:-1],
-        tuple(Object(feature=Ball(radius=0.3), place=(x, 8.0)) for x in (0.45, -0.45, 3.0, 4.0)),
+        tuple(
+            Object(feature=Ball(radius=0.3), place=(x, 8.0)) for x in (0.45, -0.45, 3.0, 4.0)
+        ),
     )
     scene = {
         "same": scenes[2],
@@ -93,7 +95,11 @@ def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
         "more corners": touch(HOOK, contact="smooth"),
         "none": Scene(antenna=scenes[0].antenna, angle=np.full(30, 0.01)),
     }[new]
-    stepper, untouched, fresh = make(engine, scenes), make(engine, scenes), make(engine, [scene])
+    stepper, untouched, fresh = (
+        make(engine, scenes),
+        make(engine, scenes),
+        make(engine, [scene]),
+    )
     for each in (stepper, untouched):
         each.step(150)
     stepper.reset(2, scene)

@@ -20,7 +20,11 @@ def model(tmp_path_factory):
 def test_what_there_is_to_feel_and_to_move(model):
     names = [model.sensor(k).name for k in range(model.nsensor)]
     assert names == [f"{what}{n}" for n in (2, 5, 8) for what in ("angle", "velocity", "touch")]
-    assert [model.actuator(k).name for k in range(model.nu)] == ["base_x", "base_y", "base_turn"]
+    assert [model.actuator(k).name for k in range(model.nu)] == [
+        "base_x",
+        "base_y",
+        "base_turn",
+    ]
     assert (model.nmocap, model.nq) == (1, 3 + 8)
 
 
@@ -46,7 +50,9 @@ def test_the_base_goes_where_it_is_told_and_stays_there(model):
 
 def test_an_object_that_is_put_against_a_segment_is_felt_there(model):
     data = mujoco.MjData(model)
-    place = data.mocap_pos[0].copy() if data.mocap_pos.any() else model.body("object1").pos.copy()
+    place = (
+        data.mocap_pos[0].copy() if data.mocap_pos.any() else model.body("object1").pos.copy()
+    )
     mujoco.mj_step(model, data)
     touch = data.sensordata[[2, 5, 8]]
     assert not touch.any()

@@ -39,7 +39,9 @@ def test_a_path_is_as_fast_as_between_those_of_its_samples_that_lie_farthest_apa
     pose[:, 0] = [0.0, 1.0, 1.5, 2.0, 2.5]
     still = Object(feature=SHAPES["ball"], place=(5.0, 5.0))
     scene = replace(touch("ball", 1.0), objects=(still,))
-    assert replace(scene, base_motion=BaseMotion(time=time, pose=pose)).speed == pytest.approx(1.0)
+    assert replace(scene, base_motion=BaseMotion(time=time, pose=pose)).speed == pytest.approx(
+        1.0
+    )
 
 
 def surround(scene: Scene, shape: str, **fields: object) -> Scene:
@@ -64,7 +66,9 @@ def check(scene: Scene, limit: float = 1e-9) -> None:
     for name in ("force", "work", "base_force", "base_moment", "contact_place"):
         expected = getattr(theirs, name)
         size = np.nanmax(np.abs(expected))
-        np.testing.assert_allclose(getattr(ours, name), expected, atol=1e-5 * size, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(ours, name), expected, atol=1e-5 * size, err_msg=name
+        )
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -74,7 +78,9 @@ def test_two_objects_at_once_are_mujoco(shape, friction, contact):
     """Squeezed between the two, the antenna grows the 1e-9 mm to which MuJoCo searches for the
     distance to a mesh.
     """
-    scene = surround(touch(n=12, size=0.5, contact=contact, friction=0.4), shape, friction=friction)
+    scene = surround(
+        touch(n=12, size=0.5, contact=contact, friction=0.4), shape, friction=friction
+    )
     check(scene, 1e-6 if shape == "rounded triangle" else 1e-9)
 
 
@@ -95,7 +101,8 @@ def test_a_far_object_changes_nothing(engine):
     scene, clock = touch(n=12, contact="smooth"), Clock(duration=8, timestep=0.02)
     far = Object(feature=SHAPES["box"], place=(50.0, 0.0), velocity=(0.1, 0.0), turn=0.01)
     alone, both = (
-        run_scene(s, clock, engine) for s in (scene, replace(scene, objects=(*scene.objects, far)))
+        run_scene(s, clock, engine)
+        for s in (scene, replace(scene, objects=(*scene.objects, far)))
     )
     np.testing.assert_allclose(both.angle, alone.angle, atol=1e-12)
     np.testing.assert_allclose(both.force, alone.force, atol=1e-12)
@@ -108,7 +115,8 @@ def test_the_order_of_objects_changes_nothing(engine):
         Clock(duration=12, timestep=0.02),
     )
     found = [
-        run_scene(s, clock, engine) for s in (scene, replace(scene, objects=scene.objects[::-1]))
+        run_scene(s, clock, engine)
+        for s in (scene, replace(scene, objects=scene.objects[::-1]))
     ]
     np.testing.assert_allclose(found[1].angle, found[0].angle, atol=1e-10)
     np.testing.assert_allclose(found[1].force, found[0].force, atol=1e-10)
@@ -140,7 +148,9 @@ def test_objects_spend_at_least_what_the_antenna_holds_and_loses(engine):
     found = run_scene(scene, Clock(duration=6, sample_interval=0.002, timestep=h), engine)
     energy = compute_energy(scene.antenna, found)
     power = (scene.antenna.damping * found.velocity**2).sum(axis=1)
-    lost = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(found.time))])
+    lost = np.concatenate(
+        [[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(found.time))]
+    )
     work, spent = 1e-3 * found.work[:, 1], energy - energy[0] + lost
     assert spent[-1] > 0.5 * work[-1] > 0
     assert np.all(spent <= work + 1e-3 * work.max())

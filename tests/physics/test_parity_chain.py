@@ -117,7 +117,9 @@ def test_exact_corners_differ_from_mujocos_by_single_precision(kind):
 def test_touch_of_a_stub_is_mujoco(kind, approach, contact):
     feature = HOOK if kind == "outline" else make_feature(kind, 0.8)
     scene = touch(feature, approach=approach, contact=contact)
-    assert difference(scene, Clock(duration=15, sample_interval=0.5, timestep=0.02)).max() < 1e-9
+    assert (
+        difference(scene, Clock(duration=15, sample_interval=0.5, timestep=0.02)).max() < 1e-9
+    )
 
 
 @pytest.mark.parametrize("rounding", [0.0, 0.2])
@@ -129,7 +131,9 @@ def test_flat_and_tall_boxes_are_mujoco(half_width, half_height, location, appro
     """A box's two sizes and its corners far from its centre."""
     box = Box(half_width=half_width, half_height=half_height, rounding=rounding)
     scene = touch(box, location=location, approach=approach)
-    assert difference(scene, Clock(duration=10, sample_interval=0.1, timestep=0.02)).max() < 1e-9
+    assert (
+        difference(scene, Clock(duration=10, sample_interval=0.1, timestep=0.02)).max() < 1e-9
+    )
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.8])
@@ -137,9 +141,13 @@ def test_flat_and_tall_boxes_are_mujoco(half_width, half_height, location, appro
 @pytest.mark.parametrize("approach", [90.0, 57.3, 121.9])
 def test_rounded_shapes_are_mujoco(shape, approach, friction):
     scene = touch(
-        shape(half_width=0.6, half_height=0.4, rounding=0.25), approach=approach, friction=friction
+        shape(half_width=0.6, half_height=0.4, rounding=0.25),
+        approach=approach,
+        friction=friction,
     )
-    assert difference(scene, Clock(duration=12, sample_interval=0.1, timestep=0.02)).max() < 1e-9
+    assert (
+        difference(scene, Clock(duration=12, sample_interval=0.1, timestep=0.02)).max() < 1e-9
+    )
 
 
 def test_wall_across_the_tip_is_mujoco():
@@ -160,7 +168,8 @@ def test_force_on_the_antenna_is_mujoco():
 
 @pytest.mark.parametrize("solref", [(0.2, 1.0), (0.1, 0.5), (1.0, 1.3)])
 @pytest.mark.parametrize(
-    "solimp", [(0.9, 0.95, 0.001, 0.5, 2.0), (0.5, 0.99, 0.05, 0.3, 1.0), (0.2, 0.9, 0.1, 0.6, 3.0)]
+    "solimp",
+    [(0.9, 0.95, 0.001, 0.5, 2.0), (0.5, 0.99, 0.05, 0.3, 1.0), (0.2, 0.9, 0.1, 0.6, 3.0)],
 )
 @pytest.mark.parametrize("friction", [0.0, 0.05, 0.4])
 def test_contact_parameters_mean_what_mujoco_means(solref, solimp, friction):
@@ -246,7 +255,8 @@ def moving_scenes(draw):
     points = antenna.shape(base_angle=base[2]) + base[:2]
     kinds = draw(
         st.tuples(
-            *[st.sampled_from(["ball", "box", "triangle", "rounded box", "rounded triangle"])] * 2
+            *[st.sampled_from(["ball", "box", "triangle", "rounded box", "rounded triangle"])]
+            * 2
         )
     )
     speed = draw(st.sampled_from([0.1, 0.3, 0.6]))
@@ -292,7 +302,10 @@ def step_alike(
         ours.step(1)
         after = theirs.read()
         found[:, k] = after.velocity[0], ours.read().velocity[0]
-        contacts, heading = theirs.read_contacts(0), state.base[0, 2] + np.cumsum(state.angle[0])
+        contacts, heading = (
+            theirs.read_contacts(0),
+            state.base[0, 2] + np.cumsum(state.angle[0]),
+        )
         for o, segment, distance in zip(
             contacts.object, contacts.segment, contacts.distance, strict=True
         ):
@@ -305,7 +318,9 @@ def step_alike(
     return *found, touched
 
 
-def lies_along_a_face(parts: tuple[np.ndarray, ...], forward: np.ndarray, heading: float) -> bool:
+def lies_along_a_face(
+    parts: tuple[np.ndarray, ...], forward: np.ndarray, heading: float
+) -> bool:
     """Whether a segment of this heading is within 0.02 rad of parallel to a face of a mesh: a tie
     between its ends.
     """
@@ -399,7 +414,10 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_consistent_scheme_is_mujoco_with_damping_as_armature(kind, profile):
     trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.6, lead=1.2345)
-    scene, clock = make_scene(make_preset(profile), trial, "hard"), Clock(duration=6, timestep=0.02)
+    scene, clock = (
+        make_scene(make_preset(profile), trial, "hard"),
+        Clock(duration=6, timestep=0.02),
+    )
     ours, theirs = (
         run_scene(scene, clock, "chain-consistent").angle,
         run_mujoco_consistently(scene, clock),

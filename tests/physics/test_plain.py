@@ -21,7 +21,10 @@ def fingerprint_touches() -> dict[str, str]:
         stiffness=np.linspace(0.02, 0.01, 6),
         damping=0.01,
     )
-    features = (feeler.Ball(radius=1.0), feeler.Box(half_width=1.5, half_height=1.5, rounding=0.9))
+    features = (
+        feeler.Ball(radius=1.0),
+        feeler.Box(half_width=1.5, half_height=1.5, rounding=0.9),
+    )
     trials = [feeler.Trial(feature=f, location=0.5, speed=0.3, lead=0.2) for f in features]
     options = {"duration": 3.0, "timestep": 0.1, "all_hinges": True}
     names = ("angle", "velocity", "force", "base_moment", "work")

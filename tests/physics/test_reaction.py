@@ -59,7 +59,9 @@ def test_at_rest_forces_cancel_and_the_base_holds_the_first_spring(engine):
     scene = touch(n=8, size=0.5, contact="smooth", friction=0.5, speed=0.05)
     velocity = scene.objects[0].velocity
     scene = replace(
-        scene, paths=(Path(velocity=(velocity, (0.0, 0.0)), end=(6.0,)),), gravity=(0.0, -9.81e-3)
+        scene,
+        paths=(Path(velocity=(velocity, (0.0, 0.0)), end=(6.0,)),),
+        gravity=(0.0, -9.81e-3),
     )
     found = run_scene(scene, Clock(duration=400, sample_interval=50, timestep=0.05), engine)
     antenna = scene.antenna

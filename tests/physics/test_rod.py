@@ -102,7 +102,9 @@ def test_pushed_and_left_alone_it_stands_as_statics_says(feature):
     lever = [points[contacts.segment] - hinge for hinge in points[:-1]]
     torque = [
         np.sum(
-            (r[:, 1] * contacts.force[:, 0] - r[:, 0] * contacts.force[:, 1])[contacts.segment > i]
+            (r[:, 1] * contacts.force[:, 0] - r[:, 0] * contacts.force[:, 1])[
+                contacts.segment > i
+            ]
         )
         for i, r in enumerate(lever)
     ]
@@ -130,10 +132,14 @@ def test_surfaces_meet_where_the_rounding_says(engine, feature):
     simulation.step(12.0)
     contacts = simulation.contacts
     deepest = 0.005 if engine == "rod" else 0.1
-    assert len(contacts) and np.all(contacts.distance < 0) and np.all(contacts.distance > -deepest)
+    assert (
+        len(contacts) and np.all(contacts.distance < 0) and np.all(contacts.distance > -deepest)
+    )
     (x, y), (cos, sin) = simulation.place[0], simulation.forward[0]
     own = (contacts.point - [x, y]) @ np.array([[cos, -sin], [sin, cos]])
-    for point in own:  # from the core by the rounding, less half of what the two surfaces overlap
+    for (
+        point
+    ) in own:  # from the core by the rounding, less half of what the two surfaces overlap
         gap = min(_measure(point, part) for part in feature.parts)
         assert gap == pytest.approx(feature.rounding, abs=deepest)
 
@@ -204,7 +210,9 @@ def test_work_is_stored_or_lost_in_the_hinges(mover):
     item = push(Box(half_width=0.8, half_height=0.5, rounding=0.3), place=(-0.26, 7.4))
     item = item.replace(velocity=(0.2, 0.0) if mover == "object" else (0.0, 0.0))
     item = item.replace(turn=0.1 if mover == "turning object" else 0.0)
-    base = {"base": (-0.2, 0.0, 0.0), "turning base": (0.0, 0.0, -0.02)}.get(mover, (0.0, 0.0, 0.0))
+    base = {"base": (-0.2, 0.0, 0.0), "turning base": (0.0, 0.0, -0.02)}.get(
+        mover, (0.0, 0.0, 0.0)
+    )
     simulation = Simulation(
         antenna,
         item,
@@ -234,7 +242,8 @@ def test_pieces_are_the_bits_of_one_run_and_a_snapshot_goes_back_to_them():
             pieces.step(1.5)
         assert pieces.angle.tobytes() == whole.angle.tobytes()
         assert (
-            pieces.force.tobytes() == whole.force.tobytes() and pieces.work.base == whole.work.base
+            pieces.force.tobytes() == whole.force.tobytes()
+            and pieces.work.base == whole.work.base
         )
         pieces.move_object(0, velocity=(1.0, 0.0))
         pieces.step(1.0)

@@ -18,7 +18,8 @@ from .scenes import make_stub, shake
 
 def make_ball(**fields: object) -> feeler.Object:
     return feeler.Object(
-        feature=feeler.Ball(radius=1.0), **({"place": (-1.5, 5.0), "velocity": (0.3, 0.0)} | fields)
+        feature=feeler.Ball(radius=1.0),
+        **({"place": (-1.5, 5.0), "velocity": (0.3, 0.0)} | fields),
     )
 
 
@@ -29,7 +30,12 @@ def test_stepping_is_the_touch_to_the_last_bit(engine):
         feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0),
     )
     touched = feeler.touch(
-        antenna, trial, duration=8, all_hinges=True, engine=engine, save=("velocity", "base_moment")
+        antenna,
+        trial,
+        duration=8,
+        all_hinges=True,
+        engine=engine,
+        save=("velocity", "base_moment"),
     )
     simulation = feeler.Simulation(antenna, trial, engine=engine)
     assert abs(touched["angle"].values).max() > 1e-3
@@ -111,7 +117,9 @@ def test_a_snapshot_brings_everything_back(engine):
 
 
 def test_lanes_are_steered_and_reset_by_themselves():
-    scenes = [build_scene(make_stub(), make_ball(place=(-1.4 - 0.05 * k, 3.0))) for k in range(11)]
+    scenes = [
+        build_scene(make_stub(), make_ball(place=(-1.4 - 0.05 * k, 3.0))) for k in range(11)
+    ]
     lanes, alone = (
         feeler.Simulations(scenes),
         feeler.Simulation(make_stub(), make_ball(place=(-1.4, 3.0))),
@@ -215,7 +223,9 @@ def test_lanes_that_are_reset_follow_their_recorded_bases_again_and_again():
     lanes = feeler.Simulations([build_scene(make_stub(), base=PATH) for _ in range(3)])
     for _ in range(2):
         lanes.step(5.0)
-        np.testing.assert_allclose(lanes.state.base, PATH.compute_pose(np.full(3, 5.0)), atol=1e-12)
+        np.testing.assert_allclose(
+            lanes.state.base, PATH.compute_pose(np.full(3, 5.0)), atol=1e-12
+        )
         for lane in range(3):
             lanes.reset(lane)
 

@@ -28,7 +28,9 @@ def test_difference_quotients_converge_at_second_order(shape, field):
 
     def differ(step: float) -> np.ndarray:
         own = getattr(ANTENNA, field)
-        antennas = [ANTENNA.replace(**{field: own * np.exp(s * direction)}) for s in (step, -step)]
+        antennas = [
+            ANTENNA.replace(**{field: own * np.exp(s * direction)}) for s in (step, -step)
+        ]
         scenes = [replace(scene, antenna=antenna) for antenna in antennas]
         up, down = expect_motions(simulate(scenes, CLOCK, workers=1))
         return (up.angle - down.angle) / (2 * step)

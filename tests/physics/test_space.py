@@ -71,7 +71,9 @@ def test_inverse_weights_are_mujocos():
 
 
 @pytest.mark.parametrize("planes", [2, 3])
-@pytest.mark.parametrize("base", [None, CARRIED, shake(10.0)], ids=["still", "carried", "shaken"])
+@pytest.mark.parametrize(
+    "base", [None, CARRIED, shake(10.0)], ids=["still", "carried", "shaken"]
+)
 def test_free_motion_is_mujoco_to_rounding(planes, base):
     """1,000 steps, with angles beyond 1 rad, gravity, and what the base does and feels."""
     antenna = make(planes)
@@ -80,7 +82,9 @@ def test_free_motion_is_mujoco_to_rounding(planes, base):
     ours, theirs = compare(scene, Clock(duration=10, timestep=0.01))
     assert np.abs(theirs.angle).max() > 1.0
     for name, slack in (("angle", 1e-12), ("base", 1e-12)):
-        np.testing.assert_allclose(getattr(ours, name), getattr(theirs, name), rtol=0, atol=slack)
+        np.testing.assert_allclose(
+            getattr(ours, name), getattr(theirs, name), rtol=0, atol=slack
+        )
     for name in ("base_force", "base_moment", "work"):
         scale = np.abs(getattr(theirs, name)).max()
         got, wanted = getattr(ours, name), getattr(theirs, name)
@@ -88,7 +92,9 @@ def test_free_motion_is_mujoco_to_rounding(planes, base):
 
 
 CASES = [
-    pytest.param(kind, friction, marks=[pytest.mark.slow] if (kind, friction) not in FAST else [])
+    pytest.param(
+        kind, friction, marks=[pytest.mark.slow] if (kind, friction) not in FAST else []
+    )
     for kind in SOLIDS
     for friction in (0.0, 0.7)
 ]

@@ -99,7 +99,9 @@ def test_the_moment_at_the_base_tells_how_far_a_peg_is(turn, place):
     to_side = to_matrix([0.0, -turn, 0.0])
     push, up = to_side @ [1.0, 0.0, 0.0], to_side @ [0.0, 0.0, 1.0]
     peg, at, angle, slow = Peg(radius=0.5, half_length=5.0), place * LENGTH, 0.02, 1e-4
-    thick = cone.radius[round(place * cone.n_segments) - 1]  # of the thicker that it lies beside
+    thick = cone.radius[
+        round(place * cone.n_segments) - 1
+    ]  # of the thicker that it lies beside
     item = Object(
         feature=peg,
         place=tuple(np.array([0.0, at, 0.0]) + (thick + 1e-6) * push),

@@ -30,7 +30,11 @@ SHORT = Clock(duration=3, timestep=0.02)
 
 def stub(label: str = "") -> Scene:
     antenna = Antenna(
-        segment_length=np.full(8, 0.3), segment_mass=1e-6, radius=0.2, stiffness=1e-3, damping=1e-2
+        segment_length=np.full(8, 0.3),
+        segment_mass=1e-6,
+        radius=0.2,
+        stiffness=1e-3,
+        damping=1e-2,
     )
     trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432)
     return replace(make_scene(antenna, trial, "hard"), label=label)
@@ -75,7 +79,10 @@ def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_first_ctrl_c_keeps_what_is_finished(engine):
     told = []
-    run, groups = partial(run_group, clock=SHORT, engine=engine), [[index] for index in range(40)]
+    run, groups = (
+        partial(run_group, clock=SHORT, engine=engine),
+        [[index] for index in range(40)],
+    )
     with ThreadExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
         for _, outcomes in run_groups(run, groups, lambda group: [stub()], executor=executor):
             told += outcomes

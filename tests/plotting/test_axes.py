@@ -109,7 +109,9 @@ def test_a_moving_antenna_has_its_dots_on_the_hinges_that_are_sensed_and_its_col
     skin, line, dots = MovingAntenna(antenna, ax, norm).move(points, values)
     np.testing.assert_array_equal(read(dots), points[[0, 1, 39, 138]])
     for lines in (skin, line):
-        np.testing.assert_array_equal(lines.get_segments(), np.stack([points[:-1], points[1:]], 1))
+        np.testing.assert_array_equal(
+            lines.get_segments(), np.stack([points[:-1], points[1:]], 1)
+        )
     np.testing.assert_array_equal(line.get_array(), values)
     assert (line.norm.vmin, line.norm.vmax) == (-1.0, 2.0)
     wide = 2 * antenna.radius * ax.bbox.width / 40 * 72 / ax.get_figure().dpi
@@ -121,11 +123,16 @@ def test_accuracy_and_noise_are_in_per_cent(ax, points):
     noisy = np.array([[0.9, 1.0], *[[0.4, 0.6]] * (points - 1)])
     empty = dict.fromkeys(("hits", "confusion", "kept_noisy", "kept_clean"), noisy)
     plot_sweep(
-        Sweep(ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty), ax
+        Sweep(
+            ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty
+        ),
+        ax,
     )
     np.testing.assert_allclose(read(ax.lines[0])[[0, -1]], [[5, 95], [30, 50]])
     spread = ax.collections[0].get_paths()
-    assert len(spread) == (2 if points == 2 else 1)  # two points are not joined, by a band neither
+    assert len(spread) == (
+        2 if points == 2 else 1
+    )  # two points are not joined, by a band neither
     ends = np.concatenate([path.vertices for path in spread])[:, 1]
     assert (ends.min(), ends.max()) == pytest.approx((40, 100))  # mean ± 1 sd
 
@@ -154,7 +161,9 @@ def test_of_a_touch_in_space_both_planes_of_bending_stand_above_its_spikes():
     tensor = np.random.default_rng(0).normal(size=(3, 2, 6))
     times, rate = np.array([[3.5], [4.0]]), np.ones((2, 6))
     sides, around = np.array([1, 1]), np.array([0, 90])
-    plot_touch_spikes(tensor, times, rate, np.arange(6.0), sides, figure := Figure(), around=around)
+    plot_touch_spikes(
+        tensor, times, rate, np.arange(6.0), sides, figure := Figure(), around=around
+    )
     for ax, plane in zip(figure.axes[:2], tensor[:2], strict=True):
         np.testing.assert_array_equal(ax.images[0].get_array(), plane)
         assert ax.images[0].get_clim()[1] == np.abs(tensor[:2]).max()
@@ -171,7 +180,9 @@ def test_what_is_felt_stands_above_its_spikes_and_the_mean_of_their_rates():
     np.testing.assert_array_equal(felt.images[0].get_array(), tensor)
     assert felt.images[0].get_extent() == [3.0, 5.5, 0.5, 2.5]
     assert felt.images[0].get_clim() == (-np.abs(tensor).max(), np.abs(tensor).max())
-    np.testing.assert_allclose(read(mean.lines[0]), np.column_stack([time, rate.sum(axis=0) / 4]))
+    np.testing.assert_allclose(
+        read(mean.lines[0]), np.column_stack([time, rate.sum(axis=0) / 4])
+    )
     assert (bar.get_ylabel(), mean.get_ylabel()) == ("angle [°]", "mean rate [Hz]")
 
 
@@ -221,7 +232,9 @@ def make_dispersion(values):
         for group, v in values.items()
     }
     return SimpleNamespace(
-        groups=tuple(values), values=lambda index, group: values[group], average={"nmi": average}
+        groups=tuple(values),
+        values=lambda index, group: values[group],
+        average={"nmi": average},
     )
 
 
@@ -229,7 +242,9 @@ def test_closest_matches_stand_above_their_group_with_their_interval(ax):
     values = {"fast": np.array([0.2, 0.4]), "slow": np.array([0.5, 0.9])}
     plot_index(make_dispersion(values), "nmi", ax)
     assert [label.get_text() for label in ax.get_xticklabels()] == ["fast", "slow"]
-    for place, (bars, (group, found)) in enumerate(zip(ax.containers, values.items(), strict=True)):
+    for place, (bars, (group, found)) in enumerate(
+        zip(ax.containers, values.items(), strict=True)
+    ):
         middle, _, (error,) = bars
         assert bars.get_label() == group
         np.testing.assert_allclose(read(middle), [[place + 0.28, found.mean()]])
@@ -251,7 +266,10 @@ def test_a_second_kind_of_code_stands_beside_the_first(ax):
 def test_bases_name_lags_in_milliseconds(ax):
     plot_bases({"M = 1": np.ones((1, 4, 8))}, 3.0, ax)
     assert name(ax) == ("lag [ms]", "sensor (base → tip upwards)")
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["0", "21"]  # the last of 8 lags
+    assert [label.get_text() for label in ax.get_xticklabels()] == [
+        "0",
+        "21",
+    ]  # the last of 8 lags
 
 
 def make_tradeoff():
@@ -322,7 +340,9 @@ def test_channels_of_angles_are_in_degrees_and_of_readings_as_they_are(ax):
         values=values, quantity="angle", time=np.array([0.0, 2.0, 4.0]), source="robot"
     )
     fig6._plot_channels(recording, ax, "angle [°]")
-    fig6._plot_channels(SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF")
+    fig6._plot_channels(
+        SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF"
+    )
     np.testing.assert_allclose(
         read(ax.lines[0]), np.column_stack([recording.time, np.rad2deg(values[0])])
     )
@@ -371,7 +391,9 @@ def test_the_step_is_drawn_beside_the_published_one(ax):
         step_time=np.array([-19.0, 0.0, 29.0]), step=np.array([-1.0, 0.4, -0.06])
     )
     fig2b._plot_step(data, ax)
-    np.testing.assert_array_equal(read(ax.lines[0]), np.column_stack([data.step_time, data.step]))
+    np.testing.assert_array_equal(
+        read(ax.lines[0]), np.column_stack([data.step_time, data.step])
+    )
     np.testing.assert_array_equal(read(ax.lines[1]), fig2b.STEP_TRACE)
     assert name(ax) == ("time from the first opposite peak [ms]", "tip displacement / step")
 

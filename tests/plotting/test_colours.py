@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
 
-from feeler import shown
 from feeler.antenna.file import save_antenna
 from feeler.cli.choose import name_antennas
 from feeler.plotting.look import (
@@ -24,6 +23,7 @@ from feeler.plotting.look import (
 )
 from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.presets import cockroach
+from feeler.records import shown
 from tests.figures import find_mixed
 
 MEANINGS = {
@@ -43,7 +43,9 @@ def test_no_colour_has_two_meanings(one, other):
     assert not {*map(to_hex, MEANINGS[one])} & {*map(to_hex, MEANINGS[other])}
 
 
-@pytest.mark.parametrize("names", [("constant", "linear"), ("linear", "exponential", "constant")])
+@pytest.mark.parametrize(
+    "names", [("constant", "linear"), ("linear", "exponential", "constant")]
+)
 def test_a_profile_keeps_its_colour_in_any_company(names):
     assert pick_colours(names) == {name: PROFILE_COLOURS[name] for name in names}
 
@@ -114,7 +116,11 @@ def list_texts(path):
         if isinstance(node, own) and node.body and isinstance(node.body[0], ast.Expr)
     }
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs:
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in docs
+        ):
             yield node.value
 
 

@@ -30,7 +30,10 @@ def draw(how):
             {"panel": ["#0072b2"]},
         ),
         (
-            lambda figure, ax: (ax.plot([], [], "s", color="#0072b2", label="fast"), ax.legend()),
+            lambda figure, ax: (
+                ax.plot([], [], "s", color="#0072b2", label="fast"),
+                ax.legend(),
+            ),
             {},
         ),
         (
@@ -43,7 +46,14 @@ def draw(how):
         ),
         (lambda figure, ax: ax.scatter([0, 1, 3], [1, 2, 0], c=[0.1, 0.5, 0.9]), {}),
     ],
-    ids=["one colour", "no legend", "left out", "in the legend", "words of its colour", "a map"],
+    ids=[
+        "one colour",
+        "no legend",
+        "left out",
+        "in the legend",
+        "words of its colour",
+        "a map",
+    ],
 )
 def test_colours_without_a_name_are_found(how, found):
     assert draw(how) == found

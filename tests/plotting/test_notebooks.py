@@ -15,7 +15,10 @@ MAKER = load_script("docs", "notebooks")
 
 def list_outputs(notebook):
     return [
-        one for cell in notebook["cells"] if cell["cell_type"] == "code" for one in cell["outputs"]
+        one
+        for cell in notebook["cells"]
+        if cell["cell_type"] == "code"
+        for one in cell["outputs"]
     ]
 
 
@@ -32,17 +35,20 @@ def strip(notebook):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_tutorial_ships_as_a_notebook_that_was_run(name):
     shipped = json.loads((DOCS / "notebooks" / f"{name}.ipynb").read_text(encoding="utf-8"))
-    assert strip(shipped) == strip(MAKER.make_notebook(name)), f"run: make notebooks NAME={name}"
+    assert strip(shipped) == strip(MAKER.make_notebook(name)), (
+        f"run: make notebooks NAME={name}"
+    )
     outputs = list_outputs(shipped)
     assert any(map(has_picture, outputs))
     assert not [one for one in outputs if one["output_type"] == "error"]
-    assert all(cell["execution_count"] for cell in shipped["cells"] if cell["cell_type"] == "code")
+    assert all(
+        cell["execution_count"] for cell in shipped["cells"] if cell["cell_type"] == "code"
+    )
 
 
 def test_pieces_of_python_become_cells_and_pictures_of_pages_do_not():
-    page = (
-        "# T\n\nWords.\n\n```python\na = 1\n\nb = 2\n```\n\n![x](x.png)\n\n```console\n$ c\n```\n"
-    )
+    page = "# T\n\nWords.\n\n```python\na = 1\n\nb = 2\n```\n\n![x](x.png)\n\n"
+    page += "```console\n$ c\n```\n"
     cells = MAKER.make_cells(page)
     assert [cell["cell_type"] for cell in cells] == ["markdown", "code", "markdown"]
     assert cells[1]["source"] == "a = 1\n\nb = 2" and "x.png" not in cells[2]["source"]

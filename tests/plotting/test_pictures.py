@@ -53,7 +53,8 @@ def find_spans(bars):
 
 def test_accuracy_has_a_mean_and_a_spread_at_each_ratio_of_copies_and_of_originals():
     sweep = replace(
-        make_sweep(), confusion=np.array([[[9, 1], [0, 10]], [[8, 2], [3, 7]], [[1, 9], [2, 8]]])
+        make_sweep(),
+        confusion=np.array([[[9, 1], [0, 10]], [[8, 2], [3, 7]], [[1, 9], [2, 8]]]),
     )
     curve, counts, bar = sweep.plot().axes
     assert name(curve) == ("noise ratio", "named right [%]", "")
@@ -65,7 +66,9 @@ def test_accuracy_has_a_mean_and_a_spread_at_each_ratio_of_copies_and_of_origina
     (chance,) = (line for line in curve.lines if line.get_label() == "chance")
     assert {*chance.get_ydata()} == {50.0}
     np.testing.assert_allclose(counts.images[0].get_array(), [[10, 90], [20, 80]])
-    assert counts.get_title() == "at noise 0.3" and bar.get_ylabel() == "share of the touches [%]"
+    assert (
+        counts.get_title() == "at noise 0.3" and bar.get_ylabel() == "share of the touches [%]"
+    )
 
 
 def test_a_profile_s_band_reaches_from_its_own_low_to_its_own_high_in_its_own_colour():
@@ -96,7 +99,10 @@ def test_a_design_s_hinges_are_counted_from_1_and_its_cost_holds_until_it_falls(
     end = make_optimum()
     profile, way = results.draw_optimum(end).axes
     antenna = end.design.antenna
-    wanted = {"stiffness [N·mm/rad]": antenna.stiffness, "damping [N·mm·ms/rad]": antenna.damping}
+    wanted = {
+        "stiffness [N·mm/rad]": antenna.stiffness,
+        "damping [N·mm·ms/rad]": antenna.damping,
+    }
     assert list_legend(profile) == [*wanted]
     for line, values in zip(profile.lines, wanted.values(), strict=True):
         hinge = 1 + np.arange(antenna.n_segments)
@@ -151,7 +157,9 @@ def test_a_movie_of_one_trial_is_given_that_trial_and_what_was_asked_of_it(monke
     )
     tensors = make_set()
     for trial in (1, 2):
-        results.write_trial_movie(tensors, make_antenna(), "a.mp4", trial=trial, slower=7.0, fps=9)
+        results.write_trial_movie(
+            tensors, make_antenna(), "a.mp4", trial=trial, slower=7.0, fps=9
+        )
         (antenna, drawn, one, path), how = told[-1]
         assert (antenna, drawn, str(path)) == (make_antenna(), None, "a.mp4")
         assert one.identical(tensors.isel(trial=[trial])) and how == {"slower": 7.0, "fps": 9}
@@ -198,7 +206,12 @@ def test_the_wall_of_each_colour_is_the_distance_of_which_the_legend_speaks():
         np.testing.assert_allclose([read(dot)[0] for dot in dots], shapes.peak)
         assert [to_hex(dot.get_color()) for dot in dots] == shades
     legend = axes[0].get_figure().legends[0]
-    assert [text.get_text() for text in legend.get_texts()] == ["11", "7.5", "4", "greatest bend"]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "11",
+        "7.5",
+        "4",
+        "greatest bend",
+    ]
     marks = [to_hex(mark.get_color()) for mark in legend.legend_handles[:3]]
     assert (marks, legend.get_title().get_text()) == (shades, "wall distance [mm]")
     assert axes[0].get_ylabel() == "y [mm]"
@@ -223,7 +236,9 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
 
 
 @pytest.mark.parametrize("dashed", [False, True])
-def test_few_points_of_a_dashed_curve_are_open_and_of_a_whole_one_full_in_the_legend_too(dashed):
+def test_few_points_of_a_dashed_curve_are_open_and_of_a_whole_one_full_in_the_legend_too(
+    dashed,
+):
     ax = (figure := Figure()).subplots()
     (line,) = ax.plot([1, 2, 3], [3, 1, 2], "s--" if dashed else "s-", ms=2, label="null")
     legend = ax.legend()
@@ -487,12 +502,16 @@ def make_space(monkeypatch, module):
     points = np.random.default_rng(3).normal(size=(1, 250, n + 1, 3))
     bend = np.sin(np.pi * time / 80)[:, None] ** 2 * np.linspace(0.01, 0.05, n)
     coords = {"time": ("time", time, {"units": "ms"}), "segment": np.arange(1, n + 1)}
-    monkeypatch.setattr(module, "reconstruct_posture", lambda *_: SimpleNamespace(values=points))
+    monkeypatch.setattr(
+        module, "reconstruct_posture", lambda *_: SimpleNamespace(values=points)
+    )
     monkeypatch.setattr(module, "compute_bend", lambda *_: bend)
     return antenna, trial, xr.Dataset(coords=coords), points[0], bend
 
 
-def test_a_turnable_view_goes_from_the_first_sample_to_the_last_on_the_scale_of_all(monkeypatch):
+def test_a_turnable_view_goes_from_the_first_sample_to_the_last_on_the_scale_of_all(
+    monkeypatch,
+):
     antenna, trial, tensors, points, bend = make_space(monkeypatch, turn)
     scene = turn.describe_turnable(antenna, trial, tensors)
     frames = np.round(np.linspace(0, 249, 100)).astype(int)
@@ -510,7 +529,9 @@ def test_a_turnable_view_goes_from_the_first_sample_to_the_last_on_the_scale_of_
 
 def test_in_space_the_object_goes_where_it_goes_while_the_antenna_bends(monkeypatch):
     antenna, trial, tensors, points, bend = make_space(monkeypatch, touch)
-    monkeypatch.setattr(touch, "take_curvature", lambda *_: np.ones((1, antenna.n_segments, 250)))
+    monkeypatch.setattr(
+        touch, "take_curvature", lambda *_: np.ones((1, antenna.n_segments, 250))
+    )
     flat, below = Figure().subplots(1, 2)
     axes = touch.add_space(flat.figure, flat), below
     view = touch._View(antenna, trial, tensors, Normalize(0, 1), axes)
@@ -548,7 +569,9 @@ def test_a_movie_is_sent_frame_by_frame_and_its_still_is_that_of_two_thirds(
         open(path, "wb").close()
         return Writer()
 
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", SimpleNamespace(write_frames=write_frames))
+    monkeypatch.setitem(
+        sys.modules, "imageio_ffmpeg", SimpleNamespace(write_frames=write_frames)
+    )
     figure = Figure(figsize=(4.0, 1.31))
     path = movie.write_movie(
         tmp_path / "a.mp4", figure, lambda k: figure.set_facecolor(str(k / n)), n, fps=9

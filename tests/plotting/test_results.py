@@ -16,8 +16,8 @@ from feeler.design.search import Optimum
 from feeler.design.space import Design
 from feeler.encoding import ConvolutiveNMF
 from feeler.plotting.results import draw_traces
+from feeler.records.shown import show_html, tell_value
 from feeler.robot import fit_sensors
-from feeler.shown import show_html, tell_value
 
 
 def make_sweep():
@@ -75,7 +75,11 @@ def test_results_draw_their_own_numbers_and_show_them(made, axes, lines):
 
 def test_an_interval_reaches_from_its_own_low_to_its_own_high():
     """Of uneven length: 0.1 down, 0.7 up."""
-    ends = {"p": np.array([1.2, 3.0]), "low": np.array([1.1, 2.5]), "high": np.array([1.9, 3.1])}
+    ends = {
+        "p": np.array([1.2, 3.0]),
+        "low": np.array([1.1, 2.5]),
+        "high": np.array([1.9, 3.1]),
+    }
     simulated = np.array([[1.0, 0.2], [1.0, 0.3]])
     fitted = SimpleNamespace(animals=("a", "b"), simulated=simulated, names=("k", "c"), **ends)
     _, profile = draw_traces(SimpleNamespace(**vars(fitted), band=None)).axes
@@ -98,9 +102,13 @@ def test_records_simulations_and_pictures_of_nothing_else_show_themselves():
     lines = fit_sensors(np.ones(5), levels, 100 + 2 * levels, robot="<b>", unit="mV")
     table = re.sub(r"<[^>]+>", " ", lines._repr_html_())
     assert re.search(r"slope +0\.5", table) and "&lt;b&gt;" in table
-    ball = feeler.Object(feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3, 0.0))
+    ball = feeler.Object(
+        feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3, 0.0)
+    )
     simulation = feeler.Simulation(feeler.presets.robot(), ball)
-    assert re.match(r"Simulation of '.*' and ball by chain-consistent at 0 ms", repr(simulation))
+    assert re.match(
+        r"Simulation of '.*' and ball by chain-consistent at 0 ms", repr(simulation)
+    )
     assert "<polygon" in simulation._repr_html_() and "<polyline" in simulation._repr_html_()
 
 

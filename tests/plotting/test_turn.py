@@ -43,7 +43,9 @@ def draw(scene: dict, view: dict, now: int) -> list[dict]:
       console.log(JSON.stringify(drawn));"""
     said = f"const scene = {json.dumps(scene)}, view = {json.dumps(view)}, now = {now};"
     whole = f"const document = {{ querySelectorAll: () => [] }};\n{script}\n{said}\n{lines}"
-    done = subprocess.run(["node", "-"], input=whole, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        ["node", "-"], input=whole, capture_output=True, text=True, check=True
+    )
     return json.loads(done.stdout)
 
 
@@ -59,7 +61,9 @@ def test_the_scene_is_the_touch():
     around = np.concatenate(scene["lines"])
     centre = 0.5 * (around.max(axis=0) + around.min(axis=0))
     np.testing.assert_allclose(np.linalg.norm(around - centre, axis=1), RADIUS, rtol=0.02)
-    gap = np.linalg.norm(np.array(scene["points"]) - (centre + shift)[:, None], axis=2).min(axis=1)
+    gap = np.linalg.norm(np.array(scene["points"]) - (centre + shift)[:, None], axis=2).min(
+        axis=1
+    )
     assert gap[0] > RADIUS
     assert RADIUS * 0.9 < gap.min() < RADIUS * 1.3
     assert (np.array(scene["bend"]).max(), len(scene["colours"])) == (31, 32)
@@ -71,7 +75,9 @@ def test_an_antenna_in_a_plane_is_not_turned():
         describe_turnable(antenna.flatten(), trial.replace(azimuth=0.0), tensors)
 
 
-@pytest.mark.parametrize("feature", [Peg(radius=0.5, half_length=4.0), Wall()], ids=["peg", "wall"])
+@pytest.mark.parametrize(
+    "feature", [Peg(radius=0.5, half_length=4.0), Wall()], ids=["peg", "wall"]
+)
 def test_other_objects_have_edges(feature):
     antenna, trial, tensors = touch(feature)
     lines = describe_turnable(antenna, trial, tensors)["lines"]
@@ -118,7 +124,11 @@ def test_a_solid_s_edges_stand_in_its_own_frame():
     """A corner (a, b, c) of the feature is at the origin + a, b and c along the frame's axes."""
     from feeler.plotting import turn
 
-    frame = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]  # three axes at right angles
+    frame = [
+        [0.36, 0.48, -0.8],
+        [-0.8, 0.6, 0.0],
+        [0.48, 0.64, 0.6],
+    ]  # three axes at right angles
     origin = [3.0, -1.0, 7.0]
     box = Box(half_width=0.7, half_height=1.9)
     lines = np.concatenate(list(turn._list_lines(box, np.array(origin), np.array(frame), 9.0)))

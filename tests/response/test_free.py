@@ -14,7 +14,9 @@ def swing(time, frequency=0.0175, ratio=0.35):
     """Free response of one oscillator released at rest from 1: the textbook's."""
     damped = 2 * np.pi * frequency
     decay = damped * ratio / np.sqrt(1 - ratio**2)
-    return np.exp(-decay * time) * (np.cos(damped * time) + decay / damped * np.sin(damped * time))
+    return np.exp(-decay * time) * (
+        np.cos(damped * time) + decay / damped * np.sin(damped * time)
+    )
 
 
 @settings(max_examples=25, deadline=None)
@@ -41,7 +43,9 @@ def test_peaks_lie_between_samples():
         time = np.arange(-shift * 2.857, 200, 2.857)
         time = time[time >= 0]
         found.append(
-            measure_free_response(time, swing(time, ratio=0.2), release=None, fit=False).frequency
+            measure_free_response(
+                time, swing(time, ratio=0.2), release=None, fit=False
+            ).frequency
         )
     assert np.ptp(found) / 0.0175 < 0.01
 
@@ -78,7 +82,9 @@ def test_an_overdamped_response_is_said_to_be_one(ratio):
         signal = (fast * np.exp(-slow * time) - slow * np.exp(-fast * time)) / (fast - slow)
     free = measure_free_response(time, signal)
     assert free.overdamped
-    assert (free.frequency, free.damping_ratio, free.fitted_frequency, free.rejected) == (None,) * 4
+    assert (free.frequency, free.damping_ratio, free.fitted_frequency, free.rejected) == (
+        None,
+    ) * 4
     assert free.settle_10 < free.settle_5
 
 
@@ -135,7 +141,10 @@ def test_a_release_is_a_twentieth_of_the_largest_deflection_in_any_unit(unit):
     """A trace that grows to 1 after it began at 4 % is none; at 6 % it is one, and too short to
     turn twice.
     """
-    for begin, match in ((0.04, "starts at its rest position"), (0.06, "without having turned")):
+    for begin, match in (
+        (0.04, "starts at its rest position"),
+        (0.06, "without having turned"),
+    ):
         with pytest.raises(InvalidInput, match=match):
             measure_free_response(TIME, unit * (begin + (1 - begin) * TIME / 199))
 

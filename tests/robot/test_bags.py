@@ -39,7 +39,9 @@ MSG: std_msgs/MultiArrayDimension
 string label
 uint32 size
 uint32 stride"""
-SENT = 1_780_000_000_000_000_000  # ns; as doubles these would be off by a quarter of a microsecond
+SENT = (
+    1_780_000_000_000_000_000  # ns; as doubles these would be off by a quarter of a microsecond
+)
 NAMES = [
     f"hinge_{k}" for k in (0, 10, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9)
 ]  # as joint_state_publisher sorts them
@@ -64,7 +66,10 @@ def write(
     for part in range(parts):
         file = path if parts == 1 else path / f"run_{part}.mcap"
         with open(file, "wb") as stream, Writer(stream) as bag:
-            kinds = ("sensor_msgs/msg/JointState", JOINT), ("std_msgs/msg/Float64MultiArray", ARRAY)
+            kinds = (
+                ("sensor_msgs/msg/JointState", JOINT),
+                ("std_msgs/msg/Float64MultiArray", ARRAY),
+            )
             joint, array = (bag.register_msgdef(*kind) for kind in kinds)
             bag.write_message(
                 "/rosout",
@@ -226,7 +231,9 @@ def write_texts(folder, ending, number, times):
     ],
     ids=["pause", "overlap", "within", "backwards", "empty", "single", "nothing"],
 )
-def test_a_bag_spans_from_its_first_message_to_its_last_in_whichever_file(tmp_path, parts, ending):
+def test_a_bag_spans_from_its_first_message_to_its_last_in_whichever_file(
+    tmp_path, parts, ending
+):
     """Neither a pause between two files nor what two of them share is left out or counts twice."""
     for number, times in enumerate(parts):
         write_texts(tmp_path, ending, number, times)
@@ -295,7 +302,12 @@ def test_the_verbs_take_a_bag(tmp_path):
     run("robot", "new", tmp_path / "robot.toml", "--hinges", 12)
     (said,) = json.loads(
         run(
-            "robot", "check", f"{path}:joint_states", "--antenna", tmp_path / "robot.toml", "--json"
+            "robot",
+            "check",
+            f"{path}:joint_states",
+            "--antenna",
+            tmp_path / "robot.toml",
+            "--json",
         )
     )
     assert said["channels"] == 12 and "read from run.mcap:/joint_states" in said["history"]
@@ -314,7 +326,9 @@ def test_the_verbs_take_a_bag(tmp_path):
         InvalidInput, match="becomes tensors with its antenna: feeler robot convert"
     ):
         CliRunner().invoke(
-            app, ["convert", f"{path}:joint_states", str(tmp_path / "x.nc")], catch_exceptions=False
+            app,
+            ["convert", f"{path}:joint_states", str(tmp_path / "x.nc")],
+            catch_exceptions=False,
         )
     with pytest.raises(InvalidInput, match="is a ROS 2 recording"):
         load(path)
@@ -340,7 +354,9 @@ def write_rosbag(folder, kind):
             stamp = types["builtin_interfaces/msg/Time"](sec=at // 10**9, nanosec=at % 10**9)
             header = head(stamp=stamp, frame_id="", **({"seq": k} if old else {}))
             empty = np.empty(0)
-            message = state(header=header, name=NAMES, position=row, velocity=empty, effort=empty)
+            message = state(
+                header=header, name=NAMES, position=row, velocity=empty, effort=empty
+            )
             pack = store.serialize_ros1 if old else store.serialize_cdr
             bag.write(topic, at, pack(message, state.__msgtype__))
         bag.write(other, at, pack(text(data="hello"), text.__msgtype__))
@@ -356,7 +372,9 @@ def test_older_bags_give_the_same_joints_as_mcap(tmp_path, kind):
     np.testing.assert_array_equal(read.values, mcap.values)
     np.testing.assert_allclose(read.time, 2.0 * np.arange(50))
     told = describe_bag(str(path))
-    assert any("/joint_states (sensor_msgs/msg/JointState), 50 messages" in line for line in told)
+    assert any(
+        "/joint_states (sensor_msgs/msg/JointState), 50 messages" in line for line in told
+    )
     assert any(line.startswith("not read    /rosout") for line in told)
 
 

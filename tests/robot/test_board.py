@@ -70,13 +70,17 @@ def test_its_numbers_wrap_and_a_broken_line_is_known(board):
     lines = board(np.tile(VALUES, (1100, 1)))[65_500:65_560]
     lines[7] = lines[7].replace(b",", b";", 1)
     link = Link(3)
-    assert len(list(read_samples(lines, 3, link))) == 60 and link.describe() == "1 lost, 1 broken"
+    assert (
+        len(list(read_samples(lines, 3, link))) == 60 and link.describe() == "1 lost, 1 broken"
+    )
     assert lines[35].startswith(b"$65535,") and lines[36].startswith(b"$0,")
 
 
 def test_holes_across_the_clocks_end_have_their_times():
     at = CLOCK - 9 + 2.0 * np.arange(10)
-    lines = [frame_sample(k, t % CLOCK, np.array([k])) for k, t in enumerate(at) if k not in (4, 5)]
+    lines = [
+        frame_sample(k, t % CLOCK, np.array([k])) for k, t in enumerate(at) if k not in (4, 5)
+    ]
     assert [t for t, _ in read_samples(lines, 1, Link(1))] == pytest.approx(at)
     plain = [f"{t % CLOCK:.3f},{k}" for k, t in enumerate(at)]
     assert [t for t, _ in read_samples(plain, 1, Link(1))] == pytest.approx(at)

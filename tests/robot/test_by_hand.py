@@ -120,14 +120,18 @@ def test_an_antenna_is_drawn_share_by_share():
     np.testing.assert_allclose(
         drawn.stiffness, robot.stiffness * np.exp(0.1 * together + 0.08 * each)
     )
-    np.testing.assert_allclose(drawn.damping, robot.damping * np.exp(0.25 * rng.standard_normal()))
+    np.testing.assert_allclose(
+        drawn.damping, robot.damping * np.exp(0.25 * rng.standard_normal())
+    )
     np.testing.assert_allclose(
         drawn.segment_mass, robot.segment_mass * np.exp(0.08 * rng.standard_normal(8))
     )
     np.testing.assert_allclose(
         drawn.segment_length, robot.segment_length * np.exp(0.01 * rng.standard_normal(8))
     )
-    np.testing.assert_allclose(drawn.rest_angle, robot.rest_angle + 0.015 * rng.standard_normal(8))
+    np.testing.assert_allclose(
+        drawn.rest_angle, robot.rest_angle + 0.015 * rng.standard_normal(8)
+    )
 
 
 def test_a_touch_is_drawn_number_by_number():
@@ -176,7 +180,9 @@ def test_a_calibration_is_that_of_the_libraries(readings):
         a, c, t = (values[hinge == k + 1] for values in (angle, capacitance, time))
         line = linregress(c, a)
         residual = a - line.slope * c - line.intercept
-        left = cross_val_predict(LinearRegression(), c[:, None], a, groups=a, cv=LeaveOneGroupOut())
+        left = cross_val_predict(
+            LinearRegression(), c[:, None], a, groups=a, cv=LeaveOneGroupOut()
+        )
         pooled = np.sqrt(np.mean([c[a == level].var(ddof=1) for level in np.unique(a)]))
         assert fit.slope[k] == pytest.approx(line.slope) and fit.offset[k] == pytest.approx(
             line.intercept
@@ -259,7 +265,8 @@ def test_a_bench_bends_one_hinge_at_a_time_up_and_down():
     np.testing.assert_allclose(table["angle"], np.tile([*level, *level[::-1]], 18))
     k = table["hinge"] - 1
     np.testing.assert_allclose(
-        table["capacitance"], np.array([5.0, 4, 6])[k] + np.array([1.2, 1, 1.5])[k] * table["angle"]
+        table["capacitance"],
+        np.array([5.0, 4, 6])[k] + np.array([1.2, 1, 1.5])[k] * table["angle"],
     )
     np.testing.assert_allclose(np.diff(table["time"]), 500.0)
 
@@ -285,7 +292,9 @@ def test_the_resting_level_is_the_mean_of_what_was_before():
 
 
 @pytest.mark.parametrize("play", [0.2, 3.0])
-def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_damping_time(play):
+def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_damping_time(
+    play,
+):
     robot = make_robot()
     found = _add_mount(robot, make_gap(play=play))
     assert 1 / found.stiffness[0] == pytest.approx(play / robot.stiffness[0])
@@ -293,7 +302,14 @@ def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_d
         robot.damping[0] / robot.stiffness[0]
     )
     assert found.segment_mass.sum() == pytest.approx(ROBOT_FACTS["mass"].number)
-    for name in ("segment_length", "segment_mass", "radius", "stiffness", "damping", "rest_angle"):
+    for name in (
+        "segment_length",
+        "segment_mass",
+        "radius",
+        "stiffness",
+        "damping",
+        "rest_angle",
+    ):
         np.testing.assert_array_equal(getattr(found, name)[1:], getattr(robot, name))
     np.testing.assert_array_equal(found.sensors, robot.sensors + 1)
 
@@ -311,10 +327,14 @@ def test_what_is_said_of_time_is_what_was_recorded():
     assert said.startswith("recorded every ") and f"(jitter sd {jitter:.2g} ms)" in said
     assert "3 samples dropped" in said
     assert (
-        repair(record(np.arange(50) * 1.01)).history[-1].endswith("none dropped; time base evened")
+        repair(record(np.arange(50) * 1.01))
+        .history[-1]
+        .endswith("none dropped; time base evened")
     )
     assert (
-        repair(record(np.arange(50) * 1.1)).history[-1].endswith("none dropped; resampled to 1 ms")
+        repair(record(np.arange(50) * 1.1))
+        .history[-1]
+        .endswith("none dropped; resampled to 1 ms")
     )
 
 
@@ -328,7 +348,8 @@ def test_a_gap_of_exactly_the_longest_is_mended():
 
 
 @pytest.mark.parametrize(
-    ("run", "n", "stuck"), [(19, 150, False), (21, 150, True), (99, 2000, False), (101, 2000, True)]
+    ("run", "n", "stuck"),
+    [(19, 150, False), (21, 150, True), (99, 2000, False), (101, 2000, True)],
 )
 def test_a_channel_is_saturated_from_20_samples_and_a_tenth_or_100_in_a_row(run, n, stuck):
     rng = np.random.default_rng(0)

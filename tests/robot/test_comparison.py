@@ -50,7 +50,9 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
     monkeypatch.setattr(comparison, "simulate_comparison", touch)
     found = compute_comparison(engine="mujoco", n_repeats=2, random_state=3)
     robot = planted["robot linear"]
-    groups = {f"{v:g} m/s": robot[10 * k : 10 * k + 10] for k, v in enumerate((0.27, 0.135, 0.027))}
+    groups = {
+        f"{v:g} m/s": robot[10 * k : 10 * k + 10] for k, v in enumerate((0.27, 0.135, 0.027))
+    }
     slow = {name: planted[f"robot {name}"] for name in _PROFILES}
     slow["linear"] = robot[20:]
     classes = [f"{trial.name} {trial.location:g}" for trial in make_touches()[:10]]
@@ -64,7 +66,9 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
                 tensors, classes, ratios=(0.2,), n_repeats=2, noise=noise, random_state=3
             )
             assert measured[name]["accuracy"] == pytest.approx(sweep.noisy.mean())
-            assert sweep.noisy.mean() < sweep.clean.mean() - 0.1  # that of noisy copies, no other
+            assert (
+                sweep.noisy.mean() < sweep.clean.mean() - 0.1
+            )  # that of noisy copies, no other
             for index in ("pearson", "ssim", "mse", "nmi"):
                 assert measured[name][index] == dispersion.average[index][name]
 

@@ -128,11 +128,17 @@ def test_a_surrogate_writes_its_first_sample_and_its_last_and_what_the_touch_was
         assert 10 < recording.time.size < 36
     labels = {"feature": trial.name, "size": 4.0, "location": 0.7, "speed": 0.31}
     assert recording.labels == labels
-    assert (recording.source, recording.robot, recording.unit) == ("surrogate", "surrogate", "pF")
+    assert (recording.source, recording.robot, recording.unit) == (
+        "surrogate",
+        "surrogate",
+        "pF",
+    )
     assert robot.record(np.zeros((8, 9))).labels == {}
 
 
-def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_asked(monkeypatch):
+def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_asked(
+    monkeypatch,
+):
     calls = []
 
     def simulate(scenes, clock, *, engine, workers, executor):
@@ -232,7 +238,9 @@ def test_a_short_recording_is_held_at_its_last_sample_and_a_long_one_keeps_its_o
         for found, one in zip(held, pair, strict=True):
             n = one.time.size
             np.testing.assert_array_equal(found[:, :n], one.values)
-            np.testing.assert_array_equal(found[:, n:], one.values[:, -1:].repeat(12 - n, axis=1))
+            np.testing.assert_array_equal(
+                found[:, n:], one.values[:, -1:].repeat(12 - n, axis=1)
+            )
 
 
 def test_intervals_that_differ_by_less_than_a_millisecond_are_no_one_set():
@@ -345,7 +353,9 @@ def test_repair_counts_gaps_and_missing_values_of_each_channel():
     values = np.sin(time / 7) * np.arange(1.0, 4.0)[:, None]
     values[2, :3] = np.nan
     recording = Recording(time=time, values=values)
-    with pytest.raises(InvalidInput, match=r"hinge 1 has 2 gaps longer than 10 ms, the longest 22"):
+    with pytest.raises(
+        InvalidInput, match=r"hinge 1 has 2 gaps longer than 10 ms, the longest 22"
+    ):
         repair(recording)
     bridged = repair(recording, gaps="bridge")
     assert bridged.history[0] == (
@@ -385,9 +395,14 @@ def test_readings_out_of_range_are_told_of_the_hinge_that_has_most_of_them():
     with pytest.raises(InvalidInput, match=words):
         table.apply(readings)
     clipped = table.apply(readings, outside="clip")
-    assert clipped[1, 1:3] == pytest.approx([-0.4, -0.4]) and clipped[0, 1] == pytest.approx(0.4)
+    assert clipped[1, 1:3] == pytest.approx([-0.4, -0.4]) and clipped[0, 1] == pytest.approx(
+        0.4
+    )
     missing = table.apply(readings, outside="missing")
-    assert np.isnan(missing).tolist() == [[False, True, False, False], [False, True, True, False]]
+    assert np.isnan(missing).tolist() == [
+        [False, True, False, False],
+        [False, True, True, False],
+    ]
     with pytest.raises(InvalidInput, match="belongs to robot 'a', the recording to 'b'"):
         table.apply(readings, robot="b")
 
@@ -505,8 +520,12 @@ def test_of_a_robot_s_own_touches_the_first_are_shown_and_the_last_are_the_test(
 
 def test_a_pool_of_scores_counts_and_lists_all_of_them():
     parts = [
-        SimpleNamespace(correct={"feature": 3, "speed": 1}, total=4, predicted=["a"], true=["b"]),
-        SimpleNamespace(correct={"feature": 2, "speed": 5}, total=7, predicted=["c"], true=["d"]),
+        SimpleNamespace(
+            correct={"feature": 3, "speed": 1}, total=4, predicted=["a"], true=["b"]
+        ),
+        SimpleNamespace(
+            correct={"feature": 2, "speed": 5}, total=7, predicted=["c"], true=["d"]
+        ),
     ]
     pooled = reality._pool(parts)
     assert (pooled.correct, pooled.total) == ({"feature": 5, "speed": 6}, 11)
@@ -522,7 +541,9 @@ def test_a_comparison_repeats_as_often_as_asked_with_its_own_seed(monkeypatch):
     )
 
     def sweep(tensors, classes, **how):
-        asked.append((len(tensors), classes, how["n_repeats"], how["random_state"], how["ratios"]))
+        asked.append(
+            (len(tensors), classes, how["n_repeats"], how["random_state"], how["ratios"])
+        )
         return SimpleNamespace(noisy=np.array([[0.2, 0.6]]))
 
     monkeypatch.setattr("feeler.decoding.compute_sweep", sweep)

@@ -70,7 +70,9 @@ def test_a_difference_is_relative_to_the_simulation_of_the_same_touch():
     training = SimpleNamespace(
         labels=[second, first], values=np.array([[[3.0, 4.0]], [[0.0, 2.0]]])
     )
-    touches = SimpleNamespace(labels=[first, second], values=np.array([[[0.0, 1.0]], [[3.0, 5.0]]]))
+    touches = SimpleNamespace(
+        labels=[first, second], values=np.array([[[0.0, 1.0]], [[3.0, 5.0]]])
+    )
     found = figS7._compute_differences(SimpleNamespace(training=training, touches=touches))
     assert found == pytest.approx({first: 0.5, second: 0.2})
 
@@ -136,7 +138,9 @@ def test_check_and_fit_leave_pages_that_say_what_they_print(run, tmp_path):
         "--json",
     )
     checked = run(*asked, "--out", "checked")
-    assert json.loads(checked.stdout) == json.loads((tmp_path / "checked/robot.json").read_text())
+    assert json.loads(checked.stdout) == json.loads(
+        (tmp_path / "checked/robot.json").read_text()
+    )
     page = (tmp_path / "checked/robot.html").read_text()
     assert page.count("data:image/") == 1 and all(
         Path(EXAMPLES[name]).name in page for name in ("recording", "release")

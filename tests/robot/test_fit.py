@@ -82,7 +82,9 @@ def test_factors_in_closed_form_are_those_that_give_the_mode(planted):
     stiffness, damping = planted
     theory = make_robot(stiffness_factor=1.0, damping_factor=1.0)
     mode = compute_modes(
-        theory.replace(stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness),
+        theory.replace(
+            stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness
+        ),
         1,
     )
     zeta = mode.damping_ratio[0]
@@ -185,13 +187,17 @@ def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
         lambda p: (reached if p[0] < 3 else None, None), target, np.array([2.0, 5.0])
     )
     np.testing.assert_allclose(found, np.array([2.0, 5.0]) * np.exp(0.5))
-    np.testing.assert_allclose(np.exp(seen["bounds"]), np.outer([2.0, 5.0], np.exp([-1.0, 1.0])))
+    np.testing.assert_allclose(
+        np.exp(seen["bounds"]), np.outer([2.0, 5.0], np.exp([-1.0, 1.0]))
+    )
     assert seen["cost"](np.log([2.0, 5.0])) == pytest.approx(np.hypot(0.2, 0.1))
     assert seen["cost"](np.log([4.0, 5.0])) > 100
 
 
 @pytest.mark.parametrize(("bend", "enough"), [(0.0199, False), (0.0201, True)])
-def test_a_release_is_measured_from_a_fiftieth_of_a_radian_on_in_all_hinges_together(bend, enough):
+def test_a_release_is_measured_from_a_fiftieth_of_a_radian_on_in_all_hinges_together(
+    bend, enough
+):
     recording = Recording(time=TIME, values=np.full((8, 1), bend / 8) * _cosine(0.004, 0.05))
     with (
         nullcontext()

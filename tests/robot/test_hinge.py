@@ -52,7 +52,10 @@ def test_every_number_has_a_source_tag():
     ("make", "message"),
     [
         (lambda: make_flexures(thickness=0.0), "Flexures.thickness must be finite and > 0 mm"),
-        (lambda: make_flexures(width=[1.0, -1.0]), "width must be .* > 0 mm, got -1.0 in hinge 2"),
+        (
+            lambda: make_flexures(width=[1.0, -1.0]),
+            "width must be .* > 0 mm, got -1.0 in hinge 2",
+        ),
         (lambda: make_flexures(width=[1.0, 2.0], length=[1.0, 2.0, 3.0]), "all of one length"),
         (lambda: make_flexures(depth=1.0), "Flexures has no 'depth'; valid: width"),
         (lambda: make_robot(stiffness_factor=-1.0), "stiffness_factor must be a number > 0"),

@@ -20,14 +20,18 @@ from feeler.robot.samples import open_serial, read_samples
 
 
 def send(count, first=0):
-    return [frame_sample(first + k, 2.0 * k, np.array([k, -k / 8, np.nan])) for k in range(count)]
+    return [
+        frame_sample(first + k, 2.0 * k, np.array([k, -k / 8, np.nan])) for k in range(count)
+    ]
 
 
 def test_a_line_is_its_layout_and_the_sum_that_of_nmea():
     line = frame_sample(12, 1034.25, np.array([4.73, 4.71, np.nan]))
     assert line == "$12,1034.250,4.73,4.71,nan*7F"
     body = line[1:-3]
-    assert int(line[-2:], 16) == int(np.bitwise_xor.reduce(np.frombuffer(body.encode(), np.uint8)))
+    assert int(line[-2:], 16) == int(
+        np.bitwise_xor.reduce(np.frombuffer(body.encode(), np.uint8))
+    )
 
 
 @given(

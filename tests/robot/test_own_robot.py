@@ -97,7 +97,9 @@ def test_a_new_robot_file_is_the_beam_formula_and_every_verb_takes_it(tmp_path):
     ]
     (tmp_path / "plain.toml").write_text("\n".join(plain))
     for name in ("r.toml", "plain.toml"):  # every hinge is sensed unless another list is given
-        np.testing.assert_array_equal(load_robot(tmp_path / name).antenna.sensors, [1, 2, 3, 4, 5])
+        np.testing.assert_array_equal(
+            load_robot(tmp_path / name).antenna.sensors, [1, 2, 3, 4, 5]
+        )
     assert run("export", tmp_path / "s.xml", "--antenna", tmp_path / "r.toml").exit_code == 0
     with pytest.raises(InvalidInput, match="exists already"):
         write_robot(tmp_path / "r.toml", 5)
@@ -123,7 +125,11 @@ def test_damping_is_p2_times_the_theoretical_stiffness_whatever_p1_is(tmp_path):
         ('"feeler.robot/1"', '"feeler.robot/2"', "schema must be 'feeler.robot/1'"),
         ("thickness", "thicknes", "has no 'thicknes'; valid: width, thickness"),
         ("modulus = 2500", "", "needs modulus"),
-        ("modulus = 2500", 'modulus = "stiff"', "modulus must be an array of numbers, got 'stiff'"),
+        (
+            "modulus = 2500",
+            'modulus = "stiff"',
+            "modulus must be an array of numbers, got 'stiff'",
+        ),
         ("radius = 1.0", "radius = [1, 2, 3]", "one number per hinge; their lengths are"),
         ("stiffness = 1.0", "stiffness = -1.0", r"\[factors\] stiffness must be > 0, got -1"),
         ("stiffness = 1.0", "stiffness = 0.0", r"\[factors\] stiffness must be > 0, got 0"),
@@ -133,7 +139,9 @@ def test_damping_is_p2_times_the_theoretical_stiffness_whatever_p1_is(tmp_path):
 )
 def test_a_wrong_robot_file_is_refused_by_name(tmp_path, old, new, match):
     write_robot(tmp_path / "robot.toml", 4)
-    (tmp_path / "robot.toml").write_text((tmp_path / "robot.toml").read_text().replace(old, new))
+    (tmp_path / "robot.toml").write_text(
+        (tmp_path / "robot.toml").read_text().replace(old, new)
+    )
     with pytest.raises(InvalidInput, match=match):
         load_robot(tmp_path / "robot.toml")
 
@@ -173,7 +181,11 @@ def test_classify_names_objects_of_ones_own_with_probability_and_truth(lab):
             and answer["runner_up_probability"] <= answer["probability"]
         )
         assert answer["label"]["feature"] in ("bolt", "wedge")
-        assert answer["truth"] == {"feature": answer["file"][:-4], "location": 0.9, "speed": 0.3}
+        assert answer["truth"] == {
+            "feature": answer["file"][:-4],
+            "location": 0.9,
+            "speed": 0.3,
+        }
         assert answer["right"]["location"] and answer["known"]
 
 
@@ -181,7 +193,9 @@ def test_classify_names_objects_of_ones_own_with_probability_and_truth(lab):
 def test_a_recording_with_other_channels_is_refused(lab, verb):
     said = run("robot", verb, lab / "bolt.csv", "--calibration", lab / "c.json")
     assert isinstance(said.exception, InvalidInput)
-    assert "12 channels where 8 were expected (not expected 9, 10, 11, 12)" in str(said.exception)
+    assert "12 channels where 8 were expected (not expected 9, 10, 11, 12)" in str(
+        said.exception
+    )
 
 
 def test_probabilities_are_tempered_and_truth_is_judged():
@@ -245,7 +259,9 @@ def test_an_answer_compares_itself_with_the_notes(reader):
     assert answer.label == ("ball", 0.6, 0.27)
     assert answer.right == {"feature": False, "speed": True} and answer.known
     assert "WRONG: feature" in str(answer)
-    assert "no such class" in str(_judge_touch(classifier, touched.values[0], {"feature": "cone"}))
+    assert "no such class" in str(
+        _judge_touch(classifier, touched.values[0], {"feature": "cone"})
+    )
     still = _judge_touch(classifier, np.full(touched.values[0].shape, np.nan), {})
     assert str(still) == "no contact" and still.to_plain()["probability"] is None
 
@@ -321,7 +337,9 @@ def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypat
     )
     assert json.loads((lab / "gap" / "robot.json").read_text())["contacts"] == 2
     page = (lab / "gap" / "robot.html").read_text()
-    assert "What the gap costs" in page and "hysteresis" in page and page.count("data:image/") == 1
+    assert (
+        "What the gap costs" in page and "hysteresis" in page and page.count("data:image/") == 1
+    )
 
 
 def test_a_part_keeps_its_entries_and_no_other():
@@ -349,7 +367,9 @@ def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(t
 
 
 def test_a_replay_at_twice_the_speed_waits_half_as_long(monkeypatch, tmp_path):
-    one = Recording(time=np.array([0.0, 100.0, 300.0]), values=np.ones((8, 3)), quantity="angle")
+    one = Recording(
+        time=np.array([0.0, 100.0, 300.0]), values=np.ones((8, 3)), quantity="angle"
+    )
     save_recording(one, tmp_path / "r.csv")
     waits = []
     mine = threading.get_ident()
@@ -364,7 +384,10 @@ def test_a_replay_at_twice_the_speed_waits_half_as_long(monkeypatch, tmp_path):
 
 
 def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):
-    assert run("robot", "board", tmp_path / "b.ino", "--channels", 12, "--rate", 100).exit_code == 0
+    assert (
+        run("robot", "board", tmp_path / "b.ino", "--channels", 12, "--rate", 100).exit_code
+        == 0
+    )
     text = (tmp_path / "b.ino").read_text()
     assert "CHANNELS = 12;" in text and "RATE = 100;" in text
     assert "exists already" in str(run("robot", "board", tmp_path / "b.ino").exception)

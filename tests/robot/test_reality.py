@@ -124,7 +124,13 @@ def test_whole_robots_join_the_training_with_their_faults():
 
 def test_one_own_touch_suffices_where_touches_repeat_exactly(training):
     repeatable = Gap(
-        **{**vars(Gap().scaled(0)), "stiffness_each": 0.4, "mass": 0.4, "length": 0.1, "gain": 0.6}
+        **{
+            **vars(Gap().scaled(0)),
+            "stiffness_each": 0.4,
+            "mass": 0.4,
+            "length": 0.1,
+            "gain": 0.6,
+        }
     )
     robots = draw_robots(1.0, 1, seed=5, gap=repeatable)
     zero, one = sweep_shots(training, (0, 1), robots)

@@ -14,7 +14,11 @@ from feeler.robot.sensor import fit_sensors
 def _write(tmp_path, header, rows, notes=""):
     path = tmp_path / "r.csv"
     path.write_text(
-        notes + ",".join(header) + "\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n"
+        notes
+        + ",".join(header)
+        + "\n"
+        + "\n".join(",".join(map(str, row)) for row in rows)
+        + "\n"
     )
     return path
 
@@ -69,7 +73,12 @@ def test_notes_become_labels(tmp_path):
 @pytest.mark.parametrize(
     ("header", "rows", "notes", "message"),
     [
-        (_header(n=7), [r[:8] for r in ROWS], "", "7 channels where 8 were expected .missing 8"),
+        (
+            _header(n=7),
+            [r[:8] for r in ROWS],
+            "",
+            "7 channels where 8 were expected .missing 8",
+        ),
         (
             [_header()[0], *_header()[2:]],
             [[*r[:1], *r[2:]] for r in ROWS],
@@ -99,7 +108,12 @@ def test_notes_become_labels(tmp_path):
         ),
         (_header(), ROWS, "# speed: fast\n", "note 'speed' must be a number, got 'fast'"),
         (_header(), [[0, *"abcdefgh"], [1, *"abcdefgh"]], "", "'hinge1_deg' holds text .'a'."),
-        (_header(time="Timestamp"), [["12:30:01", *range(8)]] * 2, "", "'Timestamp' holds text"),
+        (
+            _header(time="Timestamp"),
+            [["12:30:01", *range(8)]] * 2,
+            "",
+            "'Timestamp' holds text",
+        ),
         (_header(), [["12:30:01", *range(8)]] * 2, "", "'time_ms' holds text .'12:30:01'."),
         (_header("furlong"), ROWS, "", "0 channels .* columns are time_ms, hinge1_furlong"),
     ],
@@ -252,7 +266,10 @@ def test_bad_channels_are_named_and_never_used_in_silence(fault, words):
     with pytest.raises(InvalidInput, match=f"hinge 5 is {words}"):
         repair(faulty)
     fixed = repair(faulty, bad_channels="missing")
-    assert np.isnan(fixed.values[4]).all() and np.isfinite(np.delete(fixed.values, 4, axis=0)).all()
+    assert (
+        np.isnan(fixed.values[4]).all()
+        and np.isfinite(np.delete(fixed.values, 4, axis=0)).all()
+    )
 
 
 def test_a_quiet_quantised_channel_is_not_called_saturated():
@@ -278,7 +295,9 @@ def test_a_channel_is_saturated_after_20_samples_or_a_tenth_but_100_suffice(n, r
     for stuck, bad in ((run, [3]), (run - 1, [])):
         values = np.random.default_rng(4).normal(0, 0.1, (4, n))
         values[2, 10 : 10 + stuck] = 2.0
-        assert list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == bad
+        assert (
+            list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == bad
+        )
 
 
 def test_a_channel_with_hysteresis_is_not_called_saturated():
@@ -340,7 +359,9 @@ def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body,
     path = tmp_path_factory.mktemp("fuzz") / "r.csv"
     path.write_text(notes + ",".join(header) + "\n" + body)
     try:
-        fixed = repair(load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing")
+        fixed = repair(
+            load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing"
+        )
     except InvalidInput:
         return
     assert fixed.values.shape == (fixed.values.shape[0], fixed.time.size) and np.all(
@@ -348,7 +369,9 @@ def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body,
     )
 
 
-def test_a_european_table_with_remarks_and_temperature_is_read_and_says_what_it_left_out(tmp_path):
+def test_a_european_table_with_remarks_and_temperature_is_read_and_says_what_it_left_out(
+    tmp_path,
+):
     path = tmp_path / "bench.csv"
     path.write_text(
         "Messung 12;Labor B\nZeit war kurz\n\n"
@@ -371,7 +394,10 @@ def test_a_calibration_of_other_units_is_refused():
     levels = np.linspace(-1, 1, 5)
     lines = fit_sensors(np.ones(5), levels, 100 + levels, unit="mV")
     counts = Recording(
-        time=np.arange(3.0), values=np.full((1, 3), 100.5), quantity="capacitance", unit="counts"
+        time=np.arange(3.0),
+        values=np.full((1, 3), 100.5),
+        quantity="capacitance",
+        unit="counts",
     )
     with pytest.raises(InvalidInput, match="readings in mV, the recording is in counts"):
         counts.to_angles(lines)

@@ -88,7 +88,9 @@ def test_nothing_is_extrapolated_in_silence():
     with pytest.raises(InvalidInput, match="3 readings lie outside the calibrated range"):
         fit.apply(reading)
     np.testing.assert_allclose(fit.apply(reading, outside="extend"), angle, atol=1e-10)
-    np.testing.assert_allclose(fit.apply(reading, outside="clip")[:, 1], 20 * DEGREE, atol=1e-10)
+    np.testing.assert_allclose(
+        fit.apply(reading, outside="clip")[:, 1], 20 * DEGREE, atol=1e-10
+    )
     np.testing.assert_array_equal(np.isnan(fit.apply(reading, outside="missing")), angle > 0.1)
     with pytest.raises(InvalidInput, match="valid: refuse, clip, missing, extend"):
         fit.apply(reading, outside="guess")
@@ -108,7 +110,10 @@ def test_nothing_is_extrapolated_in_silence():
             lambda h, a, c: (1.0 + np.arange(257), np.ones(257), np.ones(257)),
             "at most 256 hinges, got readings of 257",
         ),
-        (lambda h, a, c: (h, np.where(h == 2, 0.1, a), c), "hinge 2 has 180 readings at 1 angles"),
+        (
+            lambda h, a, c: (h, np.where(h == 2, 0.1, a), c),
+            "hinge 2 has 180 readings at 1 angles",
+        ),
         (lambda h, a, c: (h, a, np.where(h == 3, 7.0, c)), "hinge 3 reads 7 at every angle"),
         (lambda h, a, c: (h, a, np.where(h == 3, np.nan, c)), "must be complete"),
     ],
@@ -160,7 +165,16 @@ def test_saved_and_loaded_is_the_same(tmp_path):
     fit = fit_sensors(*_bench(noise=0.01)[:3], robot="A")
     save_calibration(fit, tmp_path / "c.json")
     again = load_calibration(tmp_path / "c.json")
-    for name in ("slope", "offset", "low", "high", "residual", "resolution", "drift", "r_squared"):
+    for name in (
+        "slope",
+        "offset",
+        "low",
+        "high",
+        "residual",
+        "resolution",
+        "drift",
+        "r_squared",
+    ):
         np.testing.assert_array_equal(getattr(again, name), getattr(fit, name))
     assert again.robot == "A"
     assert (
@@ -198,7 +212,10 @@ def test_damaged_files(tmp_path, change, message):
 @settings(max_examples=200, deadline=None)
 @given(
     st.one_of(
-        st.binary(max_size=200), st.just(b"[" * 50_000), st.just(b"[]"), st.just(b'{"format": 1}')
+        st.binary(max_size=200),
+        st.just(b"[" * 50_000),
+        st.just(b"[]"),
+        st.just(b'{"format": 1}'),
     )
 )
 def test_any_bytes_give_our_error(tmp_path_factory, raw):

@@ -58,7 +58,9 @@ def test_everything_it_makes_is_labelled(tmp_path):
 
 
 def test_same_seed_same_robot_same_recording():
-    first, second = (make_surrogate(np.random.default_rng(7)).touch(FAST[:1])[0] for _ in range(2))
+    first, second = (
+        make_surrogate(np.random.default_rng(7)).touch(FAST[:1])[0] for _ in range(2)
+    )
     np.testing.assert_array_equal(first.values, second.values)
     np.testing.assert_array_equal(first.time, second.time)
 
@@ -122,7 +124,10 @@ def test_play_operator_laws():
             Gap(**{**vars(Gap().scaled(0)), "crosstalk": 0.05}),
             lambda seen: np.allclose(seen[1], 0.005),
         ),
-        (Gap(**{**vars(Gap().scaled(0)), "bend": 0.35}), lambda seen: np.allclose(seen[0], 0.11)),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "bend": 0.35}),
+            lambda seen: np.allclose(seen[0], 0.11),
+        ),
         (
             Gap(**{**vars(Gap().scaled(0)), "noise": 0.01}),
             lambda seen: 0.009 < seen[1].std() < 0.011,

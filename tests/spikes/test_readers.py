@@ -24,7 +24,9 @@ def test_the_ideal_observer_is_bayes_rule():
     rates, labels = make_rates()
     reader = PoissonReader(step=2.0).fit(rates, labels)
     counts = np.random.default_rng(1).poisson(rates[[0, 1, 2, 3, 3]] * 2e-3)
-    chance = np.stack([poisson.pmf(counts, one * 2e-3).prod(axis=(1, 2)) for one in rates], axis=1)
+    chance = np.stack(
+        [poisson.pmf(counts, one * 2e-3).prod(axis=(1, 2)) for one in rates], axis=1
+    )
     by_class = np.stack([chance[:, [1, 3]].sum(axis=1), chance[:, 0], chance[:, 2]], axis=1)
     np.testing.assert_allclose(
         reader.predict_proba(counts), by_class / by_class.sum(axis=1, keepdims=True), rtol=1e-10

@@ -29,7 +29,11 @@ def test_what_is_held_adapts_as_the_closed_form_says_at_any_step(b, step):
     rates, _ = run(np.full(40, 0.7), step, sensillum)
     first = rates[0] / sensillum.a  # what is left of the step after the first sample
     time = step * np.arange(40) / sensillum.tau
-    left = first * np.exp(-time) if b == 1 else (first ** (1 - b) + (b - 1) * time) ** (1 / (1 - b))
+    left = (
+        first * np.exp(-time)
+        if b == 1
+        else (first ** (1 - b) + (b - 1) * time) ** (1 / (1 - b))
+    )
     np.testing.assert_allclose(rates, sensillum.a * left, rtol=1e-9)
 
 
@@ -147,5 +151,7 @@ def test_a_population_says_what_is_wrong_with_it(wrong, words):
 
 
 def test_a_unit_without_sensors_near_it_is_refused():
-    with pytest.raises(InvalidInput, match=r"the unit at 1 lies beyond the sensors.*0\.1 to 0\.3"):
+    with pytest.raises(
+        InvalidInput, match=r"the unit at 1 lies beyond the sensors.*0\.1 to 0\.3"
+    ):
         place_sensilla(np.array([1.0]), 3.0).find_taps(np.array([0.1, 0.2, 0.3]))

@@ -99,7 +99,9 @@ def test_a_stream_in_space_gives_the_numbers_of_the_batch(twist):
     for k, sample in enumerate(touches["angle"].values[1].transpose(2, 0, 1)):
         stream.push(sample)
         np.testing.assert_array_equal(stream.rate, rates[1, :, k])
-    with pytest.raises(InvalidInput, match=r"got shape \(4, 5\); in space it is .plane, sensor"):
+    with pytest.raises(
+        InvalidInput, match=r"got shape \(4, 5\); in space it is .plane, sensor"
+    ):
         stream.push(np.zeros((4, 5)))
 
 

@@ -63,7 +63,9 @@ def test_poisson_counts_follow_the_poisson_distribution():
 
 @pytest.mark.parametrize("order", [1, 3])
 def test_intervals_are_the_refractory_period_and_a_gamma(order):
-    drawn = draw_spikes(make_rates(200, 4000, units=6), Firing(order=order, refractory=2.0), seed=2)
+    drawn = draw_spikes(
+        make_rates(200, 4000, units=6), Firing(order=order, refractory=2.0), seed=2
+    )
     intervals = list_intervals(drawn)
     law = stats.gamma(order, loc=2.0, scale=5.0 / order)
     assert stats.kstest(intervals, law.cdf).pvalue > 1e-3
@@ -72,12 +74,16 @@ def test_intervals_are_the_refractory_period_and_a_gamma(order):
 
 def test_latency_moves_all_spikes_and_its_spread_each():
     rates = make_rates(100, 300, units=8)
-    plain, late = (draw_spikes(rates, Firing(latency=x), seed=3)["spike_time"] for x in (0, 7.5))
+    plain, late = (
+        draw_spikes(rates, Firing(latency=x), seed=3)["spike_time"] for x in (0, 7.5)
+    )
     first, moved = (x.values[np.isfinite(x.values)] for x in (plain, late))
     np.testing.assert_allclose(
         np.sort(first + 7.5)[: moved.size // 2], np.sort(moved)[: moved.size // 2]
     )
-    spread = draw_spikes(make_rates(20, 4000, units=30), Firing(spread=1.5, latency=9.0), seed=3)
+    spread = draw_spikes(
+        make_rates(20, 4000, units=30), Firing(spread=1.5, latency=9.0), seed=3
+    )
     times = spread["spike_time"].values
     assert np.all(np.diff(times, axis=2)[np.isfinite(np.diff(times, axis=2))] >= 0)
     assert list_intervals(spread).mean() == pytest.approx(50, rel=0.1)
@@ -144,7 +150,9 @@ def test_the_same_numbers_come_without_compiled_code():
         ).stdout
         for off in ("0", "1")
     ]
-    (first, *one), (second, *two) = ([float(x.strip("[],")) for x in text.split()] for text in said)
+    (first, *one), (second, *two) = (
+        [float(x.strip("[],")) for x in text.split()] for text in said
+    )
     assert len(one) == len(two) > 5 and first == pytest.approx(second, rel=1e-12)
     np.testing.assert_allclose(one, two, rtol=1e-12)
 
@@ -164,7 +172,11 @@ def test_a_spike_belongs_to_the_first_sample_at_or_after_it():
         ([[[1.0], [2.0]]], ["a", "a"], "two trains of unit 'a'"),
         ([[[1.0]]], ["a", "b"], "trial 0 has 1 trains for 2 units"),
         ([[[1.0]], [[1.0]]], ["a"], "1 trials but trains of 2"),
-        ([[[2.0, 1.0]]], ["a"], "train of unit 'a' in trial 0 must rise within the record, 0 to 4"),
+        (
+            [[[2.0, 1.0]]],
+            ["a"],
+            "train of unit 'a' in trial 0 must rise within the record, 0 to 4",
+        ),
         ([[[7.0]]], ["a"], "must rise within the record"),
     ],
 )

@@ -19,7 +19,18 @@ def folder(tmp_path_factory):
 
 
 def test_the_verb_says_and_writes_what_the_library_draws(folder):
-    asked = ("--touches", "set.nc", "--rate", "200", "--order", "2", "--seed", "3", "--show", "1")
+    asked = (
+        "--touches",
+        "set.nc",
+        "--rate",
+        "200",
+        "--order",
+        "2",
+        "--seed",
+        "3",
+        "--show",
+        "1",
+    )
     session = ("--session-start", "2026-01-31T10:00:00+01:00", "--identifier", "made-1")
     done = run("spikes", *asked, *session, "--out", "one", "--json", cwd=folder)
     assert done.returncode == 0, done.stderr

@@ -48,7 +48,9 @@ def test_plain_data_and_copies_give_the_motion_back(motion):
 
 
 def test_no_motion_is_none():
-    assert Trial(feature=Ball(radius=1), location=0.5, speed=0.3, base=BaseMotion()).base is None
+    assert (
+        Trial(feature=Ball(radius=1), location=0.5, speed=0.3, base=BaseMotion()).base is None
+    )
 
 
 @pytest.mark.parametrize(

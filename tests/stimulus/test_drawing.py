@@ -112,7 +112,12 @@ def test_one_of_several_is_chosen_and_sized(tmp_path):
     ("inside", "page", "options", "match"),
     [
         ('<path d="M 0 0 L 1 1 L 2 0"/>', PAGE, {}, "no closed path; close the outline"),
-        (RECTANGLE + CIRCLE, PAGE, {}, "2 closed paths; choose one by which=number or id: .*plate"),
+        (
+            RECTANGLE + CIRCLE,
+            PAGE,
+            {},
+            "2 closed paths; choose one by which=number or id: .*plate",
+        ),
         (RECTANGLE + CIRCLE, PAGE, {"which": "leaf"}, "no one closed path 'leaf'"),
         (RECTANGLE, 'viewBox="0 0 10 10"', {}, "how long its unit is; give width="),
         (RECTANGLE, 'width="100px" height="10px"', {}, "how long its unit is"),
@@ -151,7 +156,9 @@ def test_a_drawing_without_unit_is_sized_by_its_width(tmp_path):
     path = write_dxf(tmp_path / "a.dxf", lambda m: m.add_circle((5, 5), 3), units=0)
     with pytest.raises(InvalidInput, match="how long its unit is"):
         Outline.from_file(path)
-    assert Outline.from_file(path, width=2.0, tolerance=1e-3).size == pytest.approx(1.0, abs=1e-3)
+    assert Outline.from_file(path, width=2.0, tolerance=1e-3).size == pytest.approx(
+        1.0, abs=1e-3
+    )
 
 
 @pytest.mark.parametrize(
@@ -162,7 +169,9 @@ def test_an_inch_is_25_4_mm_in_every_unit(tmp_path, unit, inch):
     """CSS Values and Units 4, absolute lengths: 1in = 2.54cm = 101.6q = 72pt = 6pc; a drawing may
     also speak of m.
     """
-    path = write_svg(tmp_path / "a.svg", RECTANGLE, f'width="{inch}{unit}" viewBox="0 0 100 40"')
+    path = write_svg(
+        tmp_path / "a.svg", RECTANGLE, f'width="{inch}{unit}" viewBox="0 0 100 40"'
+    )
     assert Outline.from_file(path).size == pytest.approx(4 * 25.4 / 100 / 2)
 
 

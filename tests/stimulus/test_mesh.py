@@ -22,7 +22,9 @@ def save(mesh, tmp_path, kind: str = "stl"):
 
 @pytest.fixture
 def brick():
-    return trimesh.creation.box(extents=(1.0, 2.0, 3.0), transform=np.eye(4) + 5 * np.eye(4, k=3))
+    return trimesh.creation.box(
+        extents=(1.0, 2.0, 3.0), transform=np.eye(4) + 5 * np.eye(4, k=3)
+    )
 
 
 def test_a_convex_mesh_is_one_solid_with_its_front_at_its_place(brick, tmp_path):
@@ -75,7 +77,10 @@ def test_very_many_triangles_are_simplified_on_request(tmp_path):
     ("fields", "words"),
     [
         ({"vertices": np.eye(4, 3)[:3]}, "4 to 5000 corners"),
-        ({"vertices": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]}, "part 0 lies in one plane"),
+        (
+            {"vertices": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]},
+            "part 0 lies in one plane",
+        ),
         ({"vertices": np.eye(8, 3), "starts": (0, 6)}, "at least four corners to a part"),
     ],
 )

@@ -145,5 +145,7 @@ def test_an_object_stands_with_its_foremost_point_at_its_place(feature, back, fo
 
 def test_an_object_in_the_antenna_is_told_where_its_middle_is():
     item = Object(feature=Ball(radius=2.0), place=(1.0, 20.0))
-    with pytest.raises(InvalidInput, match=r"foremost point, and its middle is at \(-1, 20\) mm"):
+    with pytest.raises(
+        InvalidInput, match=r"foremost point, and its middle is at \(-1, 20\) mm"
+    ):
         make_objects(presets.cockroach(), [item])

@@ -26,10 +26,16 @@ FEATURES = [
 def bend(curve, n=30, taper=0.0):
     radius = 0.2 - taper * np.linspace(0, 0.1, n)
     same = {"segment_mass": 1e-5, "stiffness": 1.0, "damping": 1.0}
-    return Antenna(segment_length=np.ones(n), radius=radius, rest_angle=np.full(n, curve), **same)
+    return Antenna(
+        segment_length=np.ones(n), radius=radius, rest_angle=np.full(n, curve), **same
+    )
 
 
-ANTENNAS = {"straight": STRAIGHT, "tapered": bend(0.0, taper=1.0), "bent": bend(0.02, taper=1.0)}
+ANTENNAS = {
+    "straight": STRAIGHT,
+    "tapered": bend(0.0, taper=1.0),
+    "bent": bend(0.02, taper=1.0),
+}
 
 
 def bisect(antenna, trial):
@@ -50,9 +56,13 @@ def bisect(antenna, trial):
 
 @pytest.mark.parametrize("antenna", ANTENNAS.values(), ids=ANTENNAS)
 @pytest.mark.parametrize("feature", FEATURES, ids=lambda f: f.name)
-@pytest.mark.parametrize(("approach", "side"), [(90.0, "left"), (61.7, "left"), (105.3, "right")])
+@pytest.mark.parametrize(
+    ("approach", "side"), [(90.0, "left"), (61.7, "left"), (105.3, "right")]
+)
 def test_the_closed_form_is_where_bisection_ends(antenna, feature, approach, side):
-    trial = Trial(feature=feature, location=0.63, speed=0.3, lead=2.0, approach=approach, side=side)
+    trial = Trial(
+        feature=feature, location=0.63, speed=0.3, lead=2.0, approach=approach, side=side
+    )
     start = place(antenna, trial)
     np.testing.assert_allclose(
         start.origin + 2.0 * start.velocity, bisect(antenna, trial), atol=1e-11
@@ -119,7 +129,8 @@ def test_a_hook_is_met_inside_where_it_is_open_and_refused_behind_itself():
     assert 0.7 < start.origin[0] < 4.0
     with pytest.raises(InvalidInput, match="meets another part of it first"):
         place(
-            hook, Trial(feature=Ball(radius=0.5), location=0.3, speed=0.5, lead=40.0, side="right")
+            hook,
+            Trial(feature=Ball(radius=0.5), location=0.3, speed=0.5, lead=40.0, side="right"),
         )
 
 
@@ -136,12 +147,18 @@ PATH = BaseMotion(
 
 
 @pytest.mark.parametrize(
-    "base", [BaseMotion(velocity=(0.05, -0.1), turn=0.004), BaseMotion(velocity=(-0.2, 0.3)), PATH]
+    "base",
+    [BaseMotion(velocity=(0.05, -0.1), turn=0.004), BaseMotion(velocity=(-0.2, 0.3)), PATH],
 )
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_contact_with_a_carried_antenna_begins_after_the_lead(base, side):
     trial = Trial(
-        feature=Triangle(half_width=1.5), location=0.7, speed=0.4, lead=5.0, base=base, side=side
+        feature=Triangle(half_width=1.5),
+        location=0.7,
+        speed=0.4,
+        lead=5.0,
+        base=base,
+        side=side,
     )
     start = place(STRAIGHT, trial)
 

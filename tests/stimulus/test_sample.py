@@ -92,7 +92,8 @@ def test_what_is_said_to_fit_without_looking_does_fit():
         300, sizes=(0.2, 20.9), locations=(0.02, 1.0), approach=(5.0, 175.0), seed=4
     )
     assert (
-        np.isfinite([place(ANTENNA, trial).origin for trial in drawn]).all() and len(drawn) == 300
+        np.isfinite([place(ANTENNA, trial).origin for trial in drawn]).all()
+        and len(drawn) == 300
     )
 
 
@@ -101,7 +102,9 @@ def test_what_does_not_fit_is_drawn_again():
     assert {*wide.columns["size"]} == {2.0}
     once = sample_trials(300, sizes=2.0)
     fitted = sample_trials(
-        300, sizes=[2.0, 30.0], antenna=ANTENNA.replace(segment_length=2 * ANTENNA.segment_length)
+        300,
+        sizes=[2.0, 30.0],
+        antenna=ANTENNA.replace(segment_length=2 * ANTENNA.segment_length),
     )
     kept = fitted.columns["size"] == 2.0
     assert 100 < kept.sum() < 200
@@ -111,7 +114,10 @@ def test_what_does_not_fit_is_drawn_again():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"sizes": 30.0}, r"50 of 50 touches cannot be placed.*bigger than the antenna.*Narrow"),
+        (
+            {"sizes": 30.0},
+            r"50 of 50 touches cannot be placed.*bigger than the antenna.*Narrow",
+        ),
         ({"sizes": (-1.0, 1.0)}, "sizes must be > 0"),
         ({"speeds": (0.0, -1.0)}, "speed must be a finite number, a range"),
         ({"speeds": (-1.0, 1.0)}, r"Trial\.speed must be > 0"),

@@ -94,7 +94,8 @@ def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle(
 def test_a_dent_is_one_at_any_size(size):
     def order(dent):
         return _order(
-            size * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0 - dent), (0.0, 1.0)]),
+            size
+            * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0 - dent), (0.0, 1.0)]),
             "dented",
         )
 
@@ -153,7 +154,9 @@ def test_labels_default_to_the_kind_and_tell_outlines_apart():
     assert first.size == pytest.approx(second.size)
     assert first.name != second.name
     assert replace(first, vertices=second.vertices).name == second.name
-    assert Outline(vertices=HOOK, name="hook").name == replace(first, name="hook").name == "hook"
+    assert (
+        Outline(vertices=HOOK, name="hook").name == replace(first, name="hook").name == "hook"
+    )
     assert Ball(radius=1.0).name == "ball"
     assert Ball(radius=1.0, name="pea") != Ball(radius=1.0)
 
@@ -272,7 +275,9 @@ def test_a_grown_box_stands_as_far_from_the_antenna_as_a_larger_one(w, h, r):
     """Face on, rounding is the same as a larger box."""
     points, radius = np.array([[0.0, 0.0], [0.0, 20.0]]), np.array([0.2])
     where = np.array([-3.0, 10.0]), np.array([1.0, 0.0])
-    grown = compute_clearance(points, radius, Box(half_width=w, half_height=h, rounding=r), *where)
+    grown = compute_clearance(
+        points, radius, Box(half_width=w, half_height=h, rounding=r), *where
+    )
     sharp = compute_clearance(points, radius, Box(half_width=w + r, half_height=h + r), *where)
     assert grown == pytest.approx(sharp, abs=1e-12)
 
@@ -285,7 +290,8 @@ def test_a_hook_is_no_crossing_line_however_small_and_a_bow_is_one_however_large
     )
     parts = Outline(vertices=size * hook).parts
     found = [
-        0.5 * np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) for p in parts
+        0.5 * np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1])
+        for p in parts
     ]
     assert np.abs(found).sum() == pytest.approx(size**2 * area, rel=1e-9)
     with pytest.raises(InvalidInput):

@@ -26,7 +26,9 @@ FEATURES = [
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("approach", [90.0, 60.0])
 def test_contact_begins_exactly_after_the_lead(feature, side, approach):
-    trial = Trial(feature=feature, location=0.7, speed=0.3, lead=5.0, side=side, approach=approach)
+    trial = Trial(
+        feature=feature, location=0.7, speed=0.3, lead=5.0, side=side, approach=approach
+    )
     start = place(ANTENNA, trial)
     points, radius = ANTENNA.shape(), ANTENNA.radius
 
@@ -58,7 +60,10 @@ def test_right_side_is_the_mirror_image():
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"location": 0.0}, r"location must be > 0 and ≤ 1 \(a fraction of the length\), got 0"),
+        (
+            {"location": 0.0},
+            r"location must be > 0 and ≤ 1 \(a fraction of the length\), got 0",
+        ),
         ({"location": 1.1}, "location"),
         ({"speed": 0.0}, "speed must be > 0"),
         ({"speed": np.nan}, "speed"),
@@ -84,7 +89,10 @@ def test_feature_bigger_than_the_antenna_is_refused():
     [
         ([(0, 0), (1, 1), (1, 0), (0, 1)], "self-intersecting"),
         ([(0, 0), (1, 0)], "3 to 1000 points"),
-        ([(0, 0, 1), (1, 0, 1), (1, 1, 1)], r"must be an array \(corner, 2\), got shape \(3, 3\)"),
+        (
+            [(0, 0, 1), (1, 0, 1), (1, 1, 1)],
+            r"must be an array \(corner, 2\), got shape \(3, 3\)",
+        ),
         ([0, 0, 1, 0, 1, 1], r"got shape \(6,\)"),
         ([(0, 0), (1, 0), (2, 0)], "no area|self-intersecting"),
         ([(0, 0), (0, 0), (1, 1)], "repeats a corner"),
@@ -105,12 +113,16 @@ def test_a_trial_s_picture_has_the_feature_on_its_way_to_the_antenna(monkeypatch
     monkeypatch.setattr(
         "feeler.stimulus.trial.make_picture", lambda *given: seen.append(given) or ""
     )
-    Trial(feature=Ball(radius=1.5), location=0.5, speed=0.3, approach=90.0, side=side)._repr_html_()
+    Trial(
+        feature=Ball(radius=1.5), location=0.5, speed=0.3, approach=90.0, side=side
+    )._repr_html_()
     label, ((antenna, _), (way, _)), (rim,) = seen[0]
     assert label == "ball 1.5 mm at 0.5 L, 0.3 m/s"
     np.testing.assert_allclose(antenna, [[0.0, -4.5], [0.0, 4.5]])
     np.testing.assert_allclose(way, [[-1.8 * sign, 0.0], [-0.45 * sign, 0.0]], atol=1e-12)
-    np.testing.assert_allclose(np.hypot(*(rim - [-1.8 * sign - 1.5 * sign, 0.0]).T), 1.5, atol=1e-6)
+    np.testing.assert_allclose(
+        np.hypot(*(rim - [-1.8 * sign - 1.5 * sign, 0.0]).T), 1.5, atol=1e-6
+    )
 
 
 def test_unknown_feature_lists_the_valid_ones():

@@ -58,7 +58,9 @@ def test_a_repeated_profile_is_laid_end_to_end_and_centred():
     )
     assert len(three.parts) == 3
     np.testing.assert_allclose(three.parts[1], one.parts[0])
-    np.testing.assert_allclose(three.parts[2] - three.parts[0], np.broadcast_to([0.0, 4.0], (5, 2)))
+    np.testing.assert_allclose(
+        three.parts[2] - three.parts[0], np.broadcast_to([0.0, 4.0], (5, 2))
+    )
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,9 @@ def take_steps_alone(page: Page, folder: Path):
         yield f"the page alone, {change}"
     commands = [[1, 0, 0.0, 0.0, 0.0], [3, 0, 0.4, -0.1, 0.0], [9, -1, 0.05, 0.1, 0.004]]
     wish = {"antenna": {"preset": "matched"}, "location": 0.6, "lead": 2.0}
-    _, _, content = make_file({"what": "html", "wish": wish, "commands": commands, "samples": 40})
+    _, _, content = make_file(
+        {"what": "html", "wish": wish, "commands": commands, "samples": 40}
+    )
     path.write_bytes(content)
     page.browser.get(path.as_uri())
     page.wait("app && app.records.A.hand && app.records.A.ended")

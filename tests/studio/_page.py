@@ -13,7 +13,9 @@ def wait_for(browser, words, seconds=120.0):
     end = time.monotonic() + seconds
     while not ask(browser, words):
         if time.monotonic() > end:
-            raise AssertionError(f"never came true: {words}; status {ask(browser, 'app.status')}")
+            raise AssertionError(
+                f"never came true: {words}; status {ask(browser, 'app.status')}"
+            )
         time.sleep(0.02)
 
 
@@ -27,5 +29,12 @@ def stop_at(browser, ms):
 
 def press(browser, kind, x, y):
     buttons = 0 if kind == "mouseReleased" else 1
-    event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1}
+    event = {
+        "type": kind,
+        "x": x,
+        "y": y,
+        "button": "left",
+        "buttons": buttons,
+        "clickCount": 1,
+    }
     browser.execute_cdp_cmd("Input.dispatchMouseEvent", event)

@@ -76,7 +76,9 @@ def describe(touch, angle):
         "constants": _pack_antenna(antenna),
         "objects": objects,
         "contact": _pack_contact(),
-        "touch": {name: touch[name] for name in ("location", "approach", "side", "speed", "lead")},
+        "touch": {
+            name: touch[name] for name in ("location", "approach", "side", "speed", "lead")
+        },
         "angle": base64.b64encode(angle.astype("<f8").tobytes()).decode(),
         "samples": len(angle),
     }
@@ -98,7 +100,9 @@ def test_the_page_s_engine_agrees_with_feeler_s_on_the_declared_touches(browser,
     for touch in DECLARED:
         wish = TouchWish.from_plain(touch)
         angle = run(wish)
-        agreed, gap = browser.execute_script("return compare(arguments[0])", describe(touch, angle))
+        agreed, gap = browser.execute_script(
+            "return compare(arguments[0])", describe(touch, angle)
+        )
         whole += agreed == wish.duration
         assert agreed == len(angle) or agreed >= find_sound(angle, run(wish, 1e-16)), touch
         assert gap < 1e-9, touch
@@ -134,7 +138,9 @@ def open_page(browser, path, width=1280, height=720):
 
 
 def read_shown(browser):
-    rows = "[...Array(app.records.A.index.length).keys()].map(s => [...Array(app.records.A.filled)"
+    rows = (
+        "[...Array(app.records.A.index.length).keys()].map(s => [...Array(app.records.A.filled)"
+    )
     return np.array(ask(browser, rows + ".keys()].map(k => app.records.A.angle(s, k)))"))
 
 
@@ -166,7 +172,9 @@ def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quie
     wait_for(browser, "app.status == 'preview' && app.records.A.ended")
     press(browser, "mouseReleased", x - 4 * scale, y)
     wait_for(browser, "app.status == 'here' && app.records.A.ended")
-    assert ask(browser, "app.store.state.touch.location") == pytest.approx(0.7 - 4 / 42, abs=0.01)
+    assert ask(browser, "app.store.state.touch.location") == pytest.approx(
+        0.7 - 4 / 42, abs=0.01
+    )
     assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)  # float32
     assert ask(browser, "performance.getEntriesByType('resource').length") == 0
     bad = [one for one in browser.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
@@ -221,10 +229,17 @@ def test_an_exported_page_computes_and_says_what_it_is(browser, tmp_path, monkey
     open_page(browser, path)
     assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)
     words = ask(browser, "document.querySelector('.about-panel').textContent")
-    for said in ("mine </script>, 50 mm", "triangle of half-width 2.2", "0.2 m/s", "Mongeau 2025"):
+    for said in (
+        "mine </script>, 50 mm",
+        "triangle of half-width 2.2",
+        "0.2 m/s",
+        "Mongeau 2025",
+    ):
         assert said in words
     assert "pip install feeler" in words
-    buttons = ask(browser, "[...document.querySelectorAll('header button')].map(b => b.innerText)")
+    buttons = ask(
+        browser, "[...document.querySelectorAll('header button')].map(b => b.innerText)"
+    )
     assert {"A: mine </script>", "B: matched", "0.2 m/s", "slow", "fast"} <= set(buttons)
 
 
@@ -255,7 +270,9 @@ def test_printing_shows_the_tensor(browser, quiet_page, tmp_path):
     path.write_bytes(base64.b64decode(printed))
     pages = PdfReader(path).pages
     assert len(pages) <= 3
-    pictures = [np.asarray(image.image.convert("RGB")) for page in pages for image in page.images]
+    pictures = [
+        np.asarray(image.image.convert("RGB")) for page in pages for image in page.images
+    ]
     magma = [picture[:, :, 0].astype(int) - picture[:, :, 1] > 80 for picture in pictures]
     assert max(hot.mean() for hot in magma) > 0.02  # a bright band, which no other picture has
 
@@ -287,7 +304,9 @@ def test_the_verdict_is_the_studio_s_and_the_tour_s_sentence_holds(browser, tmp_
     path.write_text(alone.write_touch_page(), encoding="utf-8")
     open_page(browser, path)
     antenna = feeler.presets.make_preset("exponential")
-    labels, _, decoder, peak = study.teach(antenna, 0.06, lambda *_: None, Event(), study.UNSURE)
+    labels, _, decoder, peak = study.teach(
+        antenna, 0.06, lambda *_: None, Event(), study.UNSURE
+    )
     wait_for(browser, "app.records.A.reading && !app.records.A.reading.old")
     shown = np.array(ask(browser, "[...app.records.A.reading.posterior.data]")).reshape(-1, 30)
     states = decoder.replay(study.LOUDNESS / peak * expect(browser).values[0])

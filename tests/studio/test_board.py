@@ -14,7 +14,12 @@ from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
-from feeler.robot import SensorCalibration, load_calibration_table, load_recording, save_calibration
+from feeler.robot import (
+    SensorCalibration,
+    load_calibration_table,
+    load_recording,
+    save_calibration,
+)
 from feeler.robot.examples import get_example
 from feeler.robot.link import frame_sample
 from feeler.studio import Boards, alone, opening, study
@@ -56,7 +61,9 @@ def hear(lines, antenna=ROBOT, calibration=None, find=lambda antenna: None):
 
 
 def join(heard, name="angle"):
-    return np.concatenate([arrays[name] for header, arrays in heard if header["part"] == "piece"])
+    return np.concatenate(
+        [arrays[name] for header, arrays in heard if header["part"] == "piece"]
+    )
 
 
 @pytest.mark.parametrize("interval", [None, 0.5, 1.0, 10.0])
@@ -164,7 +171,9 @@ def test_no_line_brings_a_listener_down(studied, lines):
     heard, error = hear([*good[:13], *noise, *good[13:]], find=lambda antenna: studied)
     assert "is silent" in error or "fell silent" in error or "no angle" in error
     assert all(
-        np.isfinite(arrays["angle"]).all() for header, arrays in heard if header["part"] == "piece"
+        np.isfinite(arrays["angle"]).all()
+        for header, arrays in heard
+        if header["part"] == "piece"
     )
 
 
@@ -204,7 +213,10 @@ def test_touches_are_judged_one_after_the_other_as_each_alone(studied):
         said.append(studied.labels[int(belief.argmax())])
         noticed += [k] * contact
     assert len(noticed) == 2
-    for begin, label in ((300, studied.labels[0]), (300 + len(first) + 600, studied.labels[25])):
+    for begin, label in (
+        (300, studied.labels[0]),
+        (300 + len(first) + 600, studied.labels[25]),
+    ):
         assert said[begin + len(first) - 1] == label
 
 
@@ -243,7 +255,9 @@ def test_the_contact_of_a_long_recording_is_that_of_what_is_shown(studied, monke
 
 def test_the_verdict_comes_once_there_is_a_study(studied):
     rows = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
-    heard, _ = hear(write_lines(rows, np.arange(float(len(rows)))), find=lambda antenna: studied)
+    heard, _ = hear(
+        write_lines(rows, np.arange(float(len(rows)))), find=lambda antenna: studied
+    )
     last, arrays = heard[-1]
     assert last["contact"] == find_contact(studied, rows)[0] >= 60
     assert studied.labels[int(arrays["posterior"][-1].argmax())] == studied.labels[25]
@@ -289,8 +303,13 @@ def test_an_unplugged_board_is_said_and_no_other_file_is_opened(terminal):
     assert f"the board at {port} is gone" in page.find("error")[-1][0]["message"]
 
 
-def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(tmp_path, studied):
-    table, recording = load_calibration_table(get_example("calibration")), get_example("recording")
+def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(
+    tmp_path, studied
+):
+    table, recording = (
+        load_calibration_table(get_example("calibration")),
+        get_example("recording"),
+    )
     save_calibration(table, tmp_path / "calibration.json")
     page, message = (
         Page(),
@@ -310,7 +329,9 @@ def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(
     page.ask(message).wait()
     header, arrays = page.find("opened")[-1]
     expected = load_recording(recording).to_angles(table, outside="extend").values
-    assert np.abs(arrays["angle"].max(axis=0) - expected.max(axis=1)) == pytest.approx(0, abs=0.02)
+    assert np.abs(arrays["angle"].max(axis=0) - expected.max(axis=1)) == pytest.approx(
+        0, abs=0.02
+    )
     assert header["robot"] and header["total"] == len(arrays["angle"]) <= _WINDOW * 4
     assert arrays["posterior"].shape == (header["total"], 30)
     page.ask({"type": "open", "name": "c.json", "text": json.dumps({"format": "other"})}).wait()

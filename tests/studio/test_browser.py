@@ -41,7 +41,9 @@ def read_shown(browser):
         "[...Array(app.records.A.index.length).keys()].map(s =>"
         " [...Array(app.records.A.filled).keys()]"
     )
-    return np.array(ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32)
+    return np.array(
+        ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32
+    )
 
 
 def find_problems(browser):
@@ -56,12 +58,18 @@ def test_the_page_shows_what_touch_gives_and_asks_nobody_else(studio, browser):
     open_page(browser, studio.address)
     touch = ask(browser, "app.store.state.touch")
     trial = feeler.Trial(
-        feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"]
+        feature=feeler.Ball(radius=touch["size"]),
+        location=touch["location"],
+        speed=touch["speed"],
     )
-    expected = feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0].astype(np.float32)
+    expected = (
+        feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0].astype(np.float32)
+    )
     assert np.array_equal(read_shown(browser), expected)
     assert ask(browser, "app.records.A.hash") == hash_tensor(expected)
-    addresses = ask(browser, "performance.getEntriesByType('resource').map(entry => entry.name)")
+    addresses = ask(
+        browser, "performance.getEntriesByType('resource').map(entry => entry.name)"
+    )
     assert all(address.startswith(studio.address) for address in addresses)
     assert find_problems(browser) == []
 
@@ -95,7 +103,9 @@ def test_the_object_is_dragged_previewed_and_then_exact(studio, browser):
     touch = ask(browser, "app.store.state.touch")
     assert touch["location"] > before + 0.03
     trial = feeler.Trial(
-        feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"]
+        feature=feeler.Ball(radius=touch["size"]),
+        location=touch["location"],
+        speed=touch["speed"],
     )
     assert ask(browser, "app.records.A.hash") == hash_tensor(
         feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0]
@@ -198,7 +208,9 @@ def read_note(browser):
 def write_recording(n_channels, n_samples=120):
     rows = ",".join(["{time}", *("{turn:.4f}" for _ in range(n_channels))]) + "\n"
     head = ",".join(["time_ms", *(f"hinge{n + 1}_rad" for n in range(n_channels))]) + "\n"
-    return head + "".join(rows.format(time=k, turn=0.2 * np.sin(0.1 * k)) for k in range(n_samples))
+    return head + "".join(
+        rows.format(time=k, turn=0.2 * np.sin(0.1 * k)) for k in range(n_samples)
+    )
 
 
 def test_damaged_and_foreign_files_get_one_clear_message_and_the_page_goes_on(studio, browser):
@@ -235,7 +247,8 @@ def test_a_recording_is_played_back_and_leaves_as_it_came(studio, browser):
     assert first == pytest.approx(np.tile(0.2 * np.sin(0.1 * np.arange(120)), (8, 1)), abs=6e-5)
     assert ask(browser, "app.store.state.A.preset") == "robot"
     browser.execute_script(
-        APP + "URL.createObjectURL = blob => { blob.text().then(t => { window.left = t; }); return"
+        APP
+        + "URL.createObjectURL = blob => { blob.text().then(t => { window.left = t; }); return"
         " 'data:,left'; };"
     )
     ask(browser, "app.views.share.save('csv')")
@@ -276,14 +289,18 @@ def test_a_board_is_heard_live_until_it_is_unplugged(browser):
         wait_for(
             browser, "app.records.A.live && app.records.A.dropped > 0"
         )  # more than the page keeps
-        assert ask(browser, "[app.status, app.records.A.interval, app.store.state.A.preset]") == [
+        assert ask(
+            browser, "[app.status, app.records.A.interval, app.store.state.A.preset]"
+        ) == [
             "live",
             2,
             "robot",
         ]
         shown = read_shown(browser)[0]
         assert np.abs(shown).max() == pytest.approx(0.3, abs=1e-3)
-        assert np.abs(np.diff(shown)).max() < 0.02  # one curve, though its oldest part was dropped
+        assert (
+            np.abs(np.diff(shown)).max() < 0.02
+        )  # one curve, though its oldest part was dropped
         unplug.set()
         wait_for(browser, "app.status == 'error' && !app.listening")
         assert f"the board at {name} is gone" in read_note(browser)

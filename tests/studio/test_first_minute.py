@@ -125,7 +125,8 @@ def swipe(browser, x, y, far):
     for moved in range(0, far + 1, 20):
         kind = "touchStart" if moved == 0 else "touchMove"
         browser.execute_cdp_cmd(
-            "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y - moved}]}
+            "Input.dispatchTouchEvent",
+            {"type": kind, "touchPoints": [{"x": x, "y": y - moved}]},
         )
         time.sleep(0.01)
     browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
@@ -195,7 +196,13 @@ def test_a_movie_shows_every_object_and_the_hand(hand):
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     beside = {"kind": "box", "size": 1.1, "x": 5.0, "y": 30.0, "heading": -90.0, "speed": 0.0}
     wish = {"duration": 24.0, "speed": 0.3, "objects": [{**beside, "friction": 1.0}]}
-    message = {"what": "mp4", "quantity": "angle", "wish": wish, "commands": hand, "samples": 24}
+    message = {
+        "what": "mp4",
+        "quantity": "angle",
+        "wish": wish,
+        "commands": hand,
+        "samples": 24,
+    }
     name, mime, content = make_file(message)
     assert (name, mime) == ("feeler-touch.mp4", "video/mp4")
     with tempfile.NamedTemporaryFile(suffix=".mp4") as file:

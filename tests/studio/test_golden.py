@@ -17,4 +17,6 @@ def test_the_page_shows_what_was_kept(browser):
     finally:
         running.close()
     differences, _ = compare(read_kept(KEPT), found, TOLERANCES)
-    assert not differences, "\n".join([*differences, "meant? make golden, and look at the diff"])
+    assert not differences, "\n".join(
+        [*differences, "meant? make golden, and look at the diff"]
+    )

@@ -38,7 +38,9 @@ def test_an_antenna_is_drawn_as_thick_as_it_is_in_the_mean():
 def test_a_page_that_leaves_knows_what_the_one_knew_that_it_left(monkeypatch):
     told = {}
     monkeypatch.setattr(
-        leaving, "write_touch_page", lambda *given, **named: told.update(named, given=given) or ""
+        leaving,
+        "write_touch_page",
+        lambda *given, **named: told.update(named, given=given) or "",
     )
     wish = {"antenna": {"preset": "linear"}, "speed": 0.37, "location": 0.61, "objects": [BALL]}
     other = {**wish, "antenna": {"preset": "constant"}}
@@ -81,7 +83,8 @@ def test_a_decoder_reads_touches_as_loud_as_those_that_taught_it():
             return SimpleNamespace(posterior=np.array([0.9, 0.1]), since_contact=max(since, -1))
 
         decoder = SimpleNamespace(
-            classes_=list(labels[::-1]), start=lambda update=update: SimpleNamespace(update=update)
+            classes_=list(labels[::-1]),
+            start=lambda update=update: SimpleNamespace(update=update),
         )
         known = {"labels": labels, "tensors": tensors, "decoder": decoder, "peak": peak}
         made = study.AntennaStudy(

@@ -32,10 +32,14 @@ def lab(tmp_path_factory):
         "outputs": [],
         "execution_count": None,
     }
-    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
+    kernel = {
+        "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}
+    }
     book = {"cells": [cell], "metadata": kernel, "nbformat": 4, "nbformat_minor": 5}
     (home / "studio.ipynb").write_text(json.dumps(book))
-    folders = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
+    folders = {
+        f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")
+    }
     options = [
         "--no-browser",
         "--allow-root",
@@ -61,9 +65,7 @@ def _find_address(home, running):
     while time.monotonic() < end and running.poll() is None:
         for path in (home / "RUNTIME").glob("jpserver-*.json"):
             if text := path.read_text():
-                return (
-                    f"http://127.0.0.1:{json.loads(text)['port']}/lab/tree/studio.ipynb?token=abc"
-                )
+                return f"http://127.0.0.1:{json.loads(text)['port']}/lab/tree/studio.ipynb?token=abc"
         time.sleep(0.05)
     raise AssertionError((home / "log").read_text()[-2000:])
 

@@ -105,7 +105,9 @@ class Page:
         self.wait("app.records.A.ended && app.status == 'exact'")
         if learn:
             self.run("app.study()")
-            self.wait("app.studies.A && !app.studying.A && !app.isStale() && app.records.A.ended")
+            self.wait(
+                "app.studies.A && !app.studying.A && !app.isStale() && app.records.A.ended"
+            )
             self.wait("app.records.A.reading && !app.records.A.reading.old", 30)
         self.run("app.play(false)")
 
@@ -136,7 +138,9 @@ def read(words):
 
 def shown(value, digits=3):
     """A number to the digits that the page gives."""
-    return pytest.approx(float(f"{value:.{digits}g}"), rel=1.01 * 10 ** (1 - digits) / 2, abs=1e-12)
+    return pytest.approx(
+        float(f"{value:.{digits}g}"), rel=1.01 * 10 ** (1 - digits) / 2, abs=1e-12
+    )
 
 
 @pytest.fixture(scope="module")
@@ -208,7 +212,9 @@ def test_spikes_follow_the_rates_of_sensilla_that_feel_this_touch(page, touched)
     (_, top, _, high), *marks = page.drawn("raster", "rects")
     page.run("document.querySelector('.spike-panel details').open = false; app.refresh()")
     row = high / 23
-    sensor = np.round((top + high - np.array([y for _, y, wide, _ in marks if wide == 1])) / row)
+    sensor = np.round(
+        (top + high - np.array([y for _, y, wide, _ in marks if wide == 1])) / row
+    )
     counts = np.bincount(sensor.astype(int) - 1, minlength=23)  # from the base below to the tip
     of_sensor = rated[0].sum(axis=-1).reshape(2, 23).sum(axis=0) * 1e-3
     assert np.all(np.abs(counts - of_sensor) < 6 * np.sqrt(of_sensor + 1))
@@ -245,8 +251,12 @@ def test_the_force_is_that_of_all_objects_together(page, touched):
 def test_facts_of_the_antenna(page, touched):
     antenna = make_antenna()
     page.draw()
-    terms = page.ask("[...document.querySelectorAll('.antenna-panel dt')].map(e => e.textContent)")
-    said = page.ask("[...document.querySelectorAll('.antenna-panel dd')].map(e => e.textContent)")
+    terms = page.ask(
+        "[...document.querySelectorAll('.antenna-panel dt')].map(e => e.textContent)"
+    )
+    said = page.ask(
+        "[...document.querySelectorAll('.antenna-panel dd')].map(e => e.textContent)"
+    )
     facts = dict(zip(terms, said, strict=True))
     modes = compute_modes(antenna, 1)
     ratio = modes.damping_ratio[0]
@@ -263,7 +273,9 @@ def test_facts_of_the_antenna(page, touched):
     for name, (value, unit) in expected.items():
         number, _, rest = facts[name].partition(" ")
         assert (read(number), rest) == ([shown(value)], unit), name
-    tags = page.ask("[...document.querySelectorAll('.antenna-panel dd')].map(e => e.dataset.tag)")
+    tags = page.ask(
+        "[...document.querySelectorAll('.antenna-panel dd')].map(e => e.dataset.tag)"
+    )
     assert tags[:2] == ["linear_stiffness_base", "linear_stiffness_tip"]
 
 
@@ -497,7 +509,11 @@ def test_by_hand_the_numbers_are_those_of_the_same_commands(page):
 
 def make_trial():
     return feeler.Trial(
-        feature=feeler.Triangle(half_width=SIZE), location=PLACE, speed=SPEED, lead=7, side="right"
+        feature=feeler.Triangle(half_width=SIZE),
+        location=PLACE,
+        speed=SPEED,
+        lead=7,
+        side="right",
     )
 
 
@@ -520,7 +536,9 @@ def test_a_recording_says_its_rate_and_its_degrees(page):
     assert read(words.partition(": ")[2]) == [shown(np.degrees(turn[56, 5])), 140]
     facts = page.text(".board-panel .facts")
     assert "samples a second 400" in facts and "recording mine.csv" in facts
-    board = "{ live: true, interval: 4, missing: 7, damaged: 3 }"  # as a board's record has them
+    board = (
+        "{ live: true, interval: 4, missing: 7, damaged: 3 }"  # as a board's record has them
+    )
     page.run(f"Object.assign(app.records.A, {board}); app.refresh()")
     page.draw()
     facts = page.text(".board-panel .facts")

@@ -69,7 +69,9 @@ def test_other_sites_are_refused(studio, headers):
 
 def open_live(studio, origin=None):
     address = studio.address.replace("http", "ws") + "live"
-    return connect(address, origin=origin or f"http://127.0.0.1:{studio.port}", compression=None)
+    return connect(
+        address, origin=origin or f"http://127.0.0.1:{studio.port}", compression=None
+    )
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "http://127.0.0.1:1"])
@@ -92,7 +94,10 @@ def test_a_page_too_many_is_told_why_and_may_come_when_another_has_gone(studio):
         first, *_ = [pages.enter_context(open_live(studio)) for _ in range(_MAX_PAGES)]
         with open_live(studio) as late, pytest.raises(ConnectionClosed) as end:
             late.recv(timeout=10)
-        assert (end.value.rcvd.code, end.value.rcvd.reason) == (1013, "8 pages are open already")
+        assert (end.value.rcvd.code, end.value.rcvd.reason) == (
+            1013,
+            "8 pages are open already",
+        )
         first.close()
         with open_live(studio) as late:
             late.send('{"type": "hello"}')

@@ -241,7 +241,9 @@ def test_the_script_gives_the_same_tensor(kind, capsys):
     page, wish = Page(), {"antenna": CHANGED, "kind": "triangle", **SHORT}
     message = {"type": "save", "what": "script", "wish": wish}
     if kind == "objects":
-        wish["objects"] = [{"kind": "ball", "x": 3.0, "y": 30.0, "speed": 0.1, "heading": -80.0}]
+        wish["objects"] = [
+            {"kind": "ball", "x": 3.0, "y": 30.0, "speed": 0.1, "heading": -80.0}
+        ]
     if kind == "hand":
         run_hand(page, [{"what": 0, "x": 3.0, "y": 25.0}])
         end, _ = page.find("touch", "end")[0]
@@ -270,7 +272,9 @@ def test_what_cannot_be_computed_names_remedies_that_the_page_has():
 
 
 def test_every_other_way_out(tmp_path, monkeypatch):
-    monkeypatch.setattr("feeler.studio.alone._teach_all", lambda *_: None)  # test_alone.py has it
+    monkeypatch.setattr(
+        "feeler.studio.alone._teach_all", lambda *_: None
+    )  # test_alone.py has it
     page = Page()
     for what, begin in (
         ("toml", b"schema"),
@@ -360,7 +364,9 @@ KEYS = st.sampled_from(
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
-    st.lists(st.tuples(WORDS, st.dictionaries(KEYS, VALUES, max_size=4)), min_size=1, max_size=4)
+    st.lists(
+        st.tuples(WORDS, st.dictionaries(KEYS, VALUES, max_size=4)), min_size=1, max_size=4
+    )
 )
 def test_no_message_brings_a_session_down(messages):
     page = Page()
@@ -370,7 +376,9 @@ def test_no_message_brings_a_session_down(messages):
     page.session.take("{" * 50)
     page.session.close()
     page.wait()
-    assert [h["message"] for h, _ in page.find("error") if "made a mistake" in h["message"]] == []
+    assert [
+        h["message"] for h, _ in page.find("error") if "made a mistake" in h["message"]
+    ] == []
 
 
 def test_threads_do_not_pile_up():

@@ -128,7 +128,9 @@ def choose(browser, name):
     """Choose a preset as a person does."""
     from selenium.webdriver.support.ui import Select
 
-    Select(browser.find_element("css selector", "select[aria-label=Preset]")).select_by_value(name)
+    Select(browser.find_element("css selector", "select[aria-label=Preset]")).select_by_value(
+        name
+    )
     wait_for(
         browser,
         f"app.records.A.ended && app.status == 'exact' &&"
@@ -144,13 +146,17 @@ SHOWN = "document.querySelector('canvas.stage:not([hidden])').className"
 FLAT = "document.querySelectorAll('.antenna-panel [hidden], .touch-panel [hidden]').length"
 
 
-def test_an_antenna_in_space_is_turned_and_one_in_the_plane_comes_back_as_it_was(studio, browser):
+def test_an_antenna_in_space_is_turned_and_one_in_the_plane_comes_back_as_it_was(
+    studio, browser
+):
     open_page(browser, studio.address)
     before = ask(browser, "[app.records.A.hash, " + FLAT + "]")
     choose(browser, "rat-whisker")
     touch = ask(browser, "app.store.state.touch")
     trial = feeler.Trial(
-        feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"]
+        feature=feeler.Ball(radius=touch["size"]),
+        location=touch["location"],
+        speed=touch["speed"],
     )
     tensors = feeler.touch(ANTENNA, trial, duration=touch["duration"])
     assert ask(browser, "app.records.A.hash") == hash_tensor(
@@ -174,7 +180,9 @@ def test_an_antenna_in_space_is_turned_and_one_in_the_plane_comes_back_as_it_was
     assert ask(browser, SHOWN) == "stage"
     assert ask(browser, "[app.records.A.scene, app.records.A.bends]") == [None, None]
     assert ask(browser, off) == [False] * 4
-    assert "An antenna in space" not in browser.find_element("css selector", ".antenna-panel").text
+    assert (
+        "An antenna in space" not in browser.find_element("css selector", ".antenna-panel").text
+    )
     ask(browser, "app.store.undo()")
     wait_for(browser, "app.records.A.ended && app.records.A.scene")
     assert find_problems(browser) == []
@@ -184,7 +192,9 @@ def read_planes(browser, tensors):
     """Both planes of bending can be chosen, and are the touch's."""
     from selenium.webdriver.support.ui import Select
 
-    chooser = browser.find_element("css selector", "select[aria-label='Plane of bending shown']")
+    chooser = browser.find_element(
+        "css selector", "select[aria-label='Plane of bending shown']"
+    )
     assert [option.text for option in Select(chooser).options] == ["towards x", "towards z"]
     for plane in (1, 0):
         Select(chooser).select_by_index(plane)

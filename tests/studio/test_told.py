@@ -33,7 +33,12 @@ from feeler.studio import (
 )
 from feeler.studio.listener import Listener
 from feeler.studio.script import write_script
-from feeler.studio.touching import describe_mode, describe_scene, make_simulation, simulate_pieces
+from feeler.studio.touching import (
+    describe_mode,
+    describe_scene,
+    make_simulation,
+    simulate_pieces,
+)
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish, read_number, wish_for
 from feeler.wall import make_turn
 
@@ -94,7 +99,9 @@ def make_study(antenna=None, **more):
         def update(sample):
             k = next(count)
             posterior = np.array([0.2, 0.7, 0.1]) if k % 2 else np.array([0.1, 0.3, 0.6])
-            return SimpleNamespace(posterior=posterior, since_contact=2 + k - 4 if k >= 4 else -1)
+            return SimpleNamespace(
+                posterior=posterior, since_contact=2 + k - 4 if k >= 4 else -1
+            )
 
         return SimpleNamespace(update=update)
 
@@ -214,7 +221,10 @@ def test_a_recording_and_a_board_are_judged_by_the_study_of_their_own_speed(monk
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"type": "study", "antenna": {}, "speed": 0.3}, "One of this antenna's thirty touches"),
+        (
+            {"type": "study", "antenna": {}, "speed": 0.3},
+            "One of this antenna's thirty touches",
+        ),
         ({"type": "touch", "wish": {}}, "This touch cannot be computed"),
     ],
     ids=lambda one: str(one)[:10],
@@ -341,10 +351,16 @@ def capture_page(monkeypatch, sizes=(1,), **how):
     return text, pages, taught
 
 
-def test_a_page_that_leaves_shows_what_was_asked_for_at_the_speed_that_was_asked_for(monkeypatch):
+def test_a_page_that_leaves_shows_what_was_asked_for_at_the_speed_that_was_asked_for(
+    monkeypatch,
+):
     commands = [(3, 0, 0.1, 0.2, 0.0)]
     _, (page), taught = capture_page(
-        monkeypatch, unsure=0.13, commands=commands, samples=31, other=AntennaWish(preset="linear")
+        monkeypatch,
+        unsure=0.13,
+        commands=commands,
+        samples=31,
+        other=AntennaWish(preset="linear"),
     )
     (config,) = page
     state = config["state"]
@@ -405,7 +421,11 @@ def test_facts_of_the_robot_are_told_with_their_own_source_and_unit():
         assert told[table].keys() == facts.keys()
         for name, fact in facts.items():
             shown = told[table][name]
-            assert (shown["tag"], shown["unit"], shown["note"]) == (fact.tag, fact.unit, fact.note)
+            assert (shown["tag"], shown["unit"], shown["note"]) == (
+                fact.tag,
+                fact.unit,
+                fact.note,
+            )
             assert {*fact.tag.split("+")} <= {*told["tags"]}
     assert told["first"] == OWN.to_plain()
     antenna = told["presets"]["robot"]
@@ -469,7 +489,12 @@ def test_everything_goes_towards_where_the_hand_has_it_no_faster_than_it_may():
     aims = {1: (-1.0, 5.0, 9.0), 0: (101.0, 2.0, 0.0), -1: (0.5, 0.0, -0.2), 2: (0.0, 0.0, 0.0)}
     found = {what: (sample, *rates) for sample, what, *rates in steer(aims)}
     assert found.keys() == {1, 0, -1}  # there is no third object
-    assert found[1] == (17, pytest.approx(0.2), pytest.approx(-0.3), 0.0)  # an object is not turned
+    assert found[1] == (
+        17,
+        pytest.approx(0.2),
+        pytest.approx(-0.3),
+        0.0,
+    )  # an object is not turned
     assert found[0] == (17, pytest.approx(1.2), 0.0, 0.0)
     assert found[-1] == (17, pytest.approx(0.05), 0.0, pytest.approx(-0.02))
     for turn, spin in ((0.9, 0.03), (-0.9, -0.03), (0.3, 0.0)):
@@ -534,7 +559,9 @@ def test_simulated_time_passes_at_the_pace_that_was_asked_for(monkeypatch, pace)
     assert [first for first, _ in pieces] == [*np.cumsum([0] + [n for _, n in pieces[:-1]])]
     assert sum(n for _, n in pieces) == pytest.approx(pace * 500, abs=pace * 20 + 1)
     commands = said[-1][0]["commands"]
-    assert commands[0] == (1, 0, 0.0, 0.0, 0.0) and commands[1][2] == pytest.approx(1.2, rel=0.01)
+    assert commands[0] == (1, 0, 0.0, 0.0, 0.0) and commands[1][2] == pytest.approx(
+        1.2, rel=0.01
+    )
 
 
 def test_a_preview_is_computed_coarsely_and_nothing_else_is():
@@ -548,7 +575,9 @@ def test_outlines_stand_in_the_order_of_the_objects_and_pieces_follow_one_anothe
     sizes = [np.abs(np.concatenate(rims)).max() for rims in describe_scene(wish)["rims"]]
     assert sizes[1] == 2.6 and sizes[2] > 100 and sizes[0] == 4.4
     wish = wish.replace(objects=wish.objects[:1])
-    firsts = [(first, len(readings["angle"])) for first, readings in simulate_pieces(wish, Event())]
+    firsts = [
+        (first, len(readings["angle"])) for first, readings in simulate_pieces(wish, Event())
+    ]
     assert firsts == [(0, 12), (12, 46), (58, 12)]
     assert readings_have(wish, {"place": (2, 3), "force": (2, 2), "base": (3,), "contact": ()})
 
@@ -635,7 +664,9 @@ def test_a_run_along_a_wall_is_told_in_pieces_that_follow_one_another(monkeypatc
         np.testing.assert_array_equal(told, sign * np.arange(45.0))
     assert last == {"part": "end"} | end
     assert numbers.keys() == arrays.keys()
-    assert numbers["estimate"] is arrays["estimate"] and numbers["distance"] is arrays["distance"]
+    assert (
+        numbers["estimate"] is arrays["estimate"] and numbers["distance"] is arrays["distance"]
+    )
     lines = {turn: make_turn(turn, running._FACES).line.tolist() for turn in (-35.0, 35.0)}
     assert begin["wall"] == lines[-35.0] != lines[35.0]
 
@@ -654,7 +685,10 @@ def test_a_recording_s_rate_is_that_of_most_of_its_samples_and_its_sensors_are_t
     message = {"name": "r.csv", "text": write_recording(times), "antenna": OWN.to_plain()}
     header, arrays = opening.open_text(message, None, lambda antenna: None)
     assert (header["rate"], header["robot"], header["what"]) == (500.0, False, "recording")
-    assert header["antenna"]["name"] == "awkward" and arrays["base"].shape == (header["total"], 3)
+    assert header["antenna"]["name"] == "awkward" and arrays["base"].shape == (
+        header["total"],
+        3,
+    )
     with pytest.raises(InvalidInput, match=r"r.csv has 5 channels, .* has 56 sensors"):
         opening.open_text(message | {"antenna": {}}, None, lambda antenna: None)
     with pytest.raises(InvalidInput, match=r"r.csv holds capacitance. Open the sensors'"):

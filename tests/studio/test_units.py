@@ -124,7 +124,10 @@ def make_nerve(rng):
     bent[20:26] *= np.linspace(0, 1, 6)[:, None]
     population = place_sensilla(np.array([0.1, 0.4, 0.9]), 30.0)
     rates = np.empty((120, 6))
-    fixed = (*population.find_taps(np.array([0.1, 0.4, 0.9])), population.side * population.gain)
+    fixed = (
+        *population.find_taps(np.array([0.1, 0.4, 0.9])),
+        population.side * population.gain,
+    )
     encode_touch(bent, *fixed, population.table, 0.7, rates)
     known = {name: getattr(CAMPANIFORM, name) for name in TABLE if name != "v"}
     return {"bent": bent.tolist(), "rates": rates.tolist(), "sensillum": known}
@@ -170,7 +173,9 @@ def copied(tmp_path_factory):
 
 
 def run_node(folder, *words):
-    done = subprocess.run(["node", *words], cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["node", *words], cwd=folder, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr + done.stdout[-6000:]
     return done.stdout
 

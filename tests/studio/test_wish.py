@@ -79,7 +79,10 @@ def test_a_file_is_an_antenna_and_its_plain_data_come_back():
         ({"antenna": {"sensors": 0}}, "sensors must be from 1 to 1000"),
         ({"antenna": {"length": 1e-1}}, "length must lie within"),
         ({"antenna": {"toml": "nonsense ="}}, "not valid TOML"),
-        ({"antenna": {}, "speed": float("nan")}, "speed must be finite and from 0.001 to 4 m/s"),
+        (
+            {"antenna": {}, "speed": float("nan")},
+            "speed must be finite and from 0.001 to 4 m/s",
+        ),
         ({"antenna": {}, "size": True}, "size must be a number"),
         ({"antenna": {}, "duration": 1e9}, "duration must be from 2 to 2000 ms"),
         ({"antenna": {}, "kind": "cube"}, "kind must be one of ball"),

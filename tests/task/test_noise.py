@@ -11,7 +11,9 @@ from feeler.task import NOISES, Common, Mixed, Noise, Relative, parse_noise
 def codes():
     codes = np.random.default_rng(0).random((4, 3, 500))
     return (
-        codes * np.array([1.0, 2.0, 5.0, 10.0])[:, None, None] * np.array([1.0, 0.5, 0.1])[:, None]
+        codes
+        * np.array([1.0, 2.0, 5.0, 10.0])[:, None, None]
+        * np.array([1.0, 0.5, 0.1])[:, None]
     )
 
 
@@ -65,7 +67,9 @@ def test_noise_is_the_ratio_of_the_maximum_named(codes, noise, peak):
 def test_noise_of_signed_codes_goes_by_their_greatest_magnitude(noise, expected):
     codes = np.array([[[1.0, -4.0], [2.0, 1.0]], [[-1.0, 0.5], [3.0, -5.0]]])
     sd = np.broadcast_to(noise.sd(codes), codes.shape)
-    np.testing.assert_allclose(sd, 0.1 * np.array(expected)[:, :, None] * np.ones(2), rtol=1e-12)
+    np.testing.assert_allclose(
+        sd, 0.1 * np.array(expected)[:, :, None] * np.ones(2), rtol=1e-12
+    )
 
 
 def test_common_noise_follows_the_reference(codes):
@@ -155,7 +159,10 @@ def test_a_name_alone_has_the_models_own_size():
         (lambda c: Relative(each="row"), "one of vector, tensor, got 'row'"),
         (lambda c: NOISES["pink"], "unknown noise model 'pink'; valid: relative, common"),
         (lambda c: Common().add(c, np.random.default_rng(0), 0), "n_copies"),
-        (lambda c: Relative().whiten(c * [[[1]], [[1]], [[0]], [[1]]]), "no level for tensor 2"),
+        (
+            lambda c: Relative().whiten(c * [[[1]], [[1]], [[0]], [[1]]]),
+            "no level for tensor 2",
+        ),
         (lambda c: Common(0.0).whiten(c), "common:0 has no level"),
         (lambda c: Noise(0.1).sd(c), "must define sd or add"),
     ],

@@ -93,7 +93,9 @@ def test_in_design_files_of_the_command_line(name, tmp_path):
 
 
 def test_in_the_trade_off(name):
-    study = load_declared(sets=1, speeds=(0.6,), levels={"ours": (0.3,)}, draws=3, objects=OBJECTS)
+    study = load_declared(
+        sets=1, speeds=(0.6,), levels={"ours": (0.3,)}, draws=3, objects=OBJECTS
+    )
     found = study.run({"a": feeler.presets.cockroach()}, workers=1)
     assert found["level"].values.tolist() == ["ours 0.3"] and (found["bits"] > 0).any()
 
@@ -108,5 +110,7 @@ def test_in_active_touch(name):
 def test_in_what_networks_learn_from(name):
     values = make_bumps()
     store = xr.Dataset({"angle": (("trial", "sensor", "time"), values)})
-    clean, noisy = (next(iter(TouchDataset(store, noise=n, shuffle=False))) for n in (0.0, name))
+    clean, noisy = (
+        next(iter(TouchDataset(store, noise=n, shuffle=False))) for n in (0.0, name)
+    )
     assert clean.shape == noisy.shape and not np.array_equal(clean, noisy)

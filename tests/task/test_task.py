@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import feeler
+from feeler.disk.toml import read_toml, save_toml
 from feeler.errors import InvalidInput
 from feeler.stimulus import Ball, Box, Wall, place, sample_trials
 from feeler.task import Common, Nuisances, Relative, Task
-from feeler.toml import read_toml, save_toml
 
 TASK = Task(objects=("ball:radius=1.5", "box"), locations=(0.6, 0.9), noise="common:0.03")
 ODD = feeler.Antenna(
@@ -107,15 +107,17 @@ def test_a_range_says_where_the_value_itself_lies():
         friction=0.0,
         approach=[80.0, 90.0, 99.0],
     )
-    trials, _ = Task(objects="ball", locations=(0.9,), nuisances=by, lead=(2.0, 8.0)).draw(each=300)
+    trials, _ = Task(objects="ball", locations=(0.9,), nuisances=by, lead=(2.0, 8.0)).draw(
+        each=300
+    )
     location, leads = (np.array([getattr(t, n) for t in trials]) for n in ("location", "lead"))
     size = np.array([t.feature.size for t in trials])
     assert 0.3 <= location.min() < 0.31 and 0.49 < location.max() <= 0.5
     assert 2 <= leads.min() < 2.2 and 7.8 < leads.max() <= 8
     assert np.median(size) == pytest.approx(np.sqrt(2), rel=0.05)
-    assert {t.approach for t in trials} == {80.0, 90.0, 99.0} and {t.friction for t in trials} == {
-        1
-    }
+    assert {t.approach for t in trials} == {80.0, 90.0, 99.0} and {
+        t.friction for t in trials
+    } == {1}
 
 
 @pytest.mark.parametrize("name", ["location", "size", "approach", "friction", "speed"])
@@ -155,7 +157,10 @@ def test_given_touches_are_moved_in_turn_and_walls_keep_their_size():
     "changes",
     [
         {},
-        {"nuisances": {"friction": 0.2, "kind": "normal"}, "noise": Relative(0.2, each="vector")},
+        {
+            "nuisances": {"friction": 0.2, "kind": "normal"},
+            "noise": Relative(0.2, each="vector"),
+        },
         {"nuisances": {"size": feeler.LogRange(1.0, 2.0)}, "lead": (2.0, 8.0)},
         {
             "seeds": {"train": 7},
@@ -176,7 +181,10 @@ def test_a_task_is_equal_to_that_of_its_plain_data_and_of_its_file(changes, tmp_
     ("make", "words"),
     [
         (lambda: Task(objects=()), "a task needs an object"),
-        (lambda: Task(objects=("ball", Ball(radius=1.5))), "two objects are called 'ball 1.5 mm"),
+        (
+            lambda: Task(objects=("ball", Ball(radius=1.5))),
+            "two objects are called 'ball 1.5 mm",
+        ),
         (lambda: Task(objects=("bell",)), "unknown .*'bell'"),
         (lambda: Task(objects=(Wall(),)), "objects must be bounded"),
         (lambda: Task(locations=()), "locations must be 1 or more numbers > 0 and ≤ 1"),
@@ -222,7 +230,9 @@ def test_touches_leave_the_plane_and_are_else_the_same():
     assert [*labels] == [*names]
     assert Task(**turned.to_plain()) == turned
     assert "azimuth" not in flat.to_plain()["nuisances"]
-    with pytest.raises(InvalidInput, match=r"ball 1.5 mm at 0.5 cannot be drawn.*leaves the plane"):
+    with pytest.raises(
+        InvalidInput, match=r"ball 1.5 mm at 0.5 cannot be drawn.*leaves the plane"
+    ):
         turned.draw(antenna.flatten(), "test")
 
 
@@ -230,7 +240,8 @@ def test_an_azimuth_leaves_other_jitters_as_they_were():
     ball = Ball(radius=1.5)
     trial = feeler.Trial(feature=ball, location=0.7, speed=0.3, azimuth=-10.0)
     plain, turned = (
-        Nuisances(azimuth=by).jitter([trial] * 5, np.random.default_rng(3)) for by in (0.0, 30.0)
+        Nuisances(azimuth=by).jitter([trial] * 5, np.random.default_rng(3))
+        for by in (0.0, 30.0)
     )
     assert [one.azimuth for one in plain] == [-10.0] * 5
     assert len({one.azimuth for one in turned}) == 5

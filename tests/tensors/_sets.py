@@ -22,7 +22,11 @@ def make_trial(index: int, n_samples: int = N_SAMPLES) -> xr.Dataset:
         {
             "angle": (("trial", "sensor", "time"), angle, {"units": "rad"}),
             "curvature": (("trial", "sensor", "time"), angle / 0.3, {"units": "1/mm"}),
-            "tip": (("trial", "time", "axis"), rng.normal(size=(1, n_samples, 2)), {"units": "mm"}),
+            "tip": (
+                ("trial", "time", "axis"),
+                rng.normal(size=(1, n_samples, 2)),
+                {"units": "mm"},
+            ),
         },
         coords={
             "time": ("time", np.arange(float(n_samples)), {"units": "ms"}),
@@ -30,7 +34,11 @@ def make_trial(index: int, n_samples: int = N_SAMPLES) -> xr.Dataset:
             "segment": ("sensor", np.arange(1, N_SENSORS + 1)),
             "axis": ("axis", ["x", "y"]),
             "feature": ("trial", [["ball", "box", "triangle", "Wändli"][index % 4]]),
-            "size": ("trial", [np.inf if index % 4 == 3 else 1.0 / (index + 3)], {"units": "mm"}),
+            "size": (
+                "trial",
+                [np.inf if index % 4 == 3 else 1.0 / (index + 3)],
+                {"units": "mm"},
+            ),
             "location": ("trial", [0.1 * index]),
             "speed": ("trial", [0.06 if index % 2 else np.nan]),
             "antenna": ("trial", ["exponential"]),
@@ -78,7 +86,9 @@ def judge(path):
     """All that nwbinspector holds against a file by DANDI's settings, but for suggestions."""
     from nwbinspector import Importance, configure_checks, inspect_nwbfile, load_config
 
-    found = inspect_nwbfile(nwbfile_path=path, checks=configure_checks(config=load_config("dandi")))
+    found = inspect_nwbfile(
+        nwbfile_path=path, checks=configure_checks(config=load_config("dandi"))
+    )
     return [
         (m.check_function_name, m.message)
         for m in found

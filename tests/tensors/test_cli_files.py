@@ -54,7 +54,8 @@ def test_info_says_what_a_file_holds(tmp_path, tensors, name):
 def test_info_describes_antennas_and_models(tmp_path):
     assert call("antenna", tmp_path / "a.toml").exit_code == 0
     save_model(
-        Model(kind="lda", version=4, arrays={"means": np.zeros((2, 3))}), tmp_path / "m.safetensors"
+        Model(kind="lda", version=4, arrays={"means": np.zeros((2, 3))}),
+        tmp_path / "m.safetensors",
     )
     out = call("info", tmp_path / "a.toml", tmp_path / "m.safetensors").output
     assert "segments    140, 42 mm" in out

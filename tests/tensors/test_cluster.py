@@ -58,7 +58,9 @@ def test_shards_do_not_pass_the_scheduler(client, tmp_path):
             ts.nbytes for ts in dask_scheduler.tasks.values() if ts.nbytes > 0
         )
     )
-    assert sent < (tmp_path / "a.zarr" / "angle").stat().st_size + 200_000  # records, not tensors
+    assert (
+        sent < (tmp_path / "a.zarr" / "angle").stat().st_size + 200_000
+    )  # records, not tensors
 
 
 @pytest.mark.parametrize(
@@ -72,13 +74,17 @@ def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, wo
     if what == "versions":
         real = job.check_origin
         monkeypatch.setattr(
-            job, "check_origin", lambda versions, *rest: real(versions | {"numpy": "1.0"}, *rest)
+            job,
+            "check_origin",
+            lambda versions, *rest: real(versions | {"numpy": "1.0"}, *rest),
         )
     else:
         monkeypatch.setattr(job.Job, "code", "other")
         real = job.check_origin
         monkeypatch.setattr(
-            job, "check_origin", lambda versions, code, modules: real(versions, "other", modules)
+            job,
+            "check_origin",
+            lambda versions, code, modules: real(versions, "other", modules),
         )
     with pytest.raises(StoreError, match=words):
         run(store=tmp_path / "a.zarr")

@@ -83,7 +83,9 @@ BREACHES = [
 ]
 
 
-@pytest.mark.parametrize(("spoil", "words"), BREACHES, ids=[words[:40] for _, words in BREACHES])
+@pytest.mark.parametrize(
+    ("spoil", "words"), BREACHES, ids=[words[:40] for _, words in BREACHES]
+)
 def test_each_breach_is_named(spoil, words):
     tensors = spoil(make_set())
     assert words in find_breaches(tensors)

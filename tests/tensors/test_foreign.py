@@ -20,7 +20,17 @@ from feeler.tensors.formats import save
 
 TIME = INTERVAL * np.arange(N_SAMPLES)
 TENSORS = ("angle", "curvature", "tip", "force", "base_force", "base_moment", "base_pose")
-LABELS = ("feature", "size", "location", "speed", "lead", "friction", "approach", "side", "seed")
+LABELS = (
+    "feature",
+    "size",
+    "location",
+    "speed",
+    "lead",
+    "friction",
+    "approach",
+    "side",
+    "seed",
+)
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +161,11 @@ def test_mujoco_plays_an_exported_scene_as_the_chain_does(tmp_path, trial):
         rows.append(data.qpos[:11].copy())
         for _ in range(round(INTERVAL / timestep)):
             mujoco.mj_step(model, data)
-    options = {"duration": INTERVAL * N_SAMPLES, "sample_interval": INTERVAL, "timestep": timestep}
+    options = {
+        "duration": INTERVAL * N_SAMPLES,
+        "sample_interval": INTERVAL,
+        "timestep": timestep,
+    }
     found = feeler.touch(antenna, trial, engine="chain", all_hinges=True, **options)
     expected = found["angle"].values[0].T
     peak = np.abs(expected - expected[0]).max()

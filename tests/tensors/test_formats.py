@@ -14,8 +14,8 @@ import pytest
 import scipy.io
 import xarray as xr
 
+from feeler.disk.guard import Limits
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.guard import Limits
 from feeler.tensors.formats import FORMATS, Format, detect, find_writer, load, save
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.models import Model, load_model, save_model
@@ -85,10 +85,14 @@ def test_matlab_variables_have_documented_names(tmp_path, whole):
 def test_a_mat_file_that_matlab_saved_again_is_read(tmp_path, whole):
     save(whole, tmp_path / "set.mat")
     content = {
-        k: v for k, v in scipy.io.loadmat(tmp_path / "set.mat").items() if not k.startswith("__")
+        k: v
+        for k, v in scipy.io.loadmat(tmp_path / "set.mat").items()
+        if not k.startswith("__")
     }
     content |= {"extra": {"a": [1.0, 2.0]}, "cells": np.array([1, "x"], dtype=object)}
-    scipy.io.savemat(tmp_path / "again.mat", content, do_compression=True, long_field_names=True)
+    scipy.io.savemat(
+        tmp_path / "again.mat", content, do_compression=True, long_field_names=True
+    )
     xr.testing.assert_identical(load(tmp_path / "again.mat"), complete(whole))
 
 
@@ -124,7 +128,12 @@ def test_pynwb_validates_the_file(tmp_path, whole):
 )
 def test_nwbinspector_finds_nothing_critical_and_no_violation(tmp_path, whole, subject):
     save(
-        whole, tmp_path / "set.nwb", **NWB, **subject, experimenter="Doe, Jane", institution="Home"
+        whole,
+        tmp_path / "set.nwb",
+        **NWB,
+        **subject,
+        experimenter="Doe, Jane",
+        institution="Home",
     )
     assert judge(tmp_path / "set.nwb") == []
 
@@ -361,7 +370,9 @@ def test_one_trial_of_one_sample_survives_every_format(tmp_path):
         xr.testing.assert_identical(load(tmp_path / f"tiny{suffix}").load(), expected)
 
 
-@pytest.mark.parametrize("kind", ["(2,", "f8,(3", "O", "V8", "<f16", "{'a': 1}", 8, None, ["a"]])
+@pytest.mark.parametrize(
+    "kind", ["(2,", "f8,(3", "O", "V8", "<f16", "{'a': 1}", 8, None, ["a"]]
+)
 def test_a_type_is_one_of_few_words_and_never_parsed(tmp_path, whole, kind):
     from feeler.tensors.plain import describe, restore
 
@@ -417,7 +428,7 @@ def test_options_that_a_format_needs_are_named(tmp_path, whole):
 @pytest.mark.parametrize("suffix", [".nc", ".mat"])
 def test_a_file_of_ones_own_may_skip_the_guard(tmp_path, whole, suffix, monkeypatch):
     save(whole, tmp_path / f"set{suffix}")
-    monkeypatch.setattr("feeler.guard._ask", lambda *_: pytest.fail("asked the guard"))
+    monkeypatch.setattr("feeler.disk.guard._ask", lambda *_: pytest.fail("asked the guard"))
     xr.testing.assert_identical(load(tmp_path / f"set{suffix}", trusted=True), complete(whole))
 
 

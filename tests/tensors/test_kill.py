@@ -152,7 +152,9 @@ def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
         timer.start()
         result = run(store=folder / "a.zarr", executor=executor)
         timer.join()
-        while not sum(killed):  # too early or too late to hit one: once more, between two trials
+        while not sum(
+            killed
+        ):  # too early or too late to hit one: once more, between two trials
             (folder / "a.zarr" / "progress" / "000002.json").unlink()
             killed.append(kill_worker(executor, 1))
             result = run(store=folder / "a.zarr", executor=executor)
@@ -162,7 +164,9 @@ def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
 @pytest.mark.parametrize(
     "error", [MemoryError("Unable to allocate 9 GiB"), WorkerCrashed("a worker process ended")]
 )
-def test_a_trial_that_crashes_its_worker_costs_only_itself(folder, undisturbed, monkeypatch, error):
+def test_a_trial_that_crashes_its_worker_costs_only_itself(
+    folder, undisturbed, monkeypatch, error
+):
     real = job.run_lanes
 
     def crash(scenes, *how):

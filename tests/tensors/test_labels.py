@@ -13,7 +13,9 @@ from feeler.errors import InvalidInput
 @pytest.fixture(scope="module")
 def touches():
     ball = feeler.Ball(radius=4)
-    trials = [feeler.Trial(feature=ball, location=0.9, speed=speed) for speed in (0.2, 0.3, 0.4)]
+    trials = [
+        feeler.Trial(feature=ball, location=0.9, speed=speed) for speed in (0.2, 0.3, 0.4)
+    ]
     return feeler.touch(feeler.presets.robot(), trials, duration=60)
 
 
@@ -22,10 +24,15 @@ def test_codes_carry_their_trials_and_times_and_are_the_same_numbers(touches):
     encoder = feeler.ConvolutiveNMF(
         n_components=2, n_lags=5, n_restarts=1, max_iter=10, random_state=0, warn=False
     )
-    plain, labelled = encoder.fit(angle.values).transform(angle.values), encoder.transform(angle)
+    plain, labelled = (
+        encoder.fit(angle.values).transform(angle.values),
+        encoder.transform(angle),
+    )
     assert isinstance(plain, np.ndarray) and labelled.dims == ("trial", "component", "time")
     np.testing.assert_array_equal(labelled, plain)
-    assert labelled["speed"].values.tolist() == [0.2, 0.3, 0.4] and "sensor" not in labelled.coords
+    assert (
+        labelled["speed"].values.tolist() == [0.2, 0.3, 0.4] and "sensor" not in labelled.coords
+    )
     xr.testing.assert_identical(
         labelled["time"].drop_vars(labelled["time"].coords.keys() - {"time"}), angle["time"]
     )

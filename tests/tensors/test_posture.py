@@ -46,7 +46,11 @@ def test_another_antenna_is_refused():
     antenna = feeler.presets.cockroach()
     tensors = feeler.touch(antenna, trials()[:1], duration=2)
     short = feeler.Antenna(
-        segment_length=np.full(9, 1.0), segment_mass=1e-3, radius=0.1, stiffness=1.0, damping=1.0
+        segment_length=np.full(9, 1.0),
+        segment_mass=1e-3,
+        radius=0.1,
+        stiffness=1.0,
+        damping=1.0,
     )
     with pytest.raises(InvalidInput, match="has 9"):
         reconstruct_posture(tensors, short)

@@ -45,10 +45,13 @@ def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(labour, 
     for dataset in (tensors, load(tmp_path / "set.zarr")):
         assert find_breaches(dataset) == []
         assert (
-            dataset.labour.attrs["units"] == "mJ" and "made-up" in dataset.labour.attrs["long_name"]
+            dataset.labour.attrs["units"] == "mJ"
+            and "made-up" in dataset.labour.attrs["long_name"]
         )
         np.testing.assert_array_equal(dataset.labour, 2 * dataset.angle.isel(sensor=0))
-    found = compute_dispersion(load(tmp_path / "set.zarr").labour.values[:, None], indices=("mse",))
+    found = compute_dispersion(
+        load(tmp_path / "set.zarr").labour.values[:, None], indices=("mse",)
+    )
     assert found.values("mse", found.groups[0]).min() > 0
 
 

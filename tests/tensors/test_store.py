@@ -261,7 +261,9 @@ with open_store("{folder}/set.zarr", CONFIGURATION, 8) as store:
 
 def test_a_small_file_system_fills_up_and_nothing_is_lost(tmp_path):
     script = tmp_path / "full.py"
-    script.write_text(FULL.format(tests=str(Path(__file__).parents[1]), folder=tmp_path / "disk"))
+    script.write_text(
+        FULL.format(tests=str(Path(__file__).parents[1]), folder=tmp_path / "disk")
+    )
     (tmp_path / "disk").mkdir()
     steps = (
         f"mount -t tmpfs -o size=2m none {tmp_path}/disk && head -c 1000000 /dev/zero >"
@@ -439,7 +441,9 @@ def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     xr.testing.assert_identical(read_store(path), make_set())
 
 
-@pytest.mark.parametrize("place", ["angle/c.0.0.0", "progress/000000.json", "progress/store.json"])
+@pytest.mark.parametrize(
+    "place", ["angle/c.0.0.0", "progress/000000.json", "progress/store.json"]
+)
 def test_a_link_inside_a_store_is_refused(path, tmp_path, place):
     fill(path)
     target = path / place
@@ -470,7 +474,8 @@ def test_nothing_else_is_taken_for_a_store(path, what):
             seal(Label(n_trials=8, group=8, configuration={}), format=99)
         )
     with pytest.raises(
-        (StoreError, InvalidInput), match=r"is a file|no store|another format; this feeler reads 3"
+        (StoreError, InvalidInput),
+        match=r"is a file|no store|another format; this feeler reads 3",
     ):
         open_store(path, CONFIGURATION, N_TRIALS)
     assert path.read_text() == "x" if what == "file" else (path / "thesis.tex").exists()

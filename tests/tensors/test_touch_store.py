@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import feeler
-from feeler import provenance
+from feeler.disk import provenance
 from feeler.errors import SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.tensors.formats import load
@@ -46,11 +46,15 @@ def test_a_stored_run_is_identical(tmp_path, undisturbed):
 
 
 @pytest.mark.parametrize(
-    "make", [lambda: ThreadExecutor(3), lambda: ProcessExecutor(2)], ids=["threads", "processes"]
+    "make",
+    [lambda: ThreadExecutor(3), lambda: ProcessExecutor(2)],
+    ids=["threads", "processes"],
 )
 def test_workers_do_not_change_the_numbers(tmp_path, undisturbed, make):
     with make() as executor:
-        xr.testing.assert_identical(run(store=tmp_path / "a.zarr", executor=executor), undisturbed)
+        xr.testing.assert_identical(
+            run(store=tmp_path / "a.zarr", executor=executor), undisturbed
+        )
 
 
 @pytest.mark.parametrize("engine", ["chain", pytest.param("mujoco", marks=pytest.mark.slow)])

@@ -115,7 +115,9 @@ def read_pages(tmp_path_factory):
             catch_exceptions=False,
         )
         numbers = {
-            name: value for name, value in json.loads(said.stdout).items() if type(value) is float
+            name: value
+            for name, value in json.loads(said.stdout).items()
+            if type(value) is float
         }
         tensors = feeler.touch(ANTENNA, TRIAL, duration=30)
         figure = Figure()

@@ -29,9 +29,13 @@ NAMES = ("nose", "left_tip", "elbow")
 
 def make_found(axes=2, n=4, **more):
     """Places that say which frame, landmark and axis they are of."""
-    frame, landmark, axis = np.meshgrid(np.arange(n), np.arange(3), np.arange(axes), indexing="ij")
+    frame, landmark, axis = np.meshgrid(
+        np.arange(n), np.arange(3), np.arange(axes), indexing="ij"
+    )
     position = 100.0 * frame + 10.0 * landmark + axis + 1.0
-    return Found(names=NAMES, position=position, **{"frame_rate": 250.0, "software": "x"} | more)
+    return Found(
+        names=NAMES, position=position, **{"frame_rate": 250.0, "software": "x"} | more
+    )
 
 
 @pytest.fixture
@@ -78,7 +82,9 @@ def test_landmarks_that_are_chosen_keep_their_own_places_and_doubts(read):
     likelihood = np.array([[0.9, 0.7, 0.2], [0.9, 0.6, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])
     found = make_found(likelihood=likelihood)
     found.position[3, 2] = np.nan
-    loaded = read(found, landmarks=("elbow", "left_tip"), min_likelihood=0.6, origin="bottom-left")
+    loaded = read(
+        found, landmarks=("elbow", "left_tip"), min_likelihood=0.6, origin="bottom-left"
+    )
     assert loaded.landmarks == ("elbow", "left_tip")
     assert loaded.doubted == {"elbow": 2, "left_tip": 1}
     seen = np.isfinite(loaded.position).all(axis=2)
@@ -86,7 +92,9 @@ def test_landmarks_that_are_chosen_keep_their_own_places_and_doubts(read):
     np.testing.assert_array_equal(loaded.of("elbow")[1], found.position[1, 2])
     named = read(make_found(software="sleap-anipose"), landmarks=("a", "b", "c"))
     assert named.landmarks == ("a", "b", "c")
-    with pytest.raises(InvalidInput, match="no landmark 'tail'; the tracks hold nose, left_tip"):
+    with pytest.raises(
+        InvalidInput, match="no landmark 'tail'; the tracks hold nose, left_tip"
+    ):
         read(make_found(), landmarks=("elbow", "tail"))
 
 
@@ -94,7 +102,9 @@ def test_landmarks_that_are_chosen_keep_their_own_places_and_doubts(read):
     ("rate", "given", "interval"), [(250.0, None, 4.0), (250.0, 400.0, 2.5), (2.5, None, 400.0)]
 )
 def test_a_film_has_the_rate_that_was_given_or_else_its_own(read, rate, given, interval):
-    assert read(make_found(frame_rate=rate), frame_rate=given).interval == pytest.approx(interval)
+    assert read(make_found(frame_rate=rate), frame_rate=given).interval == pytest.approx(
+        interval
+    )
 
 
 @pytest.mark.parametrize(
@@ -154,7 +164,9 @@ def test_what_all_animals_share_belongs_to_each_of_them():
             found.likelihood[:, order], [[row[c + 2] for c in columns] for row in values]
         )
         assert found.individuals == ("a", "b") and found.software == "DeepLabCut"
-    with pytest.raises(InvalidInput, match=r"f\.csv holds several individuals; choose one of a, b"):
+    with pytest.raises(
+        InvalidInput, match=r"f\.csv holds several individuals; choose one of a, b"
+    ):
         trackers._gather(labels, values, np.arange(2), "f.csv", individual=None)
     bare = [label for label in labels if label != ("b", "tip", "likelihood")]
     kept = [k for k, label in enumerate(labels) if label in bare]
@@ -207,7 +219,9 @@ def test_an_exploration_keeps_each_trial_s_and_side_s_own_peaks_and_errors():
     assert (found.source, found.length) == ("synthetic", 37.0)
     assert found.lateral_speed == pytest.approx(37.0 * found.mean_peak.mean())
     assert measure_exploration(walks[:1]).source == "tracked"
-    named = exploration.measure_exploration(walks, landmarks={"tips": ("right_tip", "left_tip")})
+    named = exploration.measure_exploration(
+        walks, landmarks={"tips": ("right_tip", "left_tip")}
+    )
     assert named.sweeps[0][0].mean_peak == pytest.approx(
         measure_exploration(walks).sweeps[0][1].mean_peak
     )
@@ -250,7 +264,9 @@ def tell(monkeypatch, found):
 
 def test_what_info_says_of_tracks_is_of_the_animal_that_it_names(monkeypatch):
     """Its spans, the share that was seen, and of those the share that is doubted."""
-    likelihood = np.array([[0.9, 0.7, 0.95], [0.9, 0.5, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]])
+    likelihood = np.array(
+        [[0.9, 0.7, 0.95], [0.9, 0.5, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]]
+    )
     found = make_found(likelihood=likelihood, individuals=("b", "a"), notes={"clock": "odd"})
     found.position[0, 2] = found.position[3, 1] = np.nan
     lines = tell(monkeypatch, found)
@@ -293,7 +309,9 @@ def test_the_next_command_asks_for_what_it_needs_and_no_more(monkeypatch, more, 
 
 
 def test_a_file_without_a_frame_names_what_it_would_hold(monkeypatch):
-    found = SimpleNamespace(position=np.empty((0, 13, 2)), names=tuple(f"p{k}" for k in range(13)))
+    found = SimpleNamespace(
+        position=np.empty((0, 13, 2)), names=tuple(f"p{k}" for k in range(13))
+    )
     words = r"film\.h5 names p0, .*p11, … \(13 in all\), but holds no frame"
     with pytest.raises(InvalidInput, match=words):
         tell(monkeypatch, found)

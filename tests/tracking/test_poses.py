@@ -81,7 +81,9 @@ def test_all_films_share_one_clock(tmp_path, trials):
                 assert one.starting_time == start[number]
                 last = one.starting_time + (len(one.data) - 1) / one.rate
                 assert stop[number] == pytest.approx(last, abs=1e-5)
-            assert stop[number] - start[number] == pytest.approx(1e-3 * np.ptp(film.time), abs=1e-5)
+            assert stop[number] - start[number] == pytest.approx(
+                1e-3 * np.ptp(film.time), abs=1e-5
+            )
         assert {row.timeseries.name for row in file.trials["timeseries"][1]} == {
             *trials[0].landmarks
         }
@@ -117,7 +119,9 @@ def test_one_film_of_other_landmarks_is_enough_to_refuse_all(tmp_path, trials):
         save_poses([trials[0], odd], tmp_path / "a.nwb", session_start=START, identifier="walk")
 
 
-def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(tmp_path, trials):
+def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(
+    tmp_path, trials
+):
     for k, film in enumerate(trials):
         save_dltdv(film, tmp_path / f"walk{k}_xypts.csv")
     files = [tmp_path / f"walk{k}_xypts.csv" for k in range(2)]
@@ -136,7 +140,13 @@ def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(t
         app, [str(w) for w in (*words, "--session-start", START.isoformat(), "--subject", "c1")]
     )
     assert first.exit_code == 0 and judge(tmp_path / "out" / "tracks.nwb") == [], first.output
-    words = ["tracks", tmp_path / "out" / "tracks.nwb", "--individual", "trial_000001", "--json"]
+    words = [
+        "tracks",
+        tmp_path / "out" / "tracks.nwb",
+        "--individual",
+        "trial_000001",
+        "--json",
+    ]
     again = CliRunner().invoke(app, [str(w) for w in words])
     known = [json.loads(one.stdout)["trials"] for one in (first, again)]
     assert known[1][0]["mean_peak"] == pytest.approx(known[0][1]["mean_peak"])

@@ -146,8 +146,12 @@ def test_lost_frames_change_the_answer_little():
 
 
 def test_tracking_noise_biases_peaks_upwards():
-    quiet = measure_exploration([make_synthetic_tracks(np.random.default_rng(8), noise=0.0)]).mean
-    noisy = measure_exploration([make_synthetic_tracks(np.random.default_rng(8), noise=0.5)]).mean
+    quiet = measure_exploration(
+        [make_synthetic_tracks(np.random.default_rng(8), noise=0.0)]
+    ).mean
+    noisy = measure_exploration(
+        [make_synthetic_tracks(np.random.default_rng(8), noise=0.5)]
+    ).mean
     assert 1.01 * quiet < noisy < 1.06 * quiet
 
 
@@ -210,7 +214,9 @@ def test_peaks_below_the_prominence_are_no_sweeps():
     none.
     """
     time = 10.0 * np.arange(2000)
-    swing = np.where((time // 2000) % 2 == 0, 3e-3, 0.5e-3) * np.sin(2 * np.pi * time / 1000) ** 2
+    swing = (
+        np.where((time // 2000) % 2 == 0, 3e-3, 0.5e-3) * np.sin(2 * np.pi * time / 1000) ** 2
+    )
     angle = np.cumsum(swing) * 10.0
     counts = [
         find_sweeps(angle, 10.0, min_prominence=least).peak_speed.size

@@ -155,8 +155,12 @@ def test_columns_of_words_are_left_out_where_that_is_asked_for():
         parse_table(text)
     table = parse_table(text, words=True)
     assert table.words == {"who": "ok"}
-    np.testing.assert_array_equal(table.values, [[1, np.nan, 2], [3, np.nan, 4], [5, np.nan, 6]])
-    with pytest.raises(InvalidInput, match=r"column 'who' holds text .'ok'., numbers are needed"):
+    np.testing.assert_array_equal(
+        table.values, [[1, np.nan, 2], [3, np.nan, 4], [5, np.nan, 6]]
+    )
+    with pytest.raises(
+        InvalidInput, match=r"column 'who' holds text .'ok'., numbers are needed"
+    ):
         table.column("who")
     with pytest.raises(InvalidInput, match="line 4, column 'b': 'bad' is no finite number"):
         parse_table("a,who,b\n1,,2\n3,ok,4\n5,7,bad\n", words=True)

@@ -47,7 +47,9 @@ def plant(rng, outliers=0.0, noise=0.3):
     for side, sign in (("left", 1.0), ("right", -1.0)):
         base = head + np.array([0.0, 18.0 * sign])
         place[f"{side}_base"] = np.tile(base, (time.size, 1))
-        place[f"{side}_tip"] = base + 240 * np.stack([np.cos(swing), sign * np.sin(swing)], axis=1)
+        place[f"{side}_tip"] = base + 240 * np.stack(
+            [np.cos(swing), sign * np.sin(swing)], axis=1
+        )
     position = np.stack([place[name] for name in names], axis=1) + rng.normal(
         0, noise, (time.size, len(names), 2)
     )
@@ -57,7 +59,9 @@ def plant(rng, outliers=0.0, noise=0.3):
 
 
 def write_deeplabcut(path, names, position, likelihood):
-    columns = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
+    columns = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(
+        len(position), -1
+    )
     head = (
         ("scorer", *["DLC"] * columns.shape[1]),
         ("bodyparts", *np.repeat(names, 3)),
@@ -86,7 +90,10 @@ def write_anipose(path, names, position, likelihood):
             f"{name}_z": 0 * position[:, k, 0] + 7,
             f"{name}_error": 0 * position[:, k, 0] + 1.5,
         }
-        columns |= {f"{name}_ncams": 0 * position[:, k, 0] + 3, f"{name}_score": likelihood[:, k]}
+        columns |= {
+            f"{name}_ncams": 0 * position[:, k, 0] + 3,
+            f"{name}_score": likelihood[:, k],
+        }
     columns |= {
         f"M_{i}{j}": np.full(len(position), float(i == j)) for i in range(3) for j in range(3)
     }
@@ -117,7 +124,12 @@ def write_movement(path, names, position, likelihood):
             "keypoints": list(names),
             "individuals": ["one"],
         },
-        attrs={"fps": RATE, "time_unit": "seconds", "source_software": "SLEAP", "ds_type": "poses"},
+        attrs={
+            "fps": RATE,
+            "time_unit": "seconds",
+            "source_software": "SLEAP",
+            "ds_type": "poses",
+        },
     ).to_netcdf(path, engine="h5netcdf")
 
 
@@ -133,8 +145,12 @@ def write_sleap_rows(path, names, position, likelihood):
     """SLEAP's CSV, with a second animal that sits still, and rows in no order of frames."""
     header = ["track", "frame_idx", "instance.score"]
     header += [f"{name}.{what}" for name in names for what in ("x", "y", "score")]
-    numbers = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
-    rows = [["track_7", str(k + 30), "0.9", *map(repr, r)] for k, r in enumerate(numbers.tolist())]
+    numbers = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(
+        len(position), -1
+    )
+    rows = [
+        ["track_7", str(k + 30), "0.9", *map(repr, r)] for k, r in enumerate(numbers.tolist())
+    ]
     rows += [["track_2", "31", "0.9", *["5.0"] * (3 * len(names))]]
     np.random.default_rng(2).shuffle(rows)
     path.write_text("\n".join(map(",".join, [header, *rows])) + "\n")
@@ -142,7 +158,9 @@ def write_sleap_rows(path, names, position, likelihood):
 
 def write_plain(path, names, position, likelihood):
     header = ",".join(f"{name}_{what}" for name in names for what in ("x", "y", "likelihood"))
-    table = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
+    table = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(
+        len(position), -1
+    )
     np.savetxt(path, table, delimiter=",", header=header, comments="")
 
 
@@ -191,7 +209,9 @@ def test_a_row_twice_and_text_in_the_place_of_a_number_are_refused(tmp_path):
         load_tracks(tmp_path / "t.csv", frame_rate=RATE)
 
 
-def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(tmp_path):
+def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(
+    tmp_path,
+):
     names, position, likelihood = plant(np.random.default_rng(1), 0.03)
     write_deeplabcut(tmp_path / "t.csv", names, position, likelihood)
     clean, all_of_them = (
@@ -229,7 +249,9 @@ def test_deeplabcuts_own_files(ending):
 def test_column_names_that_would_call_something_are_refused(tmp_path):
     with h5py.File(tmp_path / "evil.h5", "w") as file:
         table = file.create_dataset(
-            "df_with_missing/table", (3,), dtype=[("index", "<i8"), ("values_block_0", "<f8", (3,))]
+            "df_with_missing/table",
+            (3,),
+            dtype=[("index", "<i8"), ("values_block_0", "<f8", (3,))],
         )
         table.attrs["values_block_0_kind"] = np.bytes_(pickle.dumps(Path.home, protocol=0))
     with pytest.raises(InvalidInput, match="only plain texts are read"):
@@ -243,7 +265,10 @@ def test_column_names_that_would_call_something_are_refused(tmp_path):
         ({"frame_rate": 30, "min_likelihood": 2.0}, r"must lie in \[0, 1\]"),
         ({"frame_rate": 30, "individual": "zoe"}, "has no individual 'zoe'"),
         ({"frame_rate": 30, "plane": "yx"}, "unknown plane 'yx'; valid: xy, xz, yz"),
-        ({"frame_rate": 30, "landmarks": ("paw",)}, "no landmark 'paw'; the tracks hold left_tip"),
+        (
+            {"frame_rate": 30, "landmarks": ("paw",)},
+            "no landmark 'paw'; the tracks hold left_tip",
+        ),
     ],
 )
 def test_what_is_missing_is_named(options, match):
@@ -293,7 +318,9 @@ def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():
     """Pieces of 3, 5 and 8 px that turn by 0.4 and by −0.2 rad."""
     heading, length = np.array([0.1, 0.5, 0.3]), np.array([3.0, 5.0, 8.0])
     steps = length[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    position = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])[None].repeat(2, axis=0)
+    position = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])[None].repeat(
+        2, axis=0
+    )
     found = measure_posture(
         Tracks(position=position, landmarks=tuple("abcd"), interval=10.0), tuple("abcd")
     )
@@ -335,7 +362,9 @@ def test_tracks_writes_table_figure_and_numbers(tmp_path):
         "--max-gap",
         5,
     ]
-    said = CliRunner().invoke(app, [str(w) for w in (*words, "--out", tmp_path / "out", "--json")])
+    said = CliRunner().invoke(
+        app, [str(w) for w in (*words, "--out", tmp_path / "out", "--json")]
+    )
     assert said.exit_code == 0, said.output
     found = json.loads(said.stdout)
     assert found == json.loads((tmp_path / "out/tracks.json").read_text())
@@ -367,14 +396,19 @@ def test_tracks_writes_table_figure_and_numbers(tmp_path):
         ],
     )
     assert said.exit_code == 0 and json.loads(said.stdout)[0]["whole"] == 49
-    assert xr.open_dataset(tmp_path / "p/DLC_one.posture.nc", engine="h5netcdf").sizes["joint"] == 1
+    assert (
+        xr.open_dataset(tmp_path / "p/DLC_one.posture.nc", engine="h5netcdf").sizes["joint"]
+        == 1
+    )
 
 
 def test_a_frame_as_sure_as_was_asked_for_counts_and_less_is_left_out_and_counted():
     position = np.arange(12.0).reshape(3, 2, 2)
     position[2, 1] = np.nan  # lost already: not doubted
     likelihood = np.array([[0.6, 0.59], [0.61, 1.0], [0.0, 0.1]])
-    found, doubted = _doubt(Found(names=("a", "b"), position=position, likelihood=likelihood), 0.6)
+    found, doubted = _doubt(
+        Found(names=("a", "b"), position=position, likelihood=likelihood), 0.6
+    )
     np.testing.assert_array_equal(
         np.isnan(found[:, :, 0]), [[False, True], [False, False], [True, True]]
     )
@@ -403,10 +437,15 @@ def write_space_table(path):
 
 
 def write_space_deeplabcut(path):
-    rows = [("scorer", *["3d"] * 12), ("bodyparts", *np.repeat(NAMES, 3)), ("coords", *"xyz" * 4)]
+    rows = [
+        ("scorer", *["3d"] * 12),
+        ("bodyparts", *np.repeat(NAMES, 3)),
+        ("coords", *"xyz" * 4),
+    ]
     lines = [",".join(map(str, row)) for row in rows]
     lines += [
-        f"{k}," + ",".join(map(repr, row)) for k, row in enumerate(SPACE.reshape(9, -1).tolist())
+        f"{k}," + ",".join(map(repr, row))
+        for k, row in enumerate(SPACE.reshape(9, -1).tolist())
     ]
     path.write_text("\n".join(lines))
 
@@ -416,7 +455,11 @@ def write_points(path):
         file["tracks"] = SPACE[:, None]
 
 
-SPACES = {"flat.csv": write_space_table, "dlc3d.csv": write_space_deeplabcut, "p.h5": write_points}
+SPACES = {
+    "flat.csv": write_space_table,
+    "dlc3d.csv": write_space_deeplabcut,
+    "p.h5": write_points,
+}
 
 
 @pytest.mark.parametrize("name", SPACES)
@@ -446,7 +489,9 @@ def test_angles_and_bends_in_space_are_those_of_the_plane_they_lie_in():
     rng = np.random.default_rng(5)
     names, position, _ = plant(rng, noise=0.0)
     flat = Tracks(position=position * (1.0, -1.0), landmarks=names, interval=5.0)
-    turned = np.concatenate([flat.position, 0 * flat.position[..., :1]], 2) @ turn_at_random(rng).T
+    turned = (
+        np.concatenate([flat.position, 0 * flat.position[..., :1]], 2) @ turn_at_random(rng).T
+    )
     space = flat.replace(position=turned + 7.0)
     one, other = (compute_antenna_angle(tracks, **BASES) for tracks in (flat, space))
     np.testing.assert_allclose(other, np.abs(one), atol=1e-9)

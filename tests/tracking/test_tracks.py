@@ -44,7 +44,9 @@ def test_every_convention_gives_the_same_angles(tmp_path, header, origin, sign, 
     path = _write_pose(tmp_path / "t.csv", POSE, header, sign, offset)
     tracks = load_tracks(path, frame_rate=30, origin=origin)
     np.testing.assert_allclose(tracks.of("head")[0], POSE[2], atol=1e-9)
-    np.testing.assert_allclose(compute_antenna_angle(tracks)[:, 0], np.deg2rad([30, 45]), atol=1e-9)
+    np.testing.assert_allclose(
+        compute_antenna_angle(tracks)[:, 0], np.deg2rad([30, 45]), atol=1e-9
+    )
 
 
 def test_wrong_origin_flips_the_sides(tmp_path):
@@ -81,7 +83,11 @@ def test_round_trip_of_synthetic_tracks_keeps_the_label(tmp_path):
         ("head_x,tail_y\n1,2\n", {}, "no column head_Y"),
         ("pt1_cam1_X,pt2_cam1_Y\n1,2\n", {}, "no column pt1_cam1_Y"),
         ("pt1_cam1_X,pt1_cam1_Y\n1,2\n", {"camera": 3}, "no column of camera 3"),
-        ("pt1_cam1_X,pt1_cam1_Y\n1,2\n", {"landmarks": ("a", "b")}, "1 points, landmarks names 2"),
+        (
+            "pt1_cam1_X,pt1_cam1_Y\n1,2\n",
+            {"landmarks": ("a", "b")},
+            "1 points, landmarks names 2",
+        ),
         ("head_x,head_y\n1,2\n", {"landmarks": ("nose",)}, "no column nose_X"),
         ("head_x,head_y\n1,2\n", {"origin": "middle"}, "valid: top-left, bottom-left"),
         ("head_x,head_y\n1,2\n", {"frame_rate": 0}, "frame_rate must lie in"),

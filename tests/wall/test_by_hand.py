@@ -56,7 +56,9 @@ def test_the_table_of_set_ups_by_hand():
     cases = [make_case("a", r2) for r2 in (0.2, 0.9, np.nan, 0.4)] + [make_case("b", np.nan)]
     table = summarise(cases, np.random.default_rng(0))
     assert list(table) == ["a", "b"]
-    assert {k: table["a"][k] for k in ("set_ups", "undefined", "median", "least", "greatest")} == {
+    assert {
+        k: table["a"][k] for k in ("set_ups", "undefined", "median", "least", "greatest")
+    } == {
         "set_ups": 4,
         "undefined": 1,
         "median": 0.4,
@@ -288,7 +290,9 @@ def test_turns_are_measured_to_the_left_in_degrees():
         ((-40.0, 30.0, -40.0), 2),
     ],
 )
-def test_a_wall_is_one_block_where_it_only_turns_away_and_by_less_than_150_degrees(turns, n_blocks):
+def test_a_wall_is_one_block_where_it_only_turns_away_and_by_less_than_150_degrees(
+    turns, n_blocks
+):
     course = Course(lengths=(50.0,) * (len(turns) + 1), turns=turns)
     assert len(course.make_object().feature.parts) == n_blocks
 

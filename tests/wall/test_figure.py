@@ -38,7 +38,9 @@ def test_every_distance_is_drawn_with_its_wall():
     plot_shapes({"exponential": shapes, "again": shapes}, ax)
     walls, lines = ax.collections
     assert len(lines.get_segments()) == len(walls.get_segments()) == 2 * len(DISTANCES)
-    for k, (line, wall) in enumerate(zip(lines.get_segments(), walls.get_segments(), strict=True)):
+    for k, (line, wall) in enumerate(
+        zip(lines.get_segments(), walls.get_segments(), strict=True)
+    ):
         gap = (
             line[:, 0].min() - wall[0, 0]
         )  # the wall is on the left: no node behind it, and one on it in contact
@@ -111,7 +113,9 @@ def test_tensors_that_are_the_same_are_no_distances_told_apart():
 
         @staticmethod
         def make_dataset():
-            tensors = np.array([np.full((2, 5), 1.0), np.full((2, 5), 1.01), np.full((2, 5), 3.0)])
+            tensors = np.array(
+                [np.full((2, 5), 1.0), np.full((2, 5), 1.01), np.full((2, 5), 3.0)]
+            )
             return {"curvature": xr.DataArray(tensors)}
 
     assert fig3._compute_unique_share(Touch) == pytest.approx(1 / 3)

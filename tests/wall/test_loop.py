@@ -94,7 +94,9 @@ def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
 def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
     antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
     known = calibrate(antenna, **rod)
-    assert map_stability(antenna, [10.0], [0.01], known=known, **rod).stable.tolist() == [[True]]
+    assert map_stability(antenna, [10.0], [0.01], known=known, **rod).stable.tolist() == [
+        [True]
+    ]
     lost = map_stability(
         antenna, [10.0], [0.01], known=replace(known, undefined="nothing was felt"), **rod
     )
@@ -105,7 +107,10 @@ def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
     ("fields", "said"),
     [
         ({"delays": [-1.0], "frequencies": [0.1], "oracle": True}, "delays must be ≥ 0"),
-        ({"delays": [0.0], "frequencies": [0.1], "oracle": True, "speed": 0.0}, "speed > 0 mm/ms"),
+        (
+            {"delays": [0.0], "frequencies": [0.1], "oracle": True, "speed": 0.0},
+            "speed > 0 mm/ms",
+        ),
         ({"delays": [5.0, -1.0], "frequencies": [0.1], "oracle": True}, "delays must be ≥ 0"),
         ({"delays": [0.0], "frequencies": [0.0], "oracle": True}, "frequencies > 0 rad/ms"),
         ({"delays": [], "frequencies": [0.1], "oracle": True}, "at least one of each"),

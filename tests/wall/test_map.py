@@ -58,7 +58,11 @@ def test_smoothing_keeps_the_curvature_of_an_arc_up_to_the_ends(fine):
 
 def test_peak_counts_bending_per_length_not_per_hinge():
     antenna = Antenna(
-        segment_length=[1.0, 0.2, 1.0], segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2
+        segment_length=[1.0, 0.2, 1.0],
+        segment_mass=1e-5,
+        radius=0.1,
+        stiffness=1e-2,
+        damping=1e-2,
     )
     assert find_peak(antenna, [0.1, 0.05, 0.1], method="hinge").position[0] == 1.0
 
@@ -120,7 +124,9 @@ def test_told_apart_is_the_longest_run_that_moves_one_way(way):
 
 def test_peaks_at_the_base_hinge_are_reported_and_not_fitted():
     found = map_distance(
-        approach(cockroach("constant"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0))
+        approach(
+            cockroach("constant"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0)
+        )
     )
     assert found.at_base.all() and not found.used.any() and found.undefined
 
@@ -189,7 +195,10 @@ def test_the_sensitivity_table_counts_every_set_up():
         (lambda a: find_peak(a, np.zeros(3)), "shape"),
         (lambda a: compute_smooth_curvature(a, np.zeros(200), np.zeros(2), 0.0), "> 0 mm"),
         (lambda a: compare({}, [Posture()]), "at least one antenna"),
-        (lambda a: fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1), "one step"),
+        (
+            lambda a: fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1),
+            "one step",
+        ),
     ],
 )
 def test_bad_input_is_named(fine, call, message):

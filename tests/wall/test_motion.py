@@ -47,13 +47,21 @@ def test_a_wall_sliding_on_the_left_is_the_mirror_image():
     np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
     np.testing.assert_allclose(left.points, right.points * [-1.0, 1.0], atol=1e-7)
     for shown in ("contact", "inverted"):
-        assert np.array_equal(getattr(left, shown), getattr(right, shown)) and right.contact.any()
+        assert (
+            np.array_equal(getattr(left, shown), getattr(right, shown)) and right.contact.any()
+        )
 
 
 @pytest.mark.parametrize("engine", ["rod-inertia", "chain"])
 def test_the_user_s_engine_and_workers_slide(engine):
     touch = slide(
-        cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1, engine=engine, workers=1
+        cockroach(),
+        Posture(),
+        (16.0, 12.0),
+        duration=10.0,
+        timestep=0.1,
+        engine=engine,
+        workers=1,
     )
     usual = slide(cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1)
     for found, expected in zip(touch.motions, usual.motions, strict=True):
@@ -64,7 +72,9 @@ def test_the_user_s_engine_and_workers_slide(engine):
 
 
 def test_tensors_of_a_wall_keep_the_contract():
-    data = slide(cockroach(), Posture(), (16.0, 8.0), duration=10.0, timestep=0.1).make_dataset()
+    data = slide(
+        cockroach(), Posture(), (16.0, 8.0), duration=10.0, timestep=0.1
+    ).make_dataset()
     assert data["angle"].dims == ("trial", "sensor", "time")
     assert data.sizes == {"trial": 2, "sensor": 56, "time": 10, "axis": 2}
     assert data["distance"].values.tolist() == [16.0, 8.0]
@@ -136,7 +146,9 @@ def test_behind_a_corner_there_is_no_hole(turn):
     course = make_turn(turn, (60.0, 60.0))
     wall, ways = course.make_object(), np.radians(np.arange(0.0, 360.0, 7.0))
     around = np.stack([np.cos(ways), np.sin(ways)], axis=1)
-    points = course.corners[1] + np.concatenate([deep * around for deep in (0.5, 3.0, 5.5, 7.0)])
+    points = course.corners[1] + np.concatenate(
+        [deep * around for deep in (0.5, 3.0, 5.5, 7.0)]
+    )
     points = points[course.measure(points) < -0.01]
     assert len(points) > 50
     frame = wall.feature, np.array(wall.place), np.array(wall.forward)
@@ -148,7 +160,9 @@ def test_corners_turn_towards_and_away():
     np.testing.assert_allclose(
         make_turn(90 - 45, (50.0, 50.0)).corners[-1], [-50 / 2**0.5, 50 + 50 / 2**0.5]
     )
-    np.testing.assert_allclose(make_turn(-30, (50.0, 50.0)).corners[-1], [25.0, 50 + 25 * 3**0.5])
+    np.testing.assert_allclose(
+        make_turn(-30, (50.0, 50.0)).corners[-1], [25.0, 50 + 25 * 3**0.5]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +193,9 @@ def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_r
     overshoot from ζ = 1 on.
     """
     omega = 0.02
-    controller = Controller(frequency=omega, damping_ratio=damping_ratio, delay=0.0, smoothing=1e-3)
+    controller = Controller(
+        frequency=omega, damping_ratio=damping_ratio, delay=0.0, smoothing=1e-3
+    )
     course = Course(lengths=(150.0,), turns=())
     run = follow(cockroach(), course, controller=controller, start=12.0 + offset, oracle=True)
     root = (
@@ -189,7 +205,9 @@ def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_r
     assert t[-1] == pytest.approx(
         (150.0 - 20.0) / 0.45, abs=1.0
     )  # it ends 20 mm before the wall does
-    expected = np.real(np.exp(-decay * t) * (np.cosh(root * t) + decay / root * np.sinh(root * t)))
+    expected = np.real(
+        np.exp(-decay * t) * (np.cosh(root * t) + decay / root * np.sinh(root * t))
+    )
     error = (run.distance - 12.0) / offset
     np.testing.assert_allclose(error, expected, atol=0.02)
     assert (error.min() < -0.1) == (damping_ratio < 1)
@@ -230,7 +248,9 @@ def test_the_controller_waits_filters_and_has_a_limit():
         (gain + 2 * 0.02 / 0.45 / 2) * 2 / 7
     )  # the same change in twice the time
     late = Controller(delay=6.0).begin(speed=0.45, period=2.0)
-    assert [late(13.0) > 0 for _ in range(5)] == [False] * 3 + [True] * 2  # 6 ms are three periods
+    assert [late(13.0) > 0 for _ in range(5)] == [False] * 3 + [
+        True
+    ] * 2  # 6 ms are three periods
     wild = Controller(delay=0.0, max_turn=0.03).begin(speed=0.45, period=1.0)
     assert [wild(1e3), wild(-1e3)] == [0.03, -0.03]
 

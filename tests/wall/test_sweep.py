@@ -34,7 +34,9 @@ def uniform() -> Antenna:
 def test_inverted_j_stands_at_every_distance_in_contact(profile, reading):
     sweep = approach(cockroach(profile), Posture(reading=reading))
     assert sweep.contact.sum() >= 10 and sweep.balanced.all()
-    assert np.array_equal(sweep.contact, sweep.distance < sweep.posture.reach(cockroach(profile)))
+    assert np.array_equal(
+        sweep.contact, sweep.distance < sweep.posture.reach(cockroach(profile))
+    )
     assert np.array_equal(sweep.inverted, sweep.contact)
     tip = sweep.posture.base_angle + sweep.angle.sum(axis=1)
     assert np.all(np.cos(tip[sweep.contact]) < 0)
@@ -97,7 +99,8 @@ def test_frictionless_equilibrium_does_not_depend_on_the_distances_visited_befor
 def test_left_is_the_mirror_image_of_right(prebend):
     antenna = cockroach()
     right, left = (
-        approach(antenna, Posture(side=side, prebend=prebend), FEW) for side in ("right", "left")
+        approach(antenna, Posture(side=side, prebend=prebend), FEW)
+        for side in ("right", "left")
     )
     assert np.array_equal(left.angle, -right.angle)
     np.testing.assert_allclose(left.points, right.points * [-1, 1], atol=1e-12)
@@ -113,7 +116,9 @@ def test_a_straight_antenna_laid_in_a_j_unfolds_without_friction_and_stays_with_
     assert held.inverted.all()
 
 
-@pytest.mark.parametrize("posture", [Posture(), Posture(prebend="placed"), Posture(prebend="none")])
+@pytest.mark.parametrize(
+    "posture", [Posture(), Posture(prebend="placed"), Posture(prebend="none")]
+)
 def test_beyond_reach_nothing_is_touched_and_nothing_bends(posture):
     reach = posture.reach(antenna := cockroach())
     sweep = approach(antenna, posture, (40.0, 30.0, reach + 0.5))
@@ -196,7 +201,11 @@ def test_a_fold_that_starts_inside_the_wall_is_refused():
     ):
         approach(cockroach(), posture, [bound - 1])
     for distance, fits in ((bound - 0.01, False), (bound + 0.01, True)):
-        with nullcontext() if fits else pytest.raises(InvalidInput, match="starts inside the wall"):
+        with (
+            nullcontext()
+            if fits
+            else pytest.raises(InvalidInput, match="starts inside the wall")
+        ):
             approach(cockroach(), posture, [distance])
 
 
@@ -224,7 +233,10 @@ def test_one_pre_bend_is_laid_and_the_other_is_turned_from_behind():
 
 def test_a_straight_antenna_is_laid_in_a_j_a_millimetre_nearer_than_its_reach():
     reach = (posture := Posture(prebend="placed", friction=1.0)).reach(antenna := cockroach())
-    assert approach(antenna, posture, [reach - 0.9, reach - 1.1]).contact.tolist() == [False, True]
+    assert approach(antenna, posture, [reach - 0.9, reach - 1.1]).contact.tolist() == [
+        False,
+        True,
+    ]
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,9 @@ class ChainSolver:
                 raise Diverged("angles left the finite numbers", time / S)
         return _make_trajectory(scene, clock.time, angle, rod, nodes[0], axes)
 
-    def _make_clock(self, scenario: Scenario, rod: Rod, n_elements: int, n_frames: int) -> Clock:
+    def _make_clock(
+        self, scenario: Scenario, rod: Rod, n_elements: int, n_frames: int
+    ) -> Clock:
         material, length = rod.material, rod.length / n_elements
         wave = np.sqrt(
             material.youngs_modulus * rod.second_moment_of_area / (material.density * rod.area)
@@ -79,7 +81,9 @@ def _check(scenario: Scenario) -> Rod:
         raise NotImplementedError("one rod alone, without obstacles")
     rod = scenario.rods[0]
     if rod.start is EndCondition.FREE or rod.end is not EndCondition.FREE:
-        raise NotImplementedError("the end that is not held to be free: a chain hangs on its start")
+        raise NotImplementedError(
+            "the end that is not held to be free: a chain hangs on its start"
+        )
     if rod.start_motion is not None or any(load.at is End.START for load in rod.loads):
         raise NotImplementedError("the start to be held still")
     return rod
@@ -136,7 +140,12 @@ def _make_scene(scenario: Scenario, rod: Rod, nodes: np.ndarray, axes: np.ndarra
 
 
 def _make_trajectory(
-    scene: Scene, time: np.ndarray, angle: np.ndarray, rod: Rod, start: np.ndarray, axes: np.ndarray
+    scene: Scene,
+    time: np.ndarray,
+    angle: np.ndarray,
+    rod: Rod,
+    start: np.ndarray,
+    axes: np.ndarray,
 ) -> Trajectory:
     points = scene.antenna.shape(angle, scene.base[2]) / M @ axes + start
     directors = np.stack(

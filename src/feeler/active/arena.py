@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from feeler.active.task import SAMPLE, ActiveTask, Start
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.lanes import Simulations
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import MICRO, State
+from feeler.records.checked import checked
 from feeler.stimulus.base import BaseMotion
 
 _BLOCK = 64  # [C] samples of noise that a lane draws at a time
@@ -53,7 +53,10 @@ class Arena:
         self.sensors = task.first_antenna.sensors - 1
         first = task.begin(np.random.default_rng(0))
         self.simulations = Simulations(
-            [first.scene] * n, engine=task.engine, timestep=task.timestep, workers=min(workers, n)
+            [first.scene] * n,
+            engine=task.engine,
+            timestep=task.timestep,
+            workers=min(workers, n),
         )
         self.starts = [first] * n
         self.state: State | None = None
@@ -250,5 +253,6 @@ def _compute_energy(scene: Scene, rate: tuple[float, ...]) -> float:
         return MICRO * 0.5 * float(scene.antenna.segment_mass @ square)
     points = scene.antenna.shape(scene.initial_angle, scene.base[2])
     middle = (points[:-1] + points[1:]) / 2
-    velocity = np.array(rate[:2]) + rate[2] * middle[:, ::-1] * [1.0, -1.0]  # from +y towards +x
+    turned = middle[:, ::-1] * [1.0, -1.0]  # from +y towards +x
+    velocity = np.array(rate[:2]) + rate[2] * turned
     return MICRO * 0.5 * float(scene.antenna.segment_mass @ (velocity**2).sum(axis=1))

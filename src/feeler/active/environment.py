@@ -98,7 +98,10 @@ class TouchVectorEnv(VectorEnv):
         self._rngs: list[np.random.Generator] = []
 
     def reset(
-        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Begin an episode in every lane, or in those of ``options["reset_mask"]``.
 
@@ -266,7 +269,9 @@ def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorE
     """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``,
     ``workers``, ``render_mode``.
     """
-    own = {key: fields.pop(key) for key in ("decide", "workers", "render_mode") if key in fields}
+    own = {
+        key: fields.pop(key) for key in ("decide", "workers", "render_mode") if key in fields
+    }
     return TouchVectorEnv(_make_task(name, fields), num_envs, **own)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from feeler.active.task import ActiveTask, Start
 from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
-from feeler.record import Gt, Unit
+from feeler.records.record import Gt, Unit
 from feeler.wall.course import Course
 from feeler.wall.following import BODY_LOST, FOLLOWING, RUN_SUBSTEP, make_course_scene
 from feeler.wall.posture import Posture

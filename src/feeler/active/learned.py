@@ -11,8 +11,8 @@ import numpy as np
 from scipy.special import expit
 
 from feeler.active.observer import MENU, Known, Policy
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.models import Model, load_model
 
 POLICY_KIND, POLICY_VERSION = "LearnedPolicy", 1
@@ -32,7 +32,9 @@ def see(known: Known, deadline: float) -> np.ndarray:
         classes
     )
     time = np.full(n, known.time / _LONG), np.full(n, max(deadline - known.time, 0.0) / _LONG)
-    own = np.stack([entropy, known.touching, known.way / _WAY, known.speed / _FAST, *time], axis=1)
+    own = np.stack(
+        [entropy, known.touching, known.way / _WAY, known.speed / _FAST, *time], axis=1
+    )
     return np.concatenate([known.belief, own], axis=1).astype(np.float32)
 
 
@@ -90,7 +92,8 @@ def _load(seed: Annotated[int, "≥ 0"]) -> Model:
     path = find_weights(seed)
     if seed > _MAX_SEED or not path.is_file():
         known = sorted(
-            file.stem.removeprefix("learned") for file in path.parent.glob("learned*.safetensors")
+            file.stem.removeprefix("learned")
+            for file in path.parent.glob("learned*.safetensors")
         )
         raise InvalidInput(
             f"no policy was learned with seed {seed}; there are: {', '.join(known) or 'none'}."

@@ -18,9 +18,9 @@ from scipy.special import softmax
 
 from feeler.active.arena import Arena
 from feeler.active.task import SAMPLE, TouchTask
-from feeler.checked import checked
 from feeler.decoding.told import weigh_touches
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 MENU = (0.0, 0.03, 0.06, 0.12, 0.3, 0.6, 1.2)  # [C] mm/ms
 PERIOD = 5.0  # [C] ms between two decisions
@@ -255,7 +255,9 @@ class Observer:
                     self._arena.load(branch.saved)
                     felt, _ = self._move(float(one), ms)
                     sd = self._measure_noise(felt)
-                    found[own, column] = expect_gain(felt, weight[own], self.label, sd, self.seed)
+                    found[own, column] = expect_gain(
+                        felt, weight[own], self.label, sd, self.seed
+                    )
             return found
 
         belief = weight @ self._members

@@ -6,9 +6,11 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from feeler.checked import checked
+from feeler.records.checked import checked
 
-_REPEAT = 10  # [C] ms that one action lasts; a learner that moves every ms explores by trembling
+_REPEAT = (
+    10  # [C] ms that one action lasts; a learner that moves every ms explores by trembling
+)
 _SPAN = 5.0  # [C] largest prediction: a logit of 5 is 99 % against 0
 
 

@@ -8,10 +8,10 @@ from types import ModuleType
 import numpy as np
 
 from feeler.active.observer import MENU, Known, Policy
-from feeler.checked import checked
+from feeler.disk.files import read_bytes
 from feeler.errors import InvalidInput
-from feeler.files import read_bytes
-from feeler.registry import Registry
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
 
 _MAX_BYTES = 2**20  # [C] of a policy's file
 POLICIES: Registry[Callable[..., Policy]] = Registry(
@@ -35,7 +35,9 @@ def _make_fast_then_slow(fast: float = 1.2, slow: float = 0.12, after: float = 1
 
 
 @POLICIES.register("slow-after-contact")
-def _make_slow_after_contact(fast: float = 1.2, slow: float = 0.12, sure: float = 0.5) -> Policy:
+def _make_slow_after_contact(
+    fast: float = 1.2, slow: float = 0.12, sure: float = 0.5
+) -> Policy:
     """Fast until contact has begun with probability ``sure``, then slow."""
     return lambda known: np.where(known.touching < sure, fast, slow)
 
@@ -43,7 +45,9 @@ def _make_slow_after_contact(fast: float = 1.2, slow: float = 0.12, sure: float 
 @POLICIES.register("random")
 def _make_random(seed: float = 0.0, hold: float = 20.0) -> Policy:
     """A speed drawn from the menu every ``hold`` [ms], the same for all bodies."""
-    return lambda known: np.random.default_rng([int(seed), int(known.time // hold)]).choice(MENU)
+    return lambda known: np.random.default_rng([int(seed), int(known.time // hold)]).choice(
+        MENU
+    )
 
 
 @POLICIES.register("greedy")
@@ -88,7 +92,9 @@ def parse_policy(text: str) -> Policy:
 
 def _load(path: Path, name: str) -> Policy:
     if not path.is_file():
-        raise InvalidInput(f"there is no file {path}; a policy of your own is file.py:function.")
+        raise InvalidInput(
+            f"there is no file {path}; a policy of your own is file.py:function."
+        )
     module = ModuleType(path.stem)
     module.__file__ = str(path)
     # from its text: what Python keeps of a file would hide a change within the same second

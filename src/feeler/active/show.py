@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from feeler.active.arena import Arena
 from feeler.active.observer import Observer, Policy
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.physics.scene import Scene
 from feeler.plotting.look import style
 from feeler.plotting.movie import SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna, make_patch
+from feeler.records.checked import checked
 
 _PEAK = 0.06  # rad; where the colours end [C]
 
@@ -81,7 +81,9 @@ def draw_lane(arena: Arena, lane: int) -> np.ndarray:
 def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
     """Objects, and room for all points (row, joint, 2)."""
     for item in scene.objects:
-        ax.add_patch(make_patch(item.feature, np.array(item.place)[:2], np.array(item.forward)[:2]))
+        ax.add_patch(
+            make_patch(item.feature, np.array(item.place)[:2], np.array(item.forward)[:2])
+        )
     low, high = points.min(axis=(0, 1)) - 6.0, points.max(axis=(0, 1)) + 6.0
     low, high = np.minimum(low, [-14.0, -4.0]), np.maximum(high, [14.0, 46.0])
     ax.set(
@@ -140,9 +142,9 @@ def film_policy(
 
     episodes = observer.run(policy, 1, duration, watch=(touch, watch))
     points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
-    row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(
-        int
-    )
+    row = np.minimum(
+        (np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1
+    ).astype(int)
     labels = tuple(
         f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features
     )

@@ -16,8 +16,8 @@ from feeler.antenna.sample import SampledAntennas
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
-from feeler.record import Ge, Gt, Record, Unit
-from feeler.rules import show
+from feeler.records.record import Ge, Gt, Record, Unit
+from feeler.records.rules import show
 from feeler.stimulus.ninety import make_features
 from feeler.stimulus.sample import SampledTrials
 from feeler.task import Common, Nuisances, Task, parse_noise
@@ -105,7 +105,9 @@ class ActiveTask(Record, kw_only=False):
     @property
     def first_antenna(self) -> Antenna:
         """The antenna, or the one of which others were drawn."""
-        return self.antenna.antenna if isinstance(self.antenna, SampledAntennas) else self.antenna
+        return (
+            self.antenna.antenna if isinstance(self.antenna, SampledAntennas) else self.antenna
+        )
 
     def measure_noise(self, angle: np.ndarray) -> np.ndarray:
         """Standard deviation [rad] of the noise of samples (…, sensor), in their shape."""
@@ -173,7 +175,9 @@ class TouchTask(ActiveTask):
     def _check(self) -> None:
         super()._check()
         if not isinstance(self.features, Sequence) or isinstance(self.features, str):
-            raise InvalidInput(f"features must be a list of objects, got {show(self.features)}.")
+            raise InvalidInput(
+                f"features must be a list of objects, got {show(self.features)}."
+            )
         if not self.features:
             raise InvalidInput(
                 "there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)]."

@@ -8,10 +8,10 @@ from feeler.antenna.beam import Along, compute_beam
 from feeler.antenna.follicle import Follicle
 from feeler.antenna.profile import sample_quantity
 from feeler.antenna.space import SPACE_PLANES, check_planes, find_points, list_frustum
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Gt, Record, Unit, freeze
-from feeler.shown import make_picture
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Record, Unit, freeze
+from feeler.records.shown import make_picture
 
 MAX_SEGMENTS = 1000
 HINGE = ("stiffness", "damping", "rest_angle")
@@ -288,7 +288,9 @@ class Antenna(Record):
         if self.spatial:
             return find_points(self.segment_length, self._check_angle(angle), base_angle)
         heading = self._find_heading(angle, base_angle)
-        steps = self.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+        steps = self.segment_length[:, None] * np.stack(
+            [np.sin(heading), np.cos(heading)], axis=-1
+        )
         points = np.zeros((*steps.shape[:-2], self.n_segments + 1, 2))
         np.cumsum(steps, axis=-2, out=points[..., 1:, :])
         return points
@@ -326,7 +328,9 @@ def _span(values: np.ndarray) -> str:
         rows = zip(SPACE_PLANES, values, strict=False)
         return "; ".join(f"{name}: {_span(row)}" for name, row in rows)
     return (
-        f"{values[0]:.3g}" if np.all(values == values[0]) else f"{values[0]:.3g} … {values[-1]:.3g}"
+        f"{values[0]:.3g}"
+        if np.all(values == values[0])
+        else f"{values[0]:.3g} … {values[-1]:.3g}"
     )
 
 
@@ -335,7 +339,9 @@ def _check_sensors(sensors: np.ndarray | None, n: int) -> np.ndarray:
         return freeze(make_even_sensors(n), int)
     numbers = np.atleast_1d(sensors)
     if numbers.size == 0 or np.any(numbers % 1):
-        raise InvalidInput(f"sensors must be whole hinge numbers from 1 to {n}, got {sensors!r}.")
+        raise InvalidInput(
+            f"sensors must be whole hinge numbers from 1 to {n}, got {sensors!r}."
+        )
     if numbers.min() < 1 or numbers.max() > n or np.any(np.diff(numbers) <= 0):
         raise InvalidInput(
             f"sensors must rise from base to tip within 1…{n}, got {sensors.tolist()}."

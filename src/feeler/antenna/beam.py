@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna.formula import evaluate
 from feeler.errors import Doubtful, InvalidInput
-from feeler.rules import show
+from feeler.records.rules import show
 
 _DENSITIES = (1e-4, 2e-2)  # [C] g/mm3; beams outside are warned of
 _MODULI = (1e-1, 1e6)  # [C] MPa; from resilin to diamond

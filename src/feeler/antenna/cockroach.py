@@ -9,8 +9,8 @@ from feeler.antenna.fact import PAPER, Fact
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.parse import Source
 from feeler.antenna.profile import Constant, Exponential, Linear, Sigmoid
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _LINEAR = (
     "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.60"
@@ -193,15 +193,21 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
     n = exponential.n_segments
     if profile == "matched":
         stiffness = Constant(value=n / np.sum(1 / exponential.stiffness)).sample(n)
-        return match_damping(exponential.replace(stiffness=stiffness, name=profile), exponential)
-    family, names = (Constant, ("value",)) if profile == "constant" else (Linear, ("base", "tip"))
+        return match_damping(
+            exponential.replace(stiffness=stiffness, name=profile), exponential
+        )
+    family, names = (
+        (Constant, ("value",)) if profile == "constant" else (Linear, ("base", "tip"))
+    )
 
     def sample(quantity: str) -> np.ndarray:
         keys = [
             f"{profile}_{quantity}" if name == "value" else f"{profile}_{quantity}_{name}"
             for name in names
         ]
-        return family(**{name: _v(key) for name, key in zip(names, keys, strict=True)}).sample(n)
+        return family(**{name: _v(key) for name, key in zip(names, keys, strict=True)}).sample(
+            n
+        )
 
     return exponential.replace(
         stiffness=sample("stiffness"), damping=sample("damping"), name=profile
@@ -211,5 +217,7 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
 def match_damping(control: Antenna, reference: Antenna) -> Antenna:
     """Damping proportional to stiffness; the first mode's damping ratio is the reference's."""
     trial = control.replace(damping=control.stiffness)
-    share = compute_modes(reference, 1).damping_ratio[0] / compute_modes(trial, 1).damping_ratio[0]
+    share = (
+        compute_modes(reference, 1).damping_ratio[0] / compute_modes(trial, 1).damping_ratio[0]
+    )
     return trial.replace(damping=trial.damping * share)

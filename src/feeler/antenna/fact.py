@@ -2,8 +2,8 @@
 
 from typing import Annotated, Any
 
-from feeler.record import Record
-from feeler.rules import OneOf, Wrong, show
+from feeler.records.record import Record
+from feeler.records.rules import OneOf, Wrong, show
 
 SOURCE_TAGS = {
     "P": "stated in the paper",

@@ -45,9 +45,9 @@ from feeler.antenna.parse import (
     parse_antenna,
 )
 from feeler.antenna.profile import sample_quantity
-from feeler.checked import checked
+from feeler.disk.toml import read_toml_text, save_toml, write_toml
 from feeler.errors import InvalidInput
-from feeler.toml import read_toml_text, save_toml, write_toml
+from feeler.records.checked import checked
 
 
 @checked
@@ -134,7 +134,9 @@ def _find_beam(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Source
     if not beam:
         return {}
     made = make_beam(beam, antenna.n_segments, len(antenna.planes))
-    return beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in made) else {}
+    return (
+        beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in made) else {}
+    )
 
 
 def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:

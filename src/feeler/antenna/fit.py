@@ -50,7 +50,8 @@ def fit_sigmoid(lengths: Sequence[np.ndarray], n_segments: int | None = None) ->
         No antenna, fewer than 8 segments, or lengths that are not finite and > 0.
     """
     arrays = [
-        _check(np.asarray(values, dtype=float), number) for number, values in enumerate(lengths, 1)
+        _check(np.asarray(values, dtype=float), number)
+        for number, values in enumerate(lengths, 1)
     ]
     if not arrays:
         raise InvalidInput("give the segment lengths of at least one antenna.")

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from feeler.record import Ge, Gt, Record, Unit
+from feeler.records.record import Ge, Gt, Record, Unit
 
 _Stiff = Annotated[float, Gt(0), Unit("N/mm")]
 _Damp = Annotated[float, Ge(0), Unit("N·ms/mm")]

@@ -35,7 +35,9 @@ FUNCTIONS: dict[str, Callable] = {
 }
 
 
-def list_names(n_segments: int, segment_length: np.ndarray | None = None) -> dict[str, np.ndarray]:
+def list_names(
+    n_segments: int, segment_length: np.ndarray | None = None
+) -> dict[str, np.ndarray]:
     """What a formula may use: ``n`` (1 … N), ``N``, ``x`` = (n − ½) / N; with lengths also ``l``
     and ``s``.
 
@@ -60,7 +62,9 @@ def evaluate(formula: str, names: Mapping[str, np.ndarray]) -> np.ndarray:
         Not such a formula; the message says which part is not understood and what is.
     """
     if len(formula) > MAX_LENGTH:
-        raise InvalidInput(f"a formula has at most {MAX_LENGTH} characters, got {len(formula)}.")
+        raise InvalidInput(
+            f"a formula has at most {MAX_LENGTH} characters, got {len(formula)}."
+        )
     known = {"pi": np.array(np.pi), **names}
 
     def value(node: Any) -> Any:
@@ -81,7 +85,9 @@ def evaluate(formula: str, names: Mapping[str, np.ndarray]) -> np.ndarray:
         )
 
     try:
-        with np.errstate(all="ignore"):  # what is not finite is refused where the quantity is known
+        with np.errstate(
+            all="ignore"
+        ):  # what is not finite is refused where the quantity is known
             return np.asarray(value(ast.parse(formula.strip(), mode="eval").body), dtype=float)
     except InvalidInput:
         raise

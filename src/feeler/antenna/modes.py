@@ -8,9 +8,9 @@ import scipy
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import require_plane
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.rules import show
+from feeler.records.checked import checked
+from feeler.records.rules import show
 
 _FASTEST = 2 * np.pi * 1e9  # [C] rad/ms; no part of an antenna swings so fast
 
@@ -81,7 +81,9 @@ def _solve(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, n_modes
     vectors = soft[:, None] * vectors[:, ::-1] * omega
     modal_damping = np.einsum("im,i,im->m", vectors, damping, vectors)
     return Modes(
-        frequency=omega / (2 * np.pi), damping_ratio=modal_damping / (2 * omega), angle=vectors.T
+        frequency=omega / (2 * np.pi),
+        damping_ratio=modal_damping / (2 * omega),
+        angle=vectors.T,
     )
 
 
@@ -108,5 +110,7 @@ def compute_base_response(antenna: Antenna, frequency: np.ndarray) -> np.ndarray
         np.maximum(np.append(s, antenna.length)[:, None] - s, 0.0),
     )
     damping = np.diag(antenna.damping)
-    angles = [np.linalg.solve(spring + 1j * w * damping - w**2 * mass, w**2 * pull) for w in omega]
+    angles = [
+        np.linalg.solve(spring + 1j * w * damping - w**2 * mass, w**2 * pull) for w in omega
+    ]
     return 1 + np.array(angles) @ arm.T

@@ -15,9 +15,9 @@ from feeler.antenna.fact import SourceTag
 from feeler.antenna.follicle import Follicle
 from feeler.antenna.formula import evaluate
 from feeler.antenna.profile import PROFILES, sample_quantity
+from feeler.disk.toml import parse_toml
 from feeler.errors import InvalidInput
-from feeler.record import Record
-from feeler.toml import parse_toml
+from feeler.records.record import Record
 
 ANTENNA_SCHEMA = "feeler.antenna/1"
 _MAX_NAME, _MAX_NOTE = 200, 2000  # [C] characters
@@ -135,7 +135,9 @@ class _Reader:
     def read(self, content: dict[str, Any]) -> AntennaFile:
         if content.get("schema") != ANTENNA_SCHEMA:
             self.fail(
-                "", "schema", f"must be {ANTENNA_SCHEMA!r}, got {str(content.get('schema'))[:60]!r}"
+                "",
+                "schema",
+                f"must be {ANTENNA_SCHEMA!r}, got {str(content.get('schema'))[:60]!r}",
             )
         known = (
             "schema",
@@ -199,7 +201,9 @@ class _Reader:
             if found:
                 present = found[1].strip("\"'")
                 header = number if present == (table or key) else header
-            elif present == table and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*[=.]", line):
+            elif present == table and re.match(
+                rf"\s*[\"']?{re.escape(key)}[\"']?\s*[=.]", line
+            ):
                 return number
             elif not present and table and re.match(rf"\s*{re.escape(table)}\s*[=.]", line):
                 header = number
@@ -232,14 +236,18 @@ class _Reader:
         most = _MAX_NAME if key == "name" else _MAX_NOTE
         if not isinstance(value, str) or len(value) > most:
             self.fail(
-                table, key, f"must be a text of at most {most} characters, got {str(value)[:40]!r}"
+                table,
+                key,
+                f"must be a text of at most {most} characters, got {str(value)[:40]!r}",
             )
         return value
 
     def whole(self, table: str, key: str, value: Any, low: int, high: int) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             self.fail(
-                table, key, f"must be a whole number from {low} to {high}, got {str(value)[:40]}"
+                table,
+                key,
+                f"must be a whole number from {low} to {high}, got {str(value)[:40]}",
             )
         return value
 
@@ -267,7 +275,9 @@ class _Reader:
         for quantity in OF_BEAM:
             if quantity in content:
                 self.fail(
-                    "", quantity, "is given twice, by [beam] and by its own table; leave one out"
+                    "",
+                    quantity,
+                    "is given twice, by [beam] and by its own table; leave one out",
                 )
         sources = {}
         for key, raw in tables.items():
@@ -338,7 +348,9 @@ class _Reader:
             if forms == ["value"]:
                 values = np.full(n, self.number(name, "value", values))
             else:
-                values = np.array(self.numbers(name, "values", values, MAX_SEGMENTS), dtype=float)
+                values = np.array(
+                    self.numbers(name, "values", values, MAX_SEGMENTS), dtype=float
+                )
         if values.shape != (n,):
             self.fail(
                 name,
@@ -350,11 +362,15 @@ class _Reader:
 
     def list_rows(self, name: str, key: str, value: Any) -> list[Any]:
         """What stands for each plane; where it is one and the same, once."""
-        per_plane = isinstance(value, list) and all(isinstance(row, list | str) for row in value)
+        per_plane = isinstance(value, list) and all(
+            isinstance(row, list | str) for row in value
+        )
         if not per_plane:
             return [value] * self._planes
         if len(value) != self._planes:
-            self.fail(name, key, f"must be {self._planes} rows, one per plane, got {len(value)}")
+            self.fail(
+                name, key, f"must be {self._planes} rows, one per plane, got {len(value)}"
+            )
         return value
 
     def unit(self, name: str, table: dict[str, Any], valid: dict[str, float]) -> float:
@@ -372,13 +388,17 @@ class _Reader:
     def profile(self, name: str, table: dict[str, Any], n: int) -> np.ndarray:
         kind = self.text(name, "profile", table["profile"])
         if kind not in PROFILES:
-            self.fail(name, "profile", f"must be one of {', '.join(PROFILES)}, got {kind[:40]!r}")
+            self.fail(
+                name, "profile", f"must be one of {', '.join(PROFILES)}, got {kind[:40]!r}"
+            )
         keys = [item.name for item in fields(PROFILES[kind])]
         self.check_keys(name, table, ("unit", "profile", *SOURCE_KEYS, *keys))
         missing = [key for key in keys if key not in table]
         if missing:
             self.fail(
-                name, "profile", f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}"
+                name,
+                "profile",
+                f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}",
             )
         values: dict[str, Any] = {}
         for key in keys:

@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna.formula import evaluate, list_names
 from feeler.errors import InvalidInput
-from feeler.record import Record
+from feeler.records.record import Record
 
 
 @runtime_checkable

@@ -23,7 +23,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.follicle import Follicle
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.space import to_vector
-from feeler.checked import checked
+from feeler.records.checked import checked
 
 _MODULUS = 5000.0  # MPa [B]
 _DENSITY = "1.26e-3 + 0.43e-3 * x"  # g/mm³ [B]
@@ -73,7 +73,9 @@ def rat_whiskers(
 def _read_rows() -> tuple[dict, ...]:
     text = files("feeler.antenna").joinpath("rat_whiskers.csv").read_text(encoding="utf-8")
     head, *lines = text.splitlines()
-    rows = [dict(zip(head.split(","), map(float, line.split(",")), strict=True)) for line in lines]
+    rows = [
+        dict(zip(head.split(","), map(float, line.split(",")), strict=True)) for line in lines
+    ]
     names = [f"{'ABCDE'[int(row['row']) - 1]}{row['column']:.0f}" for row in rows]
     return tuple(row | {"name": name} for row, name in zip(rows, names, strict=True))
 

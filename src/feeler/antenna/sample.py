@@ -9,9 +9,9 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
-from feeler.checked import checked
 from feeler.draw import LogRange, Spread, check_count, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @checked
@@ -48,7 +48,8 @@ class SampledAntennas(Sequence[Antenna]):
             return [self[k] for k in range(len(self))[index]]
         k = range(len(self))[index]
         stiffness, damping, mass, gradient = (
-            float(self.columns[name][k]) for name in ("stiffness", "damping", "mass", "gradient")
+            float(self.columns[name][k])
+            for name in ("stiffness", "damping", "mass", "gradient")
         )
         n = self.antenna.n_segments
         tilt = np.exp(gradient * ((np.arange(n) + 0.5) / n - 0.5))

@@ -12,10 +12,10 @@ from feeler.calibration.hinges import Hinges
 from feeler.calibration.optimise import Minimum, search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
-from feeler.checked import checked
+from feeler.disk.journal import Journal
 from feeler.errors import InvalidInput
-from feeler.journal import Journal
-from feeler.shown import Shown
+from feeler.records.checked import checked
+from feeler.records.shown import Shown
 
 _Progress = Callable[[int, int, Minimum, float], None]
 
@@ -93,7 +93,9 @@ def fit(
         Called after each search with the number done, their total, the minimum found and the best
         error so far.
     """
-    starts = np.atleast_2d(problem.hinges.start if starts is None else np.asarray(starts, float))
+    starts = np.atleast_2d(
+        problem.hinges.start if starts is None else np.asarray(starts, float)
+    )
     if not starts.size or starts.ndim != 2:
         raise InvalidInput(
             f"starts must be one or more (start, parameter), got an array of shape {starts.shape}."

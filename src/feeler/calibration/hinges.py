@@ -9,11 +9,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna, Constant, Exponential, Linear
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Record, freeze
-from feeler.registry import Registry
-from feeler.rules import show
+from feeler.records.checked import checked
+from feeler.records.record import Record, freeze
+from feeler.records.registry import Registry
+from feeler.records.rules import show
 
 # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
 _TIP_STIFFNESS, _TIP_DAMPING = 3.85e-4, 0.0153
@@ -254,7 +254,9 @@ class Band:
             factor = np.sqrt(high / low)
             best, worst = int(factor.argmin()), int(factor.argmax())
             if np.allclose(factor, factor[best], rtol=_STEP):
-                parts.append(f"{name} is known within a factor of {factor[best]:.3g} everywhere")
+                parts.append(
+                    f"{name} is known within a factor of {factor[best]:.3g} everywhere"
+                )
                 continue
             parts.append(
                 f"{name} is known best at {self.place[best]:.2f} of the length (within a factor of"
@@ -275,7 +277,9 @@ def compute_band(hinges: Hinges, p: np.ndarray, covariance: np.ndarray, factor: 
         return np.log(np.stack([antenna.stiffness, antenna.damping]))
 
     x, steps = hinges.to_x(p), _STEP * hinges.scale
-    slope = np.stack([(read(x + d) - read(x - d)) / (2 * d.sum()) for d in np.diag(steps)], axis=-1)
+    slope = np.stack(
+        [(read(x + d) - read(x - d)) / (2 * d.sum()) for d in np.diag(steps)], axis=-1
+    )
     spread = factor * np.sqrt(np.einsum("qnp,pr,qnr->qn", slope, covariance, slope))
     antenna, middle = hinges.build(hinges.to_p(x)), read(x)
     return Band(

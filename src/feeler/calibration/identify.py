@@ -7,8 +7,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from feeler.calibration.problem import Problem
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @checked
@@ -89,7 +89,9 @@ def walk_loose(
     """
     (low, high), scale = problem.hinges.bounds, problem.hinges.scale
     way = directions.direction[-1] * scale
-    xs = np.clip(problem.hinges.to_x(directions.p) + np.asarray(steps)[:, None] * way, low, high)
+    xs = np.clip(
+        problem.hinges.to_x(directions.p) + np.asarray(steps)[:, None] * way, low, high
+    )
     return problem.hinges.to_p(xs), np.linalg.norm(problem.compute_many(xs), axis=1)
 
 

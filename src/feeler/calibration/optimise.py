@@ -9,13 +9,12 @@ import numpy as np
 from scipy.optimize import least_squares, minimize
 
 from feeler.calibration.problem import Problem
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.registry import Registry
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
 
-_POWELL_TOLERANCE = (
-    1e-3  # [C] 0.1 % of a base parameter, 0.1 % of the error; the targets determine neither so well
-)
+# [C] 0.1 % of a base parameter, 0.1 % of the error; the targets determine neither so well
+_POWELL_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +101,11 @@ def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> Non
 
 
 def _minimise(
-    method: str, options: dict[str, object], problem: Problem, x: np.ndarray, max_evaluations: int
+    method: str,
+    options: dict[str, object],
+    problem: Problem,
+    x: np.ndarray,
+    max_evaluations: int,
 ) -> None:
     """One of SciPy's searches that ask for errors alone, on scaled parameters."""
     scale, (low, high) = problem.hinges.scale, problem.hinges.bounds

@@ -18,12 +18,12 @@ from feeler.calibration.protocol import Protocol
 from feeler.calibration.recording import Traces, get_place
 from feeler.calibration.targets import make_targets
 from feeler.calibration.trace import measure_free_trace, measure_trace
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.clock import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
-from feeler.record import OneOf
-from feeler.shown import Shown
+from feeler.records.checked import checked
+from feeler.records.record import OneOf
+from feeler.records.shown import Shown
 
 _MAX_ITERATIONS = 25
 _LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
@@ -172,7 +172,9 @@ def _simulate_all(
     for animal, one in zip(traces.animals, found, strict=True):
         places = traces.take(animal)[0]
         moved = _simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
-        rows |= {f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)}
+        rows |= {
+            f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
+        }
     return np.array(
         [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
     )
@@ -215,11 +217,15 @@ def _simulate_steps(
         if isinstance(outcome, Exception):
             raise outcome
         own, moved = outcome
-        found.append(CubicSpline(own, moved / moved[-1, 0], axis=1)(np.maximum(time + shift, 0.0)))
+        found.append(
+            CubicSpline(own, moved / moved[-1, 0], axis=1)(np.maximum(time + shift, 0.0))
+        )
     return np.array(found)
 
 
-def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by: str) -> _Fitted:
+def _fit_one(
+    traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by: str
+) -> _Fitted:
     """The fit of one animal; where the release was found, how late that was is fitted too."""
     (places, rows), n = traces.take(animal), len(hinges.names)
     begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)

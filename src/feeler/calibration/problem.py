@@ -11,10 +11,10 @@ import numpy as np
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
-from feeler.checked import checked
+from feeler.disk.journal import Journal
+from feeler.disk.provenance import make_key
 from feeler.errors import FeelerError, InvalidInput
-from feeler.journal import Journal
-from feeler.provenance import make_key
+from feeler.records.checked import checked
 
 # [C] residual of every target of an antenna that could not be simulated or measured; larger than
 # any real one

@@ -14,7 +14,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, get_engine
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Motion, Scene
-from feeler.record import Gt, Record, Unit
+from feeler.records.record import Gt, Record, Unit
 from feeler.response import measure_deflection_ratios, measure_free_response
 
 _STEP_QUANTITIES = ("frequency", "damping_ratio")
@@ -97,14 +97,21 @@ class Protocol(Record):
         """
         outcomes: list[dict] = [{} for _ in antennas]
 
-        def read(antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, object]:
+        def read(
+            antenna: Antenna, scene: Scene, motion: Motion, last: bool
+        ) -> dict[str, object]:
             return {"moved": (motion.time, _follow(antenna, motion, places))}
 
         self._add(outcomes, antennas, self._step_scene, [self.step_duration], read)
         return [outcome.get("error") or outcome["moved"] for outcome in outcomes]
 
     def _add(
-        self, outcomes: list[dict], antennas: Sequence[Antenna], make, durations: list[float], read
+        self,
+        outcomes: list[dict],
+        antennas: Sequence[Antenna],
+        make,
+        durations: list[float],
+        read,
     ) -> None:
         """Simulate a scene per antenna and put what ``read`` finds into ``outcomes``.
 
@@ -198,7 +205,9 @@ class Measured(Record):
     overdamped: bool = False
 
 
-def _follow(antenna: Antenna, motion: Motion, places: Sequence[float] | np.ndarray) -> np.ndarray:
+def _follow(
+    antenna: Antenna, motion: Motion, places: Sequence[float] | np.ndarray
+) -> np.ndarray:
     """Sideways displacement from rest (place, sample) of points at fractions of the length.
 
     Segments are straight.
@@ -216,4 +225,6 @@ def _collect(outcome: dict[str, Any], names: tuple[str, ...]) -> "Measured | Fee
         valid = (*_STEP_QUANTITIES, *_IMPULSE_POINTS)
         return InvalidInput(f"unknown quantity {unknown[0]!r}; valid: {', '.join(valid)}.")
     values = np.array([outcome[name] for name in names], dtype=float)
-    return Measured(names=names, values=values, overdamped=bool(outcome.get("overdamped", False)))
+    return Measured(
+        names=names, values=values, overdamped=bool(outcome.get("overdamped", False))
+    )

@@ -7,9 +7,9 @@ from typing import Annotated
 import numpy as np
 
 from feeler.calibration.trace import find_release, find_rest
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import ALLOW_NAN, OneOf, Record
+from feeler.records.checked import checked
+from feeler.records.record import ALLOW_NAN, OneOf, Record
 from feeler.response import check_trace
 from feeler.tensors.table import Table, parse_table, read_table
 

@@ -7,10 +7,10 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna.fact import SourceTag
-from feeler.checked import checked
+from feeler.disk.toml import make_record, read_toml
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Gt, Len, OneOf, Record
-from feeler.toml import make_record, read_toml
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Len, OneOf, Record
 
 _QUANTITIES = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
 _SHIPPED = ("cockroach",)

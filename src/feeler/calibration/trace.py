@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 from scipy.signal import savgol_filter
 
-from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
+from feeler.records.checked import checked
 from feeler.response import FreeResponse, check_trace, measure_free_response
 
 _MIN_FREQUENCY, _MAX_FREQUENCY = (
@@ -56,7 +56,9 @@ def measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeRe
     """Free response of a trace that is not too noisy."""
     check_trace(time, trace, f"trace {name!r}")
     noise = float(
-        np.std(np.diff(trace, 2)) / np.sqrt(6.0) / max(abs(trace[0]), 0.05 * np.abs(trace).max())
+        np.std(np.diff(trace, 2))
+        / np.sqrt(6.0)
+        / max(abs(trace[0]), 0.05 * np.abs(trace).max())
     )
     if noise > _MAX_JUMP:
         raise InvalidInput(
@@ -93,7 +95,9 @@ def find_rest(signal: Annotated[np.ndarray, "sample"]) -> float:
 
 
 @checked
-def find_release(signal: Annotated[np.ndarray, "sample"], name: str = "trace") -> tuple[int, float]:
+def find_release(
+    signal: Annotated[np.ndarray, "sample"], name: str = "trace"
+) -> tuple[int, float]:
     """Number of the last held sample, and the position at rest, of a trace that is let go.
 
     Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before

@@ -38,7 +38,9 @@ def active(
     ] = 4,
     noise: Annotated[
         str,
-        typer.Option(help="of the sensors: common:SIZE [rad], or relative:SIZE (share of a peak)"),
+        typer.Option(
+            help="of the sensors: common:SIZE [rad], or relative:SIZE (share of a peak)"
+        ),
     ] = "common:0.03",
     movie: Annotated[
         bool, typer.Option(help="write a movie of the first and the last policy")
@@ -54,8 +56,8 @@ def active(
     from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
+    from feeler.disk.provenance import describe_versions
     from feeler.progress import ProgressBar
-    from feeler.provenance import describe_versions
     from feeler.studies.contests import load_contest, write_active
 
     contest = load_contest(sets=sets, copies=copies, noise=noise)

@@ -25,7 +25,9 @@ def antenna(
     preset: Annotated[
         str, typer.Option("--preset", "--profile", help="which antenna to start from")
     ] = "exponential",
-    sensors: Annotated[str, typer.Option(help="of the cockroach: even, distal or all")] = "even",
+    sensors: Annotated[
+        str, typer.Option(help="of the cockroach: even, distal or all")
+    ] = "even",
 ) -> None:
     """Write an antenna as a TOML file, with formulas, units and sources, to be edited and given to
     --antenna.

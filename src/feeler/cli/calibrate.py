@@ -24,7 +24,9 @@ import typer
 from feeler.cli.page import EngineName
 from feeler.cli.say import Json, say_json
 
-_BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
+_BAD = (
+    0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +44,9 @@ class _CalibrateOptions:
     ] = ""
     by: Annotated[
         str,
-        typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)"),
+        typer.Option(
+            help="with --data: trace (every sample) or targets (frequency and damping)"
+        ),
     ] = "trace"
     profile: Annotated[
         str,
@@ -57,17 +61,21 @@ class _CalibrateOptions:
         float | None, typer.Option(help="frames per second, if the column is frame")
     ] = None
     release: Annotated[
-        str, typer.Option(help="first (sample) or found; by default found where frames are counted")
+        str,
+        typer.Option(help="first (sample) or found; by default found where frames are counted"),
     ] = ""
     at: Annotated[
         float | None,
-        typer.Option(help="with --data: where the antenna was held [mm from the base]; default 10"),
+        typer.Option(
+            help="with --data: where the antenna was held [mm from the base]; default 10"
+        ),
     ] = None
     targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
         "cockroach"
     )
     method: Annotated[
-        str, typer.Option(help="least-squares, powell, nelder-mead …; an unknown name lists all")
+        str,
+        typer.Option(help="least-squares, powell, nelder-mead …; an unknown name lists all"),
     ] = "least-squares"
     starts: Annotated[
         int,
@@ -75,9 +83,9 @@ class _CalibrateOptions:
             help="number of searches; the first begins at usual values, others near them", min=1
         ),
     ] = 1
-    spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms", min=0)] = (
-        0.7
-    )
+    spread: Annotated[
+        float, typer.Option(help="sd of the perturbation, in logarithms", min=0)
+    ] = 0.7
     seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0
     evaluations: Annotated[
         int, typer.Option(help="antennas simulated per start, at most", min=2)
@@ -148,14 +156,18 @@ def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
             err=True,
         )
     if said.out is not None:
-        words = f"An antenna fitted to {traces.source} traces: {_explain(profile, antenna.name)}."
+        words = (
+            f"An antenna fitted to {traces.source} traces: {_explain(profile, antenna.name)}."
+        )
         _save(said.out, traces, antenna, hinges, result, said.session_start, words)
 
 
 def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
     """The fit as plain data."""
     whole = {
-        name: value for name, value in vars(result).items() if name not in ("band", "directions")
+        name: value
+        for name, value in vars(result).items()
+        if name not in ("band", "directions")
     }
     if result.directions is not None:
         whole |= {
@@ -172,7 +184,9 @@ def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
 
 def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) -> None:
     count = len(result.animals)
-    typer.echo(f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}")
+    typer.echo(
+        f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}"
+    )
     typer.echo(f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual")
     for name, p, residual in zip(result.animals, result.each, result.residual, strict=True):
         typer.echo(f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}")
@@ -206,7 +220,9 @@ def _save(
         "Dots: as recorded, as a share of the outermost point's first displacement; lines: the"
         " fitted antenna."
     )
-    section.figure("calibration", caption, lambda figure: _plot(figure, traces, result), height=3.2)
+    section.figure(
+        "calibration", caption, lambda figure: _plot(figure, traces, result), height=3.2
+    )
     rows = zip(result.names, hinges.units, result.p, result.low, result.high, strict=True)
     section.table(
         ["parameter", "unit", "value", "from", "to"],
@@ -224,7 +240,10 @@ def _save(
             " dashed: where it began."
         )
         section.figure(
-            "profile", caption, lambda figure: _plot_band(figure, result.band, start), height=3.0
+            "profile",
+            caption,
+            lambda figure: _plot_band(figure, result.band, start),
+            height=3.0,
         )
         section.text(result.band.describe())
     if result.directions is not None and len(result.names) > 1:
@@ -305,11 +324,20 @@ def _explain(profile: str, name: str) -> str:
 def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
     import numpy as np
 
-    from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
+    from feeler.calibration import (
+        Problem,
+        Protocol,
+        fit,
+        load_targets,
+        make_hinges,
+        make_starts,
+    )
 
     goal = load_targets(said.targets)
     problem = Problem(
-        hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=said.engine)
+        hinges=make_hinges(profile, antenna),
+        targets=goal,
+        protocol=Protocol(engine=said.engine),
     )
     begin = make_starts(
         problem.hinges, said.starts, np.random.default_rng(said.seed), spread=said.spread
@@ -329,7 +357,9 @@ def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
         _report_interrupt(watch.best, said.checkpoint)
         raise typer.Exit(130) from None
     if said.as_json:
-        measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
+        measured = dict(
+            zip(found.measured.names, map(float, found.measured.values), strict=True)
+        )
         parameters = dict(zip(found.names, map(float, found.p), strict=True))
         say_json({"parameters": parameters, "measured": measured, "error": found.error})
         return
@@ -344,8 +374,12 @@ def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
             f" [{target.tag}]"
         )
     if found.measured.overdamped:
-        typer.echo("the fitted antenna is over-damped: it has no damped frequency (its entry is 0)")
-    typer.echo(f"error {found.error:.4g}, median symmetric accuracy {found.symmetric_accuracy:.4g}")
+        typer.echo(
+            "the fitted antenna is over-damped: it has no damped frequency (its entry is 0)"
+        )
+    typer.echo(
+        f"error {found.error:.4g}, median symmetric accuracy {found.symmetric_accuracy:.4g}"
+    )
 
 
 class _Watch:

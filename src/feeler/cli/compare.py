@@ -38,9 +38,9 @@ def compare(
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import name_antennas
     from feeler.decoding import READERS
+    from feeler.disk.provenance import describe_versions
     from feeler.errors import InvalidInput
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
-    from feeler.provenance import describe_versions
     from feeler.stimulus import load_objects
     from feeler.stimulus.ninety import trials
     from feeler.studies.comparison import compare_antennas, touch_whole, write_comparison
@@ -65,7 +65,9 @@ def compare(
     tensors, ends = {}, {}
     for name, antenna in chosen.items():
         tensors[name], ends[name] = touch_whole(antenna, touches, seed=seed)
-        words = f"{name}: touched {len(touches)} times; the last lets go after {ends[name]:.0f} ms"
+        words = (
+            f"{name}: touched {len(touches)} times; the last lets go after {ends[name]:.0f} ms"
+        )
         typer.echo(words, err=as_json)
     encoder = effort.make_encoder(random_state=seed)
     data = compare_antennas(

@@ -30,7 +30,9 @@ def convert(
     source: Annotated[
         Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file, or MCAP:TOPIC")
     ],
-    target: Annotated[Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv or .nwb")],
+    target: Annotated[
+        Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv or .nwb")
+    ],
     variable: Annotated[str, typer.Option(help="variable of a CSV")] = "angle",
     trial: Annotated[int, typer.Option(help="trial of a CSV, from 0")] = 0,
     session_start: Annotated[
@@ -44,7 +46,9 @@ def convert(
     sex: Annotated[str, typer.Option(help="M, F, U or O, of an NWB file")] = "U",
     age: Annotated[str, typer.Option(help="age such as P90D, of an NWB file")] = "",
     experimenter: Annotated[str, typer.Option(help="as in 'Doe, Jane', of an NWB file")] = "",
-    institution: Annotated[str, typer.Option(help="where it was recorded, of an NWB file")] = "",
+    institution: Annotated[
+        str, typer.Option(help="where it was recorded, of an NWB file")
+    ] = "",
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
     """Write tensors in another format, with their configuration, units, versions, seeds and
@@ -52,7 +56,7 @@ def convert(
     """
     from feeler.cli.choose import parse_start
     from feeler.cli.info import name_instead
-    from feeler.guard import Limits
+    from feeler.disk.guard import Limits
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 

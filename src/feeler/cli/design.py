@@ -80,7 +80,7 @@ def design(
 def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool) -> None:
     from feeler.design.making import measure_tolerance
     from feeler.design.page import write_design
-    from feeler.provenance import describe_versions
+    from feeler.disk.provenance import describe_versions
 
     tolerance = measure_tolerance(found.best, found.task, executor=executor) if robot else None
     fewer, error = found.compare()

@@ -28,11 +28,13 @@ def export(
     ] = 0.5,
     speed: Annotated[float, typer.Option(help="speed of the feature [m/s]")] = 0.6,
     azimuth: Annotated[
-        float, typer.Option(help="of an antenna in space: turn of the approach about it [degrees]")
+        float,
+        typer.Option(help="of an antenna in space: turn of the approach about it [degrees]"),
     ] = 0.0,
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     control: Annotated[
-        bool, typer.Option("--control", help="servos at the base, sensors, objects as mocap bodies")
+        bool,
+        typer.Option("--control", help="servos at the base, sensors, objects as mocap bodies"),
     ] = False,
 ) -> None:
     """Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed."""

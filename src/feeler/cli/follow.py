@@ -15,10 +15,14 @@ from feeler.cli.say import Json, say_json
 
 
 def follow(
-    antenna: Annotated[str, typer.Argument(help="preset or antenna file (TOML)")] = "exponential",
+    antenna: Annotated[
+        str, typer.Argument(help="preset or antenna file (TOML)")
+    ] = "exponential",
     turn: Annotated[
         float,
-        typer.Option(min=-80, max=80, help="turn of the wall [degrees], positive towards the body"),
+        typer.Option(
+            min=-80, max=80, help="turn of the wall [degrees], positive towards the body"
+        ),
     ] = 30.0,
     speed: Annotated[float, typer.Option(help="speed of the body [m/s]")] = 0.45,
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,

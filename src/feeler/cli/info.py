@@ -42,7 +42,7 @@ def info(
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
     them is executed.
     """
-    from feeler.guard import Limits
+    from feeler.disk.guard import Limits
     from feeler.tensors.inspect import describe_file
 
     limits, also = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
@@ -117,7 +117,9 @@ def _name_results() -> dict[str, Any]:
     form = Format(
         words="numbers of a page that feeler wrote",
         kind="results",
-        detect=lambda path, start: path.suffix in (".csv", ".json") and find_page(path).is_file(),
+        detect=lambda path, start: (
+            path.suffix in (".csv", ".json") and find_page(path).is_file()
+        ),
         load=lambda path, limits, trusted: [f"next        open {find_page(path).name}"],
         tell=list,
     )

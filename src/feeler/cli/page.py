@@ -139,8 +139,12 @@ def _say_plainly(message: str, opts: Sequence[str], words: Sequence[str]) -> str
     for pattern, plain in _PLAINLY.items():
         if re.fullmatch(pattern, message):
             given = [b for a, b in pairwise(words) if a in opts]
-            given += [b for a, _, b in (word.partition("=") for word in words) if b and a in opts]
-            return re.sub(pattern, plain, message) + "".join(f", got {one!r}" for one in given[-1:])
+            given += [
+                b for a, _, b in (word.partition("=") for word in words) if b and a in opts
+            ]
+            return re.sub(pattern, plain, message) + "".join(
+                f", got {one!r}" for one in given[-1:]
+            )
     return message
 
 

@@ -20,7 +20,11 @@ import typer
 
 from feeler.execute.processes import USUAL, prepare_workers
 
-_PREPARED = ("feeler.studies.paper.reproduce", "feeler.studies.paper.fig2e", "feeler.physics.chain")
+_PREPARED = (
+    "feeler.studies.paper.reproduce",
+    "feeler.studies.paper.fig2e",
+    "feeler.physics.chain",
+)
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
 
 
@@ -37,7 +41,8 @@ def reproduce(
     ] = Path("out"),
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     change: Annotated[
-        list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")
+        list[str],
+        typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)"),
     ] = [],  # noqa: B006
     engine: Annotated[
         str,
@@ -46,7 +51,9 @@ def reproduce(
         ),
     ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="the same number gives the same results")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="the same number gives the same results")
+    ] = 0,
     workers: Annotated[
         int | None, typer.Option(help="processes side by side; default one per core")
     ] = None,

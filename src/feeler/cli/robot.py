@@ -97,7 +97,8 @@ def new(
     file: Annotated[Path, typer.Argument(help="TOML file to write")] = Path("robot.toml"),
     hinges: Annotated[int, typer.Option(min=1, help="how many hinges it has")] = 8,
     moulded: Annotated[
-        bool, typer.Option("--moulded", help="one soft piece, such as silicone, in place of hinges")
+        bool,
+        typer.Option("--moulded", help="one soft piece, such as silicone, in place of hinges"),
     ] = False,
 ) -> None:
     """Write a commented robot file to be edited and given to --antenna."""
@@ -126,7 +127,9 @@ def calibrate(
         say_json(vars(calibration))
         return
     typer.echo(calibration.report())
-    typer.echo(f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else ""))
+    typer.echo(
+        f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else "")
+    )
 
 
 @app.command()
@@ -145,7 +148,9 @@ def check(
     from feeler.cli.robot_pages import describe_recording, write_recordings
 
     read, names = (
-        Robot(antenna).read(recordings, calibration, outside, gaps, unit=unit, time_unit=time_unit),
+        Robot(antenna).read(
+            recordings, calibration, outside, gaps, unit=unit, time_unit=time_unit
+        ),
         [path.name for path in recordings],
     )
     if as_json:
@@ -165,7 +170,8 @@ def check(
 def convert(
     recordings: Files,
     out: Annotated[
-        Path, typer.Option(help="ending .zarr, .nc or .mat; for NWB give the .nc to feeler convert")
+        Path,
+        typer.Option(help="ending .zarr, .nc or .mat; for NWB give the .nc to feeler convert"),
     ],
     antenna: AntennaName = "robot",
     calibration: Calibration = None,
@@ -197,7 +203,9 @@ def fit(
     time_unit: TimeUnit = None,
     thickness: Annotated[float | None, typer.Option(help="flexure thickness [mm]")] = None,
     length: Annotated[float | None, typer.Option(help="flexure length [mm]")] = None,
-    method: Annotated[str, typer.Option(help="update (fast) or powell (the paper's)")] = "update",
+    method: Annotated[
+        str, typer.Option(help="update (fast) or powell (the paper's)")
+    ] = "update",
     engine: Engine = None,
     timestep: Timestep = None,
     out: Out = None,
@@ -214,10 +222,14 @@ def fit(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
     read, how = (
-        robot.read([recording], calibration, "refuse", "refuse", unit=unit, time_unit=time_unit)[0],
+        robot.read(
+            [recording], calibration, "refuse", "refuse", unit=unit, time_unit=time_unit
+        )[0],
         tell(engine=engine, timestep=timestep),
     )
-    theory = {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
+    theory = (
+        {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
+    )
     result = fit_factors(read, **theory, method=method, **how)
     if out is not None:
         typer.echo(
@@ -323,7 +335,8 @@ def gap(
             Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
         )
     found = {
-        name: {what: score.share(what) for what in score.correct} for name, score in scores.items()
+        name: {what: score.share(what) for what in score.correct}
+        for name, score in scores.items()
     }
     contacts = next(iter(scores.values())).total
     if as_json:

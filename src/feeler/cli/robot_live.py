@@ -32,7 +32,9 @@ _KEPT = 60_000  # samples that are judged as a whole: a minute at 1 kHz
 def stream(
     source: Annotated[
         str,
-        typer.Argument(help="CSV recording, - for standard input, or a serial port with --serial"),
+        typer.Argument(
+            help="CSV recording, - for standard input, or a serial port with --serial"
+        ),
     ],
     antenna: AntennaName = "robot",
     objects: Objects = None,
@@ -131,7 +133,9 @@ def _judge(antenna, touches: list, kept, labels: dict, lessons):
 
 def board(
     file: Annotated[Path, typer.Argument(help="sketch to write")] = Path("board.ino"),
-    channels: Annotated[int, typer.Option(min=1, max=256, help="how many sensors it reads")] = 8,
+    channels: Annotated[
+        int, typer.Option(min=1, max=256, help="how many sensors it reads")
+    ] = 8,
     rate: Annotated[int, typer.Option(min=1, max=2000, help="samples per second")] = 500,
 ) -> None:
     """Write an Arduino sketch that sends samples as `feeler robot stream --serial` reads them."""
@@ -182,7 +186,9 @@ def _decode(running, samples, lines, every: int, say, keep):
         state = running.update(angle, time)
         keep((time, angle, state))
         if (state.state, state.strange) != last or (
-            state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"
+            state.since_contact >= 0
+            and state.since_contact % every == 0
+            and state.state != "over"
         ):
             known = {
                 "since_contact": state.since_contact,

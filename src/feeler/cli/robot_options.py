@@ -19,7 +19,8 @@ Calibration = Annotated[
     Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")
 ]
 AntennaName = Annotated[
-    str, typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset")
+    str,
+    typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset"),
 ]
 Objects = Annotated[
     Path | None,
@@ -33,7 +34,8 @@ Speeds = Annotated[
     str | None, typer.Option(help="speeds of the touches to tell apart [m/s]: 0.027,0.27")
 ]
 Out = Annotated[
-    Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")
+    Path | None,
+    typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)"),
 ]
 ChannelUnit = Annotated[
     str | None,
@@ -43,13 +45,15 @@ TimeUnit = Annotated[
     str | None, typer.Option(help="unit of the times, if the file names none: ms, s, us, ns")
 ]
 Outside = Annotated[
-    str, typer.Option(help="readings outside the calibrated range: refuse, clip, missing, extend")
+    str,
+    typer.Option(help="readings outside the calibrated range: refuse, clip, missing, extend"),
 ]
 Engine = Annotated[
     str | None, typer.Option(help="simulator of the touches: chain-consistent, chain or mujoco")
 ]
 Timestep = Annotated[
-    float | None, typer.Option(help="timestep of the simulation [ms]; default: the engine's own")
+    float | None,
+    typer.Option(help="timestep of the simulation [ms]; default: the engine's own"),
 ]
 Workers = Annotated[int | None, typer.Option(help="threads; default one per core")]
 Gaps = Annotated[
@@ -119,7 +123,9 @@ def make_touches(objects: Path | None, locations: str | None, speeds: str | None
 def _split(option: str, text: str | None) -> tuple[float, ...] | None:
     try:
         return (
-            None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
+            None
+            if text is None
+            else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
         )
     except ValueError:
         raise InvalidInput(

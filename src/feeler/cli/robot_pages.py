@@ -21,7 +21,10 @@ from feeler.robot.recording import Recording
 
 
 def write_answers(
-    out: Path, found: Sequence[Mapping[str, Any]], answers: Sequence[Answer], aligned: np.ndarray
+    out: Path,
+    found: Sequence[Mapping[str, Any]],
+    answers: Sequence[Answer],
+    aligned: np.ndarray,
 ) -> Path:
     """robot.html, robot.png and robot.json of classified recordings."""
     names = [one["file"] for one in found]
@@ -141,7 +144,10 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
         " moves.",
         draw=draw,
         height=2.6,
-        table=(["", "damped frequency [Hz]", "damping ratio", "a damped cosine explains"], rows),
+        table=(
+            ["", "damped frequency [Hz]", "damping ratio", "a damped cosine explains"],
+            rows,
+        ),
     )
 
 
@@ -263,7 +269,9 @@ def _write(
 ) -> Path:
     """robot.html with one picture and perhaps a table, robot.png and robot.json."""
     out.mkdir(parents=True, exist_ok=True)
-    (out / "robot.json").write_text(json.dumps(to_json(numbers), indent=1) + "\n", encoding="utf-8")
+    (out / "robot.json").write_text(
+        json.dumps(to_json(numbers), indent=1) + "\n", encoding="utf-8"
+    )
     section = Section(name="robot", title=title, folder=out, vector=False)
     section.figure("robot", caption, draw, height=height)
     if table:

@@ -34,29 +34,34 @@ class _SpikeOptions:
         "ball"
     )
     size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53
-    location: Annotated[float, typer.Option(help="place of the touch, fraction of the length")] = (
-        0.7
-    )
+    location: Annotated[
+        float, typer.Option(help="place of the touch, fraction of the length")
+    ] = 0.7
     speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3
     azimuth: Annotated[
         float,
-        typer.Option(help="for an antenna in space: side from which it comes [degrees about it]"),
+        typer.Option(
+            help="for an antenna in space: side from which it comes [degrees about it]"
+        ),
     ] = 0.0
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     sensors: Annotated[
         int | None,
         typer.Option(min=1, help="places of sensilla, evenly; default: those of the sensors"),
     ] = None
-    gain: Annotated[float | None, typer.Option(help="stimulus per radian; default: see --rate")] = (
-        None
-    )
+    gain: Annotated[
+        float | None, typer.Option(help="stimulus per radian; default: see --rate")
+    ] = None
     rate: Annotated[
-        float, typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain")
+        float,
+        typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain"),
     ] = 400.0
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
     ] = 1
-    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = 0.0
+    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = (
+        0.0
+    )
     spread: Annotated[
         float, typer.Option(help="standard deviation of the delay of a spike [ms]")
     ] = 0.0
@@ -113,7 +118,9 @@ def _make_touches(said: _SpikeOptions) -> Any:
     if said.touches is not None:
         return validate(load(said.touches)).load()
     feature = parse_feature(said.feature, said.size)
-    trial = Trial(feature=feature, location=said.location, speed=said.speed, azimuth=said.azimuth)
+    trial = Trial(
+        feature=feature, location=said.location, speed=said.speed, azimuth=said.azimuth
+    )
     antenna = choose_antenna(said.antenna)
     duration = trial.lead + antenna.length / said.speed + 100.0
     return touch(antenna, trial, duration=float(round(duration)))
@@ -175,7 +182,9 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> Non
         "greatest_rate": best,
         "gain": gain,
     }
-    section.table(["of these touches", ""], [[k.replace("_", " "), v] for k, v in known.items()])
+    section.table(
+        ["of these touches", ""], [[k.replace("_", " "), v] for k, v in known.items()]
+    )
     section.text(
         "Sensilla after Szczecinski et al. 2021 (doi:10.1088/1748-3190/ac1ced), with the parameters"
         " of the cockroach's tibia; where they sit and how strongly the antenna drives them are"

@@ -32,7 +32,8 @@ def studio(
     ] = "exponential",
     port: Annotated[int | None, typer.Option(help="default 8765; 0 takes any free one")] = None,
     board: Annotated[
-        str | None, typer.Option(help="serial port that the system does not list (extra: robot)")
+        str | None,
+        typer.Option(help="serial port that the system does not list (extra: robot)"),
     ] = None,
     baudrate: Annotated[int, typer.Option(help="of boards")] = 115_200,
     calibration: Annotated[
@@ -63,7 +64,9 @@ def studio(
         _write(page, wish)
         return
     calibration = calibration or robot.calibration
-    boards = Boards(board, baudrate, None if calibration is None else load_calibration(calibration))
+    boards = Boards(
+        board, baudrate, None if calibration is None else load_calibration(calibration)
+    )
     running = Studio(wish, port=port, boards=boards)
     typer.echo(f"feeler studio: {running.address}")
     if open_page and not webbrowser.open(running.address):
@@ -81,7 +84,9 @@ def _write(file: Path, antenna: "AntennaWish") -> None:
 
     require_new(file)
     if not file.parent.is_dir():
-        raise InvalidInput(f"{file.parent} is no folder. Make it first, or choose another place.")
+        raise InvalidInput(
+            f"{file.parent} is no folder. Make it first, or choose another place."
+        )
     text = write_touch_page(TouchWish(antenna=antenna))
     file.write_text(text, encoding="utf-8")
     size = len(text.encode()) / 1000

@@ -42,13 +42,15 @@ class _TouchOptions:
         ),
     ] = field(default_factory=lambda: ["ball"])
     size: Annotated[
-        list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{_MANY}")
+        list[float],
+        typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{_MANY}"),
     ] = field(default_factory=lambda: [1.53])
     location: Annotated[
-        list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{_MANY}")
+        list[float],
+        typer.Option(help=f"fraction of the length from the base, in (0, 1]{_MANY}"),
     ] = field(default_factory=lambda: [0.5])
-    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{_MANY}")] = field(
-        default_factory=lambda: [0.6]
+    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{_MANY}")] = (
+        field(default_factory=lambda: [0.6])
     )
     outline: Annotated[
         Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")
@@ -58,7 +60,9 @@ class _TouchOptions:
     ] = 90.0
     azimuth: Annotated[
         float,
-        typer.Option(help="for an antenna in space: side from which it comes [degrees about it]"),
+        typer.Option(
+            help="for an antenna in space: side from which it comes [degrees about it]"
+        ),
     ] = 0.0
     side: Annotated[str, typer.Option(help="left or right")] = "left"
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0
@@ -216,7 +220,9 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
         _tell_machine(trial.label, facts, out / "touch.html")
         return
     angle, curvature, _ = (value for value, _ in facts.values())
-    typer.echo(f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm")
+    typer.echo(
+        f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm"
+    )
     typer.echo(
         f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
         f" tensor.pdf{', movie.mp4' if movie else ''}"
@@ -235,7 +241,9 @@ def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
     except MissingExtra as missing:
         typer.echo(f"no movie: {missing}", err=True)
         return False
-    section.movie(path, f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature.")
+    section.movie(
+        path, f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature."
+    )
     return True
 
 
@@ -284,4 +292,6 @@ def _tell_machine(label: str, facts: dict[str, tuple[float, str]], page: Path) -
     values, units = zip(*facts.values(), strict=True)
     plain = ["deg" if unit == "°" else unit for unit in units]
     known = dict(zip(names, values, strict=True))
-    say_json({"touch": label, **known, "units": dict(zip(names, plain, strict=True)), "page": page})
+    say_json(
+        {"touch": label, **known, "units": dict(zip(names, plain, strict=True)), "page": page}
+    )

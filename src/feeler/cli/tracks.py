@@ -62,7 +62,8 @@ class _TrackOptions:
         typer.Option(help="landmarks of the left and right tip; one antenna: NAME, or ,NAME"),
     ] = "left_tip,right_tip"
     bases: Annotated[
-        str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")
+        str,
+        typer.Option(help="landmarks of the antennae's bases, left,right; default: the head"),
     ] = ""
     body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen"
     points: Annotated[
@@ -82,7 +83,8 @@ class _TrackOptions:
     scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
     cutoff: Annotated[float, typer.Option(help="cut-off of the low-pass filter [Hz]")] = 6.0
     max_gap: Annotated[
-        int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")
+        int,
+        typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none"),
     ] = 0
     length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0
     out: Annotated[
@@ -164,7 +166,9 @@ def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:
     """All numbers, in degrees per second."""
     rows = []
     for k, (file, trial) in enumerate(zip(files, trials, strict=True)):
-        mean, error = (np.rad2deg(values[k]) * 1e3 for values in (result.mean_peak, result.error))
+        mean, error = (
+            np.rad2deg(values[k]) * 1e3 for values in (result.mean_peak, result.error)
+        )
         rows.append(
             {
                 "file": file.name,
@@ -226,7 +230,9 @@ def _list_cells(row: dict[str, Any]) -> list[object]:
     """A trial's row of the page."""
     speeds = [
         "none" if mean is None else f"{mean:.1f} ± {error:.2g} ({count})"
-        for mean, error, count in zip(row["mean_peak"], row["error"], row["n_peaks"], strict=True)
+        for mean, error, count in zip(
+            row["mean_peak"], row["error"], row["n_peaks"], strict=True
+        )
     ]
     return [row["file"], *speeds, _pair_counts(row["bridged"]), _pair_counts(row["missing"])]
 
@@ -236,7 +242,9 @@ def _pair_counts(counts: list[int]) -> str:
     return ", ".join(map(str, counts))
 
 
-def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]) -> None:
+def _save(
+    out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]
+) -> None:
     """tracks.html, .csv (trial, side, time, angle, speed), .json, .png and .svg."""
     from matplotlib.figure import Figure
 
@@ -290,7 +298,9 @@ def _save_poses(said: _TrackOptions, trials: list, edges: list) -> None:
     from feeler.tracking import save_poses
 
     if said.out is None:
-        raise InvalidInput("--session-start is for tracks.nwb in the folder --out; give --out too.")
+        raise InvalidInput(
+            "--session-start is for tracks.nwb in the folder --out; give --out too."
+        )
     said.out.mkdir(parents=True, exist_ok=True)
     save_poses(
         trials,
@@ -309,7 +319,9 @@ def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
         for side, sweeps in zip(("left", "right"), pair, strict=True):
             row[0].plot(trial.time * 1e-3, np.rad2deg(sweeps.angle), lw=0.8, label=side)
             row[1].plot(trial.time * 1e-3, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
-            row[1].plot(sweeps.peak_time * 1e-3, np.rad2deg(sweeps.peak_speed) * 1e3, "k.", ms=3)
+            row[1].plot(
+                sweeps.peak_time * 1e-3, np.rad2deg(sweeps.peak_speed) * 1e3, "k.", ms=3
+            )
         row[0].set(title=file.name[:40], xlabel="time [s]", ylabel="angle [°]")
         row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
@@ -348,7 +360,9 @@ def _describe_posture(file: Path, trial: Any, posture: Any) -> dict[str, Any]:
         "length": float(posture.piece_length.sum()),
         "frames": trial.n_frames,
         "whole": int(np.isfinite(posture.bend).all("joint").sum()),
-        "largest_bend": dict(zip(map(str, posture.joint.values), map(float, largest), strict=True)),
+        "largest_bend": dict(
+            zip(map(str, posture.joint.values), map(float, largest), strict=True)
+        ),
         "units": {"length": posture.position.attrs["units"], "largest_bend": "deg"},
     }
 

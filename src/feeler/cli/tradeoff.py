@@ -55,9 +55,9 @@ def tradeoff(
     and samples since contact.
     """
     from feeler.cli.choose import name_antennas
+    from feeler.disk.provenance import describe_versions
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.progress import ProgressBar
-    from feeler.provenance import describe_versions
     from feeler.studies.tradeoff import load_declared, split_measured, write_tradeoff
 
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
@@ -81,7 +81,10 @@ def tradeoff(
     page = write_tradeoff(measured, study, out, conditions)
     if as_json:
         say_json(
-            {"antennas": {name: found.to_dict() for name, found in measured.items()}, "page": page}
+            {
+                "antennas": {name: found.to_dict() for name, found in measured.items()},
+                "page": page,
+            }
         )
     else:
         typer.echo(f"page: {page}")

@@ -29,7 +29,7 @@ def validate(
     exit code 1 if anything is wrong.
     """
     from feeler.cli.info import list_rooms
-    from feeler.guard import Limits
+    from feeler.disk.guard import Limits
     from feeler.tensors.inspect import find_problems
 
     limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()

@@ -134,9 +134,18 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
         "Wall distance against the point of greatest curvature, with the straight line that reads"
         " one from the other."
     )
-    section.figure("maps", caption, lambda figure: plot_maps(maps, figure.subplots()), height=3.2)
+    section.figure(
+        "maps", caption, lambda figure: plot_maps(maps, figure.subplots()), height=3.2
+    )
     rows = [
-        [name, found.r2, found.slope, found.intercept, found.error, found.undefined or "defined"]
+        [
+            name,
+            found.r2,
+            found.slope,
+            found.intercept,
+            found.error,
+            found.undefined or "defined",
+        ]
         for name, found in maps.items()
     ]
     section.table(["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is"], rows)
@@ -149,5 +158,6 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
         section,
     )
     typer.echo(
-        f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON", err=True
+        f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON",
+        err=True,
     )

@@ -9,9 +9,9 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 
-from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.reader import Reader
+from feeler.records.checked import checked
 from feeler.tensors.scaling import label_like
 
 _N_COMPONENTS = 30  # [P] "selected the first 30 features"

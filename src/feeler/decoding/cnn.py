@@ -99,8 +99,12 @@ class TouchNetwork(Reader):
         targets = torch.from_numpy(targets).to(self.device_)
         with torch.random.fork_rng():
             torch.manual_seed(self.random_state)
-            self.network_ = _make_network(torch, self.shape_, self.classes_.size).to(self.device_)
-            self._train(torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate))
+            self.network_ = _make_network(torch, self.shape_, self.classes_.size).to(
+                self.device_
+            )
+            self._train(
+                torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate)
+            )
         return self
 
     def _decide(self, X):
@@ -110,14 +114,17 @@ class TouchNetwork(Reader):
         self.network_.eval()
         with torch.no_grad():
             parts = [
-                torch.softmax(self.network_(part), dim=1).cpu().numpy() for part in data.split(64)
+                torch.softmax(self.network_(part), dim=1).cpu().numpy()
+                for part in data.split(64)
             ]
         return np.concatenate(parts)
 
     def save(self, path: str | Path) -> None:
         """Weights and settings as a versioned safetensors file; never pickle."""
         self._require()
-        arrays = {key: values.cpu().numpy() for key, values in self.network_.state_dict().items()}
+        arrays = {
+            key: values.cpu().numpy() for key, values in self.network_.state_dict().items()
+        }
         parameters = self.get_params() | {"shape": self.shape_}
         del parameters["device"]
         settings = {
@@ -127,7 +134,8 @@ class TouchNetwork(Reader):
         }
         arrays["input_mean"] = np.asarray(self.mean_)
         save_model(
-            Model(kind=_MODEL_KIND, version=_MODEL_VERSION, arrays=arrays, settings=settings), path
+            Model(kind=_MODEL_KIND, version=_MODEL_VERSION, arrays=arrays, settings=settings),
+            path,
         )
 
     @classmethod
@@ -191,7 +199,9 @@ class TouchNetwork(Reader):
                 f"{len(images)} tensors but labels of shape {y.shape}; give one label per tensor."
             )
         if np.unique(y).size < 2:
-            raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
+            raise InvalidInput(
+                "only one class: nothing to tell apart. Give at least two classes."
+            )
         least = _KERNEL - 2 * _PADDING + _POOL - 1
         if min(self.shape_) < least:
             raise InvalidInput(
@@ -199,7 +209,9 @@ class TouchNetwork(Reader):
                 " make_lda()."
             )
         if not 0 < self.validation_share < 1:
-            raise InvalidInput(f"validation_share must lie in (0, 1), got {self.validation_share}.")
+            raise InvalidInput(
+                f"validation_share must lie in (0, 1), got {self.validation_share}."
+            )
 
     def _split(self, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Training and validation positions, with every class on both sides where possible."""
@@ -241,7 +253,9 @@ class TouchNetwork(Reader):
         self.network_.eval()
         with torch.no_grad():
             return float(
-                torch.nn.functional.cross_entropy(self.network_(data[validate]), targets[validate])
+                torch.nn.functional.cross_entropy(
+                    self.network_(data[validate]), targets[validate]
+                )
             )
 
 

@@ -10,12 +10,12 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 from sklearn.base import clone
 
-from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.task.noise import Relative
 from feeler.tensors.scaling import label_like
 
@@ -67,7 +67,9 @@ def make_codes(
             raise InvalidInput("codes need an encoder; only 'raw' does without.")
         codes["joint"] = encoder.fit(array).activations_
     codes |= {kind: encode_with(array, encoder, kind) for kind in kinds if kind != "joint"}
-    dims = {kind: ("trial", "sensor" if kind == "raw" else "component", "time") for kind in kinds}
+    dims = {
+        kind: ("trial", "sensor" if kind == "raw" else "component", "time") for kind in kinds
+    }
     return {kind: label_like(codes[kind], tensors, dims[kind], kind) for kind in kinds}
 
 

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.decoding.labels import Labels
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @dataclass(frozen=True, kw_only=True)

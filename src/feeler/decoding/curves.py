@@ -6,13 +6,13 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, JointFit, encode_with, fit_null, make_null
 from feeler.decoding.plan import Plan
 from feeler.decoding.reader import READERS, Reader
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
+from feeler.records.checked import checked
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.scaling import label_like, rectify
 
@@ -108,7 +108,9 @@ class Curves:
         found = {
             c.group: s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted
         }
-        return found.get(group) if group and kind == "joint" else next(iter(found.values()), None)
+        return (
+            found.get(group) if group and kind == "joint" else next(iter(found.values()), None)
+        )
 
 
 def compute_curves(
@@ -144,7 +146,8 @@ def compute_curves(
     fixed = READERS[fixed]() if isinstance(fixed, str) else fixed
     told = getattr(fixed, "knows_noise", False)
     peaks = {
-        kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds
+        kind: max(np.abs(group.codes[kind]).max() for group in groups.values())
+        for kind in kinds
     }
 
     fewer = replace(plan, n_repeats=plan.control_repeats or plan.n_repeats)
@@ -193,7 +196,8 @@ def compute_curves(
         nulls |= sweep(codes, groups[reference].labels, kind, ())
     peak = float(max(group.tensors.max() for group in groups.values()))
     baselines = {
-        name: compute_baseline(group, plan, peak, random_state) for name, group in groups.items()
+        name: compute_baseline(group, plan, peak, random_state)
+        for name, group in groups.items()
     }
     return Curves(
         sweeps=sweeps,
@@ -234,7 +238,9 @@ def _sweep_kind(
     return found
 
 
-def _sweep_before(groups, kinds, noises, plan: Plan, random_state, reader) -> dict[Curve, Sweep]:
+def _sweep_before(
+    groups, kinds, noises, plan: Plan, random_state, reader
+) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
     peak = float(max(group.tensors.max() for group in groups.values()))
     found = {}

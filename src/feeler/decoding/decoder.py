@@ -18,8 +18,8 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
 from feeler.decoding.stream import OnsetFinder, Stream, StreamState
 from feeler.decoding.watch import Watch
+from feeler.disk.guard import find_limits
 from feeler.errors import FeelerError, InvalidInput
-from feeler.guard import find_limits
 from feeler.tensors.models import Model, load_model, save_model
 
 _FLOOR = 0.004  # [C] rad; least sd of a reading
@@ -244,7 +244,9 @@ class StreamDecoder(Reader):
                 "a decoder with model= holds a function, which no file can. Save the network by"
                 " itself."
             )
-        parameters = {name: value for name, value in self.get_params().items() if name != "model"}
+        parameters = {
+            name: value for name, value in self.get_params().items() if name != "model"
+        }
         settings = {
             "parameters": parameters,
             "classes": self.classes_,
@@ -290,7 +292,8 @@ class StreamDecoder(Reader):
     def _restore(self, file: Model) -> None:
         """Take over what a file holds, once it is known to fit."""
         labels = [
-            tuple(label) if isinstance(label, list) else label for label in file.settings["classes"]
+            tuple(label) if isinstance(label, list) else label
+            for label in file.settings["classes"]
         ]
         expected, weight, constant = (
             np.asarray(file.arrays[name], dtype=float) for name in _LEARNED
@@ -323,7 +326,9 @@ class StreamDecoder(Reader):
     def _accumulate(self, cut: np.ndarray) -> np.ndarray:
         """Evidence (window, class · lag) after each sample of a cut touch."""
         seen = cut[:, self.max_lag : self.max_lag + self.window].T
-        error = np.einsum("tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_)
+        error = np.einsum(
+            "tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_
+        )
         return np.cumsum(self.constant_at_ - error, axis=0)
 
     def _pack(self) -> None:

@@ -5,12 +5,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.decoding.codes import JointFit, configure, fit_null, make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.scaling import fold_planes, rectify
 from feeler.tensors.unit import need
 
@@ -29,7 +29,9 @@ def group_tensors(
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
     listed = list_groups(tensors, quantity=quantity, reference=reference)
     groups: dict[str, dict[str, Group]] = {}
-    nulls: dict[bytes, JointFit] = {}  # the slow touches of the reference stand in both comparisons
+    nulls: dict[
+        bytes, JointFit
+    ] = {}  # the slow touches of the reference stand in both comparisons
 
     def find_null(array: np.ndarray) -> JointFit:
         if (key := array.tobytes()) not in nulls:
@@ -39,7 +41,9 @@ def group_tensors(
     if "speed" in listed:
         fitted = configure(encoder, settings)
         ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
-        codes = make_codes(np.concatenate([array for array, _ in listed["speed"].values()]), fitted)
+        codes = make_codes(
+            np.concatenate([array for array, _ in listed["speed"].values()]), fitted
+        )
         parts = {kind: np.split(code, ends) for kind, code in codes.items()}
         groups["speed"] = {
             name: Group(

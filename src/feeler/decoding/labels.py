@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.rules import show
+from feeler.records.checked import checked
+from feeler.records.rules import show
 
 Labels = Sequence[Any] | Annotated[np.ndarray, "trial ..."]
 """One class per trial."""

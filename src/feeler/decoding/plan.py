@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from feeler.record import Ge, Gt, Len, Record
+from feeler.records.record import Ge, Gt, Len, Record
 
 _Count = Annotated[int, Ge(1)]
 

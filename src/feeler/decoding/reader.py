@@ -8,10 +8,10 @@ from sklearn.base import BaseEstimator, ClassifierMixin, clone
 from sklearn.exceptions import NotFittedError
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.checked import checked
 from feeler.decoding.labels import Labels, write_label
 from feeler.errors import InvalidInput
-from feeler.registry import Registry
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
 from feeler.tensors.scaling import fold_planes, label_like
 
 NO_CONTACT = ("no contact", float("nan"), float("nan"))
@@ -79,7 +79,9 @@ class Reader(ClassifierMixin, BaseEstimator):
         Probabilities (trial, class), NaN without contact; labelled where the tensors are.
         """
         found = self._weigh(self.decide(X, until))
-        return _name_classes(label_like(found, X, ("trial", "class"), "probability"), self.classes_)
+        return _name_classes(
+            label_like(found, X, ("trial", "class"), "probability"), self.classes_
+        )
 
     def predict(self, X: Any, until: float | None = None) -> Any:
         """The best label of each tensor, ``NO_CONTACT`` where there was none."""
@@ -195,7 +197,9 @@ def count_until(tensors: Any, until: float) -> int:
         time = tensors["time"].values - lead[0]
     count = int(np.sum(time <= until + 1e-9))
     if count < 1:
-        raise InvalidInput(f"no sample lies within {until:g} ms of contact; ask for a later one.")
+        raise InvalidInput(
+            f"no sample lies within {until:g} ms of contact; ask for a later one."
+        )
     return count
 
 
@@ -238,7 +242,9 @@ def measure_reader(
     if unknown := [label for label in labels if label not in classes]:
         raise InvalidInput(f"the reader never learned the class {unknown[0]!r}.")
     if len(labels) != len(chance):
-        raise InvalidInput(f"{len(chance)} touches but {len(labels)} labels; give one for each.")
+        raise InvalidInput(
+            f"{len(chance)} touches but {len(labels)} labels; give one for each."
+        )
     seen = np.isfinite(chance).all(axis=1)
     chance[~seen] = 1 / len(classes)
     true = np.array([classes.index(label) for label in labels])

@@ -5,11 +5,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.decoding.labels import Labels, read_labels
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.stimulus.trial import Trial
 from feeler.task.nuisances import Nuisances
 

@@ -90,7 +90,9 @@ class Stream:
 
     def reset(self) -> None:
         """Forget the touch and wait for the next contact."""
-        self.finder = OnsetFinder(self.decoder.onset, self.decoder.confirm, self.decoder.n_sensors_)
+        self.finder = OnsetFinder(
+            self.decoder.onset, self.decoder.confirm, self.decoder.n_sensors_
+        )
         self.evidence = np.zeros(
             self.decoder.constant_at_.shape[1] if self.decoder.model is None else 0
         )

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import numpy as np
 from sklearn.base import clone
 
-from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.labels import Labels, read_labels
 from feeler.decoding.noise import draw_rotated, span
@@ -18,7 +17,8 @@ from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
 from feeler.progress import Advance, show_progress
-from feeler.shown import Shown
+from feeler.records.checked import checked
+from feeler.records.shown import Shown
 from feeler.task.noise import NOISES, Noise, parse_noise
 
 # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
@@ -96,7 +96,8 @@ class Sweep(Shown):
                 for a in (self.noisy, self.clean)
             )
             kept = "  ".join(
-                f"{100 * share[k].mean():5.1f} %" for share in (self.kept_noisy, self.kept_clean)
+                f"{100 * share[k].mean():5.1f} %"
+                for share in (self.kept_noisy, self.kept_clean)
             )
             lines.append(f"{100 * ratio:4.0f} %  {noisy}   {clean}  {kept}")
         return "\n".join([*lines, f"chance {100 * self.chance:.1f} %"])
@@ -190,7 +191,8 @@ def compute_sweep(
     confusion = np.zeros((n_repeats, len(ratios), classes.size, classes.size), dtype=int)
     draw = partial(_draw_rotated, _span_all(sets)) if rotate else _draw_encoded
     noises = [
-        noise.replace(size=max(ratio, _LEAST_RATIO) if ratio >= 0 else ratio) for ratio in ratios
+        noise.replace(size=max(ratio, _LEAST_RATIO) if ratio >= 0 else ratio)
+        for ratio in ratios
     ]
 
     def run(r: int, seed: np.random.SeedSequence) -> None:
@@ -230,7 +232,9 @@ def compute_sweep(
     )
 
 
-def _check_sets(codes, labels, held_out) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _check_sets(
+    codes, labels, held_out
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     train, labels = _check_labels(check_tensors(codes, least=1), labels)
     if np.unique(labels).size < 2:
         raise InvalidInput(

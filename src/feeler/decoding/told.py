@@ -15,7 +15,9 @@ from feeler.errors import InvalidInput
 from feeler.task.noise import Noise, parse_noise
 
 
-def fit_class(touches: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def fit_class(
+    touches: np.ndarray, sd: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """A class as a normal distribution of covariance Σ = σ² 1 + Bᵀ B.
 
     Parameters
@@ -53,7 +55,9 @@ class _Told(Reader):
                 f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
             )
         if len(set(labels)) < 2:
-            raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
+            raise InvalidInput(
+                "only one class: nothing to tell apart. Give at least two classes."
+            )
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sorted(set(labels))
@@ -142,7 +146,9 @@ class IdealReader(_Told):
     def fit(self, X: Any, y: Labels) -> "IdealReader":
         """Know tensors (trial, sensor, time) without noise, one label each."""
         self.known_, labels = self._learn(X, y)
-        self.members_ = np.array([[label == name for name in self.classes_] for label in labels])
+        self.members_ = np.array(
+            [[label == name for name in self.classes_] for label in labels]
+        )
         self.sd_ = np.broadcast_to(self.noise_.sd(self.known_), self.known_.shape)
         return self
 

@@ -85,7 +85,11 @@ def align(
     values = np.full((len(angle), np.shape(angle[0])[0], before + after), np.nan)
     for k, (touch, trace) in enumerate(zip(angle, tip, strict=True)):
         touch, trace = np.asarray(touch, dtype=float), np.asarray(trace, dtype=float)
-        if touch.ndim != 2 or touch.shape[0] != values.shape[1] or trace.shape != touch.shape[1:]:
+        if (
+            touch.ndim != 2
+            or touch.shape[0] != values.shape[1]
+            or trace.shape != touch.shape[1:]
+        ):
             raise InvalidInput(
                 f"touch {k} has shape {touch.shape} and its tip trace {trace.shape}; expected "
                 f"({values.shape[1]} sensors, time) and (time,)."
@@ -160,7 +164,9 @@ class TransferClassifier(Reader):
             raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
         self.classes_ = sorted(set(y))
         if len(self.classes_) < 2:
-            raise InvalidInput(f"a classifier needs at least 2 classes, got {len(self.classes_)}.")
+            raise InvalidInput(
+                f"a classifier needs at least 2 classes, got {len(self.classes_)}."
+            )
         number = np.array([self.classes_.index(label) for label in y])
         copies, index = _add_noisy_copies(
             X, self.n_copies, self.noise, np.random.default_rng(self.random_state)
@@ -180,7 +186,9 @@ class TransferClassifier(Reader):
         """
         votes = self.decide(X)
         seen = [
-            k for k, label in enumerate(y) if label in self.classes_ and np.isfinite(votes[k]).all()
+            k
+            for k, label in enumerate(y)
+            if label in self.classes_ and np.isfinite(votes[k]).all()
         ]
         if len(y) != len(votes) or not seen:
             raise InvalidInput(

@@ -10,7 +10,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
 from feeler.design.space import list_bending
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Gt, Record
+from feeler.records.record import Ge, Gt, Record
 
 _Positive = Annotated[float, Gt(0)]
 
@@ -51,7 +51,9 @@ class Constraints(Record):
 
     def _check(self) -> None:
         if self.compliance is not None and self.compliance[0] > self.compliance[1]:
-            raise InvalidInput(f"compliance must be shares 0 < low ≤ high, got {self.compliance}.")
+            raise InvalidInput(
+                f"compliance must be shares 0 < low ≤ high, got {self.compliance}."
+            )
 
     def check(self, antenna: Antenna, reference: Antenna) -> dict[str, float]:
         """By constraint, how far it is broken, as the logarithm of the factor that is missing; 0:

@@ -9,9 +9,9 @@ from annotated_types import Len
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import require_plane
-from feeler.checked import checked
 from feeler.design.scoring import Score, score
 from feeler.design.task import DesignTask
+from feeler.records.checked import checked
 from feeler.robot.hinge import ROBOT_FACTS, Flexures
 
 SHEETS = (
@@ -42,7 +42,9 @@ def make_strips(
     widths = 12 * antenna.stiffness[:, None] * length / (modulus * stocks**3)
     fits = (widths >= length) & (widths <= WIDEST)
     chosen = np.where(
-        fits.any(axis=1), fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1), _nearest(widths, length)
+        fits.any(axis=1),
+        fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1),
+        _nearest(widths, length),
     )
     hinges = np.arange(antenna.n_segments)
     return Flexures(

@@ -14,16 +14,16 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.file import save_antenna
 from feeler.antenna.parse import Source
-from feeler.checked import checked
 from feeler.design.plan import DesignPlan
 from feeler.design.problem import DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import Optimum, optimise
 from feeler.design.task import DesignTask
+from feeler.disk.files import ensure_folder, parse_json, read_bytes
+from feeler.disk.provenance import compute_digest
 from feeler.errors import InvalidInput
-from feeler.files import ensure_folder, parse_json, read_bytes
-from feeler.provenance import compute_digest
-from feeler.shown import Shown
+from feeler.records.checked import checked
+from feeler.records.shown import Shown
 
 JOURNAL, _FINALS = "journal.jsonl", "finals.json"
 _MAX_BYTES = 2**20  # [C]
@@ -97,7 +97,11 @@ class DesignOutcome(Shown):
                     "counts": end.counts,
                     "seconds": end.seconds,
                 }
-                | {"history": end.history, "optimiser_bits": end.best.bits, "test": _describe(test)}
+                | {
+                    "history": end.history,
+                    "optimiser_bits": end.best.bits,
+                    "test": _describe(test),
+                }
                 for end, test in zip(self.ends, self.tests, strict=True)
             ],
             "names": self.plan.space.names,

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
-from feeler.checked import checked
 from feeler.design.making import WIDEST, make_strips
 from feeler.design.outcome import DesignOutcome
 from feeler.design.scoring import Score
+from feeler.disk.files import ensure_folder
 from feeler.errors import MissingExtra
-from feeler.files import ensure_folder
 from feeler.plotting.look import PALETTE
+from feeler.records.checked import checked
 from feeler.report import Section, write_page
 from feeler.stimulus.trial import Trial
 
@@ -138,7 +138,9 @@ def plot_designs(found: DesignOutcome, figure: Figure) -> None:
     ]
     for antenna, colour, label in shown:
         place = antenna.hinge_position / antenna.length
-        stiffness, damping = (np.atleast_2d(x)[:2] for x in (antenna.stiffness, antenna.damping))
+        stiffness, damping = (
+            np.atleast_2d(x)[:2] for x in (antenna.stiffness, antenna.damping)
+        )
         for ls, row, lost in zip(("-", "--"), stiffness, damping, strict=False):
             axes[0].plot(place, row, ls, color=colour, label=label if ls == "-" else None)
             axes[1].plot(place, lost, ls, color=colour)
@@ -167,7 +169,8 @@ def plot_confusion(found: DesignOutcome, figure: Figure) -> None:
     ):
         image = ax.imshow(one.confusion, vmin=0, vmax=1, interpolation="nearest")
         ax.set(
-            title=f"{title}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong", xlabel="answer"
+            title=f"{title}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong",
+            xlabel="answer",
         )
         n_objects, n_places = len(found.plan.task.objects), len(found.plan.task.locations)
         middle = n_objects * (np.arange(n_places) + 0.5) - 0.5
@@ -204,7 +207,12 @@ def _say_making(found: DesignOutcome, section: Section, tolerance: list[Score]) 
     section.heading("As flexures")
     strips = make_strips(found.best)
     rows = [
-        [k + 1, float(found.best.stiffness[k]), float(strips.width[k]), float(strips.thickness[k])]
+        [
+            k + 1,
+            float(found.best.stiffness[k]),
+            float(strips.width[k]),
+            float(strips.thickness[k]),
+        ]
         for k in range(found.best.n_segments)
     ]
     broken = int(np.sum((strips.width > WIDEST) | (strips.width < strips.length)))

@@ -9,20 +9,27 @@ from typing import Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.file import load_antenna
-from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.search import SEARCHES
 from feeler.design.space import Space
 from feeler.design.task import DesignTask
+from feeler.disk.toml import make_record, read_toml
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
-from feeler.record import Record
-from feeler.rules import show
+from feeler.records.checked import checked
+from feeler.records.record import Record
+from feeler.records.rules import show
 from feeler.tensors.formats import Format
-from feeler.toml import make_record, read_toml
 
 _NO_CONSTRAINTS = Constraints()
-_SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int, "aim": str}
+_SEARCH = {
+    "method": str,
+    "evaluations": int,
+    "starts": int,
+    "far": bool,
+    "seed": int,
+    "aim": str,
+}
 _SCHEMA = "feeler.design/1"
 TEMPLATE = """\
 # Which antenna should I build? Try it: feeler design {file} --out out/design

@@ -9,14 +9,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.scoring import Score, score
 from feeler.design.space import Design, Space
 from feeler.design.task import DesignTask
+from feeler.disk.journal import Journal
+from feeler.disk.provenance import make_key
 from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.journal import Journal
-from feeler.provenance import make_key
+from feeler.records.checked import checked
 
 FAR = 1e3  # [C] cost of what breaks a constraint, or diverges: more than any number of missing bits
 _CLEAR = (
@@ -107,7 +107,13 @@ class DesignProblem:
         if over:
             cost, fate = FAR * (1 + over), "peak"
         return Candidate(
-            x=x, cost=cost, bits=bits, bits_error=bits_error, errors=errors, peak=peak, fate=fate
+            x=x,
+            cost=cost,
+            bits=bits,
+            bits_error=bits_error,
+            errors=errors,
+            peak=peak,
+            fate=fate,
         )
 
     def measure_violation(self, design: Design) -> float:
@@ -151,7 +157,10 @@ def check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
     share, told = found.bits / whole, f"{found.bits:.4g} of {whole:.4g} bits"
     if aim == "accuracy":
         right = 1 - found.errors
-        share, told = (right - chance) / (1 - chance), f"{right:.0%} right (chance {chance:.0%})"
+        share, told = (
+            (right - chance) / (1 - chance),
+            f"{right:.0%} right (chance {chance:.0%})",
+        )
     if share < _CLEAR[0]:
         raise InvalidInput(
             f"the reference tells {told}: nothing can be told in this noise, so that a search would"

@@ -26,7 +26,6 @@ import numpy as np
 from sklearn.base import clone
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.decoding import READERS, Reader
 from feeler.decoding.sweep import N_COPIES
 from feeler.decoding.told import fit_class
@@ -38,7 +37,8 @@ from feeler.physics.contact import get_contact
 from feeler.physics.run import expect_motions
 from feeler.physics.run import simulate as run_scenes
 from feeler.physics.scene import Scene
-from feeler.shown import Shown
+from feeler.records.checked import checked
+from feeler.records.shown import Shown
 from feeler.stimulus.object import Object, make_object
 from feeler.stimulus.trial import LEAD
 from feeler.task.noise import Common
@@ -163,7 +163,9 @@ def _place_objects(
     )
 
 
-def judge(angles: list[np.ndarray], task: DesignTask, reader: str | Reader | None = None) -> Score:
+def judge(
+    angles: list[np.ndarray], task: DesignTask, reader: str | Reader | None = None
+) -> Score:
     """The score of angles (class, touch, sensor, time), speed by speed."""
     reader = READERS[reader]() if isinstance(reader, str) else reader
     with hold_blas():
@@ -255,8 +257,12 @@ def _compute_logits(known: np.ndarray, tests: np.ndarray, sd: float) -> np.ndarr
     for k, own in enumerate(known):
         mean, scatter, inverse, logdet = fit_class(own, sd)
         far = tests - mean
-        square = np.einsum("kte,kte->kt", far, far) + 2 * (cross - (noise @ mean)[:, None, None])
-        seen = (noise @ scatter.T)[:, None, None] + far @ scatter.T  # (noise, class, touch, row)
+        square = np.einsum("kte,kte->kt", far, far) + 2 * (
+            cross - (noise @ mean)[:, None, None]
+        )
+        seen = (noise @ scatter.T)[
+            :, None, None
+        ] + far @ scatter.T  # (noise, class, touch, row)
         within = np.einsum("nktr,rs,nkts->nkt", seen, inverse, seen, optimize=True)
         logits[..., k] = -0.5 * (square - within) / sd**2 - 0.5 * logdet
     return logits

@@ -8,17 +8,17 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.problem import FAR, Candidate, DesignProblem, check_task
 from feeler.design.scoring import score
 from feeler.design.space import Design, Space
 from feeler.design.task import DesignTask
+from feeler.disk.journal import Journal
 from feeler.errors import InvalidInput, require_extra
-from feeler.journal import Journal
 from feeler.progress import Advance, show_progress
-from feeler.registry import Registry
-from feeler.shown import Shown
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
+from feeler.records.shown import Shown
 
 _STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
 _TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all constraints
@@ -127,7 +127,9 @@ def optimise(
                 watch=watch,
             )
             report = partial(_report, advance, number * evaluations, starts * evaluations)
-            found.append(_run(problem, search, number == 0 and not far, evaluations, rng, report))
+            found.append(
+                _run(problem, search, number == 0 and not far, evaluations, rng, report)
+            )
     return sorted(found, key=lambda one: one.best.cost)
 
 
@@ -167,7 +169,9 @@ def _run(
     )
 
 
-def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = True) -> np.ndarray:
+def find_start(
+    problem: DesignProblem, rng: np.random.Generator, near: bool = True
+) -> np.ndarray:
     """The reference (``near``) or a point drawn from the whole space, moved to where all
     constraints hold.
 

@@ -8,12 +8,12 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna.antenna import Antenna, make_even_sensors
-from feeler.checked import checked
 from feeler.design.scoring import decode, touch_classes
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.execute.threads import hold_blas
-from feeler.registry import Registry
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
 
 _Choice = Callable[[np.ndarray, float, int], np.ndarray]
 """``choice(tensors, sd, count)``: numbers of sensors of tensors (class, touch, sensor, time), best
@@ -68,7 +68,9 @@ def _tell(felt: np.ndarray, task: DesignTask, planes: int) -> float:
     tensors = felt.reshape(*felt.shape[:3], planes, -1).swapaxes(2, 3)
     with hold_blas():
         return float(
-            decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.noise.size)[0].mean()
+            decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.noise.size)[
+                0
+            ].mean()
         )
 
 
@@ -122,7 +124,9 @@ def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
         raise MissingExtra(
             "sparse placement needs PySensors: pip install 'feeler[design]'."
         ) from error
-    peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[..., 0]
+    peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[
+        ..., 0
+    ]
     flat, labels = (
         peaks.reshape(-1, tensors.shape[2]),
         np.repeat(np.arange(len(tensors)), tensors.shape[1]),

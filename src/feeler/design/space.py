@@ -7,9 +7,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Gt, Record
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Record
 
 _Positive = Annotated[float, Gt(0)]
 _Range = tuple[_Positive, _Positive]
@@ -70,7 +70,9 @@ class Space(Record):
     def _check(self) -> None:
         n = self.reference.n_segments
         if max(self.stiffness, self.damping) > n:
-            raise InvalidInput(f"stiffness and damping must have 0 to {n} knots, one per hinge.")
+            raise InvalidInput(
+                f"stiffness and damping must have 0 to {n} knots, one per hinge."
+            )
         for name in ("length", "radius"):
             low, high = getattr(self, name)
             if not low <= 1 <= high:

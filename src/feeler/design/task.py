@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Gt, Unit
+from feeler.records.record import Ge, Gt, Unit
 from feeler.stimulus.trial import Trial
 from feeler.task.nuisances import Nuisances
 from feeler.task.task import Task
@@ -43,14 +43,18 @@ class DesignTask(Task):
     def _check(self) -> None:
         super()._check()
         if not self.noise.size > 0:
-            raise InvalidInput("the noise of a design's task must be > 0: without it all is told.")
+            raise InvalidInput(
+                "the noise of a design's task must be > 0: without it all is told."
+            )
         if self.n_classes < 2:
             raise InvalidInput(
                 "a design's task needs at least two classes (objects × locations): with one there"
                 " is nothing to tell apart."
             )
         if missing := {"optimiser", "test", "final"} - dict(self.seeds).keys():
-            raise InvalidInput(f"seeds must name optimiser, test and final; {min(missing)} lacks.")
+            raise InvalidInput(
+                f"seeds must name optimiser, test and final; {min(missing)} lacks."
+            )
 
     def at(self, speed: float | None) -> "DesignTask":
         """The task at one speed of a design's own, if it has one."""

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.dispersion.index import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.scaling import label_like
 
 

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.dispersion.closest import Closest, search_closest
 from feeler.dispersion.index import BLOCK_SIZE, INDICES, check_tensors
 from feeler.dispersion.interval import Interval, bootstrap_mean
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.scaling import fold_planes
 
 
@@ -96,11 +96,14 @@ def compute_dispersion(
     closest: dict[str, dict[Hashable, Closest]] = {}
     for index in INDICES if indices is None else indices:
         given = (
-            {"data_range": (float(least), float(greatest))} if INDICES[index].needs_range else {}
+            {"data_range": (float(least), float(greatest))}
+            if INDICES[index].needs_range
+            else {}
         )
         given |= (options or {}).get(index, {})
         closest[index] = {
-            name: search_closest(array, index, block=block, **given) for name, array in sets.items()
+            name: search_closest(array, index, block=block, **given)
+            for name, array in sets.items()
         }
     average = {  # the same draws for every group, so that equal groups have equal intervals
         i: {
@@ -126,7 +129,9 @@ def _split(tensors: Any, groups: Any) -> dict[Hashable, Any]:
             raise InvalidInput(
                 f"{len(labels)} group names for {len(array)} tensors; give one per tensor."
             )
-        sets = {name: array[[label == name for label in labels]] for name in dict.fromkeys(labels)}
+        sets = {
+            name: array[[label == name for label in labels]] for name in dict.fromkeys(labels)
+        }
     for name, array in sets.items():
         if len(array) < 2:
             raise InvalidInput(

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.record import Record
-from feeler.registry import Registry
+from feeler.records.record import Record
+from feeler.records.registry import Registry
 from feeler.tensors.scaling import fold_planes, label_like
 
 BLOCK_SIZE = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
@@ -126,7 +126,9 @@ def list_pairs(rows: slice, columns: slice) -> np.ndarray:
     return np.stack(np.divmod(np.arange(n_rows * n_columns), n_columns), axis=1)
 
 
-def fold_pairs(values: np.ndarray, pairs: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
+def fold_pairs(
+    values: np.ndarray, pairs: np.ndarray, rows: slice, columns: slice
+) -> np.ndarray:
     """The block (row, column) that the values of ``list_pairs`` belong to."""
     block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
     block[pairs[:, 0], pairs[:, 1]] = values

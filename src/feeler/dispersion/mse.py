@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.dispersion.index import BLOCK_SIZE, Block, Index, compare_pairs
+from feeler.records.checked import checked
 
 # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
 _CANCELLATION = 1e-4

@@ -5,7 +5,6 @@ from typing import Any
 import numba as nb
 import numpy as np
 
-from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.dispersion.index import (
     BLOCK_SIZE,
@@ -16,6 +15,7 @@ from feeler.dispersion.index import (
     list_pairs,
 )
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
 _ZEROS = ("keep", "drop")

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.dispersion.index import BLOCK_SIZE, Block, Index, compare_pairs, name_trials
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @checked

@@ -6,7 +6,6 @@ from typing import Any
 import numba as nb
 import numpy as np
 
-from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.dispersion.index import (
     BLOCK_SIZE,
@@ -18,6 +17,7 @@ from feeler.dispersion.index import (
     list_pairs,
 )
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
 _RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
@@ -75,10 +75,14 @@ def compute_ssim(
             " first: scale_common(tensors).",
             stacklevel=2,
         )
-    return compare_pairs(tensors, "ssim", _make_ssim, block, data_range=data_range, border=border)
+    return compare_pairs(
+        tensors, "ssim", _make_ssim, block, data_range=data_range, border=border
+    )
 
 
-def _make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate") -> Block:
+def _make_ssim(
+    array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate"
+) -> Block:
     """SSIM of two slices of a set."""
     _check(array, data_range, border)
     taps = _make_taps()

@@ -55,7 +55,9 @@ def multiply_activations(seen, kernel, fringe, activations, n_sweeps):
             for m in range(pulled.shape[0]):
                 for t in range(pulled.shape[1]):
                     below = pulled[m, t] if pulled[m, t] != 0.0 else tiny
-                    ratio = activations[n, m, t] / below  # before the product: it cannot overflow
+                    ratio = (
+                        activations[n, m, t] / below
+                    )  # before the product: it cannot overflow
                     activations[n, m, t] = ratio * max(seen[n, m, t], 0.0)
 
 
@@ -90,7 +92,9 @@ def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_s
         bound = np.abs(kernel[m, m]).sum()
         safe[m] = 1.0 / bound if bound > 0.0 else 0.0
     if joint:
-        return _descend_group(seen, kernel, fringe, activations, steps[0], safe, l1, n_sweeps, tol)
+        return _descend_group(
+            seen, kernel, fringe, activations, steps[0], safe, l1, n_sweeps, tol
+        )
     most = 0
     for n in range(activations.shape[0]):
         sweeps = _descend_group(

@@ -6,12 +6,14 @@ from typing import Annotated
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
-_Others = Annotated[np.ndarray, "partner sensor shift"]  # as many sensors, but other bases and lags
+_Others = Annotated[
+    np.ndarray, "partner sensor shift"
+]  # as many sensors, but other bases and lags
 # scikit-learn's NMF puts it in place of a vanishing denominator
 _TINY = float(np.finfo(np.float32).eps)
 
@@ -51,7 +53,9 @@ def multiply_bases(
         # numbers that fade for ever end up slowing the processor
         flat[flat < 1e-50 * flat.max()] = 0
         pulled = flat @ square
-    bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
+    bases = np.ascontiguousarray(
+        flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
+    )
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
 
 
@@ -74,7 +78,9 @@ def descend_bases(
     square = gram.reshape(size, size)
     flat = np.ascontiguousarray(flat)
     _descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
-    bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
+    bases = np.ascontiguousarray(
+        flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
+    )
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, flat @ square))
 
 
@@ -113,7 +119,9 @@ def locate_components(components: Bases) -> np.ndarray:
     return np.where(mass > 0, profile @ place / np.where(mass > 0, mass, 1), 1.0)
 
 
-def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def canonicalise(
+    components: np.ndarray, activations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Order the components from base to tip and give each basis unit length.
 
     The activations take over the lengths, so that the reconstruction stays the same.
@@ -126,7 +134,9 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
 
 
 @checked
-def compute_basis_similarity(first: Bases, second: _Others, *, shift: bool = True) -> np.ndarray:
+def compute_basis_similarity(
+    first: Bases, second: _Others, *, shift: bool = True
+) -> np.ndarray:
     """Greatest cosine over all shifts between each basis of one set and each of another.
 
     Parameters
@@ -171,7 +181,9 @@ def match_components(
     """
     similarity = compute_basis_similarity(first, second, shift=shift)
     if not np.isfinite(similarity).all():
-        raise InvalidInput("bases with NaN, or with numbers that are too large, have no partners.")
+        raise InvalidInput(
+            "bases with NaN, or with numbers that are too large, have no partners."
+        )
     rows, order = linear_sum_assignment(-similarity)
     return order, similarity[rows, order]
 

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.encoding.activations import apply_gram, descend_activations
 from feeler.encoding.convolution import (
@@ -20,6 +19,7 @@ from feeler.encoding.convolution import (
     invert_spectra,
 )
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
+from feeler.records.checked import checked
 
 # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
 TRIALS_PER_TASK = 8
@@ -83,7 +83,11 @@ def encode(
     basis_spectra = compute_spectra(components, length)
     kernel, fringe = compute_basis_gram(components)
     ridged = _add_ridge(kernel, fringe, ridge)
-    l1 = 0.0 if sparseness is None or code != "sparse" else l1_of_unit_vector(n_times, sparseness)
+    l1 = (
+        0.0
+        if sparseness is None or code != "sparse"
+        else l1_of_unit_vector(n_times, sparseness)
+    )
     activations = np.zeros((n_trials, n_components, n_times))
 
     def encode_block(block: slice) -> bool:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 
-from feeler.checked import checked
 from feeler.compiled import compiled, lean
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _REGISTER = 8  # numbers of double precision in the widest vector register
 
@@ -133,7 +133,9 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     n_components, n_sensors, n_lags = components.shape
     flat = components.transpose(1, 0, 2).reshape(n_sensors, n_components * n_lags)
     products = (
-        (flat.T @ flat).reshape(n_components, n_lags, n_components, n_lags).transpose(0, 2, 1, 3)
+        (flat.T @ flat)
+        .reshape(n_components, n_lags, n_components, n_lags)
+        .transpose(0, 2, 1, 3)
     )
     edge = np.ascontiguousarray(products)
     for i in range(1, n_lags):
@@ -170,7 +172,9 @@ def add_convolved(kernel, fringe, padded, first, stop, wide):
             continue
         target = wide[moment : moment + width]
         for s in range(width):
-            target[s] += a * kernel[s + 3] + b * kernel[s + 2] + c * kernel[s + 1] + d * kernel[s]
+            target[s] += (
+                a * kernel[s + 3] + b * kernel[s + 2] + c * kernel[s + 1] + d * kernel[s]
+            )
         moment += 4
     for place in range(max(first, n_times - reach), stop):  # bases that the window's end cuts
         value = padded[place]

@@ -36,7 +36,9 @@ class Data:
         correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)
         return invert_spectra(out, self.length, self.n_times)
 
-    def gather(self, activations: np.ndarray, run: Callable = map, margin: int = 0) -> np.ndarray:
+    def gather(
+        self, activations: np.ndarray, run: Callable = map, margin: int = 0
+    ) -> np.ndarray:
         """B (component, sensor, lag): the tensors correlated with activations (trial, component,
         time), over the lags −margin … n_lags + margin − 1.
         """

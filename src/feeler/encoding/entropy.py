@@ -4,9 +4,9 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.encoding.inputs import check_choice
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 # [D]: only 256 grey levels give numbers of the size that the paper reports (1.9 to 2.8 bits)
 _LEVELS = 256

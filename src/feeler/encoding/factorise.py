@@ -189,7 +189,9 @@ def _walk(data: Data, state: _State, settings: Settings, run: Callable) -> Itera
         if new.loss > state.loss and before is not None:
             before, most, weight = None, weight, weight / 1.5
         else:
-            before = state if settings.sparseness is not None and np.isfinite(state.loss) else None
+            before = (
+                state if settings.sparseness is not None and np.isfinite(state.loss) else None
+            )
             state, most = new, min(1.0, 1.01 * most)
             weight = min(most, 1.05 * weight)
         count += 1
@@ -241,7 +243,9 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
             multiply_activations(seen, kernel, fringe, rows, settings.inner_steps)
             return
         own = steps if joint else steps[block]
-        descend_activations(seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps, 0.0)
+        descend_activations(
+            seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps, 0.0
+        )
 
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)
@@ -251,7 +255,9 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     return _State(components=components, activations=activations, steps=steps, loss=loss)
 
 
-def improve_bases(components, seen, gram, settings: Settings) -> tuple[np.ndarray, float, float]:
+def improve_bases(
+    components, seen, gram, settings: Settings
+) -> tuple[np.ndarray, float, float]:
     """New bases for what the data and the activations give: multiplied where there is no
     sparseness, otherwise entry by entry.
     """
@@ -294,7 +300,13 @@ def learn_batch(
     """
     code = "nonnegative" if settings.sparseness is None else "sparse"
     activations, _ = encode(
-        tensors, components, code, sparseness=settings.sparseness, max_sweeps=20, tol=1e-3, run=run
+        tensors,
+        components,
+        code,
+        sparseness=settings.sparseness,
+        max_sweeps=20,
+        tol=1e-3,
+        run=run,
     )
     data = Data(tensors, settings.n_lags)
     seen = forget * sums[0] + data.gather(activations, run)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.encoding.inputs import check_settings
 from feeler.encoding.model import ConvolutiveNMF
 from feeler.errors import FeelerError, InvalidInput, StoreError
+from feeler.records.checked import checked
 from feeler.tensors.models import Model, load_model, save_model
 
 _KIND, _VERSION = "ConvolutiveNMF", 1
@@ -81,7 +81,9 @@ def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
         components = model.arrays["components_"]
         shape = (encoder.n_components, numbers["n_sensors_in_"], encoder.n_lags)
     except (KeyError, TypeError, ValueError, AttributeError, FeelerError) as error:
-        raise StoreError(f"{path} lacks parts of an encoder ({error}). Save it again.") from error
+        raise StoreError(
+            f"{path} lacks parts of an encoder ({error}). Save it again."
+        ) from error
     if components.shape != shape or not np.isfinite(components).all() or (components < 0).any():
         raise StoreError(
             f"The bases in {path} should be {shape}, finite and non-negative; got"

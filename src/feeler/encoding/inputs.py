@@ -57,7 +57,9 @@ def as_tensors(X: Any) -> np.ndarray:
             f"The tensors need the shape (trial, sensor, time); got {tensors.shape}.{hint}"
         )
     if 0 in tensors.shape:
-        raise InvalidInput(f"The tensors are empty: shape {tensors.shape} (trial, sensor, time).")
+        raise InvalidInput(
+            f"The tensors are empty: shape {tensors.shape} (trial, sensor, time)."
+        )
     tensors = np.ascontiguousarray(tensors, dtype=float)
     _check_values(tensors)
     return tensors
@@ -103,7 +105,9 @@ def check_settings(estimator: Any) -> None:
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
     """Refuse an unknown name and list the known ones."""
     if value not in choices:
-        raise InvalidInput(f"{name} must be one of {', '.join(map(repr, choices))}; got {value!r}.")
+        raise InvalidInput(
+            f"{name} must be one of {', '.join(map(repr, choices))}; got {value!r}."
+        )
 
 
 def check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:

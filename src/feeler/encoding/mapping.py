@@ -6,8 +6,8 @@ from typing import Annotated
 import numpy as np
 from scipy.stats import rankdata
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +92,10 @@ def map_locations(
     shuffles = [generator.permutation(which.size) for _ in range(n_shuffles)]
     null = np.array(
         [
-            (_compute_information(dominant, which[shuffle]), _correlation(centre, order[shuffle]))
+            (
+                _compute_information(dominant, which[shuffle]),
+                _correlation(centre, order[shuffle]),
+            )
             for shuffle in shuffles
         ]
     ).reshape(n_shuffles, 2)

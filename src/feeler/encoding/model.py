@@ -16,12 +16,18 @@ from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
 from feeler.encoding.data import Data
 from feeler.encoding.factorise import Factors, Settings, factorise, learn_batch, open_pool
-from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_settings, check_size
+from feeler.encoding.inputs import (
+    FIXED_CODES,
+    as_tensors,
+    check_choice,
+    check_settings,
+    check_size,
+)
 from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.progress import show_progress
-from feeler.shown import show_html
+from feeler.records.shown import show_html
 from feeler.tensors.scaling import label_like
 
 _SHOWN = ("relative_residual_", "stability_", "n_iter_", "n_sensors_in_")
@@ -319,13 +325,17 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             )
         if hasattr(self, "_sums"):
             del self._sums
-        firsts = [first for _ in range(n_epochs) for first in range(0, source.shape[0], batch_size)]
+        firsts = [
+            first for _ in range(n_epochs) for first in range(0, source.shape[0], batch_size)
+        ]
         with show_progress(None, "batches") as advance:
             for k, first in enumerate(firsts, 1):
                 batch = source[first : first + batch_size]
                 self.partial_fit(batch if prepare is None else prepare(batch), forget=forget)
                 advance(k, len(firsts))
-        self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
+        self.components_, _ = canonicalise(
+            self.components_, np.zeros((0, self.n_components, 1))
+        )
         return self
 
     def _fit_from(self, data, begun: tuple[np.ndarray, np.ndarray], run, tell) -> Factors:
@@ -348,7 +358,9 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.restart_components_ = np.stack([f.components for f in found])
         self.restart_activations_ = [f.activations for f in found]
         self.stability_ = compute_stability(list(self.restart_components_))
-        self.stability_in_place_ = compute_stability(list(self.restart_components_), shift=False)
+        self.stability_in_place_ = compute_stability(
+            list(self.restart_components_), shift=False
+        )
         if not best.converged and self.warn:
             warnings.warn(
                 f"The fit still improved by more than tol={self.tol:g} per iteration after"

@@ -4,13 +4,15 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @checked
-def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = -1) -> np.ndarray:
+def hoyer_sparseness(
+    vectors: Annotated[np.ndarray, "... element"], axis: int = -1
+) -> np.ndarray:
     """Sparseness s(h) = (√n − ‖h‖₁/‖h‖₂)/(√n − 1) of vectors.
 
     It is 0 where all entries are equal, and 1 where a single entry is not zero.

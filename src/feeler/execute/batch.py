@@ -13,13 +13,15 @@ from queue import Empty, SimpleQueue
 from types import FrameType
 from typing import Any, Protocol
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput, OutOfMemory
 from feeler.execute.processes import CRASHES
 from feeler.execute.threads import ThreadExecutor
+from feeler.records.checked import checked
 
 _RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
-_WINDOW = 2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
+_WINDOW = (
+    2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
+)
 _GRACE = 2.0  # [C] s that a trial has to end after Ctrl-C: a person should not wait longer
 _UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they have
 
@@ -115,7 +117,9 @@ class _Batch:
     ) -> Iterator[Outcome]:
         more = True
         while more or self.flying:
-            room = window or _window(self.executor)  # each time: a cluster's workers come and go
+            room = window or _window(
+                self.executor
+            )  # each time: a cluster's workers come and go
             while more and not interrupt.asked and len(self.flying) < room:
                 following = next(items, None)
                 more = following is not None

@@ -14,9 +14,9 @@ from importlib.util import find_spec
 from multiprocessing import resource_tracker
 from typing import Any
 
-from feeler.checked import checked
 from feeler.errors import Doubtful, InvalidInput, MissingExtra, StoreError
 from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
+from feeler.records.checked import checked
 
 _PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
 _GLANCE = 1.0  # [C] s between two looks at whether there are workers
@@ -127,13 +127,17 @@ def open_cluster(address: str) -> Iterator[Any]:
         Processes here end as they begin.
     """
     if find_spec("distributed") is None:
-        raise MissingExtra("a cluster needs Dask. Install it with: pip install 'feeler[cluster]'")
+        raise MissingExtra(
+            "a cluster needs Dask. Install it with: pip install 'feeler[cluster]'"
+        )
     from distributed import Client
 
     kind, _, number = address.partition(":")
     if kind == "local":
         if not number.isdecimal() or not 1 <= int(number) <= 1024:
-            raise InvalidInput(f"cluster local:N starts N processes, 1 to 1024; got {address!r}.")
+            raise InvalidInput(
+                f"cluster local:N starts N processes, 1 to 1024; got {address!r}."
+            )
         cluster = _start_here(int(number))
         try:
             client = Client(cluster, set_as_default=False)

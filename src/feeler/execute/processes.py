@@ -21,10 +21,10 @@ from typing import Any
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
-from feeler.checked import checked
+from feeler.disk.files import TEMPORARY_DAYS, sweep_old
 from feeler.errors import FeelerError, InvalidInput, OutOfMemory, lacks_memory, say_warnings
 from feeler.execute.threads import check_workers
-from feeler.files import TEMPORARY_DAYS, sweep_old
+from feeler.records.checked import checked
 
 try:
     import resource
@@ -33,7 +33,9 @@ except ImportError:  # Windows
 
 # The BLAS of the last two, loaded where memory lacks, would end a worker without a word.
 USUAL = ("feeler.execute.server", __name__, "numpy", "scipy.linalg")
-_MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
+_MEMORY_SHARE = (
+    0.8  # [C] of what is free when the executor is made, shared out among its workers
+)
 # Workers are forked from a process that only imports: a fork of this one would copy threads' locks
 # and the store's open
 # files, and a new interpreter for each would import everything again.
@@ -60,7 +62,9 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
     Returns at once: the imports run beside the caller's own.
     """
     _sweep_listeners()
-    _CONTEXT.set_forkserver_preload([*modules])  # in place of the script, which is not to run there
+    _CONTEXT.set_forkserver_preload(
+        [*modules]
+    )  # in place of the script, which is not to run there
     with uninterrupted():
         forkserver.ensure_running()
 
@@ -91,7 +95,9 @@ class ProcessExecutor:
             raise InvalidInput(
                 f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}."
             )
-        self.memory_limit = memory_limit or int(_MEMORY_SHARE * _find_free_memory() / self.workers)
+        self.memory_limit = memory_limit or int(
+            _MEMORY_SHARE * _find_free_memory() / self.workers
+        )
         self._pool: ProcessPool | None = None
         self._tasks: set[Future] = set()
         self._opening, self._kills, self._breaks = threading.RLock(), 0, 0
@@ -173,7 +179,9 @@ class ProcessExecutor:
             with contextlib.suppress(*_BROKEN):
                 pool.join()
             left, self._tasks = self._tasks, set()
-            for task in left if broken else ():  # a pool that breaks forgets tasks still in line
+            for task in (
+                left if broken else ()
+            ):  # a pool that breaks forgets tasks still in line
                 if not task.done():
                     task.set_exception(BrokenProcessPool("never begun"))
 
@@ -240,7 +248,9 @@ def _explain_start() -> WorkerCrashed:
 
 def _explain_end(code: int | None) -> str:
     how = (
-        f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
+        f"killed by {signal.Signals(-code).name}"
+        if code and code < 0
+        else f"with exit code {code}"
     )
     hint = " The system may have run out of memory: use fewer workers." if code == -9 else ""
     return f"a worker process ended {how} before it had answered.{hint}"
@@ -343,7 +353,9 @@ def _find_free_memory() -> int:
         )
         limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
         if limit != "max":
-            free = min(free, int(limit) - int(Path("/sys/fs/cgroup/memory.current").read_text()))
+            free = min(
+                free, int(limit) - int(Path("/sys/fs/cgroup/memory.current").read_text())
+            )
     except (OSError, ValueError, StopIteration):
         pass
     return max(free, 2**28)

@@ -13,8 +13,8 @@ from typing import Any
 from pebble import ThreadPool
 from threadpoolctl import ThreadpoolController
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
 _closing: list[threading.Thread] = []
@@ -22,7 +22,11 @@ _closing: list[threading.Thread] = []
 
 def count_cores() -> int:
     """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count() or 1
+    )
 
 
 def check_workers(workers: int | None) -> int:

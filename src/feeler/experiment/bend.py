@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
+from feeler.disk.provenance import LICENCE, list_versions, write_canonical
 from feeler.errors import InvalidInput
 from feeler.physics.statics import solve_static
-from feeler.provenance import LICENCE, list_versions, write_canonical
+from feeler.records.checked import checked
 from feeler.tensors.dataset import label_units
 
 

@@ -67,7 +67,9 @@ class Gathering:
         n, size, finished = len(self.trials), self.store.label.group, self.store.finished
         rows = (range(start, min(start + size, n)) for start in range(0, n, size))
         return [
-            group for row in rows if (group := [index for index in row if index not in finished])
+            group
+            for row in rows
+            if (group := [index for index in row if index not in finished])
         ]
 
     def _pick(self, group: Sequence[int]) -> Share:
@@ -83,10 +85,17 @@ class Gathering:
             if together
             else [self.trials[index] for index in group]
         )
-        if self.store is None or self.store.holds(group[0]) or len(group) < self._count(group[0]):
+        if (
+            self.store is None
+            or self.store.holds(group[0])
+            or len(group) < self._count(group[0])
+        ):
             return Share(indices=group, trials=trials)
         return Share(
-            indices=group, trials=trials, store=self.store.path, group_size=self.store.label.group
+            indices=group,
+            trials=trials,
+            store=self.store.path,
+            group_size=self.store.label.group,
         )
 
     def _count(self, index: int) -> int:
@@ -129,7 +138,10 @@ class Gathering:
         indices = sorted(self._readings)
         if not indices:
             return None
-        trials, readings = [self.trials[i] for i in indices], [self._readings[i] for i in indices]
+        trials, readings = (
+            [self.trials[i] for i in indices],
+            [self._readings[i] for i in indices],
+        )
         tensors = self.job.make_tensors(indices, trials, readings)
         if len(indices) <= MAX_LISTED and not self.job.sampled:
             tensors.attrs["trials"] = json.dumps(

@@ -6,7 +6,6 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import require_plane
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
@@ -14,14 +13,14 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point
+from feeler.records.checked import checked
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import FRICTION, Trial
 
 _LOCATION = 0.95  # [P] share of the length where the cylinder hits
 RADIUS = 2.5  # [P] mm; half of 5 mm
-_SPEED = (
-    0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
-)
+# [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
+_SPEED = 0.2
 _POINTS = (0.71, 0.86)  # [P] share of the length
 IMPULSE_LEAD = 2.0  # [C] ms before contact
 _LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
@@ -162,7 +161,9 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     return replace(scene, paths=(path,), label=f"impulse, {scene.label}, lever {lever:g} mm")
 
 
-def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = _POINTS) -> Impulse:
+def measure_impulse(
+    scene: Scene, motion: Motion, points: tuple[float, ...] = _POINTS
+) -> Impulse:
     """Deflections of ``points`` and tip in a simulated impulse test."""
     antenna = scene.antenna
     rest, cylinder = antenna.tip(), scene.objects[0]

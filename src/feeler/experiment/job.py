@@ -13,6 +13,7 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
+from feeler.disk.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.errors import StoreError
 from feeler.physics.accuracy import TOGETHER, run_accurately
 from feeler.physics.clock import Clock
@@ -20,7 +21,6 @@ from feeler.physics.contact import Contact
 from feeler.physics.engine import get_engine
 from feeler.physics.run import Result, make_groups, run_group
 from feeler.physics.scene import Motion, Scene, make_scene
-from feeler.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.flow import Flow
 from feeler.stimulus.trial import Trial
@@ -104,7 +104,9 @@ class Job:
 
     def get_antenna(self, index: int) -> Antenna:
         """The antenna that a trial touches."""
-        return self.antenna if self.variants is None else self.variants[index % len(self.variants)]
+        return (
+            self.antenna if self.variants is None else self.variants[index % len(self.variants)]
+        )
 
     def perform(self, share: Share) -> ShareResult:
         """Simulate the trials of a share, keep what the sensors felt, and store it where the share
@@ -139,7 +141,9 @@ class Job:
             [share.indices[place] for place in kept],
             [share.trials[place] for place in kept],
         )
-        tensors = self.make_tensors(indices, trials, [done.readings[index] for index in indices])
+        tensors = self.make_tensors(
+            indices, trials, [done.readings[index] for index in indices]
+        )
         made = self.list_made(indices, trials)
         stored = write_group(
             share.store, share.group_size, indices, self.drop_derived(tensors), made
@@ -166,13 +170,16 @@ class Job:
             item * int(np.prod([sizes.get(dim, 2) for dim in some], initial=1)) for some in dims
         )
 
-    def list_made(self, indices: Sequence[int], trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    def list_made(
+        self, indices: Sequence[int], trials: Sequence[Trial]
+    ) -> list[dict[str, Any]]:
         """Everything that each trial's numbers depend on, beside what all share."""
         if self.sampled:
             return []
         pairs = zip(indices, trials, strict=True)
         return [
-            make_plain(trial) | {"seed": _spawn_seed(self.seed, index)} for index, trial in pairs
+            make_plain(trial) | {"seed": _spawn_seed(self.seed, index)}
+            for index, trial in pairs
         ]
 
     def make_tensors(

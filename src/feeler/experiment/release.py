@@ -5,14 +5,14 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import require_plane
-from feeler.checked import checked
+from feeler.disk.provenance import LICENCE, list_versions, make_plain
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.physics.statics import compute_point, solve_static
-from feeler.provenance import LICENCE, list_versions, make_plain
+from feeler.records.checked import checked
 from feeler.tensors.dataset import make_motion_tensors
 
 

@@ -13,19 +13,19 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
-from feeler.checked import checked
+from feeler.disk.files import sweep_old
+from feeler.disk.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
 from feeler.experiment.gather import Gathering, Made, Progress
 from feeler.experiment.job import Job, fingerprint_code
-from feeler.files import sweep_old
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.scene import make_scene
 from feeler.progress import show_progress
-from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
+from feeler.records.checked import checked
 from feeler.stimulus.flow import Flow
 from feeler.stimulus.placement import place
 from feeler.stimulus.sample import SampledTrials
@@ -234,7 +234,9 @@ def _make_clock(
     if accuracy is not None:
         check_accuracy(accuracy)
         if timestep is not None:
-            raise InvalidInput("give either timestep= or accuracy=, which chooses the timestep.")
+            raise InvalidInput(
+                "give either timestep= or accuracy=, which chooses the timestep."
+            )
         timestep = find_coarsest(contact, sample_interval)
     clock = Clock(
         duration=duration,
@@ -269,7 +271,11 @@ def _choose(
     more = ["base_pose"] * moved + ["timestep", "error"] * (accuracy is not None)
     chosen = choose_quantities(save)
     return (
-        [*(chosen if save is None else save), *more] if more else None if save is None else [*save]
+        [*(chosen if save is None else save), *more]
+        if more
+        else None
+        if save is None
+        else [*save]
     )
 
 

@@ -22,9 +22,9 @@ from typing import Annotated
 import numpy as np
 from scipy.optimize import brentq
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.information.energy import compute_energy
+from feeler.records.checked import checked
 
 _N_DRAWS = 100
 _ROOM = 2_000_000  # [C] likelihood ratios at a time: 16 MB
@@ -177,7 +177,9 @@ def _spread(energy: np.ndarray) -> np.ndarray:
 
 def _check_sd(sd: object, count: int, entries: int) -> np.ndarray:
     values = np.asarray(sd, dtype=float)
-    if values.shape not in ((), (count,)) or not (np.isfinite(values).all() and np.all(values > 0)):
+    if values.shape not in ((), (count,)) or not (
+        np.isfinite(values).all() and np.all(values > 0)
+    ):
         raise InvalidInput(
             f"sd must be one number > 0, or one for each of the {count} tensors, got {sd}."
         )
@@ -211,7 +213,9 @@ def find_noise(
     coordinates = _spread(compute_energy(tensors))
     count = len(coordinates)
     if not 1 / count < accuracy < 1:
-        raise InvalidInput(f"accuracy must lie between 1/{count} (guessing) and 1, got {accuracy}.")
+        raise InvalidInput(
+            f"accuracy must lie between 1/{count} (guessing) and 1, got {accuracy}."
+        )
     scale = float(np.linalg.norm(coordinates, axis=1).max())
 
     def measure(log_sd: float) -> Information:

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 
 @checked

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.registry import Registry
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
 from feeler.stimulus.trial import Trial
 from feeler.tensors.unit import need
 
@@ -103,7 +103,9 @@ def differentiate_touches(
     tensors = touch(antenna, moved, **options)
     need(tensors, quantity)
     values = tensors[quantity].values
-    up, down = np.moveaxis(values.reshape(len(known), 2, 2, len(trials), *values.shape[1:]), 2, 0)
+    up, down = np.moveaxis(
+        values.reshape(len(known), 2, 2, len(trials), *values.shape[1:]), 2, 0
+    )
     wide, close = np.moveaxis((up - down) / (2 * steps[:, :, None, None, None]), 1, 0)
     size = np.linalg.norm(close, axis=(2, 3))
     with np.errstate(invalid="ignore", divide="ignore"):

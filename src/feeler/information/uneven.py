@@ -20,9 +20,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import logsumexp
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.information.bits import Information
+from feeler.records.checked import checked
 
 _SPAN = (1e-4, 1e4)  # of the greatest weighed distance: where the level is sought
 
@@ -126,7 +126,9 @@ def _flatten(tensors: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarra
             f" got {np.shape(sd)}."
         ) from None
     if len(known) < 2:
-        raise InvalidInput("at least two tensors are needed: with one there is nothing to tell.")
+        raise InvalidInput(
+            "at least two tensors are needed: with one there is nothing to tell."
+        )
     if not (np.isfinite(known).all() and np.isfinite(noise).all() and np.all(noise > 0)):
         raise InvalidInput("tensors must be finite and sd > 0 everywhere; a floor keeps it so.")
     if noise.size == len(noise):

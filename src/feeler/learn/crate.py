@@ -8,10 +8,10 @@ from typing import Any
 
 import xarray as xr
 
-from feeler.checked import checked
+from feeler.disk.files import parse_json, read_bytes
+from feeler.disk.provenance import LICENCE, find_version
 from feeler.errors import InvalidInput
-from feeler.files import parse_json, read_bytes
-from feeler.provenance import LICENCE, find_version
+from feeler.records.checked import checked
 from feeler.tensors.disk import write_atomic
 from feeler.tensors.formats import load
 
@@ -46,7 +46,9 @@ def write_crate(
         )
     write_atomic(
         place,
-        json.dumps(_make_crate(tensors, path.name, name, description, author), indent=2).encode(),
+        json.dumps(
+            _make_crate(tensors, path.name, name, description, author), indent=2
+        ).encode(),
     )
     return place
 

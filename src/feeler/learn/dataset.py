@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.decoding.cnn import import_torch
 from feeler.errors import InvalidInput
 from feeler.learn.split import check_coordinate, split_trials
+from feeler.records.checked import checked
 from feeler.task.noise import Noise, parse_noise
 from feeler.tensors.formats import load
 
@@ -87,7 +87,9 @@ class TouchDataset(torch.utils.data.IterableDataset):
         tensors = self._open()
         if variable not in tensors or tensors[variable].dims[:1] != ("trial",):
             valid = [
-                str(name) for name, item in tensors.data_vars.items() if item.dims[:1] == ("trial",)
+                str(name)
+                for name, item in tensors.data_vars.items()
+                if item.dims[:1] == ("trial",)
             ]
             raise InvalidInput(
                 f"there is no variable {variable!r} of trials; valid: {', '.join(valid)}."
@@ -112,11 +114,15 @@ class TouchDataset(torch.utils.data.IterableDataset):
         self.shape: tuple[int, ...] = tensors[variable].shape[1:]
 
     def __len__(self) -> int:
-        return len(self.rows) if self.batch_size is None else -(-len(self.rows) // self.batch_size)
+        return (
+            len(self.rows) if self.batch_size is None else -(-len(self.rows) // self.batch_size)
+        )
 
     def __repr__(self) -> str:
         classes = (
-            "no classes" if self.classes is None else f"classes {', '.join(map(str, self.classes))}"
+            "no classes"
+            if self.classes is None
+            else f"classes {', '.join(map(str, self.classes))}"
         )
         size = " × ".join(map(str, self.shape))
         return f"TouchDataset of {len(self.rows)} touches: {self.variable} {size}, {classes}"
@@ -173,7 +179,9 @@ class TouchDataset(torch.utils.data.IterableDataset):
 
     def _add_noise(self, values: Any, rng: np.random.Generator, source: Any) -> Any:
         if callable(self.noise):
-            return torch.from_numpy(np.asarray(self.noise(values.numpy(), rng), dtype=np.float32))
+            return torch.from_numpy(
+                np.asarray(self.noise(values.numpy(), rng), dtype=np.float32)
+            )
         if self.noise == 0:
             return values
         return values.add_(torch.empty_like(values).normal_(generator=source), alpha=self.noise)
@@ -222,7 +230,8 @@ def _make_targets(
         np.stack([code.reshape(-1) for _, code in parts], axis=1), axis=0, return_inverse=True
     )
     labels = [
-        tuple(kinds[k].item() for (kinds, _), k in zip(parts, row, strict=True)) for row in found
+        tuple(kinds[k].item() for (kinds, _), k in zip(parts, row, strict=True))
+        for row in found
     ]
     return [row[0] for row in labels] if isinstance(target, str) else labels, codes.reshape(
         -1

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
+from feeler.disk.files import TEMPORARY_DAYS, sweep_old
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import TEMPORARY_DAYS, sweep_old
 from feeler.learn.split import check_coordinate
+from feeler.records.checked import checked
 from feeler.tensors.formats import load
 from feeler.tensors.unit import in_unit
 
@@ -26,7 +26,12 @@ EPISODES = 2048  # [C] touches in one file: 45 MB of 56 sensors and 100 samples
 _DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 _META = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 _CHUNK = 1000  # files in one folder, as LeRobot has them
-_SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
+_SIZES = (
+    (1_000, "n<1K"),
+    (10_000, "1K<n<10K"),
+    (100_000, "10K<n<100K"),
+    (1_000_000, "100K<n<1M"),
+)
 
 
 @checked
@@ -141,7 +146,9 @@ def _make_rows(
         state = np.ascontiguousarray(values.transpose(0, 2, 1)).reshape(-1, n_sensors)
         exact = state.astype(float)
         sums.append(
-            np.stack([exact.min(axis=0), exact.max(axis=0), exact.sum(axis=0), (exact**2).sum(0)])
+            np.stack(
+                [exact.min(axis=0), exact.max(axis=0), exact.sum(axis=0), (exact**2).sum(0)]
+            )
         )
         yield pa.table(
             {
@@ -187,7 +194,11 @@ def _list_labels(tensors: xr.Dataset) -> dict[str, xr.DataArray]:
 
 def _describe_features(tensors: xr.Dataset, variable: str, task: str) -> dict[str, Any]:
     """As LeRobot's info.json."""
-    n, n_samples, n_sensors = tensors.sizes["trial"], tensors.sizes["time"], tensors.sizes["sensor"]
+    n, n_samples, n_sensors = (
+        tensors.sizes["trial"],
+        tensors.sizes["time"],
+        tensors.sizes["sensor"],
+    )
     time = in_unit(tensors["time"], "s").values
     whole = {"dtype": "int64", "shape": [1], "names": None}
     names = [f"{variable}_{number}" for number in tensors["segment"].values.tolist()]
@@ -207,7 +218,10 @@ def _describe_features(tensors: xr.Dataset, variable: str, task: str) -> dict[st
             "timestamp": {"dtype": "float32", "shape": [1], "names": None},
             **dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), whole),
         },
-        "units": {"observation.state": tensors[variable].attrs.get("units", ""), "timestamp": "s"},
+        "units": {
+            "observation.state": tensors[variable].attrs.get("units", ""),
+            "timestamp": "s",
+        },
     }
 
 

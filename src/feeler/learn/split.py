@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _SHARES = {"train": 0.8, "validate": 0.1, "test": 0.1}  # [C]
 # what two touches share that differ in nothing but noise

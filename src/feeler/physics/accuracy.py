@@ -29,7 +29,9 @@ _WHOLE = 2
 # by chance:
 _SURE = 0.5  # to be believed, about a corner if they do so twice
 _SURER = 0.2  # to be believed about a corner at once
-_NEVER = 0.0  # where several parts follow each other: not before the next two runs agree as well
+_NEVER = (
+    0.0  # where several parts follow each other: not before the next two runs agree as well
+)
 # [C] times that a difference from steps of 0.8 µs counts: down to 0.2 µs, runs part by up to 8
 # times as much
 _DRIFT = 5.0
@@ -154,7 +156,9 @@ def _refine(
         scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - _WHOLE - 1, stop
     )
     before = _read_error(coarse)
-    return found if found is not None and (before <= accuracy or found.error < before) else coarse
+    return (
+        found if found is not None and (before <= accuracy or found.error < before) else coarse
+    )
 
 
 def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
@@ -176,7 +180,9 @@ def _trust(item: Object) -> float:
 def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) -> list[Result]:
     found: dict[int, Result] = {}
     for lanes in make_groups(scenes, get_engine(engine)):
-        found |= zip(lanes, run_group([scenes[i] for i in lanes], clock, engine, stop), strict=True)
+        found |= zip(
+            lanes, run_group([scenes[i] for i in lanes], clock, engine, stop), strict=True
+        )
     return [found[i] for i in range(len(scenes))]
 
 
@@ -195,7 +201,9 @@ def _read_error(result: Result) -> float:
 
 def find_coarsest(contact: Contact, sample_interval: float) -> float:
     """The largest whole part of a sample that the contact allows [ms]."""
-    return float(sample_interval / np.ceil(2 * sample_interval / contact.solref[0] * (1 - 1e-9)))
+    return float(
+        sample_interval / np.ceil(2 * sample_interval / contact.solref[0] * (1 - 1e-9))
+    )
 
 
 def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:

@@ -36,7 +36,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.registry import Registry
+from feeler.records.registry import Registry
 from feeler.stimulus.object import Object
 
 # Greatest d_max: from 0.999 on MuJoCo's solver, at its tightest, is no longer exact to 1e-9
@@ -186,7 +186,9 @@ def _compute_compliance(antenna: Antenna) -> np.ndarray:
     squared = np.where(lever > 0, lever, 0.0) ** 2
     if not antenna.spatial:
         return np.sum(squared / antenna.stiffness[:, None], axis=0)
-    return np.min([(squared / row[:, None]).sum(axis=0) for row in antenna.stiffness[:2]], axis=0)
+    return np.min(
+        [(squared / row[:, None]).sum(axis=0) for row in antenna.stiffness[:2]], axis=0
+    )
 
 
 def find_invweight(antenna: Antenna) -> np.ndarray:
@@ -244,7 +246,11 @@ version 0.2: within 0.05 mm whatever touches) and ``hard`` (that of version 0.1)
 CONTACTS.register(
     "smooth",
     Contact(
-        solimp=(1e-3, 0.95, 1e-6, 0.2, 2.0), share=0.005, turn=0.005, crossing=0.15, lingering=0.5
+        solimp=(1e-3, 0.95, 1e-6, 0.2, 2.0),
+        share=0.005,
+        turn=0.005,
+        crossing=0.15,
+        lingering=0.5,
     ),
 )
 CONTACTS.register("even", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))

@@ -10,7 +10,7 @@ from threading import Timer
 from feeler.physics.contact import Contact
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Stepper
-from feeler.registry import Registry
+from feeler.records.registry import Registry
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,6 @@ from weakref import finalize
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import Doubtful, InvalidInput
 from feeler.execute import ThreadExecutor
 from feeler.physics.contact import DEEP, Contact, describe_sink, list_doubts
@@ -19,6 +18,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
+from feeler.records.checked import checked
 from feeler.stimulus.base import Vector, check_number, check_vector, lift, lift_turn
 
 Turn = float | tuple[float, float, float]
@@ -104,7 +104,8 @@ class Simulations:
         )
         filled = [*scenes, *[idle] * (-len(scenes) % lanes)]
         self._steppers = [
-            kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)
+            kind.make(filled[k : k + lanes], self.timestep)
+            for k in range(0, len(filled), lanes)
         ]
         self._lanes, self._n = lanes, len(scenes)
         self._steps = [[0] * lanes for _ in self._steppers]
@@ -114,7 +115,9 @@ class Simulations:
         self._state: State | None = None
         self._stop, self._turn = Event(), RLock()
         self._sunk = [np.zeros(lanes, dtype=bool) for _ in self._steppers]
-        self._pool = ThreadExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
+        self._pool = (
+            ThreadExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
+        )
         if self._pool is not None:
             finalize(self, self._pool.kill)
 
@@ -197,7 +200,9 @@ class Simulations:
         """Note whether any lane needs more than its commands, so that a short step costs what it
         computes.
         """
-        self._guided = any(scene.guided for stepper in self._steppers for scene in stepper.scenes)
+        self._guided = any(
+            scene.guided for stepper in self._steppers for scene in stepper.scenes
+        )
 
     def _check_paths(self, n_steps: int) -> None:
         for stepper, steps in zip(self._steppers, self._steps, strict=True):
@@ -231,7 +236,9 @@ class Simulations:
         if self._state is None:
             parts = [stepper.read() for stepper in self._steppers]
             self._state = (
-                parts[0] if len(parts) == 1 and self._lanes == self._n else _join(parts, self._n)
+                parts[0]
+                if len(parts) == 1 and self._lanes == self._n
+                else _join(parts, self._n)
             )
         return self._state
 

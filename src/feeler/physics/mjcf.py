@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
+from feeler.disk.files import writing
 from feeler.errors import InvalidInput
-from feeler.files import writing
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.physics.scene import make_scene
 from feeler.physics.spec import make_spec

@@ -40,7 +40,9 @@ class MujocoStepper(Stepper):
         self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
         self.force = np.zeros((len(scene.objects), 2))
         self.base_force, self.base_moment, self.sink = np.zeros(2), 0.0, 0.0
-        self._thin = [np.minimum(scene.antenna.radius, find_radius(item)) for item in scene.objects]
+        self._thin = [
+            np.minimum(scene.antenna.radius, find_radius(item)) for item in scene.objects
+        ]
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = (
             scene.initial_angle,
             scene.initial_velocity,
@@ -178,7 +180,8 @@ class MujocoStepper(Stepper):
         """What :meth:`_find_forces` gives, with places on the antenna, normals and distances."""
         antenna, contact = self.scenes[0].antenna, self.data.contact
         points = (
-            antenna.shape(self.data.qpos[self._hinges], base_angle=self._base[2]) + self._base[:2]
+            antenna.shape(self.data.qpos[self._hinges], base_angle=self._base[2])
+            + self._base[:2]
         )
         along = np.diff(points, axis=0)[segment]
         share = np.clip(
@@ -251,7 +254,9 @@ class MujocoStepper(Stepper):
         if not self.moving and self.drive.any():
             self._hang()
 
-    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
+    def move_object(
+        self, lane: int, o: int, velocity: tuple[float, float], turn: float
+    ) -> None:
         """Command an object."""
         self.object_velocity[o] = *velocity, turn
 

@@ -37,7 +37,9 @@ def compute_reaction(
         row[2] + np.cumsum(hinge)
         for row, hinge in zip(base, (angle, rate, acceleration), strict=True)
     )
-    along = antenna.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    along = antenna.segment_length[:, None] * np.stack(
+        [np.sin(heading), np.cos(heading)], axis=1
+    )
     step = alpha[:, None] * _turn(along) - (omega**2)[:, None] * along
     arm = np.cumsum(along, axis=0) - 0.5 * along
     push = antenna.segment_mass[:, None] * (

@@ -17,10 +17,12 @@ from feeler.physics.scene import Motion, Scene
 from feeler.physics.stepper import Stepper, make_row
 
 _WINDOW = 5  # [C] samples that are gone through with one timestep
-_SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may part in a window
-_HELPS = (
-    0.8  # [C] steps are halved again while that brings what they part by below this share of itself
-)
+_SHARES = (
+    4,
+    16,
+)  # [C] the accuracy over these is how much further the runs may part in a window
+# [C] steps are halved again while that brings what they part by below this share of itself
+_HELPS = 0.8
 
 
 _Track = tuple[np.ndarray, np.ndarray]
@@ -72,7 +74,9 @@ def refine(
     if first is None or found is None:
         return None
     before, after = (track(scene.antenna, motion.angle) for motion in (first, found))
-    return replace(found, error=max(found.error, compute_gap(before, after, compute_peaks(after))))
+    return replace(
+        found, error=max(found.error, compute_gap(before, after, compute_peaks(after)))
+    )
 
 
 @dataclass
@@ -128,7 +132,8 @@ class _Pair:
         before = np.inf
         while True:
             ends = [
-                self._step(tape, start, stop, level + k, begin[k]) for k, tape in enumerate(tapes)
+                self._step(tape, start, stop, level + k, begin[k])
+                for k, tape in enumerate(tapes)
             ]
             gap = self._measure(tapes, start, stop, peaks) if None not in ends else np.inf
             if gap <= limit or level >= self.halvings or _HELPS * before < gap < np.inf:
@@ -145,13 +150,17 @@ class _Pair:
             )
         return None if ended else stepper.save(0)
 
-    def _measure(self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray) -> float:
+    def _measure(
+        self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray
+    ) -> float:
         coarse, fine = (self._track(tape[0, start:stop]) for tape in tapes)
         return compute_gap(coarse, fine, peaks)
 
     def _get(self, level: int) -> Stepper:
         if level not in self.steppers:
-            self.steppers[level] = get_engine(self.engine).make([self.scene], self._halve(level))
+            self.steppers[level] = get_engine(self.engine).make(
+                [self.scene], self._halve(level)
+            )
         return self.steppers[level]
 
     def _halve(self, level: int) -> float:

@@ -18,7 +18,9 @@ from feeler.physics.stepper import Stepper, make_row, split_rows
 from feeler.stimulus.base import Vector
 
 Result = Motion | Exception
-_CHUNK = 400_000  # segment·lane steps between looks for Ctrl-C: some 5 ms, or 50 in deep contact
+_CHUNK = (
+    400_000  # segment·lane steps between looks for Ctrl-C: some 5 ms, or 50 in deep contact
+)
 
 
 def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motion:
@@ -36,7 +38,10 @@ def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motio
 
 
 def run_group(
-    scenes: Sequence[Scene], clock: Clock, engine: str = DEFAULT_ENGINE, stop: Event | None = None
+    scenes: Sequence[Scene],
+    clock: Clock,
+    engine: str = DEFAULT_ENGINE,
+    stop: Event | None = None,
 ) -> list[Result]:
     """One Motion per scene of a group from :func:`make_groups`, or the error that ended it; the
     others go on.
@@ -103,7 +108,8 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
                 elif at > now[lane]:
                     count = min(count, at - now[lane])
         drives = {
-            lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep) for lane in driven
+            lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep)
+            for lane in driven
         }
         ended = advance_freely(stepper, now, count, stop, drives)
         left -= count
@@ -172,7 +178,12 @@ def make_motion(
 
 
 def record_some(
-    stepper: Stepper, tape: np.ndarray, sample: int, every: int, turns: Sequence[int], stop: Event
+    stepper: Stepper,
+    tape: np.ndarray,
+    sample: int,
+    every: int,
+    turns: Sequence[int],
+    stop: Event,
 ) -> tuple[int, bool]:
     """Samples from number ``sample`` on, up to the next look for Ctrl-C or turn of an object; as
     ``Stepper.record``.

@@ -109,7 +109,9 @@ class Scene:
     def initial_angle(self) -> np.ndarray:
         """Angles (segment,) at time 0 [rad]."""
         return (
-            self.antenna.rest_angle if self.angle is None else np.asarray(self.angle, dtype=float)
+            self.antenna.rest_angle
+            if self.angle is None
+            else np.asarray(self.angle, dtype=float)
         )
 
     @property
@@ -129,7 +131,9 @@ class Scene:
             turned = to_vector(to_matrix(moved[3:]) @ to_matrix(own[3:]))
             return np.concatenate([own[:3] + moved[:3], turned])
         moved = (
-            self.base_motion.compute_pose(np.zeros(1))[0] if self.base_motion is not None else 0.0
+            self.base_motion.compute_pose(np.zeros(1))[0]
+            if self.base_motion is not None
+            else 0.0
         )
         return np.asarray(self.base) + moved
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.lanes import Simulations, Snapshot, Turn
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import MICRO, Contacts
-from feeler.shown import make_picture
+from feeler.records.checked import checked
+from feeler.records.shown import make_picture
 from feeler.stimulus.base import BaseMotion, Vector, check_vector, read_base
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.flow import Flow
@@ -93,7 +93,9 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
         return None
     array = np.array(values, dtype=float)
     if array.shape != antenna.rest_angle.shape or not np.isfinite(array).all():
-        rows = f" in each of {len(antenna.planes)} rows, one per plane" if antenna.spatial else ""
+        rows = (
+            f" in each of {len(antenna.planes)} rows, one per plane" if antenna.spatial else ""
+        )
         raise InvalidInput(
             f"{name} must be {antenna.n_segments} finite numbers, one per segment{rows}, got"
             f" {array.shape}."
@@ -294,7 +296,9 @@ class Simulation:
     def work(self) -> Work:
         """Work done on the antenna by its base and by each object since time 0 [µJ]."""
         state = self._lanes.state
-        return Work(base=MICRO * float(state.base_work[0]), objects=MICRO * state.object_work[0])
+        return Work(
+            base=MICRO * float(state.base_work[0]), objects=MICRO * state.object_work[0]
+        )
 
     def move_base(self, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0) -> None:
         """From the next step on the base moves with ``velocity`` (x, y) [mm/ms] and turns with

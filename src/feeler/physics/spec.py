@@ -85,7 +85,8 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
         first = [x, y, 0.0]
     for n, length in enumerate(antenna.segment_length):
         body = parent.add_body(
-            name=f"segment{n + 1}", pos=first if n == 0 else [0, antenna.segment_length[n - 1], 0]
+            name=f"segment{n + 1}",
+            pos=first if n == 0 else [0, antenna.segment_length[n - 1], 0],
         )
         if n == 0:
             body.quat = [np.cos(heading / 2), 0, 0, -np.sin(heading / 2)]
@@ -138,7 +139,11 @@ def soften(
     low, _, _, midpoint, power = scene.contact.solimp
     return {
         "condim": 3 if friction > 0 else 1,
-        "friction": [max(friction, MIN_FRICTION), 0.005, 0.0001],  # torsion and rolling are unused
+        "friction": [
+            max(friction, MIN_FRICTION),
+            0.005,
+            0.0001,
+        ],  # torsion and rolling are unused
         "solref": list(scene.contact.solref),
         "solimp": [low, d_max, width, midpoint, power],
     }
@@ -186,7 +191,11 @@ def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str,
             }
         else:
             mesh = _add_prism(spec, f"object{o + 1}part{number}", part @ turn)
-            yield {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": mesh, "margin": feature.rounding}
+            yield {
+                "type": mujoco.mjtGeom.mjGEOM_MESH,
+                "meshname": mesh,
+                "margin": feature.rounding,
+            }
 
 
 def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:

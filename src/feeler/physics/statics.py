@@ -79,7 +79,9 @@ def solve_static(
     return angle
 
 
-def _newton(antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float) -> np.ndarray | None:
+def _newton(
+    antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float
+) -> np.ndarray | None:
     """Newton's method from ``angle``; None where it does not reach the balance."""
     for _ in range(_MAX_ITERATIONS):
         residual, hessian = _balance(antenna, angle, force, at)

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 
-from feeler.checked import checked
 from feeler.plotting.tensor import plot_tensor_grid
+from feeler.records.checked import checked
 
 
 @checked
@@ -22,7 +22,8 @@ def plot_bases(
     """
     shape = np.max([components.shape for components in sets.values()], axis=0)
     grid = [
-        [_pad(components, m, shape[1:]) for m in range(shape[0])] for components in sets.values()
+        [_pad(components, m, shape[1:]) for m in range(shape[0])]
+        for components in sets.values()
     ]
     columns = [f"basis {m + 1}" for m in range(shape[0])]
     image = plot_tensor_grid(

@@ -27,7 +27,8 @@ def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:
     between sets.
     """
     sets = [
-        {str(g): (d.values(index, g), d.average[index][g]) for g in d.groups} for d in dispersions
+        {str(g): (d.values(index, g), d.average[index][g]) for g in d.groups}
+        for d in dispersions
     ]
     plot_groups(sets, ax)
 

@@ -55,7 +55,9 @@ def _covers(box: Bbox, mark: Artist) -> bool:
 
 def _meets(box: Bbox, path: Path, filled: bool) -> bool:
     clean = path.cleaned(remove_nans=True)
-    return bool(len(np.asarray(clean.vertices)) > 1 and clean.intersects_bbox(box, filled=filled))
+    return bool(
+        len(np.asarray(clean.vertices)) > 1 and clean.intersects_bbox(box, filled=filled)
+    )
 
 
 def _trace(mark: Artist) -> list[tuple[Path, bool]]:

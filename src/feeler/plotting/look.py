@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
-from feeler.checked import checked
+from feeler.records.checked import checked
 
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
@@ -90,7 +90,9 @@ def pick_colours(names: Iterable[str]) -> dict[str, Any]:
 
 def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:
     """Colours of ``count`` rising values of a quantity: a speed, a bend, a hinge's place …"""
-    return [tuple(shade) for shade in mpl.colormaps[_SHADES[quantity]](np.linspace(0, 0.9, count))]
+    return [
+        tuple(shade) for shade in mpl.colormaps[_SHADES[quantity]](np.linspace(0, 0.9, count))
+    ]
 
 
 @checked
@@ -144,7 +146,9 @@ def unjoin(figure: Figure, least: int = FEWEST) -> None:
 def _list_legends(figure: Figure) -> list[Legend]:
     """Of the figure, its axes and its parts; searching all artists would make every tick first."""
     own = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
-    return own + [*figure.legends] + [legend for part in figure.subfigs for legend in part.legends]
+    return (
+        own + [*figure.legends] + [legend for part in figure.subfigs for legend in part.legends]
+    )
 
 
 def _loosen(line: Line2D, was_dashed: bool) -> None:

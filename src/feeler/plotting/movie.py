@@ -13,10 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from feeler.checked import checked
+from feeler.disk.files import writing
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import writing
 from feeler.plotting.look import fix_layout
+from feeler.records.checked import checked
 
 _MOVIE_WIDTH = 1080
 """Pixels across every movie: small text is read, and eight movies stay below 2 MB."""
@@ -117,10 +117,14 @@ def write_movie(
             background = None
             for k in range(n_frames):
                 background = _draw(figure, canvas, draw_frame(k), background)
-                frame = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[: size[1], : size[0]])
+                frame = np.ascontiguousarray(
+                    np.asarray(canvas.buffer_rgba())[: size[1], : size[0]]
+                )
                 writer.send(frame)
                 if k == _STILL * n_frames // 100:
-                    Image.fromarray(frame).convert("RGB").save(path.with_suffix(".jpg"), quality=80)
+                    Image.fromarray(frame).convert("RGB").save(
+                        path.with_suffix(".jpg"), quality=80
+                    )
         finally:
             writer.close()
     return Movie(path)

@@ -14,9 +14,9 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import ArrayLike
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.plotting.look import ANTENNA_COLOURS, TENSOR_COLOURS, set_decades
+from feeler.records.checked import checked
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 
@@ -135,7 +135,9 @@ def plot_profile_points(
     curves = []
     for profile in profiles:
         height = HEIGHT * np.log10(np.asarray(profile, dtype=float))
-        curves.append(np.stack([np.linspace(-WIDTH / 2, WIDTH / 2, height.size), height], axis=1))
+        curves.append(
+            np.stack([np.linspace(-WIDTH / 2, WIDTH / 2, height.size), height], axis=1)
+        )
     lines = LineCollection(
         curves, offsets=places, offset_transform=ax.transData, color=color, lw=1.0
     )

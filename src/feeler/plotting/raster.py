@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.plotting.look import PALETTE
+from feeler.records.checked import checked
 
 
 @checked
@@ -70,7 +70,9 @@ def plot_touch_spikes(
     units (unit, time) [Hz].
     """
     felt = tensor[:2] if tensor.ndim == 3 else tensor[None]
-    axes = figure.subplots(len(felt) + 2, 1, sharex=True, height_ratios=(*[2] * len(felt), 2, 1))
+    axes = figure.subplots(
+        len(felt) + 2, 1, sharex=True, height_ratios=(*[2] * len(felt), 2, 1)
+    )
     names = ("angle [°]",) if len(felt) == 1 else ("angle towards x [°]", "angle towards z [°]")
     largest = np.abs(felt).max()
     for ax, plane, name in zip(axes, felt, names, strict=False):
@@ -84,11 +86,18 @@ def plot_touch_spikes(
     figure.align_ylabels(axes)
 
 
-def _draw_felt(plane: np.ndarray, time: np.ndarray, ax: Axes, name: str, largest: float) -> None:
+def _draw_felt(
+    plane: np.ndarray, time: np.ndarray, ax: Axes, name: str, largest: float
+) -> None:
     """The bending of every sensor (sensor, time) as colours."""
     edges = (*(time[0], time[-1]), 0.5, len(plane) + 0.5)
     image = ax.imshow(
-        plane, aspect="auto", origin="lower", extent=edges, cmap="RdBu_r", interpolation="nearest"
+        plane,
+        aspect="auto",
+        origin="lower",
+        extent=edges,
+        cmap="RdBu_r",
+        interpolation="nearest",
     )
     image.set_clim(-largest, largest)
     ax.figure.colorbar(image, ax=ax, label=name)

@@ -13,11 +13,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.tensor import plot_tensor
 from feeler.plotting.touch import write_touch_movie
+from feeler.records.checked import checked
 from feeler.tensors.unit import in_unit
 
 _DPI = 110
@@ -68,13 +68,18 @@ def draw_traces(fitted: Any) -> Picture:
     trace.legend(fontsize=7)
     if fitted.band is None:
         profile.errorbar(
-            range(len(fitted.p)), fitted.p, [fitted.p - fitted.low, fitted.high - fitted.p], fmt="o"
+            range(len(fitted.p)),
+            fitted.p,
+            [fitted.p - fitted.low, fitted.high - fitted.p],
+            fmt="o",
         )
         profile.set_xticks(range(len(fitted.p)), fitted.names, rotation=30, ha="right")
         profile.set_ylabel("parameter and its interval")
         return figure
     band = fitted.band
-    for values, low, high, name in zip(band.middle, band.low, band.high, _QUANTITIES, strict=True):
+    for values, low, high, name in zip(
+        band.middle, band.low, band.high, _QUANTITIES, strict=True
+    ):
         (line,) = profile.semilogy(band.place, values, label=name)
         profile.fill_between(band.place, low, high, color=line.get_color(), alpha=0.25)
     profile.set(xlabel="place (base 0, tip 1)", title="hinges with their intervals")
@@ -160,5 +165,7 @@ def _take(tensors: xr.Dataset, trial: int, variable: str) -> xr.DataArray:
 
 def _check_trial(tensors: xr.Dataset, trial: int) -> int:
     if not 0 <= trial < tensors.sizes["trial"]:
-        raise InvalidInput(f"trial must be from 0 to {tensors.sizes['trial'] - 1}, got {trial}.")
+        raise InvalidInput(
+            f"trial must be from 0 to {tensors.sizes['trial'] - 1}, got {trial}."
+        )
     return trial

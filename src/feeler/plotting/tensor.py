@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator
 
-from feeler.checked import checked
+from feeler.records.checked import checked
 
 _GID = "tensor"
 _LEVELS = 64  # of a colour scale that a page knows
@@ -121,5 +121,7 @@ def list_tensors(figure: Figure) -> list[dict[str, Any]]:
                     "x": ax.get_xlim(),
                     "y": ax.get_ylim(),
                 }
-                found.append(place | {"low": low, "high": high, "colours": colours} | image.tensor)  # type: ignore[attr-defined]
+                found.append(
+                    place | {"low": low, "high": high, "colours": colours} | image.tensor
+                )  # type: ignore[attr-defined]
     return found

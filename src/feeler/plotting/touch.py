@@ -18,12 +18,12 @@ from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.text import Text
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.plotting.look import style
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.plotting.space import SpaceScene, add_space
 from feeler.plotting.tensor import plot_tensor
+from feeler.records.checked import checked
 from feeler.stimulus import Trial, place
 from feeler.tensors.posture import compute_bend, reconstruct_posture
 from feeler.tensors.unit import in_unit, need
@@ -36,7 +36,9 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     time = in_unit(tensors["time"], "ms").values
     image = plot_tensor(values, time, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
     total = "plane" in tensors.dims
-    label = "curvature of both planes [1/mm]" if total else "curvature [1/mm] (negative drawn as 0)"
+    label = (
+        "curvature of both planes [1/mm]" if total else "curvature [1/mm] (negative drawn as 0)"
+    )
     figure.colorbar(image, ax=ax, label=label)
 
 

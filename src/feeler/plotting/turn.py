@@ -11,11 +11,11 @@ import xarray as xr
 from scipy.spatial import ConvexHull
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.plotting.look import TENSOR_COLOURS
 from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.plotting.space import make_sheet, make_surface
+from feeler.records.checked import checked
 from feeler.stimulus import Trial, place
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.solid import list_solids
@@ -51,7 +51,9 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
             " space (docs/space.md), or write_touch_movie."
         )
     time = in_unit(tensors["time"], "ms").values
-    frames = np.unique(np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int))
+    frames = np.unique(
+        np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int)
+    )
     bend = compute_bend(tensors, antenna)[frames]
     top = float(bend.max()) or 1.0
     edges = _list_lines(trial.shape, np.asarray(placed.origin), placed.axes, antenna.length)

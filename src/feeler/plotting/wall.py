@@ -74,7 +74,9 @@ class Shapes:
         )
 
 
-def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)) -> None:
+def plot_shapes(
+    rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)
+) -> None:
     """Every shape beside its wall: a row per antenna, a column per distance; ``cell`` [mm].
 
     The figure gets the legend.
@@ -97,13 +99,17 @@ def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.
     columns = cell[0] * np.arange(len(first.wall))
     ax.set(xticks=columns + 0.4 * cell[0], xticklabels=[f"{abs(x):.3g}" for x in first.wall])
     ax.set_xlabel("wall distance [mm]")
-    ax.set(yticks=-cell[1] * np.arange(len(rows)) + 10.0, yticklabels=list(rows), aspect="equal")
+    ax.set(
+        yticks=-cell[1] * np.arange(len(rows)) + 10.0, yticklabels=list(rows), aspect="equal"
+    )
     ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
     ax.tick_params(length=0)
     ax.spines[["left", "bottom"]].set_visible(False)
     marks = [Line2D([], [], color=colour, label=words) for colour, words in _STATES.values()]
     marks.append(Line2D([], [], color=_WALL, label="wall"))
-    marks.append(Line2D([], [], color=PALETTE[2], marker="o", ls="", ms=3, label="greatest bend"))
+    marks.append(
+        Line2D([], [], color=PALETTE[2], marker="o", ls="", ms=3, label="greatest bend")
+    )
     ax.get_figure().legend(handles=marks, loc="outside lower center", ncols=len(marks))
 
 
@@ -116,7 +122,9 @@ def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int =
     for (name, shapes), ax in zip(rows.items(), axes, strict=True):
         for k, colour in zip(range(0, len(shapes.wall), every), colours, strict=True):
             ax.axvline(shapes.wall[k], color=colour, lw=0.8, ls="--")
-            ax.plot(*shapes.points[k].T, color=colour, lw=1.2, label=f"{distances[k // every]:.3g}")
+            ax.plot(
+                *shapes.points[k].T, color=colour, lw=1.2, label=f"{distances[k // every]:.3g}"
+            )
             ax.plot(*shapes.peak[k], "o", color=colour, mec="#000000", mew=0.5, ms=4, zorder=3)
         ax.add_patch(Ellipse((-3.0, -4.0), 5.0, 9.0, color="#BBBBBB", lw=0))
         ax.text(-3.0, -11.0, "head", ha="center", fontsize=7, color="#59636e")

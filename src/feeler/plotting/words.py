@@ -55,14 +55,19 @@ def measure_words(figure: Figure) -> dict[str, Any]:
     over += _find_crowded(figure, renderer)
     wide = 25.4 * figure.get_figwidth()
     sizes = [float(one.get_fontsize()) for one in shown]
-    return {"least": round(min(sizes) * _PAGE_WIDTH / wide, 2) if sizes else LEAST, "over": over}
+    return {
+        "least": round(min(sizes) * _PAGE_WIDTH / wide, 2) if sizes else LEAST,
+        "over": over,
+    }
 
 
 def _find_crowded(figure: Figure, renderer: Any) -> list[list[str]]:
     """Neighbouring numbers below an axis that stand nearer than words do."""
     unseen, found = _list_unseen(figure), []
     for ax in figure.axes:
-        labels = [one for one in ax.get_xticklabels() if id(one) not in unseen and _is_shown(one)]
+        labels = [
+            one for one in ax.get_xticklabels() if id(one) not in unseen and _is_shown(one)
+        ]
         boxes = [(one, Text.get_window_extent(one, renderer)) for one in labels]
         boxes.sort(key=lambda item: item[1].x0)
         gap: float = _GAP * figure.dpi / 72

@@ -18,8 +18,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
-from feeler.checked import checked
-from feeler.files import ensure_folder, writing
+from feeler.disk.files import ensure_folder, writing
+from feeler.records.checked import checked
 from feeler.report.section import Section
 
 _MIME = {
@@ -28,7 +28,10 @@ _MIME = {
     ".webp": "image/webp",
     ".mp4": "video/mp4",
 }
-_LARGE, _QUALITY = 80_000, 85  # bytes of a picture that is made smaller, and how well it is kept
+_LARGE, _QUALITY = (
+    80_000,
+    85,
+)  # bytes of a picture that is made smaller, and how well it is kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +146,8 @@ def _embed(path: Path, _when: int) -> str:
     raw, kind = path.read_bytes(), _MIME[path.suffix]
     if path.suffix == ".png" and len(raw) > _LARGE:
         with Image.open(path) as picture:
-            picture.convert("RGB").save(smaller := io.BytesIO(), "WEBP", quality=_QUALITY, method=2)
+            picture.convert("RGB").save(
+                smaller := io.BytesIO(), "WEBP", quality=_QUALITY, method=2
+            )
         raw, kind = smaller.getvalue(), _MIME[".webp"]
     return f"data:{kind};base64,{base64.b64encode(raw).decode()}"

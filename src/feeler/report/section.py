@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from feeler.checked import checked
+from feeler.records.checked import checked
 
 if TYPE_CHECKING:
     from feeler.report.pictures import Pictures
@@ -108,7 +108,9 @@ class Section:
     def movie(self, path: Path, caption: str) -> None:
         """A movie already written into the folder, and its still if there is one."""
         still = path.with_suffix(".jpg").name if path.with_suffix(".jpg").exists() else ""
-        self.blocks.append({"kind": "movie", "name": path.name, "caption": caption, "still": still})
+        self.blocks.append(
+            {"kind": "movie", "name": path.name, "caption": caption, "still": still}
+        )
 
     def turnable(self, name: str, caption: str, scene: Mapping[str, object]) -> None:
         """A touch in space that is turned by hand; ``scene`` is what
@@ -120,7 +122,9 @@ class Section:
 
     def numbers(self, name: str, **arrays: object) -> None:
         """Keep the numbers a figure draws as JSON."""
-        text = json.dumps({key: to_json(value) for key, value in arrays.items()}, sort_keys=True)
+        text = json.dumps(
+            {key: to_json(value) for key, value in arrays.items()}, sort_keys=True
+        )
         (self.folder / f"{name}.json").write_text(text)
 
     def say_kept(self) -> str:

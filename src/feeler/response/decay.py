@@ -6,8 +6,8 @@ from typing import Annotated
 import numpy as np
 from scipy.optimize import least_squares
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.response.trace import check_trace
 
 

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.response.decay import fit_damped_cosine
 from feeler.response.trace import check_trace, find_extrema
 
-_MIN_HALF = 2.5  # [C] samples that half a cycle must have for its turning points to be told apart
+_MIN_HALF = (
+    2.5  # [C] samples that half a cycle must have for its turning points to be told apart
+)
 # [C] share of the first deflection under which a turning point is taken for noise
 _PEAK_FLOOR = 1e-3
 
@@ -118,7 +120,10 @@ def measure_free_response(
     if len(times) == 1:
         return _with_one_turn(time, share, times, heights, settle)
     half = times[1] - times[0]
-    if half < _MIN_HALF * (time[1] - time[0]) or _count_crossings(time, share, times, floor) != 1:
+    if (
+        half < _MIN_HALF * (time[1] - time[0])
+        or _count_crossings(time, share, times, floor) != 1
+    ):
         raise InvalidInput(
             f"between peak and trough there are not {_MIN_HALF} samples of {time[1] - time[0]:g}"
             " ms, or several swings: the frequency lies beyond the sampling rate, or the time is in"
@@ -127,7 +132,9 @@ def measure_free_response(
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
     cosine = (
-        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9))) if fit else None
+        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
+        if fit
+        else None
     )
     return FreeResponse(
         overdamped=False,
@@ -160,14 +167,18 @@ def _opposite_turns(
     return times[best], heights[best]
 
 
-def _count_crossings(time: np.ndarray, share: np.ndarray, times: np.ndarray, floor: float) -> int:
+def _count_crossings(
+    time: np.ndarray, share: np.ndarray, times: np.ndarray, floor: float
+) -> int:
     """Sign changes between peak and trough, leaving out what is below the floor."""
     between = share[(time >= times[0]) & (time <= times[1]) & (np.abs(share) > floor)]
     ends = np.concatenate(([-1.0], np.sign(between), [1.0]))
     return int(np.sum(np.diff(ends) != 0))
 
 
-def _without_cycle(time: np.ndarray, share: np.ndarray, settle: list[float | None]) -> FreeResponse:
+def _without_cycle(
+    time: np.ndarray, share: np.ndarray, settle: list[float | None]
+) -> FreeResponse:
     if settle[0] is None:
         raise InvalidInput(
             f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at"

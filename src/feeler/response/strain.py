@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.scaling import project_planes
 from feeler.tensors.unit import in_unit, need
 
@@ -56,5 +56,10 @@ def compute_strain(
     radius = xr.DataArray(antenna.radius[segment - 1], dims="sensor")
     found = -radius * project_planes(in_unit(touches["curvature"], "1/mm"), around, turn)
     found = found.transpose("trial", "side", "sensor", "time").rename("strain")
-    found["around"].attrs = {"units": "deg", "long_name": "where the side lies, from x towards z"}
-    return found.assign_attrs(units="1", long_name="strain at the surface, positive if stretched")
+    found["around"].attrs = {
+        "units": "deg",
+        "long_name": "where the side lies, from x towards z",
+    }
+    return found.assign_attrs(
+        units="1", long_name="strain at the surface, positive if stretched"
+    )

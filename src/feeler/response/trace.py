@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _MIN_SAMPLES = 8
 _MAX_JITTER = 1e-3  # largest deviation of a sample interval from the mean, as a share of it
@@ -80,7 +80,9 @@ def find_extrema(
     """
     size = np.abs(signal)
     middle = (
-        np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > floor))
+        np.flatnonzero(
+            (size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > floor)
+        )
         + 1
     )
     before, here, after = signal[middle - 1], signal[middle], signal[middle + 1]

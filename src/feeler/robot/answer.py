@@ -65,7 +65,9 @@ class Answer:
     def __str__(self) -> str:
         words = name_touch(self.label)
         if self.strange:
-            words = f"unlike any touch I know ({self.strangeness:.3g} × the limit); nearest {words}"
+            words = (
+                f"unlike any touch I know ({self.strangeness:.3g} × the limit); nearest {words}"
+            )
         elif self.runner_up is not None:
             words += (
                 f" ({self.probability:.0%}); then {name_touch(self.runner_up)}"
@@ -86,7 +88,9 @@ class Answer:
             "label": describe_touch(self.label),
             "probability": None if np.isnan(self.probability) else self.probability,
             "runner_up": None if self.runner_up is None else describe_touch(self.runner_up),
-            "runner_up_probability": None if self.runner_up is None else self.runner_up_probability,
+            "runner_up_probability": None
+            if self.runner_up is None
+            else self.runner_up_probability,
             "unlike_all": self.strange,
             "strangeness": self.strangeness,
             "missing": self.missing,

@@ -6,8 +6,8 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.records.checked import checked
 from feeler.robot.preset import make_robot
 from feeler.robot.touches import (
     ROBOT_LOCATIONS,

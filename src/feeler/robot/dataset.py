@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import OneOf
+from feeler.records.checked import checked
+from feeler.records.record import OneOf
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.touches import INTERVAL

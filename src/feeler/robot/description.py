@@ -8,13 +8,13 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
+from feeler.disk.files import read_start, writing
+from feeler.disk.toml import make_record, read_toml
 from feeler.errors import InvalidInput
-from feeler.files import read_start, writing
-from feeler.record import Ge, Gt, Le, Of, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Le, Of, Record, Unit
 from feeler.robot.hinge import ROBOT_FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
-from feeler.toml import make_record, read_toml
 
 _SCHEMA = "feeler.robot/1"
 _HEAD = """\
@@ -250,4 +250,6 @@ def load_robot(path: str | os.PathLike) -> RobotFile:
     """
     path = Path(path)
     content = read_toml(path, schema=_SCHEMA)
-    return make_record(RobotFile, {"name": path.stem, **content, "folder": path.parent}, path.name)
+    return make_record(
+        RobotFile, {"name": path.stem, **content, "folder": path.parent}, path.name
+    )

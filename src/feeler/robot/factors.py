@@ -9,15 +9,15 @@ from scipy.optimize import least_squares, minimize
 from scipy.signal import find_peaks
 
 from feeler.antenna import Antenna, compute_modes
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.record import OneOf
+from feeler.records.checked import checked
+from feeler.records.record import OneOf
+from feeler.records.shown import Shown
 from feeler.robot.hinge import Flexures
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.touches import INTERVAL, compute_tip
-from feeler.shown import Shown
 
 _MAX_UPDATES = 12
 _CLOSE = 1e-5  # relative distance at which the updates stop
@@ -92,7 +92,9 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
         raise InvalidInput(
             "a ringing trace is finite time (time,) and tip (time,) of one length. Repair it first."
         )
-    if time.size < 20 or np.any(np.abs(np.diff(time) - (time[1] - time[0])) > 1e-6 * np.ptp(time)):
+    if time.size < 20 or np.any(
+        np.abs(np.diff(time) - (time[1] - time[0])) > 1e-6 * np.ptp(time)
+    ):
         raise InvalidInput(
             "a ringing trace needs at least 20 evenly spaced samples. Repair it first."
         )
@@ -116,7 +118,9 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
     def residual(logs: np.ndarray) -> np.ndarray:
         frequency, decay = np.exp(logs)
         fall, phase = np.exp(-decay * time), 2 * np.pi * frequency * time
-        basis = np.stack([fall * np.cos(phase), fall * np.sin(phase), np.ones_like(time)], axis=1)
+        basis = np.stack(
+            [fall * np.cos(phase), fall * np.sin(phase), np.ones_like(time)], axis=1
+        )
         return basis @ np.linalg.lstsq(basis, tip, rcond=None)[0] - tip
 
     fits = []
@@ -168,14 +172,18 @@ def simulate_release(
     clock = Clock(
         duration=duration, sample_interval=INTERVAL, timestep=choose_timestep(timestep, engine)
     )
-    return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock, engine).angle.T
+    return run_scene(
+        Scene(antenna=antenna, angle=posture, label="release"), clock, engine
+    ).angle.T
 
 
 @checked
 def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
     """Angles (hinge,) [rad] under a sideways force that holds the tip ``deflection`` mm off."""
     arm = antenna.length - antenna.hinge_position
-    angle = np.divide(arm, antenna.stiffness, out=np.zeros_like(arm), where=antenna.stiffness > 0)
+    angle = np.divide(
+        arm, antenna.stiffness, out=np.zeros_like(arm), where=antenna.stiffness > 0
+    )
     return angle * deflection / float(arm @ angle)
 
 
@@ -220,7 +228,9 @@ def fit_factors(
     if theory is None:
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
     theory = theory.replace(name=name)
-    target = measure_ringing(recording.time, compute_tip(theory, _check_release(recording, theory)))
+    target = measure_ringing(
+        recording.time, compute_tip(theory, _check_release(recording, theory))
+    )
     release = _find_release(recording)
     count = 0
 
@@ -274,9 +284,13 @@ def compare_tips(
 ) -> np.ndarray:
     """Tip [mm] (2, time) off rest: as recorded, and of ``antenna`` from the same posture."""
     recorded = compute_tip(antenna, _check_release(recording, antenna))
-    motion = simulate_release(antenna, *_find_release(recording), engine=engine, timestep=timestep)
+    motion = simulate_release(
+        antenna, *_find_release(recording), engine=engine, timestep=timestep
+    )
     after = recording.time - recording.time[0]
-    model = np.interp(after, np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion))
+    model = np.interp(
+        after, np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
+    )
     return np.array([recorded - recorded[-max(recorded.size // 4, 2) :].mean(), model])
 
 
@@ -316,7 +330,9 @@ def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.nda
     logs = np.log(start)
     bounds = [(value - 1.0, value + 1.0) for value in logs]
     return np.exp(
-        minimize(cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}).x
+        minimize(
+            cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}
+        ).x
     )
 
 

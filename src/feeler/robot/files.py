@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from feeler.guard import Limits
+from feeler.disk.guard import Limits
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.recording import N_CHANNELS, Recording, load_recording
 from feeler.robot.sensor import SensorCalibration, load_calibration_table
@@ -105,7 +105,9 @@ ROBOT_FILES = {
     "recording": Format(
         words="recording of a robot",
         kind="recording",
-        detect=lambda path, start: find_bag(path) is not None or _TIME.search(start) is not None,
+        detect=lambda path, start: (
+            find_bag(path) is not None or _TIME.search(start) is not None
+        ),
         load=_read,
         tell=list,
     ),

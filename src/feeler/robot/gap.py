@@ -7,7 +7,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Lt, Record
+from feeler.records.record import Ge, Lt, Record
 from feeler.stimulus import Trial
 from feeler.task.nuisances import NAMES as NUISANCES
 from feeler.task.nuisances import Nuisances

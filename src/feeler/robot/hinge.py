@@ -5,9 +5,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna.fact import Fact
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Gt, Record, Unit, freeze
+from feeler.records.checked import checked
+from feeler.records.record import Gt, Record, Unit, freeze
 
 ROBOT_FACTS: dict[str, Fact] = {
     "n_hinges": Fact(value=8, unit="1", tag="P", note="capacitive hinges"),
@@ -23,8 +23,12 @@ ROBOT_FACTS: dict[str, Fact] = {
     "damping_factor": Fact(
         value=2.06, unit="ms", tag="P", note="p2: c = p2·k_th; the unit is not stated [C]"
     ),
-    "spacing": Fact(value=7.85, unit="mm", tag="D", note="between hinges; from the poster [A, D]"),
-    "mount": Fact(value=6.2, unit="mm", tag="D", note="rigid part before hinge 1; about, [A, D]"),
+    "spacing": Fact(
+        value=7.85, unit="mm", tag="D", note="between hinges; from the poster [A, D]"
+    ),
+    "mount": Fact(
+        value=6.2, unit="mm", tag="D", note="rigid part before hinge 1; about, [A, D]"
+    ),
     "last_link": Fact(value=7.5, unit="mm", tag="D", note="beyond hinge 8; about, [A, D]"),
     "width": Fact(
         value=(11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6),
@@ -33,7 +37,10 @@ ROBOT_FACTS: dict[str, Fact] = {
         note="±0.3, base to tip; [A, D]",
     ),
     "thickness": Fact(
-        value=0.0508, unit="mm", tag="C", note="of the flexure; plausible range 0.0254 to 0.0508"
+        value=0.0508,
+        unit="mm",
+        tag="C",
+        note="of the flexure; plausible range 0.0254 to 0.0508",
     ),
     "hinge_length": Fact(
         value=0.5, unit="mm", tag="C", note="of the flexure; plausible range 0.5 to 0.9"
@@ -96,6 +103,9 @@ def make_flexures(**changes: float | np.ndarray) -> Flexures:
 
     ``thickness``, ``length``, ``width`` and ``modulus`` replace the defaults.
     """
-    facts = {"length": "hinge_length", **{key: key for key in ("width", "thickness", "modulus")}}
+    facts = {
+        "length": "hinge_length",
+        **{key: key for key in ("width", "thickness", "modulus")},
+    }
     values: dict[str, Any] = {name: ROBOT_FACTS[fact].value for name, fact in facts.items()}
     return Flexures(**values | changes)

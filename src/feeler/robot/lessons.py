@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.decoding.clouds import CloudReader, Others
 from feeler.decoding.decoder import StreamDecoder
 from feeler.errors import InvalidInput
 from feeler.progress import show_progress
+from feeler.records.checked import checked
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import Touches, touch_robots
 from feeler.robot.surrogate import make_surrogate
@@ -58,7 +58,11 @@ def _gather(touched: Sequence[Touches]) -> tuple[np.ndarray, list, np.ndarray]:
     values = np.concatenate([touches.values for touches in touched])[felt]
     labels = [label for touches in touched for label in touches.labels]
     robots = np.repeat(np.arange(len(touched)), [len(touches.labels) for touches in touched])
-    return values, [label for label, seen in zip(labels, felt, strict=True) if seen], robots[felt]
+    return (
+        values,
+        [label for label, seen in zip(labels, felt, strict=True) if seen],
+        robots[felt],
+    )
 
 
 def _list_motions(touched: Sequence[Touches]) -> Iterator[tuple[np.ndarray, Label, int]]:
@@ -85,7 +89,9 @@ def draw_lessons(
     trials = make_touches() if trials is None else list(trials)
     half = (robots + 1) // 2
     children = np.random.SeedSequence([seed, robots]).spawn(robots + half)
-    drawn = [make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children]
+    drawn = [
+        make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children
+    ]
     felt: list[Touches] = []
     with show_progress(None, "surrogate robots") as advance:
         while len(felt) < len(drawn):
@@ -111,7 +117,9 @@ def _draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:
         corners = np.column_stack([high * np.cos(angle), wide * np.sin(angle)])
         return Outline(vertices=corners, name="stranger")
     core, rounding = 1 - share, share * min(wide, high)
-    return Box(half_width=core * wide, half_height=core * high, rounding=rounding, name="stranger")
+    return Box(
+        half_width=core * wide, half_height=core * high, rounding=rounding, name="stranger"
+    )
 
 
 @checked

@@ -4,15 +4,17 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import OneOf
+from feeler.records.checked import checked
+from feeler.records.record import OneOf
 from feeler.robot.recording import Recording
 from feeler.robot.touches import INTERVAL
 
 _MAX_GAP = 10.0  # [C] ms; a fast touch lasts about 100 ms
 _MAX_SAMPLES = 2_000_000
-_FLAT_RUN = 20  # [C] fewest samples in a row at the channel's extreme that count as saturation, …
+_FLAT_RUN = (
+    20  # [C] fewest samples in a row at the channel's extreme that count as saturation, …
+)
 _FLAT_SHARE = 0.1  # [C] … a tenth of the recording, …
 _FLAT_LONG = 100  # [C] … or 100 in any case (hysteresis rests too), …
 _FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the median
@@ -145,7 +147,12 @@ def _describe_time(time: np.ndarray, interval: float) -> str:
 
 
 def _mend(
-    time: np.ndarray, values: np.ndarray, grid: np.ndarray, max_gap: float, gaps: str, number: int
+    time: np.ndarray,
+    values: np.ndarray,
+    grid: np.ndarray,
+    max_gap: float,
+    gaps: str,
+    number: int,
 ) -> tuple[np.ndarray, list[str]]:
     known = np.isfinite(values)
     if not known.any():

@@ -5,10 +5,10 @@ from dataclasses import fields
 from typing import Annotated
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.errors import InvalidInput
 from feeler.progress import Advance, show_progress
+from feeler.records.checked import checked
 from feeler.robot.gap import Gap
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import draw_robots, make_training, measure_transfer, touch_robots
@@ -30,7 +30,16 @@ PARTS: dict[str, tuple[str, ...]] = {
     "all sensing": _SENSING,
     **{
         name: (name,)
-        for name in ("play", "noise", "drift", "gain", "crosstalk", "hysteresis", "bend", "dropped")
+        for name in (
+            "play",
+            "noise",
+            "drift",
+            "gain",
+            "crosstalk",
+            "hysteresis",
+            "bend",
+            "dropped",
+        )
     },
 }
 """Parts of the gap by name, and the entries of :class:`Gap` that each keeps."""

@@ -5,7 +5,7 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
+from feeler.records.checked import checked
 from feeler.robot.hinge import ROBOT_FACTS, Flexures, make_flexures
 
 MOUNT = ROBOT_FACTS["mount"].number

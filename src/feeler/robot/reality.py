@@ -9,7 +9,6 @@ import numpy as np
 from annotated_types import Len
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.transfer import (
     AFTER,
@@ -21,6 +20,7 @@ from feeler.decoding.transfer import (
 )
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.records.checked import checked
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
@@ -185,7 +185,9 @@ def _read(
     recordings = tuple(surrogate.read_angles(recording) for recording in raw)
     return Touches(
         values=_align(
-            antenna, [recording.values for recording in recordings], choose_before(antenna, trials)
+            antenna,
+            [recording.values for recording in recordings],
+            choose_before(antenna, trials),
         ),
         labels=tuple(get_label(trial) for trial in trials),
         antenna=antenna,
@@ -254,7 +256,10 @@ def draw_robots(
     children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
     return [
         make_surrogate(
-            np.random.default_rng(child), nominal=nominal, gap=gap, name=f"surrogate-{size:g}-{k}"
+            np.random.default_rng(child),
+            nominal=nominal,
+            gap=gap,
+            name=f"surrogate-{size:g}-{k}",
         )
         for k, child in enumerate(children)
     ]
@@ -331,7 +336,9 @@ def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> Tran
 
 def _pool(scores: Sequence[TransferScore]) -> TransferScore:
     return TransferScore(
-        correct={what: sum(score.correct[what] for score in scores) for what in scores[0].correct},
+        correct={
+            what: sum(score.correct[what] for score in scores) for what in scores[0].correct
+        },
         total=sum(score.total for score in scores),
         predicted=[label for score in scores for label in score.predicted],
         true=[label for score in scores for label in score.true],

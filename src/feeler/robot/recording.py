@@ -8,10 +8,10 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
+from feeler.disk.files import writing
 from feeler.errors import InvalidInput
-from feeler.files import writing
-from feeler.record import ALLOW_NAN, OneOf, Record
+from feeler.records.checked import checked
+from feeler.records.record import ALLOW_NAN, OneOf, Record
 from feeler.robot.link import unwrap_clock
 from feeler.robot.sensor import ANGLE_UNITS, MAX_HINGES, READING_UNITS, SensorCalibration
 from feeler.tensors.bags import find_bag, read_bag
@@ -33,7 +33,12 @@ _TIME = re.compile(
     re.IGNORECASE,
 )
 _SOURCES = ("robot", "surrogate", "simulation")
-_QUANTITIES = {"pF": "capacitance", "counts": "capacitance", "mV": "voltage", "ohm": "resistance"}
+_QUANTITIES = {
+    "pF": "capacitance",
+    "counts": "capacitance",
+    "mV": "voltage",
+    "ohm": "resistance",
+}
 _UNITS = {**{name: ("rad", factor) for name, factor in ANGLE_UNITS.items()}, **READING_UNITS}
 _CHANNEL = re.compile(
     r"(?:.*/)?(?:hinge|sensor|channel|segment|joint|angle|capacitance|cap|voltage|signal|analog"
@@ -92,7 +97,9 @@ class Recording(Record):
         """Number of channels."""
         return self.values.shape[0]
 
-    def to_angles(self, calibration: SensorCalibration, *, outside: str = "refuse") -> "Recording":
+    def to_angles(
+        self, calibration: SensorCalibration, *, outside: str = "refuse"
+    ) -> "Recording":
         """The same recording as hinge angles.
 
         Another robot's calibration and readings out of range are refused.
@@ -285,7 +292,9 @@ def _check_numbers(table: Table, numbers: list[int], n_channels: int | None) -> 
     double = sorted({n for n in numbers if numbers.count(n) > 1})
     if not numbers or len(numbers) > MAX_HINGES or missing or extra or double:
         faults = (("missing", missing), ("not expected", extra), ("twice", double))
-        words = [f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found]
+        words = [
+            f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found
+        ]
         there = "" if numbers else f" Its columns are {', '.join(table.columns[:12])}."
         wanted = f" where {expected} were expected" if expected else ""
         raise InvalidInput(
@@ -356,10 +365,15 @@ def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int
         raise InvalidInput(f"digits must be 1 to 17, got {digits}.")
     unit = recording.unit
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
-    header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])
+    header = ",".join(
+        ["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))]
+    )
     with writing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {key}: {value}\n" for key, value in notes.items() if value != "")
         file.write(header + "\n")
         np.savetxt(
-            file, np.vstack([recording.time, recording.values]).T, fmt=f"%.{digits}g", delimiter=","
+            file,
+            np.vstack([recording.time, recording.values]).T,
+            fmt=f"%.{digits}g",
+            delimiter=",",
         )

@@ -47,7 +47,9 @@ def split_sample(line: str | bytes) -> list[str]:
 
 def _decode(line: str | bytes) -> str:
     return (
-        line if isinstance(line, str) else line[: _MAX_LINE + 1].decode("utf-8", errors="replace")
+        line
+        if isinstance(line, str)
+        else line[: _MAX_LINE + 1].decode("utf-8", errors="replace")
     )
 
 
@@ -104,7 +106,9 @@ def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Ite
     try:
         import serial
     except ImportError as error:
-        raise MissingExtra("a serial port needs pyserial: pip install 'feeler[robot]'.") from error
+        raise MissingExtra(
+            "a serial port needs pyserial: pip install 'feeler[robot]'."
+        ) from error
     try:
         connection = serial.Serial(port, baudrate, timeout=timeout)
     except (serial.SerialException, ValueError, OSError) as error:

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import ALLOW_NAN, Record
+from feeler.records.checked import checked
+from feeler.records.record import ALLOW_NAN, Record
 from feeler.tensors.table import MAX_BYTES, Table, read_table
 
 # [C] share of the calibrated range by which a reading may lie outside and still count as inside
@@ -79,7 +79,9 @@ class SensorCalibration(Record):
     unit: str = "pF"
 
     def _check(self) -> None:
-        sizes = {values.size for values in vars(self).values() if isinstance(values, np.ndarray)}
+        sizes = {
+            values.size for values in vars(self).values() if isinstance(values, np.ndarray)
+        }
         if len(sizes) != 1 or not 1 <= self.n_hinges <= MAX_HINGES:
             raise InvalidInput(
                 "a calibration has one number per hinge in each list, for 1 to"
@@ -194,7 +196,9 @@ def fit_sensors(
         A hinge with fewer than 3 readings or 2 angles, a reading that does not change with the
         angle, missing hinges.
     """
-    hinge, angle, capacitance = (np.asarray(v, dtype=float) for v in (hinge, angle, capacitance))
+    hinge, angle, capacitance = (
+        np.asarray(v, dtype=float) for v in (hinge, angle, capacitance)
+    )
     time = np.full(hinge.shape, np.nan) if time is None else np.asarray(time, dtype=float)
     if not hinge.shape == angle.shape == capacitance.shape == time.shape or hinge.ndim != 1:
         raise InvalidInput("hinge, angle, capacitance and time must be lists of one length.")
@@ -202,7 +206,9 @@ def fit_sensors(
         raise InvalidInput(
             "a calibration table must be complete: hinge, angle and capacitance in every row."
         )
-    if any(np.nanmax(np.abs(v), initial=0.0) > _MAX_READING for v in (angle, capacitance, time)):
+    if any(
+        np.nanmax(np.abs(v), initial=0.0) > _MAX_READING for v in (angle, capacitance, time)
+    ):
         raise InvalidInput(
             f"angles, readings and times beyond ±{_MAX_READING:g} are no measurements. Check the"
             " table."
@@ -265,7 +271,9 @@ def _is_flat(readings: np.ndarray) -> bool:
     return bool(np.ptp(readings) <= max(1e-12 * np.abs(readings).max(), 1 / _MAX_READING))
 
 
-def _leave_one_angle_out(angle: np.ndarray, capacitance: np.ndarray, levels: np.ndarray) -> float:
+def _leave_one_angle_out(
+    angle: np.ndarray, capacitance: np.ndarray, levels: np.ndarray
+) -> float:
     if levels.size < 3:
         return float("nan")
     errors = []
@@ -284,7 +292,9 @@ def _repeat_spread(angle: np.ndarray, capacitance: np.ndarray) -> float:
     freedom = sum(group.size - 1 for group in groups)
     if freedom == 0:
         return float("nan")
-    return float(np.sqrt(sum(((group - group.mean()) ** 2).sum() for group in groups) / freedom))
+    return float(
+        np.sqrt(sum(((group - group.mean()) ** 2).sum() for group in groups) / freedom)
+    )
 
 
 def _trend(time: np.ndarray, residual: np.ndarray) -> float:

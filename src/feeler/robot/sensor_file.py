@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.checked import checked
+from feeler.disk.files import parse_json, read_bytes, writing
+from feeler.disk.toml import make_record
 from feeler.errors import InvalidInput
-from feeler.files import parse_json, read_bytes, writing
+from feeler.records.checked import checked
 from feeler.robot.sensor import SensorCalibration
-from feeler.toml import make_record
 
 _FORMAT = "feeler sensor calibration"
 _VERSION = 1
@@ -48,5 +48,7 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
             f"{path} is no sensor calibration of feeler. Make one with `feeler robot calibrate`."
         )
     if (version := content.pop("version", None)) != _VERSION:
-        raise InvalidInput(f"{path} has version {version!r}; this feeler reads version {_VERSION}.")
+        raise InvalidInput(
+            f"{path} has version {version!r}; this feeler reads version {_VERSION}."
+        )
     return make_record(SensorCalibration, content, Path(path).name)

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.hinge import ROBOT_FACTS
 from feeler.robot.mending import repair
@@ -63,12 +63,15 @@ class Surrogate:
         They hold capacitance at uneven times and lack dropped samples.
         """
         motions = simulate_pairs(self.carry_out(trials), **how)
-        return [self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)]
+        return [
+            self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)
+        ]
 
     def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:
         """The touches as they really happen to this robot, ready to be simulated."""
         return [
-            (self.antenna, self._shift(draw_trial(trial, self.gap, self.rng))) for trial in trials
+            (self.antenna, self._shift(draw_trial(trial, self.gap, self.rng)))
+            for trial in trials
         ]
 
     def _shift(self, trial: Trial) -> Trial:
@@ -84,7 +87,8 @@ class Surrogate:
         values = self.sensing.read(sensed, self.rng)
         time = np.arange(values.shape[1]) * INTERVAL
         jitter = (
-            np.clip(self.gap.jitter * self.rng.standard_normal(time.size), -0.45, 0.45) * INTERVAL
+            np.clip(self.gap.jitter * self.rng.standard_normal(time.size), -0.45, 0.45)
+            * INTERVAL
         )
         kept = self.rng.random(time.size) >= self.gap.dropped
         kept[[0, -1]] = True

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.records.checked import checked
 from feeler.stimulus import Ball, Box, Feature, Trial
 
 ROBOT_SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
@@ -50,7 +50,9 @@ def make_touches(
     if features is None:
         features = (Ball(radius=size), Box(half_width=size, half_height=size))
     return [
-        Trial(feature=feature, location=location, speed=speed, lead=ROBOT_LEAD, friction=friction)
+        Trial(
+            feature=feature, location=location, speed=speed, lead=ROBOT_LEAD, friction=friction
+        )
         for speed in speeds
         for location in locations
         for feature in features

@@ -42,7 +42,9 @@ def step_units(sample, taps, shares, gains, table, step, excess, before, rate):
             rate[k] = min(max(table[3, k] * stimulus + table[4, k], 0.0), table[6, k])
             continue
         excess[k] = _adapt(excess[k] + 0.5 * change, step / tau, b) + 0.5 * change
-        found = a * excess[k] + table[3, k] * stimulus + table[4, k] + table[5, k] * change / step
+        found = (
+            a * excess[k] + table[3, k] * stimulus + table[4, k] + table[5, k] * change / step
+        )
         rate[k] = min(max(found, 0.0), table[6, k])
         if a != 0.0 and change != 0.0:
             follows = (tau * abs(change) / step) ** ((b - 1.0) / b)

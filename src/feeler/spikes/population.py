@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 from scipy.special import cosdg, sindg
 
-from feeler.checked import checked
 from feeler.errors import Doubtful, InvalidInput
-from feeler.record import Ge, Le, Len, Of, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Le, Len, Of, Record, Unit
 from feeler.spikes.kernel import TABLE, encode_touch
 from feeler.spikes.sensillum import CAMPANIFORM, Sensillum
 from feeler.tensors.dataset import label_units
@@ -66,7 +66,9 @@ class Population(Record):
         if not np.isin(self.side, (-1, 1)).all():
             raise InvalidInput("the side of a unit is 1 or −1.")
         if not np.all(self.gain > 0):
-            raise InvalidInput(f"gains must be > 0, got {self.gain.min():g}; side says the sign.")
+            raise InvalidInput(
+                f"gains must be > 0, got {self.gain.min():g}; side says the sign."
+            )
         if len(self.sensilla) not in (1, count):
             raise InvalidInput(
                 f"{count} units but {len(self.sensilla)} sensilla; give one for all or one for"
@@ -79,7 +81,9 @@ class Population(Record):
     def table(self) -> np.ndarray:
         """Parameters of the units (parameter, unit), as the compiled steps read them."""
         rows = [[getattr(one, name) for one in self.sensilla] for name in TABLE]
-        return np.ascontiguousarray(np.broadcast_to(rows, (len(rows), self.position.size)), float)
+        return np.ascontiguousarray(
+            np.broadcast_to(rows, (len(rows), self.position.size)), float
+        )
 
     def find_taps(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For each unit the sensor on its base's side, as :meth:`bend_sides` numbers them, and its

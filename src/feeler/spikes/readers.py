@@ -10,7 +10,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader, count_until
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
-from feeler.registry import Registry
+from feeler.records.registry import Registry
 
 SPIKE_CODES: Registry[Any] = Registry("code of spikes")
 """What a brain might look at: ``code(raster, width)`` turns counts (trial, unit, time) into a table
@@ -126,7 +126,9 @@ class PoissonReader(Reader):
         if len(rates) != len(y) or len({*y}) < 2:
             raise InvalidInput(f"{len(rates)} touches, {len(y)} labels; give one each, of two.")
         if not (self.step > 0 and self.floor >= 0):
-            raise InvalidInput(f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}.")
+            raise InvalidInput(
+                f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."
+            )
         self.known_ = (rates + self.floor) * self.step * 1e-3
         self.shape_ = rates.shape[1:]
         self.classes_ = sorted({*y})

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from feeler.record import Ge, Gt, Record, Unit
+from feeler.records.record import Ge, Gt, Record, Unit
 
 
 class Sensillum(Record):

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.spikes.kernel import fire, start_firing, step_units
 from feeler.spikes.population import STIFFEST, Population, refuse_coarse, refuse_gaps
 from feeler.spikes.train import POISSON, Firing

@@ -7,10 +7,10 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked, is_array
 from feeler.errors import Doubtful, InvalidInput
-from feeler.record import Ge, Record, Unit, freeze
-from feeler.rules import show
+from feeler.records.checked import checked, is_array
+from feeler.records.record import Ge, Record, Unit, freeze
+from feeler.records.rules import show
 from feeler.spikes.kernel import fire_touch
 from feeler.spikes.population import find_step
 from feeler.tensors.dataset import label_units
@@ -123,7 +123,9 @@ def _attach(
 
 
 @checked
-def attach_trains(touches: xr.Dataset, trains: Sequence[Any], units: Sequence[Any]) -> xr.Dataset:
+def attach_trains(
+    touches: xr.Dataset, trains: Sequence[Any], units: Sequence[Any]
+) -> xr.Dataset:
     """The touches with recorded trains beside them, in the place of drawn ones.
 
     Parameters
@@ -145,7 +147,9 @@ def attach_trains(touches: xr.Dataset, trains: Sequence[Any], units: Sequence[An
     if not all(isinstance(name, str | int | float | np.generic) for name in names):
         raise InvalidInput(f"units must be one text or number for each, got {show(units)}.")
     if twice := [name for name in names if names.count(name) > 1]:
-        raise InvalidInput(f"there are two trains of unit {twice[0]!r}; join them, or rename one.")
+        raise InvalidInput(
+            f"there are two trains of unit {twice[0]!r}; join them, or rename one."
+        )
     if len(trains) != touches.sizes["trial"]:
         raise InvalidInput(f"{touches.sizes['trial']} trials but trains of {len(trains)}.")
     first, last = (float(in_unit(touches["time"], "ms")[k]) for k in (0, -1))
@@ -187,7 +191,9 @@ def count_spikes(touches: xr.Dataset) -> xr.DataArray:
     np.add.at(found, (trial, unit, np.minimum(bins, time.size - 1)), 1)
     dims = ("trial", "unit", "time")
     coords = {
-        name: item for name, item in touches.coords.items() if item.dims and {*item.dims} <= {*dims}
+        name: item
+        for name, item in touches.coords.items()
+        if item.dims and {*item.dims} <= {*dims}
     }
     return xr.DataArray(found, coords, dims, name="spikes", attrs={"units": "1"})
 

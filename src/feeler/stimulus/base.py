@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.antenna.space import find_rate
 from feeler.errors import InvalidInput
-from feeler.record import Record
+from feeler.records.record import Record
 
 Vector = tuple[float, float] | tuple[float, float, float]
 """In the plane or in space."""

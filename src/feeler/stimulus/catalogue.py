@@ -16,10 +16,10 @@ import os
 from pathlib import Path
 from typing import Any
 
-from feeler.checked import checked
+from feeler.disk.toml import read_toml
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.stimulus.feature import SHAPES, Feature, make_feature
-from feeler.toml import read_toml
 
 _MAX_OBJECTS = 1000  # [C]
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
+from feeler.records.checked import checked
 
 
 def measure_area(corners: np.ndarray) -> float:
@@ -61,7 +61,9 @@ def _clip_ears(corners: np.ndarray) -> list[tuple[int, ...]]:
         )  # go on where the last ear was: its neighbours are often ears
         ear = next((i for i in around if _is_ear(corners, ring, i)), None)
         if ear is None:  # only corners on straight edges are left: drop the flattest
-            ear = int(np.argmin([abs(_turn(*corners[_around(ring, i)])) for i in range(len(ring))]))
+            ear = int(
+                np.argmin([abs(_turn(*corners[_around(ring, i)])) for i in range(len(ring))])
+            )
         else:
             triangles.append(tuple(_around(ring, ear)))
         del ring[ear]

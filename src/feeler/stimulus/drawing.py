@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from feeler.disk.files import find_file, read_text
+from feeler.disk.guard import Limits, find_limits, open_guarded
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import find_file, read_text
-from feeler.guard import Limits, find_limits, open_guarded
 from feeler.stimulus.outline import MAX_CORNERS
 
 _MAX_BYTES = 8 * 2**20  # [C]
@@ -60,10 +60,14 @@ def read_outline(
     path = find_file(path, LIBRARIES, _MAX_BYTES)
     library = LIBRARIES[path.suffix.lower()]
     if library and find_spec(library) is None:
-        raise MissingExtra("outlines from SVG and DXF files need: pip install 'feeler[outlines]'")
+        raise MissingExtra(
+            "outlines from SVG and DXF files need: pip install 'feeler[outlines]'"
+        )
     wanted = json.dumps([width, scale, which, tolerance], default=str)
     limits = find_limits()
-    limits = Limits(max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds)
+    limits = Limits(
+        max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds
+    )
     return open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))[1]["corners"]
 
 
@@ -184,7 +188,9 @@ def _tidy(corners: np.ndarray) -> np.ndarray:
     gap = np.abs(corners - np.roll(corners, 1, axis=0)).max(axis=1)
     extent = np.ptp(corners, axis=0).max()
     if not 0 < extent < np.inf:
-        raise InvalidInput(f"it has an outline whose extent is {extent:g} mm, which is no shape.")
+        raise InvalidInput(
+            f"it has an outline whose extent is {extent:g} mm, which is no shape."
+        )
     return corners[gap > 1e-9 * extent]
 
 
@@ -222,7 +228,9 @@ def _read_svg(path: str) -> tuple[_Paths, float | None]:
     paths: _Paths = []
     for whole in document.paths():
         name = whole.element.get("id") or ""
-        closed = [piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()]
+        closed = [
+            piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()
+        ]
         paths += [(name, [_turn_up(segment.point) for segment in piece]) for piece in closed]
     return paths, _find_svg_unit(document.root)
 
@@ -236,11 +244,15 @@ def _find_svg_unit(root: Any) -> float | None:
     """Page width in mm over its width in the drawing's own units; None where the page has no
     physical size.
     """
-    found = re.fullmatch(r"\s*([\d.]+(?:[eE][+-]?\d+)?)\s*([a-zA-Z]+)\s*", root.get("width") or "")
+    found = re.fullmatch(
+        r"\s*([\d.]+(?:[eE][+-]?\d+)?)\s*([a-zA-Z]+)\s*", root.get("width") or ""
+    )
     if not found or found[2].lower() not in _UNITS:
         return None
     box = re.split(r"[\s,]+", (root.get("viewBox") or "").strip())
-    unit = float(found[1]) * _UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else _PIXEL
+    unit = (
+        float(found[1]) * _UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else _PIXEL
+    )
     if not 0 < unit < np.inf:
         raise InvalidInput(f"it says that its unit is {unit:g} mm. Mend its width and viewBox.")
     return unit
@@ -255,7 +267,9 @@ def _read_dxf(path: str) -> tuple[_Paths, float | None]:
     drawn = document.modelspace().query(" ".join(_DXF_CURVES))
     entities = [entity for entity in drawn if edgesmith.is_pure_2d_entity(entity)]
     whole = [entity for entity in entities if edgesmith.is_closed_entity(entity)]
-    named = [(f"{entity.dxftype()} on {entity.dxf.layer}", make_path(entity)) for entity in whole]
+    named = [
+        (f"{entity.dxftype()} on {entity.dxf.layer}", make_path(entity)) for entity in whole
+    ]
     edges = list(
         edgesmith.edges_from_entities_2d(entity for entity in entities if entity not in whole)
     )
@@ -264,7 +278,9 @@ def _read_dxf(path: str) -> tuple[_Paths, float | None]:
         loops = [c for c in chains if len(c) > 1 and edgeminer.is_loop(c, gap_tol=1e-6)]
         named += [("chain of lines", edgesmith.path2d_from_chain(chain)) for chain in loops]
     factor = (
-        ezdxf.units.conversion_factor(document.units, ezdxf.units.MM) if document.units else None
+        ezdxf.units.conversion_factor(document.units, ezdxf.units.MM)
+        if document.units
+        else None
     )
     return [(name, _split_dxf(outline)) for name, outline in named], factor
 

@@ -28,11 +28,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Len, Record, freeze
-from feeler.registry import Registry
-from feeler.rules import Wrong, show
+from feeler.records.checked import checked
+from feeler.records.record import Len, Record, freeze
+from feeler.records.registry import Registry
+from feeler.records.rules import Wrong, show
 from feeler.stimulus.convex import is_convex, measure_area
 
 
@@ -99,13 +99,17 @@ class Feature(Record, ABC):
 
     def _check(self) -> None:
         for name, value in vars(self).items():
-            if isinstance(value, float) and not (value > 0 or (name == "rounding" and value == 0)):
+            if isinstance(value, float) and not (
+                value > 0 or (name == "rounding" and value == 0)
+            ):
                 sign = "≥" if name == "rounding" else ">"
                 raise InvalidInput(
                     f"{type(self).__name__}.{name} must be {sign} 0 mm, got {value}."
                 )
         if not self.name.isprintable():
-            raise InvalidInput(f"{type(self).__name__}.name must be one line, got {self.name!r}.")
+            raise InvalidInput(
+                f"{type(self).__name__}.name must be one line, got {self.name!r}."
+            )
         # replace() keeps a name that was made of old numbers
         given = "" if re.fullmatch(f"{self.kind} [0-9a-f]{{6}}", self.name) else self.name
         vars(self)["name"] = given or self.make_name()
@@ -284,7 +288,9 @@ def make_feature(
             f"feature {word!r} needs {', '.join(needed)} [mm], or one size for all of them."
         )
     if other := [name for name in needed if known[name].type not in (float, "float")]:
-        raise InvalidInput(f"feature {word!r} needs its {', '.join(other)}; a size is not enough.")
+        raise InvalidInput(
+            f"feature {word!r} needs its {', '.join(other)}; a size is not enough."
+        )
     return shape(**values, **dict.fromkeys(needed, size))
 
 
@@ -314,7 +320,9 @@ def parse_feature(text: str, size: float | None = None) -> Feature:
 def _read_drawing(read: Callable[..., Feature], values: dict[str, Any]) -> Feature:
     known = [*inspect.signature(read).parameters][1:]
     if unknown := values.keys() - {"file", *known}:
-        raise InvalidInput(f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(known)}.")
+        raise InvalidInput(
+            f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(known)}."
+        )
     return read(str(values.pop("file")), **values)
 
 

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Record, Unit
 
 _WORDS = ("drag", "along", "x", "y", "z")
 _EXAMPLE = "name=number,name=number as in drag=2e-5,x=0.3"

@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Of, freeze
+from feeler.records.checked import checked
+from feeler.records.record import Of, freeze
 from feeler.stimulus.feature import Feature, digest_numbers
 
 _MAX_CORNERS = 5000  # [C]

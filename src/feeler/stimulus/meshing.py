@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from feeler.disk.files import find_file
+from feeler.disk.guard import Limits, find_limits, open_guarded
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import find_file
-from feeler.guard import Limits, find_limits, open_guarded
 
 MESHES = (".stl", ".obj")
 _MAX_BYTES = 256 * 2**20  # [C]

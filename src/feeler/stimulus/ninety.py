@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from feeler.checked import checked
+from feeler.records.checked import checked
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.shapes import Ball, Box, Triangle
 from feeler.stimulus.trial import Trial, make_grid

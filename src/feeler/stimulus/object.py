@@ -9,9 +9,9 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Record
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Record
 from feeler.stimulus.base import BaseMotion, Vector, lift, lift_turn
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.feature import Feature
@@ -94,7 +94,9 @@ class Object(Record):
         """The same object in space, all its vectors of three numbers."""
         forward = lift(self.forward)
         level = np.hypot(*forward[:2])
-        flat = (-forward[1] / level, forward[0] / level, 0.0) if level > 1e-9 else (1.0, 0.0, 0.0)
+        flat = (
+            (-forward[1] / level, forward[0] / level, 0.0) if level > 1e-9 else (1.0, 0.0, 0.0)
+        )
         return self.replace(
             place=lift(self.place),
             forward=forward,
@@ -157,7 +159,9 @@ def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[O
     made = tuple(
         make_object(antenna, item) if isinstance(item, Trial) else item for item in objects
     )
-    if twice := [name for name, count in Counter(one.name for one in made).items() if count > 1]:
+    if twice := [
+        name for name, count in Counter(one.name for one in made).items() if count > 1
+    ]:
         raise InvalidInput(
             f"two objects are called {twice[0]!r}; give each its own name=, as forces are told"
             " apart by it."
@@ -190,7 +194,9 @@ def check_clear(
     for item in objects:
         if antenna.spatial:
             own = item.lift()
-            gap = compute_gap_in_space(points, antenna.radius, item.feature, own.place, own.axes)
+            gap = compute_gap_in_space(
+                points, antenna.radius, item.feature, own.place, own.axes
+            )
         elif item.spatial:
             raise InvalidInput(
                 f"the object {item.name!r} is placed in space, but {antenna.name!r} lies in one"

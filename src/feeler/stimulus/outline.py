@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.record import freeze
+from feeler.records.record import freeze
 from feeler.stimulus.convex import measure_area, split_convex
 from feeler.stimulus.feature import digest_numbers
 from feeler.stimulus.shapes import Prism

@@ -9,8 +9,8 @@ from scipy.special import cosdg, sindg
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import to_matrix
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.solid import compute_gap_in_space, place_in_space
 from feeler.stimulus.trial import Trial
@@ -94,7 +94,9 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
     else:
         corners, first = shape.stack
         part = (corners, first, shape.rounding)
-        touching, again = find_touching(rest.start, rest.end, rest.radius, *part, x, y, *forward)
+        touching, again = find_touching(
+            rest.start, rest.end, rest.radius, *part, x, y, *forward
+        )
     back = touching + _ROOM + trial.speed * trial.lead
     if np.isnan(touching):
         raise InvalidInput(

@@ -9,10 +9,10 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
-from feeler.checked import checked
+from feeler.disk.provenance import compute_digest, make_plain
 from feeler.draw import LogRange, Spread, check_count, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
-from feeler.provenance import compute_digest, make_plain
+from feeler.records.checked import checked
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.feature import Feature, make_feature
 from feeler.stimulus.placement import place
@@ -51,7 +51,12 @@ class SampledTrials(Sequence[Trial]):
         antenna: Antenna | None,
         recipe: dict[str, Any],
     ) -> None:
-        self.columns, self.features, self.antenna, self.recipe = columns, features, antenna, recipe
+        self.columns, self.features, self.antenna, self.recipe = (
+            columns,
+            features,
+            antenna,
+            recipe,
+        )
 
     def __len__(self) -> int:
         return len(self.columns["feature"])
@@ -68,14 +73,20 @@ class SampledTrials(Sequence[Trial]):
                 "first": self.recipe.get("first", 0) + rows.start * self.recipe.get("step", 1)
             }
             chosen["step"] = rows.step * self.recipe.get("step", 1)
-            return SampledTrials(columns, self.features, self.antenna, {**self.recipe, **chosen})
+            return SampledTrials(
+                columns, self.features, self.antenna, {**self.recipe, **chosen}
+            )
         row = {name: values[index].item() for name, values in self.columns.items()}
         feature = self.features[row["feature"]]
         if not np.isnan(row["size"]) and feature.size != row["size"]:
             feature = feature.scale(row["size"] / feature.size)
-        base = BaseMotion(velocity=(row["x"], row["y"]), turn=row["turn"]) if "x" in row else None
+        base = (
+            BaseMotion(velocity=(row["x"], row["y"]), turn=row["turn"]) if "x" in row else None
+        )
         fields = {name: row[name] for name in (*_FIELDS, TURNED) if name in row}
-        return Trial(feature=feature, side="right" if row["right"] else "left", base=base, **fields)
+        return Trial(
+            feature=feature, side="right" if row["right"] else "left", base=base, **fields
+        )
 
     def __repr__(self) -> str:
         spans = [
@@ -188,7 +199,8 @@ def _draw(
     again: int = 0,
 ) -> dict:
     columns = {
-        name: spread_out(s, name, draw_shares(seed, name, n, again)) for name, s in spreads.items()
+        name: spread_out(s, name, draw_shares(seed, name, n, again))
+        for name, s in spreads.items()
     }
     columns.setdefault("size", np.full(n, np.nan))
     columns["feature"] = (draw_shares(seed, "feature", n, again) * n_features).astype(np.int32)

@@ -78,7 +78,9 @@ def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
         It would meet the antenna elsewhere before its start.
     """
     arc = trial.location * antenna.length
-    n = min(int(np.searchsorted(antenna.hinge_position, arc * (1 - 1e-12)) - 1), antenna.n_segments)
+    n = min(
+        int(np.searchsorted(antenna.hinge_position, arc * (1 - 1e-12)) - 1), antenna.n_segments
+    )
     points, (x, y, z) = antenna.shape(), find_frames(antenna.rest_angle)[max(n, 0)]
     aim = points[max(n, 0)] + (arc - antenna.hinge_position[max(n, 0)]) * y
     turn, angle = np.radians(trial.azimuth), np.radians(trial.approach)

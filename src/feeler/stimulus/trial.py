@@ -4,9 +4,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from feeler.checked import checked
-from feeler.record import Ge, Gt, Le, Lt, Record, Unit
-from feeler.shown import make_picture
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Le, Lt, Record, Unit
+from feeler.records.shown import make_picture
 from feeler.stimulus.base import BaseMotion, read_base
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
@@ -97,7 +97,8 @@ class Trial(Record):
         forward = np.array([np.sin(turn), np.cos(turn)])
         frame = np.stack([forward, [-forward[1], forward[0]]])
         rims = [
-            trace_rim(part, self.feature.rounding).clip(-reach, reach) for part in self.shape.parts
+            trace_rim(part, self.feature.rounding).clip(-reach, reach)
+            for part in self.shape.parts
         ]
         way = np.array([[0.0, 0.0], 0.3 * reach * forward]) - 0.4 * reach * forward
         antenna = np.array([[0.0, -reach], [0.0, reach]])

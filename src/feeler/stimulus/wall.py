@@ -5,13 +5,12 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.record import Ge, freeze
+from feeler.records.record import Ge, freeze
 from feeler.stimulus.feature import Feature, digest_numbers
 
 _REACH = 1e3  # mm; half extent of the box that stands for a face without end
-DEPTH = (
-    10.0  # mm [C]; body of a textured wall below its lowest place; far more than contact sinks in
-)
+# mm [C]; body of a textured wall below its lowest place; far more than contact sinks in
+DEPTH = 10.0
 _MAX_PLACES = 1000  # [C]
 
 
@@ -75,7 +74,9 @@ class Wall(Feature):
         the body below.
         """
         if self.profile is None:
-            return [[(0.0, -_REACH), (0.0, _REACH), (-2 * _REACH, _REACH), (-2 * _REACH, -_REACH)]]
+            return [
+                [(0.0, -_REACH), (0.0, _REACH), (-2 * _REACH, _REACH), (-2 * _REACH, -_REACH)]
+            ]
         place, height = self._lay_out()
         bottom = height.min() - DEPTH
         slope = np.diff(height) / np.diff(place)

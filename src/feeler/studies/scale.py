@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any
 
-from feeler.record import Ge, Gt, Record, Unit
-from feeler.registry import Registry
+from feeler.records.record import Ge, Gt, Record, Unit
+from feeler.records.registry import Registry
 from feeler.stimulus.ninety import LOCATIONS
 
 if TYPE_CHECKING:
@@ -231,7 +231,16 @@ _PUBLISHED = _PAPER.replace(
     vector=False,
     kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
     # the wall needs no tensors, and compiles another engine: no core waits for the first ones
-    queue=("tensors", "wall", "reading", "encoding", "robot", "calibration", "tradeoff", *_REST),
+    queue=(
+        "tensors",
+        "wall",
+        "reading",
+        "encoding",
+        "robot",
+        "calibration",
+        "tradeoff",
+        *_REST,
+    ),
     controls=("linear", "constant"),
     movie_speeds=(),
     fit_starts=0,
@@ -258,7 +267,16 @@ QUICK = Scale(
     vector=False,
     kept=_PUBLISHED.kept,
     controls=("linear", "constant"),
-    queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *_REST),
+    queue=(
+        "tensors",
+        "robot",
+        "reading",
+        "encoding",
+        "wall",
+        "tradeoff",
+        "calibration",
+        *_REST,
+    ),
     control_speeds=("slow",),
     movie_speeds=(),
     fps=8,
@@ -335,7 +353,13 @@ _SMOKE = QUICK.replace(
         "rates": (0.0, -0.0827),
         "contact_control": False,
     },
-    regression={"shapes": ("ball",), "train": 24, "test": 2, "relative": (1.0,), "common": (0.03,)},
+    regression={
+        "shapes": ("ball",),
+        "train": 24,
+        "test": 2,
+        "relative": (1.0,),
+        "common": (0.03,),
+    },
     gaps=(1.0,),
     robot_repeats=0,
 )

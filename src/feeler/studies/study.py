@@ -10,17 +10,17 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.decoding.reader import READERS, measure_reader
+from feeler.disk.journal import Journal
+from feeler.disk.provenance import compute_digest, make_key
 from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.experiment.touch import touch
 from feeler.information import compute_energies, compute_energy, measure_information
-from feeler.journal import Journal
 from feeler.progress import show_progress
-from feeler.provenance import compute_digest, make_key
-from feeler.record import Ge, Gt, OneOf, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, OneOf, Record, Unit
 from feeler.stimulus.trial import Trial
 from feeler.task import NOISES, Noise, Task
 from feeler.tensors.scaling import fold_planes
@@ -281,7 +281,9 @@ class Study(Record):
         found = np.empty((len(self.noises), len(windows), 2))
         for row, noise in zip(found, self.noises.values(), strict=True):
             key = np.round(noise.find_level(angle) / noise.size, 12).tobytes()
-            if key not in energies:  # of noise whose level is in proportion to its size, only once
+            if (
+                key not in energies
+            ):  # of noise whose level is in proportion to its size, only once
                 white = noise.whiten(angle)
                 picked = white[:, :, windows[kinds.index(_MATCHED)]]
                 energies[key] = dict(
@@ -309,7 +311,9 @@ class Study(Record):
         found = np.empty((len(self.noises), len(windows), 2))
         rng = np.random.default_rng([self.seed, number])
         for row, noise in zip(found, self.noises.values(), strict=True):
-            lessons, met = (noise.add(tensors, rng, self.draws) for tensors, _ in (known, asked))
+            lessons, met = (
+                noise.add(tensors, rng, self.draws) for tensors, _ in (known, asked)
+            )
             taught, true = (np.tile(labels, self.draws) for _, labels in (known, asked))
             for k, samples in enumerate(windows):
                 reader = READERS[name]()

@@ -15,13 +15,13 @@ from scipy.fft import dct
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import match_damping
-from feeler.checked import checked
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute.threads import ThreadExecutor, hold_blas
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model, stack_shapes
 from feeler.physics.contact import get_contact
 from feeler.physics.scene import Scene
+from feeler.records.checked import checked
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.ninety import SPEEDS, trials
 from feeler.stimulus.object import Object
@@ -157,7 +157,9 @@ def _teach_all(
     choices: Sequence[_Choice], speeds: Sequence[float], unsure: float, step: float
 ) -> dict[str, Any]:
     """The thirty touches, and what they taught (antenna, speed)."""
-    labels = [(trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])]
+    labels = [
+        (trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])
+    ]
     wishes = [wish for _, wish in choices for _ in speeds]
     keep = partial(_keep, unsure=unsure, step=step)
     with hold_blas(), ThreadExecutor() as pool:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
+from feeler.records.checked import checked
 from feeler.robot import SensorCalibration
 from feeler.robot.link import Link
 from feeler.robot.samples import open_serial, split_sample, take_line
@@ -117,7 +117,9 @@ def listen(
             tell()
             sent = monotonic()
     tell()
-    raise InvalidInput("the board fell silent: nothing came for 2 s. Listen again when it sends.")
+    raise InvalidInput(
+        "the board fell silent: nothing came for 2 s. Listen again when it sends."
+    )
 
 
 def _read(
@@ -150,13 +152,17 @@ def _parse(
         samples = take_line(line, n_channels, link)
     except InvalidInput:
         return None
-    sound = link.broken == broken and all(time is None or np.isfinite(time) for time, _ in samples)
+    sound = link.broken == broken and all(
+        time is None or np.isfinite(time) for time, _ in samples
+    )
     return samples if sound else None
 
 
 def _strip_frame(line: bytes) -> bytes:
     """Time and values of a line, whether or not it is numbered and summed."""
-    return line.partition(b"*")[0].partition(b",")[2] if line.lstrip().startswith(b"$") else line
+    return (
+        line.partition(b"*")[0].partition(b",")[2] if line.lstrip().startswith(b"$") else line
+    )
 
 
 def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
@@ -202,4 +208,6 @@ def _find_interval(known: list[bytes], n_channels: int) -> float:
     times = np.array([time for time, _ in samples if time is not None], dtype=float)
     steps = np.diff(times)
     steps = steps[steps > 0]
-    return float(steps[steps < 1.5 * np.median(steps)].mean()) if steps.size else SAMPLE_INTERVAL
+    return (
+        float(steps[steps < 1.5 * np.median(steps)].mean()) if steps.size else SAMPLE_INTERVAL
+    )

@@ -63,5 +63,6 @@ def _make_handles(values: Sequence[float]) -> list[list[float]]:
     at = np.unique(np.round(np.linspace(0, n - 1, min(_HANDLES, n))).astype(int))
     share = at / max(n - 1, 1)
     return [
-        [float(x), float(f"{max(values[i], 1e-12):.4g}")] for x, i in zip(share, at, strict=True)
+        [float(x), float(f"{max(values[i], 1e-12):.4g}")]
+        for x, i in zip(share, at, strict=True)
     ]

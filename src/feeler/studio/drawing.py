@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.files import temporary_folder
+from feeler.disk.files import temporary_folder
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.trial import Trial
 from feeler.studio.touching import SAMPLE_INTERVAL
@@ -124,7 +124,9 @@ def film(shown: PageView) -> bytes:
             return [image, clock, *patches, *antenna.move(seen, shown.values[:, now])]
 
         with temporary_folder() as folder:
-            return write_movie(folder / "touch.mp4", figure, move, len(frames), _FPS).read_bytes()
+            return write_movie(
+                folder / "touch.mp4", figure, move, len(frames), _FPS
+            ).read_bytes()
 
 
 def _set_limits(ax: Any, points: np.ndarray) -> None:

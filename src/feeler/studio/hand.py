@@ -18,8 +18,13 @@ from feeler.studio.touching import (
 from feeler.studio.wish import TouchWish, read_number
 
 _FRAME = 1 / 60  # s
-LONGEST = 4000  # [C] samples of one recording; then time stands still, so that memory stays bounded
-_MAX_SPEED, _MAX_TURN = 1.2, 0.03  # [C] mm/ms and rad/ms; the hand is not followed faster than that
+LONGEST = (
+    4000  # [C] samples of one recording; then time stands still, so that memory stays bounded
+)
+_MAX_SPEED, _MAX_TURN = (
+    1.2,
+    0.03,
+)  # [C] mm/ms and rad/ms; the hand is not followed faster than that
 _GLIDE = 6.0  # [C] ms in which a hand at rest would be reached
 _STILL = 2e-5  # rad/ms; slower than this everywhere, with nothing in motion, time stands still
 Say = Callable[..., None]
@@ -113,7 +118,9 @@ class Hand:
             fast = float(np.hypot(*way))
             way *= min(1.0, _MAX_SPEED / fast) if fast > 1e-4 else 0.0
             spin = (
-                float(np.clip((turn - here[2]) / glide, -_MAX_TURN, _MAX_TURN)) if what < 0 else 0.0
+                float(np.clip((turn - here[2]) / glide, -_MAX_TURN, _MAX_TURN))
+                if what < 0
+                else 0.0
             )
             found.append(
                 (sample, what, float(way[0]), float(way[1]), spin if abs(spin) > 1e-5 else 0.0)

@@ -25,7 +25,9 @@ def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
     """
     wish = TouchWish.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
-    samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
+    samples = int(
+        read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST)
+    )
     unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
     what, quantity = message.get("what"), str(message.get("quantity", "angle"))
 

@@ -8,9 +8,8 @@ from feeler.robot import SensorCalibration
 from feeler.studio.study import AntennaStudy
 from feeler.tensors.posture import spread_angles
 
-_PAUSE = (
-    2000  # [C] samples; a longer gap is a pause, and a clock that steps back is one that began anew
-)
+# [C] samples; a longer gap is a pause, and a clock that steps back is one that began anew
+_PAUSE = 2000
 _REST = 100  # [C] samples at rest after which the next touch may begin
 
 

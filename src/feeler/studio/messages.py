@@ -20,7 +20,9 @@ MAX_MESSAGE = 8 * 2**20  # [C] of one message from the page: a recording dropped
 
 def pack(header: Mapping[str, Any], **arrays: np.ndarray) -> bytes:
     """One message as bytes."""
-    numbers = {name: np.ascontiguousarray(values, dtype="<f4") for name, values in arrays.items()}
+    numbers = {
+        name: np.ascontiguousarray(values, dtype="<f4") for name, values in arrays.items()
+    }
     plan = [[name, list(values.shape)] for name, values in numbers.items()]
     text = json.dumps({**header, "arrays": plan}, ensure_ascii=True, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
@@ -38,7 +40,9 @@ def read_message(text: str | bytes) -> dict[str, Any]:
         No JSON object with a ``type``, or too long.
     """
     if len(text) > MAX_MESSAGE:
-        raise InvalidInput(f"a message may have at most {MAX_MESSAGE:,} bytes, got {len(text):,}.")
+        raise InvalidInput(
+            f"a message may have at most {MAX_MESSAGE:,} bytes, got {len(text):,}."
+        )
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -12,8 +12,8 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.parse import parse_antenna
+from feeler.disk.files import temporary_folder
 from feeler.errors import InvalidInput
-from feeler.files import temporary_folder
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration, load_calibration, load_recording, repair
 from feeler.studio.catalogue import describe_original
@@ -45,7 +45,11 @@ def open_text(
         }, {}
     if name.lower().endswith(".csv"):
         return _open_recording(
-            name, text, AntennaWish.from_plain(message.get("antenna", {})).make(), calibration, find
+            name,
+            text,
+            AntennaWish.from_plain(message.get("antenna", {})).make(),
+            calibration,
+            find,
         )
     raise InvalidInput(
         f"{name[-40:]!r} is neither an antenna (.toml), a recording (.csv) nor a calibration"
@@ -62,7 +66,9 @@ def read_file(message: dict[str, Any]) -> tuple[str, str]:
         or len(name) > 200
         or len(text) > _MAX_TEXT
     ):
-        raise InvalidInput(f"a file needs a name and a text of at most {_MAX_TEXT:,} characters.")
+        raise InvalidInput(
+            f"a file needs a name and a text of at most {_MAX_TEXT:,} characters."
+        )
     return name, text
 
 
@@ -100,7 +106,9 @@ def _open_recording(
             f" {antenna.sensors.size} sensors (and the robot {robot.sensors.size}). Set"
             " the number of sensors, or open the antenna's own file first."
         )
-    rate = 1e3 / float(np.median(np.diff(recording.time)))  # its own; what is shown is resampled
+    rate = 1e3 / float(
+        np.median(np.diff(recording.time))
+    )  # its own; what is shown is resampled
     recording = repair(recording, gaps="bridge")
     angle, interval = recording.values.T, float(recording.time[1] - recording.time[0])
     every = -(-len(angle) // _MAX_SHOWN)

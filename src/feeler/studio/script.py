@@ -20,7 +20,9 @@ print(tensor.shape, hashlib.sha256(np.ascontiguousarray(tensor).tobytes()).hexdi
 """
 
 
-def write_script(wish: TouchWish, commands: list[Command] | None = None, n_samples: int = 0) -> str:
+def write_script(
+    wish: TouchWish, commands: list[Command] | None = None, n_samples: int = 0
+) -> str:
     """The text of a script; with ``commands`` that of a run by hand of so many samples."""
     from importlib.metadata import version
 

@@ -15,8 +15,8 @@ from http import HTTPStatus
 from pathlib import PurePath
 from typing import Any
 
-from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
+from feeler.records.checked import checked
 from feeler.studio.board import Boards
 from feeler.studio.catalogue import make_catalogue
 from feeler.studio.exporting import PAGE, SPACE_SCRIPT, read_page
@@ -28,7 +28,10 @@ from feeler.studio.wish import AntennaWish, TouchWish
 _HOST, _PORT = "127.0.0.1", 8765
 _KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FILES = {
-    "" if name == "index.html" else name: (name, f"{_KINDS[PurePath(name).suffix]}; charset=utf-8")
+    "" if name == "index.html" else name: (
+        name,
+        f"{_KINDS[PurePath(name).suffix]}; charset=utf-8",
+    )
     for name in (*(path.name for path in PAGE.iterdir()), SPACE_SCRIPT)
     if PurePath(name).suffix in _KINDS
 }
@@ -164,11 +167,15 @@ class Studio:
             path[: len(self.token) + 2].encode(), f"/{self.token}/".encode()
         ):
             return _respond(
-                connection, HTTPStatus.NOT_FOUND, b"open the address that feeler studio printed\n"
+                connection,
+                HTTPStatus.NOT_FOUND,
+                b"open the address that feeler studio printed\n",
             )
         name = path[len(self.token) + 2 :]
         if name == "live":
-            return None if origins else _respond(connection, HTTPStatus.FORBIDDEN, b"no origin\n")
+            return (
+                None if origins else _respond(connection, HTTPStatus.FORBIDDEN, b"no origin\n")
+            )
         if name not in FILES:
             return _respond(connection, HTTPStatus.NOT_FOUND, b"no such file\n")
         file, kind = FILES[name]
@@ -223,7 +230,12 @@ def _respond(
     from websockets.http11 import Response
 
     headers = Headers(
-        {**_HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"}
+        {
+            **_HEADERS,
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Connection": "close",
+        }
     )
     return Response(status.value, status.phrase, headers, body)
 

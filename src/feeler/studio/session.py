@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.plotting.turn import describe_turnable
+from feeler.records.checked import checked
 from feeler.studio import study
 from feeler.studio.board import Boards, listen
 from feeler.studio.catalogue import make_catalogue
@@ -119,7 +119,9 @@ class Session:
         except FeelerError as error:
             self._say({**wrong, "message": str(error)})
         except Exception as error:  # a mistake of ours must not end the page
-            logging.getLogger("feeler").warning("studio: %s failed", message["type"], exc_info=True)
+            logging.getLogger("feeler").warning(
+                "studio: %s failed", message["type"], exc_info=True
+            )
             words = f"feeler made a mistake: {type(error).__name__}: {error}"
             self._say({**wrong, "message": words})
 
@@ -129,7 +131,9 @@ class Session:
         except ConnectionError:
             self._desk.clear()
 
-    def _tell(self, about: dict[str, Any], header: dict[str, Any], **arrays: np.ndarray) -> None:
+    def _tell(
+        self, about: dict[str, Any], header: dict[str, Any], **arrays: np.ndarray
+    ) -> None:
         self._say({**about, **header}, **arrays)
 
     def _greet(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
@@ -141,7 +145,9 @@ class Session:
         if antenna.spatial:
             self._turn(about, antenna, wish, stop)
             return
-        self._say({**about, "part": "begin", "total": count_samples(wish), **describe_scene(wish)})
+        self._say(
+            {**about, "part": "begin", "total": count_samples(wish), **describe_scene(wish)}
+        )
         angle = []
         for first, readings in simulate_pieces(wish, stop):
             angle.append(readings["angle"])
@@ -153,7 +159,9 @@ class Session:
         self._say({**about, **end} | ({} if wish.preview else {"mode": describe_mode(antenna)}))
         self._read(about, antenna, wish, tensor, stop)
 
-    def _turn(self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, stop: Event) -> None:
+    def _turn(
+        self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, stop: Event
+    ) -> None:
         """A touch in space, whole, and the view of it that is turned by hand."""
         begin = {"part": "begin", "total": count_samples(wish), "preview": wish.preview}
         self._say({**about, **begin, "antenna": describe_antenna(antenna), "rims": []})
@@ -212,7 +220,9 @@ class Session:
             **similarity,
         )
 
-    def _take_in_hand(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
+    def _take_in_hand(
+        self, about: dict[str, Any], message: dict[str, Any], stop: Event
+    ) -> None:
         wish = TouchWish.from_plain(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
         self._hand.run(wish, pace, partial(self._tell, {**about, "hand": True}), stop)

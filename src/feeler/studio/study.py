@@ -90,7 +90,9 @@ class AntennaStudy:
     def average(self, index: str) -> float:
         """Mean over the tensors of the index with their closest match."""
         return float(
-            find_closest(self.similarity[index], greatest=INDICES[index].is_similarity).value.mean()
+            find_closest(
+                self.similarity[index], greatest=INDICES[index].is_similarity
+            ).value.mean()
         )
 
     def encode(self, angle: np.ndarray) -> np.ndarray:
@@ -147,7 +149,9 @@ def make_study(
     return found
 
 
-def _make(antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float) -> AntennaStudy:
+def _make(
+    antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float
+) -> AntennaStudy:
     labels, angle, decoder, peak = teach(antenna, speed, tell, stop, unsure)
     tell("comparing", 0.65)
     scaled = scale_common(rectify(angle))
@@ -184,7 +188,9 @@ def teach(
     )
     motions = _simulate(antenna, [*nominal, *jittered], tell, stop)
     angle, others = motions[: len(nominal)], motions[len(nominal) :]
-    labels = tuple((trial.feature.kind, trial.feature.size, trial.location) for trial in nominal)
+    labels = tuple(
+        (trial.feature.kind, trial.feature.size, trial.location) for trial in nominal
+    )
     tell("teaching the decoder", 0.6)
     peak = float(np.abs(angle).max())
     options = {

@@ -80,10 +80,14 @@ class Readings:
 def make_simulation(wish: TouchWish) -> Simulations:
     """The simulation of a wish at time 0."""
     timestep = PREVIEW if wish.preview else choose_timestep(None, DEFAULT_ENGINE)
-    return Simulations([build_scene(wish.antenna.make(), wish.make_objects())], timestep=timestep)
+    return Simulations(
+        [build_scene(wish.antenna.make(), wish.make_objects())], timestep=timestep
+    )
 
 
-def simulate_pieces(wish: TouchWish, stop: Event) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+def simulate_pieces(
+    wish: TouchWish, stop: Event
+) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Number of the first sample and readings of each piece; ends early when ``stop`` is set."""
     simulation, readings, n_samples = make_simulation(wish), Readings(), count_samples(wish)
     done, size = 0, _FIRST
@@ -143,7 +147,11 @@ def describe_scene(wish: TouchWish) -> dict[str, Any]:
         item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()
     ]
     rims = [draw_feature(feature) for feature in features]
-    return {"antenna": describe_antenna(wish.antenna.make()), "rims": rims, "preview": wish.preview}
+    return {
+        "antenna": describe_antenna(wish.antenna.make()),
+        "rims": rims,
+        "preview": wish.preview,
+    }
 
 
 def draw_feature(feature: Feature) -> list[list[list[float]]]:

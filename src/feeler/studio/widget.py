@@ -4,8 +4,8 @@ import json
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import require_extra
+from feeler.records.checked import checked
 from feeler.studio.exporting import read_page, write_module
 from feeler.studio.session import Session
 from feeler.studio.wish import AntennaWish, wish_for

@@ -16,7 +16,7 @@ from feeler.antenna.parse import parse_antenna
 from feeler.antenna.space import require_plane
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
-from feeler.record import Ge, Le, Len, Record, Unit
+from feeler.records.record import Ge, Le, Len, Record, Unit
 from feeler.stimulus.feature import Feature, make_feature
 from feeler.stimulus.object import Object
 from feeler.stimulus.trial import Trial
@@ -224,19 +224,30 @@ class TouchWish(Record):
 
     def make_objects(self) -> list[Trial | Object]:
         """The trial and the objects beside it."""
-        return [self.make_trial(), *(item.make(number) for number, item in enumerate(self.objects))]
+        return [
+            self.make_trial(),
+            *(item.make(number) for number, item in enumerate(self.objects)),
+        ]
 
 
 def make_shape(kind: str, size: float) -> Feature:
     """A feature of one size: box and triangle as high as wide, as in the paper; a wall has none."""
     if kind == "wall":
         return make_feature("wall")
-    return make_feature(kind, size, half_height=size) if kind == "box" else make_feature(kind, size)
+    return (
+        make_feature(kind, size, half_height=size)
+        if kind == "box"
+        else make_feature(kind, size)
+    )
 
 
 def read_number(value: object, name: str, low: float, high: float) -> float:
     """A finite number within a range."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not low <= value <= high
+    ):
         raise InvalidInput(
             f"{name} must be a number from {low:g} to {high:g}, got {str(value)[:40]}."
         )

@@ -14,8 +14,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Record
-from feeler.registry import Registry
+from feeler.records.record import Ge, Record
+from feeler.records.registry import Registry
 
 _TRIED = 64  # [C] copies from which the sd of a model that only draws is estimated
 
@@ -61,7 +61,9 @@ class Noise(Record, kw_only=False):
         deviation = copies.reshape(_TRIED, *np.shape(tensors)) - tensors
         return np.sqrt(np.mean(deviation**2, axis=0))
 
-    def add(self, tensors: np.ndarray, rng: np.random.Generator, n_copies: int = 1) -> np.ndarray:
+    def add(
+        self, tensors: np.ndarray, rng: np.random.Generator, n_copies: int = 1
+    ) -> np.ndarray:
         """Copies of every trial with fresh noise (copy · trial, sensor, time), the set in turn."""
         if n_copies < 1:
             raise InvalidInput(f"n_copies must be ≥ 1, got {n_copies}.")
@@ -80,7 +82,9 @@ class Noise(Record, kw_only=False):
 
         White noise after ``whiten`` is then exactly this noise; otherwise it stands in for it.
         """
-        return self.is_gaussian and all(length == 1 for length in np.shape(self.sd(tensors))[1:])
+        return self.is_gaussian and all(
+            length == 1 for length in np.shape(self.sd(tensors))[1:]
+        )
 
     def find_level(self, tensors: np.ndarray) -> np.ndarray:
         """One sd for each trial (trial or 1, 1, …): the root mean square over its entries.
@@ -197,7 +201,9 @@ class Mixed(Noise, kw_only=False):
 
     def sd(self, tensors: np.ndarray) -> np.ndarray:
         """The root of both squares."""
-        signal = np.abs(tensors) if self.each == "sample" else Relative(1.0, self.each).sd(tensors)
+        signal = (
+            np.abs(tensors) if self.each == "sample" else Relative(1.0, self.each).sd(tensors)
+        )
         return np.hypot(self.size, self.share * signal)
 
 
@@ -215,7 +221,9 @@ def parse_noise(noise: str | Noise) -> Noise:
     if isinstance(noise, Noise):
         return noise
     if not isinstance(noise, str):
-        raise InvalidInput(f"noise must be text such as 'relative:0.1', got {str(noise)[:40]!r}.")
+        raise InvalidInput(
+            f"noise must be text such as 'relative:0.1', got {str(noise)[:40]!r}."
+        )
     name, _, rest = noise.partition(":")
     model = NOISES[name.strip()]
     values: dict[str, Any] = {}
@@ -225,7 +233,9 @@ def parse_noise(noise: str | Noise) -> Noise:
         values[key] = _read(value)
     known = [field.name for field in fields(model)]
     if unknown := sorted(values.keys() - {*known}):
-        raise InvalidInput(f"the noise {name!r} has no {unknown[0]!r}; valid: {', '.join(known)}.")
+        raise InvalidInput(
+            f"the noise {name!r} has no {unknown[0]!r}; valid: {', '.join(known)}."
+        )
     return model(**values)
 
 

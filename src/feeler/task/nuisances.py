@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from feeler.draw import LogRange, Spread, describe_spread, spread_out
 from feeler.errors import InvalidInput
-from feeler.record import Record, freeze
+from feeler.records.record import Record, freeze
 from feeler.stimulus.sample import TURNED
 from feeler.stimulus.trial import Trial
 
@@ -82,7 +82,9 @@ class Nuisances(Record):
                 raise InvalidInput(f"Nuisances.{name} must be finite and ≥ 0, got {value}.")
             share = name not in ("approach", TURNED)
             if is_number(value) and self.kind == "uniform" and share and value >= 1:
-                raise InvalidInput(f"Nuisances.{name} must be < 1, as it is a share, got {value}.")
+                raise InvalidInput(
+                    f"Nuisances.{name} must be < 1, as it is a share, got {value}."
+                )
             vars(self)[name] = value
 
     @classmethod
@@ -93,7 +95,9 @@ class Nuisances(Record):
     def to_plain(self) -> dict[str, Any]:
         """The fields as plain data; ``Nuisances(**plain)`` is equal."""
         names = (*NAMES, TURNED) if self._turns else NAMES
-        return {name: describe_spread(getattr(self, name)) for name in names} | {"kind": self.kind}
+        return {name: describe_spread(getattr(self, name)) for name in names} | {
+            "kind": self.kind
+        }
 
     @property
     def _turns(self) -> bool:
@@ -119,7 +123,12 @@ class Nuisances(Record):
         return {TURNED: about} if self._turns else {}
 
     def _about(
-        self, by: Spread, middle: float, share: bool = False, low: float = 0.0, high: float = np.inf
+        self,
+        by: Spread,
+        middle: float,
+        share: bool = False,
+        low: float = 0.0,
+        high: float = np.inf,
     ) -> Spread:
         if not is_number(by):
             return by

@@ -11,8 +11,8 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.draw import Spread, describe_spread
 from feeler.errors import InvalidInput
-from feeler.record import Gt, Le, Len, Record, Unit
-from feeler.rules import show
+from feeler.records.record import Gt, Le, Len, Record, Unit
+from feeler.records.rules import show
 from feeler.stimulus.feature import Feature, make_feature, parse_feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.sample import SampledTrials, sample_trials
@@ -79,7 +79,9 @@ class Task(Record):
 
     def _check_classes(self) -> None:
         if not self.objects:
-            raise InvalidInput("a task needs an object: give objects=, such as ['ball:radius=2'].")
+            raise InvalidInput(
+                "a task needs an object: give objects=, such as ['ball:radius=2']."
+            )
         if self.n_classes > _MAX_CLASSES:
             raise InvalidInput(
                 f"a task has at most {_MAX_CLASSES} classes (objects × locations), got"
@@ -166,7 +168,9 @@ class Task(Record):
         """
         seeds = dict(self.seeds)
         if purpose not in seeds:
-            raise InvalidInput(f"touches are drawn for one of {', '.join(seeds)}, got {purpose!r}.")
+            raise InvalidInput(
+                f"touches are drawn for one of {', '.join(seeds)}, got {purpose!r}."
+            )
         if set < 0:
             raise InvalidInput(f"the number of a set must be ≥ 0, got {set}.")
         first = _SETS * set + _MAX_CLASSES * seeds[purpose]
@@ -196,7 +200,9 @@ class Task(Record):
                 "touches of all objects together need one location and sizes as a range [mm]: give"
                 " Nuisances(location=(0.5, 0.9), size=(1.0, 2.0)), or size=0."
             )
-        nominal = Trial(feature=self.objects[0], location=self.locations[0], speed=self.speeds[0])
+        nominal = Trial(
+            feature=self.objects[0], location=self.locations[0], speed=self.speeds[0]
+        )
         spreads = by.spread(nominal)
         if is_number(by.size):
             spreads["size"] = None
@@ -206,7 +212,9 @@ class Task(Record):
         self, antenna: Antenna | None, number: int, seed: int, speed: float, each: int
     ) -> list[Trial]:
         place, which = divmod(number, len(self.objects))
-        nominal = Trial(feature=self.objects[which], location=self.locations[place], speed=speed)
+        nominal = Trial(
+            feature=self.objects[which], location=self.locations[place], speed=speed
+        )
         spreads = self.nuisances.spread(nominal)
         try:
             return [*self._sample(each, [nominal.feature], spreads, antenna, seed)]

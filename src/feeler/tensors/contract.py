@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.space import SPACE_PLANES
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.dataset import SOURCES
 from feeler.tensors.quantities import DIMS, QUANTITIES, find_dims
 
@@ -37,7 +37,9 @@ def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
 
 
 @checked
-def find_breaches(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True) -> list[str]:
+def find_breaches(
+    dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True
+) -> list[str]:
     """What is wrong with a Dataset, in words; empty where nothing is.
 
     With ``whole=False`` what is missing is no breach, as in a file of a single variable; with
@@ -57,7 +59,9 @@ def find_breaches(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = Tr
         if dims != wanted:
             breaches.append(f"'{name}' must have dims {wanted}{where}, got {dims}")
         elif "axis" in dims and dataset.sizes["axis"] != axes:
-            breaches.append(f"'{name}' must have {axes} axes{where}, got {dataset.sizes['axis']}")
+            breaches.append(
+                f"'{name}' must have {axes} axes{where}, got {dataset.sizes['axis']}"
+            )
     if spatial and dataset.sizes["plane"] not in (2, len(SPACE_PLANES)):
         breaches.append(
             f"'plane' must be {', '.join(SPACE_PLANES)} or the first two of them, got"

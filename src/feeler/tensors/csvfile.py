@@ -10,10 +10,10 @@ from pathlib import Path
 
 import xarray as xr
 
+from feeler.disk.files import parse_json, read_text
+from feeler.disk.guard import MAX_TEXT, Limits, find_limits
+from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.files import parse_json, read_text
-from feeler.guard import MAX_TEXT, Limits, find_limits
-from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
 from feeler.tensors.plain import complete, describe_whole, restore_whole
 from feeler.tensors.table import parse_table
@@ -35,7 +35,9 @@ def save_csv(
     """
     if variable not in dataset or dataset[variable].dims != ("trial", "sensor", "time"):
         valid = [
-            str(name) for name, item in dataset.items() if item.dims == ("trial", "sensor", "time")
+            str(name)
+            for name, item in dataset.items()
+            if item.dims == ("trial", "sensor", "time")
         ]
         raise InvalidInput(
             f"no tensor {variable!r} of dims (trial, sensor, time); valid:"
@@ -47,7 +49,9 @@ def save_csv(
     if "time" not in one.coords:
         raise InvalidInput("the Dataset has no coordinate time [ms].")
     text = io.StringIO()
-    text.write(f"{MAGIC}\n# variable: {variable}\n# unit: {one[variable].attrs.get('units', '')}\n")
+    text.write(
+        f"{MAGIC}\n# variable: {variable}\n# unit: {one[variable].attrs.get('units', '')}\n"
+    )
     for name, label in one.coords.items():
         if label.dims == ("trial",):
             text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
@@ -90,7 +94,11 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
     if not len(values):
         raise InvalidInput(f"{source} is damaged: it holds no samples.")
     try:
-        tensor = (("trial", "sensor", "time"), values[:, 1:].T[None], dict(content["attributes"]))
+        tensor = (
+            ("trial", "sensor", "time"),
+            values[:, 1:].T[None],
+            dict(content["attributes"]),
+        )
         time = xr.Variable("time", values[:, 0], dict(content["time"]))
         whole = restore_whole(content, source)
         return whole.assign({str(content["variable"]): tensor}).assign_coords(time=time)

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.space import SPACE_PLANES
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors import accessor  # noqa: F401  # whoever has a Dataset of touches has ds.feeler
 from feeler.tensors.quantities import (
     IN_SPACE,
@@ -74,7 +74,9 @@ def make_tensors(
         if values is not None
     }
     length = np.asarray(segment_length, dtype=float)
-    given.setdefault("curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype))
+    given.setdefault(
+        "curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype)
+    )
     spatial = given["angle"].ndim == len(IN_SPACE["angle"])
     variables = {name: (find_dims(name, spatial), values) for name, values in given.items()}
     coordinates = {
@@ -118,7 +120,9 @@ def make_motion_tensors(
         Quantities made otherwise, which take the place of those made from the motions.
     """
     readings = [reduce_motion(antenna, motion, without=given) for motion in motions]
-    return stack_readings(antenna, motions[0].time, readings, trials=trials, attrs=attrs, **given)
+    return stack_readings(
+        antenna, motions[0].time, readings, trials=trials, attrs=attrs, **given
+    )
 
 
 def reduce_motion(
@@ -145,7 +149,9 @@ def reduce_motion(
             f"this engine's motions have no {', '.join(absent)}; leave it out of save=."
         )
     return {
-        name: np.array(value, dtype=dtype) for name, value in values.items() if value is not None
+        name: np.array(value, dtype=dtype)
+        for name, value in values.items()
+        if value is not None
     }
 
 
@@ -181,11 +187,15 @@ def choose_quantities(save: Sequence[str] | None) -> list[str]:
         )
     if save is None:
         return [
-            name for name, quantity in QUANTITIES.items() if quantity.make and not quantity.optional
+            name
+            for name, quantity in QUANTITIES.items()
+            if quantity.make and not quantity.optional
         ]
     for name in save:
         if QUANTITIES[name].coordinate:
-            raise InvalidInput(f"{name!r} is a coordinate and always saved; save= names variables.")
+            raise InvalidInput(
+                f"{name!r} is a coordinate and always saved; save= names variables."
+            )
     return [name for name in dict.fromkeys(("angle", *save)) if QUANTITIES[name].make]
 
 

@@ -9,8 +9,8 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from feeler.disk.files import FULL
 from feeler.errors import FeelerError, StoreError
-from feeler.files import FULL
 
 TEMPORARY = ".tmp"
 _LEAST_SHARE = (
@@ -62,9 +62,13 @@ def check_room(path: Path, n_bytes: int, what: str) -> None:
 def measure_folder(folder: Path) -> int:
     """Bytes of all files in a folder and in those within it."""
     entries = [*os.scandir(folder)]
-    files = sum(entry.stat().st_size for entry in entries if entry.is_file(follow_symlinks=False))
+    files = sum(
+        entry.stat().st_size for entry in entries if entry.is_file(follow_symlinks=False)
+    )
     return files + sum(
-        measure_folder(Path(entry.path)) for entry in entries if entry.is_dir(follow_symlinks=False)
+        measure_folder(Path(entry.path))
+        for entry in entries
+        if entry.is_dir(follow_symlinks=False)
     )
 
 

@@ -21,7 +21,10 @@ from feeler.tensors.records import (
 )
 
 _MAX_DIFFERENCES = 5
-_ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
+_ORIGIN = (
+    "versions",
+    "code",
+)  # entries of a configuration that say which program made the numbers
 
 
 def find_intact(path: Path, label: Label) -> dict[int, GroupRecord]:
@@ -35,8 +38,13 @@ def find_intact(path: Path, label: Label) -> dict[int, GroupRecord]:
             check_shards(path, records[group], label)
         except InvalidInput as error:
             records.pop(group, None)
-            first, last = group * label.group, min((group + 1) * label.group, label.n_trials) - 1
-            warnings.warn(f"trials {first} to {last} will be computed again: {error}", stacklevel=6)
+            first, last = (
+                group * label.group,
+                min((group + 1) * label.group, label.n_trials) - 1,
+            )
+            warnings.warn(
+                f"trials {first} to {last} will be computed again: {error}", stacklevel=6
+            )
             record_path(path, group).unlink()
     return records
 
@@ -96,10 +104,13 @@ def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
     """Up to five places where two configurations differ, as ``name: stored → asked``."""
     if isinstance(stored, dict) and isinstance(asked, dict):
         pairs = [
-            (_join(name, key), stored.get(key), asked.get(key)) for key in sorted({*stored, *asked})
+            (_join(name, key), stored.get(key), asked.get(key))
+            for key in sorted({*stored, *asked})
         ]
     elif isinstance(stored, list) and isinstance(asked, list) and len(stored) == len(asked):
-        pairs = [(f"{name}[{n}]", a, b) for n, (a, b) in enumerate(zip(stored, asked, strict=True))]
+        pairs = [
+            (f"{name}[{n}]", a, b) for n, (a, b) in enumerate(zip(stored, asked, strict=True))
+        ]
     else:
         return [] if stored == asked else [f"{name}: {_show(stored)} → {_show(asked)}"]
     found: list[str] = []

@@ -15,12 +15,12 @@ from typing import Any
 
 import xarray as xr
 
-from feeler.checked import checked
+from feeler.disk.files import read_start
+from feeler.disk.foreign import name_start
+from feeler.disk.guard import Limits, find_limits
 from feeler.errors import InvalidInput
-from feeler.files import read_start
-from feeler.foreign import name_start
-from feeler.guard import Limits, find_limits
-from feeler.registry import Registry
+from feeler.records.checked import checked
+from feeler.records.registry import Registry
 from feeler.tensors.contract import find_breaches, refuse
 
 _START = 512  # bytes by which a file is recognised
@@ -111,7 +111,9 @@ def find_formats(
         return found
     if path.is_dir():
         inside = ", ".join(sorted(entry.name for entry in path.iterdir())[:6]) or "nothing"
-        raise InvalidInput(f"{path} is a folder, no store of touches: name a file ({inside}, …).")
+        raise InvalidInput(
+            f"{path} is a folder, no store of touches: name a file ({inside}, …)."
+        )
     hint = name_start(start) if start.strip() else "empty: nothing but blanks was found in it"
     raise InvalidInput(f"{path.name} is {hint or _UNKNOWN}.")
 
@@ -143,9 +145,13 @@ def load(
     if form.kind != "tensors":
         models = "a model: use load_encoder, StreamDecoder.load or TouchNetwork.load"
         other = {"antenna": "an antenna: use load_antenna", "model": models}
-        raise InvalidInput(f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}.")
+        raise InvalidInput(
+            f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}."
+        )
     dataset = form.load(Path(path), find_limits(limits), trusted)
-    return refuse(find_breaches(dataset, whole=False, numbers=form.find_damage is None), dataset)
+    return refuse(
+        find_breaches(dataset, whole=False, numbers=form.find_damage is None), dataset
+    )
 
 
 @checked

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.disk.provenance import make_plain
 from feeler.errors import StoreError
-from feeler.provenance import make_plain
 from feeler.tensors.disk import explain, write_atomic
 from feeler.tensors.records import PROGRESS, GroupRecord, Layout, compute_sum, make_layout
 from feeler.tensors.shards import empty, encode_shard, find_key
@@ -50,7 +50,8 @@ def write_group(
         )
     layout = make_layout(trials)
     with explain(
-        path, f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe"
+        path,
+        f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe",
     ):
         for name in layout.variables:
             (path / name).mkdir(exist_ok=True)
@@ -76,7 +77,9 @@ def make_group_record(
     return GroupRecord(
         group=indices[0] // size,
         trials=sorted(indices),
-        labels={name: make_plain(trials.variables[name].values[order]) for name in layout.labels},
+        labels={
+            name: make_plain(trials.variables[name].values[order]) for name in layout.labels
+        },
         shards={name: [compute_sum(raw)] for name, raw in shards.items()},
         made=[make_plain(made[place]) for place in order] if made else [],
     )

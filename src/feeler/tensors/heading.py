@@ -82,19 +82,28 @@ def _note(notes: dict[str, str], text: str, sign: str) -> None:
         notes[key.strip().lower()[:200]] = value.strip()[:1000]
 
 
-def _name_columns(notes: dict[str, str], texts: list[str], above: list[tuple[int, str]]) -> Heading:
+def _name_columns(
+    notes: dict[str, str], texts: list[str], above: list[tuple[int, str]]
+) -> Heading:
     for k, (number, line) in enumerate(above):
         delimiter = _find_delimiter(line)
         names, below = (
             split_line(line, delimiter),
             [split_line(text, delimiter) for _, text in above[k + 1 : k + 3]],
         )
-        if len(names) < 2 or any(map(is_numeral, names)) or not below or _differ(names, below[0]):
+        if (
+            len(names) < 2
+            or any(map(is_numeral, names))
+            or not below
+            or _differ(names, below[0])
+        ):
             continue
         if any(map(is_numeral, below[0])):
             return _make(notes, above[:k], number, names, delimiter)
         if len(below) == 2 and _are_units(*below):
-            both = [_join(*pair) for pair in itertools.zip_longest(names, below[0], fillvalue="")]
+            both = [
+                _join(*pair) for pair in itertools.zip_longest(names, below[0], fillvalue="")
+            ]
             return _make(notes, above[:k], above[k + 1][0], both, delimiter)
     number, line = above[0]
     delimiter = _find_delimiter(line)

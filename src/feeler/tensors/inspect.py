@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.disk.guard import Limits, find_limits
 from feeler.errors import FeelerError, InvalidInput
-from feeler.guard import Limits, find_limits
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import Format, find_formats
 
@@ -78,7 +78,9 @@ def open_file(
 
 
 def _describe_dataset(dataset: xr.Dataset) -> list[str]:
-    lines = ["sizes       " + ", ".join(f"{name} {size}" for name, size in dataset.sizes.items())]
+    lines = [
+        "sizes       " + ", ".join(f"{name} {size}" for name, size in dataset.sizes.items())
+    ]
     for name, item in dataset.data_vars.items():
         unit = item.attrs.get("units", "no unit")
         dims = ", ".join(map(str, item.dims))
@@ -93,7 +95,9 @@ def _find_spread(item: xr.DataArray) -> str:
     if not item.size or item.nbytes > _LARGE or item.dtype.kind not in "fiu":
         return ""
     values = item.values  # of a store this reads, each time
-    return "" if np.isnan(values).all() else f"{np.nanmin(values):.3g} … {np.nanmax(values):.3g}"
+    return (
+        "" if np.isnan(values).all() else f"{np.nanmin(values):.3g} … {np.nanmax(values):.3g}"
+    )
 
 
 def _summarise(values: np.ndarray) -> str:

@@ -9,8 +9,8 @@ import xarray as xr
 
 from feeler.antenna.file import read_antenna_file
 from feeler.antenna.parse import AntennaFile
-from feeler.foreign import name_start
-from feeler.guard import Limits, open_guarded
+from feeler.disk.foreign import name_start
+from feeler.disk.guard import Limits, open_guarded
 from feeler.tensors import records, store, stored
 from feeler.tensors.csvfile import MAGIC, load_csv, save_csv
 from feeler.tensors.formats import Format
@@ -23,7 +23,11 @@ from feeler.tensors.nwb import save_nwb
 from feeler.tensors.plain import restore
 from feeler.tensors.table import Table, read_table
 
-_ZARR = ("zarr.json", ".zgroup", ".zarray")  # of Zarr 3, and of Zarr 2, which is refused by name
+_ZARR = (
+    "zarr.json",
+    ".zgroup",
+    ".zarray",
+)  # of Zarr 3, and of Zarr 2, which is refused by name
 HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -66,7 +70,9 @@ def _describe_antenna(file: AntennaFile) -> list[str]:
 
 
 def _describe_model(model: Model) -> list[str]:
-    arrays = [f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()]
+    arrays = [
+        f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()
+    ]
     made = ", ".join(f"{name} {version}" for name, version in model.versions.items())
     return [
         f"kind {model.kind}, version {model.version}, by {made}",

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from feeler.disk.files import NAME, parse_json
+from feeler.disk.guard import Limits, open_guarded
+from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.files import NAME, parse_json
-from feeler.guard import Limits, open_guarded
-from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
 
 _FORMAT = "feeler.model/1"
@@ -80,7 +80,9 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
         ) from error
 
 
-def load_model(path: str | os.PathLike, *, kind: str, version: int, trusted: bool = False) -> Model:
+def load_model(
+    path: str | os.PathLike, *, kind: str, version: int, trusted: bool = False
+) -> Model:
     """The model in a file, which must be of this kind and version.
 
     Raises
@@ -97,7 +99,9 @@ def load_model(path: str | os.PathLike, *, kind: str, version: int, trusted: boo
         )
     if model.version != version:
         advice = (
-            "Update feeler" if model.version > version else "Fit it again, or use the older feeler"
+            "Update feeler"
+            if model.version > version
+            else "Fit it again, or use the older feeler"
         )
         raise InvalidInput(
             f"{path} holds version {model.version} of {kind!r}; this feeler reads {version}."
@@ -124,7 +128,9 @@ def read_model(
             f" {_FORMAT!r})."
         )
     number, kind = notes.get("version", ""), notes.get("kind", "")
-    if not (number.isascii() and number.isdigit() and len(number) < 10 and NAME.fullmatch(kind)):
+    if not (
+        number.isascii() and number.isdigit() and len(number) < 10 and NAME.fullmatch(kind)
+    ):
         raise InvalidInput(
             f"{name} is damaged: its kind is {kind[:40]!r}, its version {number[:40]!r}."
         )

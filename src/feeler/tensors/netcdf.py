@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.provenance import make_plain
 from feeler.tensors.plain import complete, describe
 from feeler.tensors.readers import DESCRIPTION
 
@@ -22,7 +22,11 @@ def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     path, dataset = Path(path), complete(dataset)
     description = describe(dataset)
     plain = dataset.copy(deep=False)
-    plain.attrs = {**_attributes(dataset.attrs), DESCRIPTION: description, "Conventions": "CF-1.8"}
+    plain.attrs = {
+        **_attributes(dataset.attrs),
+        DESCRIPTION: description,
+        "Conventions": "CF-1.8",
+    }
     encoding: dict[str, dict[str, Any]] = {}
     for name, variable in plain.variables.items():
         variable.attrs = _attributes(variable.attrs)
@@ -31,7 +35,9 @@ def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     temporary = path.with_name(f".{path.name}.tmp")
     try:
         free = shutil.disk_usage(path.parent).free
-        if free < dataset.nbytes:  # HDF5 may crash the process where the room ends while it writes
+        if (
+            free < dataset.nbytes
+        ):  # HDF5 may crash the process where the room ends while it writes
             raise OSError(errno.ENOSPC, "")
         plain.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
         os.replace(temporary, path)
@@ -54,6 +60,8 @@ def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
     """NetCDF has texts, numbers and lists of numbers; anything else becomes JSON."""
     found = {}
     for name, value in attributes.items():
-        simple = isinstance(value, str | int | float | np.number) and not isinstance(value, bool)
+        simple = isinstance(value, str | int | float | np.number) and not isinstance(
+            value, bool
+        )
         found[name] = value if simple else json.dumps(make_plain(value), ensure_ascii=False)
     return found

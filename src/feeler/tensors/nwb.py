@@ -12,8 +12,8 @@ from uuid import uuid4
 import numpy as np
 import xarray as xr
 
+from feeler.disk.files import writing
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.files import writing
 from feeler.tensors.plain import complete, describe_whole
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
@@ -68,7 +68,9 @@ def save_nwb(
     require_pynwb()
     dataset = complete(dataset)
     series = [
-        str(name) for name, item in dataset.variables.items() if {"trial", "time"} <= set(item.dims)
+        str(name)
+        for name, item in dataset.variables.items()
+        if {"trial", "time"} <= set(item.dims)
     ]
     if not series or "time" not in dataset.coords:
         raise InvalidInput(
@@ -246,9 +248,13 @@ def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> list[list[A
         unit = str(ordered.attrs.get("units", "unknown"))
         for index, series in enumerate(held):
             values, title = ordered.values[index], f"{name}_{index:06d}"
-            words = f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
+            words = (
+                f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
+            )
             series.append(
-                TimeSeries(name=title, data=values, unit=unit, description=words, **clock(index))
+                TimeSeries(
+                    name=title, data=values, unit=unit, description=words, **clock(index)
+                )
             )
             file.add_acquisition(series[-1])
     return held
@@ -265,7 +271,8 @@ def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:
     for index in range(dataset.sizes["trial"]):
         values = {name: item.values[index] for name, item in labels.items()}
         plain = {
-            name: str(value) if isinstance(value, str) else value for name, value in values.items()
+            name: str(value) if isinstance(value, str) else value
+            for name, value in values.items()
         }
         series = held[index]
         start = series[0].starting_time if series[0].rate else float(series[0].timestamps[0])

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.disk.files import NAME
+from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.files import NAME
-from feeler.provenance import make_plain
 
 _TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
 _OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
@@ -49,7 +49,11 @@ def describe(dataset: xr.Dataset) -> str:
         if variable.dtype.kind in "UOT":
             entry |= {"type": "str", "texts": [str(text) for text in variable.values.ravel()]}
         variables[name] = entry
-    content = {"format": 1, "variables": variables, "attributes": make_plain(dict(dataset.attrs))}
+    content = {
+        "format": 1,
+        "variables": variables,
+        "attributes": make_plain(dict(dataset.attrs)),
+    }
     return json.dumps(content, ensure_ascii=True)
 
 
@@ -134,7 +138,9 @@ def _values(
     if not (
         isinstance(entry["type"], str) and _TYPE.fullmatch(entry["type"])
     ):  # np.dtype parses all kinds of texts
-        raise InvalidInput(f"{source}: variable {name!r} has the type {str(entry['type'])[:40]!r}.")
+        raise InvalidInput(
+            f"{source}: variable {name!r} has the type {str(entry['type'])[:40]!r}."
+        )
     kind = np.dtype(entry["type"])
     if name not in arrays:
         raise InvalidInput(f"{source} is damaged: variable {name!r} is missing.")

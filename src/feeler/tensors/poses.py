@@ -85,7 +85,12 @@ def _take_triangulated(tracks: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     n_animals, n_points = tracks.shape[1:3]
     names = [f"pt{k + 1}" for k in range(n_points)]
     animals = [f"track_{k}" for k in range(n_animals)]
-    about = {"kind": "sleap-anipose", "names": names, "individuals": animals, "unit": "own unit"}
+    about = {
+        "kind": "sleap-anipose",
+        "names": names,
+        "individuals": animals,
+        "unit": "own unit",
+    }
     return about, {"position": np.ascontiguousarray(tracks[:].transpose(1, 0, 2, 3))}
 
 
@@ -135,7 +140,8 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     first = next(iter(series[0].values()))
     about = {"kind": "ndx-pose", "names": names, "individuals": [*films], "frames": frames}
     about["sources"] = [
-        _decode(film["description"][()]) if "description" in film else "" for film in films.values()
+        _decode(film["description"][()]) if "description" in film else ""
+        for film in films.values()
     ]
     flat = [
         name
@@ -229,7 +235,10 @@ def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     rows = table[:]
     if rows["index"].dtype.kind not in "iuf":
         raise InvalidInput(TRAINING_LABELS)
-    arrays = {"values": rows["values_block_0"].astype(float), "frame": rows["index"].astype(float)}
+    arrays = {
+        "values": rows["values_block_0"].astype(float),
+        "frame": rows["index"].astype(float),
+    }
     return {"kind": "DeepLabCut", "labels": plain}, arrays
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.registry import Registry
+from feeler.records.registry import Registry
 
 DIMS = ("trial", "sensor", "time")
 _PATH = ("trial", "time", "axis")
@@ -106,7 +106,9 @@ for _name, _quantity in {
         unit="rad/ms",
         meaning="angular velocity of the hinge",
         dims=DIMS,
-        make=lambda antenna, motion: np.moveaxis(motion.velocity[..., antenna.sensors - 1], 0, -1),
+        make=lambda antenna, motion: np.moveaxis(
+            motion.velocity[..., antenna.sensors - 1], 0, -1
+        ),
         optional=True,
     ),
     "tip": Quantity(
@@ -188,17 +190,25 @@ for _name, _quantity in {
     "position": _label(
         "1", "arc length of the sensor's hinge over antenna length", "sensor", required=True
     ),
-    "segment": _label("", "number of the sensor's hinge, 1 at the base", "sensor", required=True),
+    "segment": _label(
+        "", "number of the sensor's hinge, 1 at the base", "sensor", required=True
+    ),
     "segment_length": _label(
         "mm", "length of the segment that the sensor's hinge carries", "sensor"
     ),
     "unit_position": _label("1", "arc length of the unit over antenna length", "unit"),
-    "unit_side": _label("", "the side of the antenna that the unit answers to, 1 or -1", "unit"),
-    "unit_around": _label("deg", "where around the antenna side 1 lies, from x towards z", "unit"),
+    "unit_side": _label(
+        "", "the side of the antenna that the unit answers to, 1 or -1", "unit"
+    ),
+    "unit_around": _label(
+        "deg", "where around the antenna side 1 lies, from x towards z", "unit"
+    ),
     "feature": _label("", "the object's name", required=True),
     "kind": _label("", "the object's shape: ball, box …"),
     "size": _label("mm", "half-width or radius of the object", required=True),
-    "location": _label("1", "place of the touch, arc length over antenna length", required=True),
+    "location": _label(
+        "1", "place of the touch, arc length over antenna length", required=True
+    ),
     "speed": _label("mm/ms", "speed of the object", required=True),
     "approach": _label("deg", "angle between the motion and the antenna"),
     "azimuth": _label("deg", "angle by which the approach is turned about the touched segment"),
@@ -226,7 +236,9 @@ def find_dims(name: str, spatial: bool) -> tuple[str, ...]:
 def list_required(dim: str) -> tuple[str, ...]:
     """Names of the coordinates along ``dim`` that each Dataset must have."""
     return tuple(
-        name for name, q in QUANTITIES.items() if q.coordinate and q.required and q.dims == (dim,)
+        name
+        for name, q in QUANTITIES.items()
+        if q.coordinate and q.required and q.dims == (dim,)
     )
 
 

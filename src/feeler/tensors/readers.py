@@ -35,7 +35,9 @@ def read_hdf5(path: str) -> _Answer:
     arrays = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
     if isinstance(description, str):
         content = json.loads(description)
-        return content, {name: item for name, item in arrays.items() if item.dtype.kind in "biuf"}
+        return content, {
+            name: item for name, item in arrays.items() if item.dtype.kind in "biuf"
+        }
     return _read_netcdf(file, arrays)
 
 
@@ -102,9 +104,15 @@ def _read_nwb(file: Any) -> _Answer:
         for name, item in numbers.items()
     }
     for name, kind in series.items():
-        titles = sorted(title for title in file["acquisition"] if title.rpartition("_")[0] == name)
+        titles = sorted(
+            title for title in file["acquisition"] if title.rpartition("_")[0] == name
+        )
         values = np.stack([file["acquisition"][title]["data"][...] for title in titles])
-        order = ["trial", "time", *(dim for dim in kind["dims"] if dim not in ("trial", "time"))]
+        order = [
+            "trial",
+            "time",
+            *(dim for dim in kind["dims"] if dim not in ("trial", "time")),
+        ]
         arrays[name] = values.transpose([order.index(dim) for dim in kind["dims"]])
         content["rest"]["variables"][name] = _describe(
             arrays[name], kind["dims"], kind["attributes"]
@@ -188,7 +196,9 @@ def read_mat(path: str) -> _Answer:
     values = loadmat(path, variable_names=names, chars_as_strings=True)
     content = json.loads(str(values.pop(DESCRIPTION)[0]))
     return content, {
-        name: values[name] for name in names if name in values and values[name].dtype.kind in "biuf"
+        name: values[name]
+        for name in names
+        if name in values and values[name].dtype.kind in "biuf"
     }
 
 
@@ -197,7 +207,8 @@ def read_safetensors(path: str) -> _Answer:
     from safetensors import safe_open
 
     with safe_open(path, framework="numpy") as file:
-        return dict(file.metadata() or {}), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        names = list(file.keys())
+        return dict(file.metadata() or {}), {name: file.get_tensor(name) for name in names}
 
 
 def _describe(values: Any, dims: Any, attributes: Any) -> dict[str, Any]:
@@ -209,7 +220,9 @@ def _describe(values: Any, dims: Any, attributes: Any) -> dict[str, Any]:
         "type": "str" if text else values.dtype.str,
     }
     plain = {
-        name: _plain(value) for name, value in dict(attributes).items() if not name.startswith("_")
+        name: _plain(value)
+        for name, value in dict(attributes).items()
+        if not name.startswith("_")
     }
     plain.pop("coordinates", None)
     return (

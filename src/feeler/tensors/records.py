@@ -14,18 +14,22 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from feeler.disk.files import parse_json, read_bytes
+from feeler.disk.guard import MAX_TEXT
+from feeler.disk.provenance import make_plain, write_plain
 from feeler.errors import InvalidInput, StoreError
-from feeler.files import parse_json, read_bytes
-from feeler.guard import MAX_TEXT
-from feeler.provenance import make_plain, write_plain
-from feeler.record import Record
+from feeler.records.record import Record
 from feeler.tensors.plain import check_variable, describe_whole, restore_whole
 from feeler.tensors.shards import Variable, find_key
 
 FORMAT = 3
 PROGRESS = "progress"  # a Zarr group, so that a Zarr reader takes no offence at the files in it
 LABEL = "store.json"
-_UNSTABLE = ("created", "date", "history")  # attributes that may differ between trials of one set
+_UNSTABLE = (
+    "created",
+    "date",
+    "history",
+)  # attributes that may differ between trials of one set
 _RECORD = re.compile(r"\d{6,}\.json")
 _Kind = TypeVar("_Kind", bound=Record)
 
@@ -135,7 +139,8 @@ def check_same(layout: Layout, other: Layout) -> None:
         f" {other.variables[name].dtype}{other.variables[name].shape}"
         for name, item in layout.variables.items()
         if name in other.variables
-        and (item.dtype, item.shape) != (other.variables[name].dtype, other.variables[name].shape)
+        and (item.dtype, item.shape)
+        != (other.variables[name].dtype, other.variables[name].shape)
     ]
     found += [
         f"{name}: {kind} → {other.labels[name]}"
@@ -169,9 +174,9 @@ def compute_sum(raw: bytes) -> str:
 def seal(content: Record, **fields: Any) -> bytes:
     """A record as JSON that carries its own checksum."""
     plain = make_plain({**content.to_plain(), **fields})
-    return json.dumps(plain | {"checksum": compute_sum(_text(plain))}, ensure_ascii=False).encode(
-        "utf-8", "replace"
-    )
+    return json.dumps(
+        plain | {"checksum": compute_sum(_text(plain))}, ensure_ascii=False
+    ).encode("utf-8", "replace")
 
 
 def _text(plain: dict[str, Any]) -> bytes:
@@ -229,7 +234,9 @@ def _make(kind: type[_Kind], content: dict[str, Any], file: Path) -> _Kind:
 def find_groups(path: Path) -> list[int]:
     """Numbers of the groups that have a record, rising."""
     folder = path / PROGRESS
-    return sorted(int(name.name[:-5]) for name in folder.iterdir() if _RECORD.fullmatch(name.name))
+    return sorted(
+        int(name.name[:-5]) for name in folder.iterdir() if _RECORD.fullmatch(name.name)
+    )
 
 
 def record_path(path: Path, group: int) -> Path:
@@ -265,7 +272,11 @@ def check_shards(path: Path, record: GroupRecord, label: Label) -> None:
     """Raise InvalidInput where a shard of the group is missing or not what was written."""
     for name, sums in record.shards.items():
         file = find_shard(path, name, record, label)
-        if not file.is_file() or file.is_symlink() or compute_sum(file.read_bytes()) not in sums:
+        if (
+            not file.is_file()
+            or file.is_symlink()
+            or compute_sum(file.read_bytes()) not in sums
+        ):
             first, last = record.trials[0], record.trials[-1]
             raise InvalidInput(
                 f"{file} (trials {first} to {last}) is missing or damaged: its digest is not in"

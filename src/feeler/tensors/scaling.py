@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.rules import show
+from feeler.records.checked import checked
+from feeler.records.rules import show
 
 Tensors = TypeVar("Tensors", xr.DataArray, np.ndarray)
 

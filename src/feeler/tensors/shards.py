@@ -16,7 +16,7 @@ import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.storage import LocalStore, MemoryStore, StorePath
 
-from feeler.record import Record
+from feeler.records.record import Record
 
 # [C] trials in one chunk: 0.7 MB of 56 sensors and 100 samples; 8 take twice the time to read and
 # write
@@ -146,5 +146,6 @@ def make_group(
         warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
         zarr.consolidate_metadata(store, zarr_format=3)
     return {
-        name: files[name].to_bytes() for name in sorted(files, key=lambda name: name == "zarr.json")
+        name: files[name].to_bytes()
+        for name in sorted(files, key=lambda name: name == "zarr.json")
     }

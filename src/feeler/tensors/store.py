@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.disk.files import Lock
+from feeler.disk.provenance import make_plain
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.files import Lock
-from feeler.provenance import make_plain
 from feeler.tensors.disk import explain, sync_folder, write_atomic
 from feeler.tensors.folder import (
     check_configuration,
@@ -51,9 +51,8 @@ _SMALL, _GREAT = (
     8,
     256,
 )  # [C] trials in a group: the lanes of the engine; a million touches in 4,000 shards
-_GROWTH = (
-    1.25  # [C] labels are copied for other readers whenever there are so many times more of them
-)
+# [C] labels are copied for other readers whenever there are so many times more of them
+_GROWTH = 1.25
 
 
 def open_store(
@@ -103,13 +102,17 @@ def open_store(
             or not isinstance(value, int | np.integer)
             or not 1 <= value <= most
         ):
-            raise InvalidInput(f"{name} must be a whole number from 1 to {most:,}, got {value!r}.")
+            raise InvalidInput(
+                f"{name} must be a whole number from 1 to {most:,}, got {value!r}."
+            )
     if made and len(made) != n_trials:
         raise InvalidInput(
             f"made must hold one entry for each of the {n_trials} trials, got {len(made)}."
         )
     size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), _SMALL, _GREAT))
-    label = Label(n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration))
+    label = Label(
+        n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration)
+    )
     return Store(Path(path), label, made)
 
 
@@ -306,13 +309,16 @@ class Store:
         found["finished"][trials] = True
         for name, kind in self.label.layout.labels.items():  # type: ignore[union-attr]
             values = to_array(
-                [value for record in self._records.values() for value in record.labels[name]], kind
+                [value for record in self._records.values() for value in record.labels[name]],
+                kind,
             )
             blank = "" if kind == "str" else np.nan if values.dtype.kind == "f" else 0
             found[name] = np.full(
                 n,
                 blank,
-                dtype=values.dtype if values.size else np.dtype("U1" if kind == "str" else kind),
+                dtype=values.dtype
+                if values.size
+                else np.dtype("U1" if kind == "str" else kind),
             )
             found[name][trials] = values
         return found

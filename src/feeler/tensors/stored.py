@@ -134,7 +134,11 @@ def _read_labels(
     whole, copies = _read_copies(path, label) if len(groups) > MANY else (set(), {})
     if copies and whole.issuperset(groups):
         rows = _list_rows(groups, label)
-        return rows, {name: values.isel(trial=_pick(rows)) for name, values in copies.items()}, []
+        return (
+            rows,
+            {name: values.isel(trial=_pick(rows)) for name, values in copies.items()},
+            [],
+        )
     kinds = label.layout.labels  # type: ignore[union-attr]
     trials: list[np.ndarray] = []
     made: list[Any] = []
@@ -172,7 +176,9 @@ def _list_rows(groups: list[int], label: Label) -> np.ndarray:
 
 def _pick(rows: np.ndarray) -> slice | np.ndarray:
     """The same rows as a slice where they are a run."""
-    return slice(int(rows[0]), int(rows[-1]) + 1) if rows[-1] - rows[0] + 1 == rows.size else rows
+    return (
+        slice(int(rows[0]), int(rows[-1]) + 1) if rows[-1] - rows[0] + 1 == rows.size else rows
+    )
 
 
 def to_array(values: Any, kind: str) -> np.ndarray:
@@ -184,9 +190,9 @@ def to_array(values: Any, kind: str) -> np.ndarray:
         return np.array(values, dtype=str)
     if isinstance(values, np.ndarray):
         return values.astype(kind)
-    return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(
-        kind
-    )
+    return np.array(
+        [float(value) if isinstance(value, str) else value for value in values]
+    ).astype(kind)
 
 
 def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Variable]]:
@@ -208,7 +214,9 @@ def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Varia
                 cached = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(texts))
                 copies[name] = xr.Variable("trial", cached)
             else:
-                copies[name] = xr.Variable("trial", to_array(np.asarray(group[name][...]), kind))
+                copies[name] = xr.Variable(
+                    "trial", to_array(np.asarray(group[name][...]), kind)
+                )
     except Exception:  # they are copies, and the records have it all
         return set(), {}
     ends = range(0, min(finished.size, label.n_trials), label.group)
@@ -232,7 +240,11 @@ def _assemble(
     found: dict[str, xr.Variable] = {}
     for name, item in layout.variables.items():  # type: ignore[union-attr]
         found[name] = _open(path, name, item, size, label, trials)
-        if name == "angle" and "curvature" not in layout.variables and "segment_length" in dataset:  # type: ignore[union-attr]
+        if (
+            name == "angle"
+            and "curvature" not in layout.variables
+            and "segment_length" in dataset
+        ):  # type: ignore[union-attr]
             length = dataset["segment_length"].values
             quantity = QUANTITIES["curvature"]
             attrs = {"units": quantity.unit, "long_name": quantity.meaning}
@@ -250,7 +262,9 @@ def _open(path, name, item, size, label, trials, length=None, attrs=None) -> xr.
     array = open_array(path, name, item, size, label.group)
     later = _Later(array.shape, array.dtype, partial(_read_numbers, array, path, length))
     variable = xr.Variable(
-        item.dims, indexing.LazilyIndexedArray(later), item.attributes if attrs is None else attrs
+        item.dims,
+        indexing.LazilyIndexedArray(later),
+        item.attributes if attrs is None else attrs,
     )
     return variable.isel(trial=_pick(trials))
 

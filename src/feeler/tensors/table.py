@@ -12,16 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.checked import checked
+from feeler.disk.files import read_text
 from feeler.errors import InvalidInput
-from feeler.files import read_text
+from feeler.records.checked import checked
 from feeler.tensors.heading import Heading, find_heading, is_numeral, split_line
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
 _MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 MAX_COLUMNS = 1024  # [C]
 _MAX_LINE = 65_536  # [C] characters
-_MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
+_MAX_NUMBER = (
+    1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
+)
 _MISSING = ("", "nan", "na", "null", "none", "-")
 _LOOKED_AT = 1000  # rows in which a column's first word or number is looked for
 _CELL = r"(?:^|(?<=[;\t\n \"]))[+-]?\d*{}\d+(?:[eE][+-]?\d+)?(?=[;\t\n \"]|$)"
@@ -150,7 +152,9 @@ def _check_names(names: list[str], source: str) -> tuple[str, ...]:
         )
     if len(set(columns)) < len(columns):
         double = next(name for name in columns if columns.count(name) > 1)
-        raise InvalidInput(f"{source}: two columns are called {double!r}. Give each its own name.")
+        raise InvalidInput(
+            f"{source}: two columns are called {double!r}. Give each its own name."
+        )
     return columns
 
 
@@ -203,7 +207,8 @@ def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[s
     return {
         name: cell
         for name, cell in first.items()
-        if not is_numeral(cell.replace("_", "")) and "," not in cell  # wrong numbers are no text
+        if not is_numeral(cell.replace("_", ""))
+        and "," not in cell  # wrong numbers are no text
     }
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 
 _NEWTON, _JOULE = (1, 1, -2, 0), (1, 2, -2, 0)
 _BASE: dict[str, tuple[tuple[int, ...], Any]] = {
@@ -53,7 +53,9 @@ def in_unit(array: xr.DataArray, unit: str) -> xr.DataArray:
     """
     name, kept = array.name or "array", array.attrs.get("units")
     if kept is None:
-        raise InvalidInput(f"{name!r} says no unit; set attrs['units'] to convert it to {unit}.")
+        raise InvalidInput(
+            f"{name!r} says no unit; set attrs['units'] to convert it to {unit}."
+        )
     if kept == unit:
         return array
     kind, size = _read_unit(str(kept))

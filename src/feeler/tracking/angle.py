@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tracking.tracks import Tracks
 
 SIDES = ("left", "right")
@@ -68,5 +68,6 @@ def find_runs(values: np.ndarray) -> list[slice]:
     """Stretches of finite values (frame,), in order."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isfinite(values), [0]))))
     return [
-        slice(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)
+        slice(int(start), int(stop))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True)
     ]

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tracking.angle import SIDES, compute_antenna_angle
 from feeler.tracking.speed import CUTOFF, MIN_PROMINENCE, Sweeps, find_sweeps
 from feeler.tracking.tracks import Tracks
@@ -120,5 +120,7 @@ def measure_exploration(
         sweeps=sweeps,
         length=float(length),
         error=np.array([[side.error for side in pair] for pair in sweeps]),
-        source="synthetic" if any(tracks.source == "synthetic" for tracks in trials) else "tracked",
+        source="synthetic"
+        if any(tracks.source == "synthetic" for tracks in trials)
+        else "tracked",
     )

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.disk.guard import Limits
 from feeler.errors import InvalidInput
-from feeler.guard import Limits
 from feeler.tensors.formats import Format
 from feeler.tensors.kinds import HDF5
 from feeler.tensors.table import Table
@@ -25,7 +25,9 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     if isinstance(found, Table):
         found = read_landmarks(found)
     if not len(found.position):
-        raise InvalidInput(f"{path.name} names {_list(found.names)}, but holds no frame of a film.")
+        raise InvalidInput(
+            f"{path.name} names {_list(found.names)}, but holds no frame of a film."
+        )
     rate = "not in the file (--frame-rate)"
     if found.frame_rate is not None:
         rate = f"{found.frame_rate:g} frames/s, as the file claims (--frame-rate mends it)"

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tensors.nwb import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
 from feeler.tensors.poses import name_series
 from feeler.tracking.tracks import Tracks
@@ -78,7 +78,9 @@ def save_poses(
         module.add(poses)
         end = begin + float(one.time[-1]) * 1e-3
         file.add_trial(
-            start_time=begin, stop_time=end, timeseries=list(poses.pose_estimation_series.values())
+            start_time=begin,
+            stop_time=end,
+            timeseries=list(poses.pose_estimation_series.values()),
         )
         begin = end + PAUSE
     write_nwb(file, path)

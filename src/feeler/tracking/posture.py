@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tracking.tracks import Tracks
 
 
@@ -58,7 +58,11 @@ def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
     headings, bend = _measure_bends(piece, length)
     return xr.Dataset(
         {
-            "position": (("time", "point", "axis"), position - position[:, :1], {"units": unit}),
+            "position": (
+                ("time", "point", "axis"),
+                position - position[:, :1],
+                {"units": unit},
+            ),
             **headings,
             "bend": (("time", "joint"), bend, {"units": "rad"}),
             "curvature": (("time", "joint"), bend / joint, {"units": f"1/{unit}"}),

@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 from scipy.signal import butter, filtfilt, find_peaks
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.tracking.angle import find_runs
 
 _ORDER = 2  # [P] second-order Butterworth
@@ -83,7 +83,9 @@ def bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
                 np.round((ends[1] - ends[0]) / (2 * np.pi)) * 2 * np.pi
             )  # the gap may hide the wrap at ±π
             filled[after.start :] -= turn
-            filled[before.stop : after.start] = np.linspace(ends[0], ends[1] - turn, gap + 2)[1:-1]
+            filled[before.stop : after.start] = np.linspace(ends[0], ends[1] - turn, gap + 2)[
+                1:-1
+            ]
             bridged += gap
     return filled, bridged
 
@@ -150,7 +152,9 @@ def find_sweeps(
     times, peaks = [], []
     for run in find_runs(speed):
         absolute = np.abs(speed[run])
-        for index in find_peaks(absolute, prominence=max(min_prominence, np.finfo(float).tiny))[0]:
+        for index in find_peaks(absolute, prominence=max(min_prominence, np.finfo(float).tiny))[
+            0
+        ]:
             shift, top = _refine(absolute[index - 1 : index + 2])
             times.append((run.start + index + shift) * interval)
             peaks.append(top)

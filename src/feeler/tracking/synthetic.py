@@ -7,10 +7,10 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
+from feeler.disk.files import writing
 from feeler.errors import InvalidInput
-from feeler.files import writing
 from feeler.physics.clock import MAX_SAMPLES
+from feeler.records.checked import checked
 from feeler.tracking.tracks import LANDMARKS, Tracks
 
 _FRAME_RATE = (
@@ -62,7 +62,9 @@ def make_synthetic_tracks(
             2 * np.pi * sweep_rate * time + phase
         )
         direction = heading + outward * swing
-        position[:, side] = head + length * np.stack([np.cos(direction), np.sin(direction)], axis=1)
+        position[:, side] = head + length * np.stack(
+            [np.cos(direction), np.sin(direction)], axis=1
+        )
     position = _SCALE * position + rng.normal(0.0, noise, position.shape)
     lost = rng.random(time.size) < gap_share
     position[lost, rng.integers(0, len(LANDMARKS), lost.sum())] = np.nan

@@ -15,16 +15,18 @@ from typing import Any
 
 import numpy as np
 
+from feeler.disk.files import read_start, read_text
+from feeler.disk.guard import open_guarded
 from feeler.errors import InvalidInput
-from feeler.files import read_start, read_text
-from feeler.guard import open_guarded
 from feeler.tensors.heading import split_line
 from feeler.tensors.kinds import HDF5
 from feeler.tensors.poses import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table
 
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "space": (0, 1, 2)}
-OWN_UNIT = "own unit"  # of places in space: that of the cameras' calibration, which no file says
+OWN_UNIT = (
+    "own unit"  # of places in space: that of the cameras' calibration, which no file says
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,7 +115,12 @@ def _read_deeplabcut(text: str, source: str, individual: str | None, first: bool
         )
     )
     return _gather(
-        labels, table.values[:, 1:], table.values[:, 0], source, individual=individual, first=first
+        labels,
+        table.values[:, 1:],
+        table.values[:, 0],
+        source,
+        individual=individual,
+        first=first,
     )
 
 
@@ -163,7 +170,9 @@ def _choose(
         return individuals[0]
     shown = ", ".join(individuals[:12])
     asked = (
-        "holds several individuals" if individual is None else f"has no individual {individual!r}"
+        "holds several individuals"
+        if individual is None
+        else f"has no individual {individual!r}"
     )
     raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=).")
 
@@ -176,7 +185,9 @@ def _read_sleap(table: Table, text: str, **asked: Any) -> Found:
     mine = track == _choose([*dict.fromkeys(track.tolist())], table.source, **asked)
     frame = table.column("frame_idx")[mine].astype(int)
     if not frame.size or np.unique(frame).size < frame.size:
-        raise InvalidInput(f"{table.source}: every frame of a track needs one row, and no more.")
+        raise InvalidInput(
+            f"{table.source}: every frame of a track needs one row, and no more."
+        )
     names = tuple(name[:-2] for name in table.columns if name.endswith(".x"))
     parts = np.full((np.ptp(frame) + 1, len(names), 3), np.nan)
     for k, name in enumerate(names):
@@ -196,7 +207,9 @@ def _read_anipose(table: Table) -> Found:
     """Anipose's pose-3d: NAME_x, _y, _z, _error, _ncams, _score per landmark, then M, center and
     fnum.
     """
-    names = tuple(name.removesuffix("_ncams") for name in table.columns if name.endswith("_ncams"))
+    names = tuple(
+        name.removesuffix("_ncams") for name in table.columns if name.endswith("_ncams")
+    )
     _check_frames(table.column("fnum"), table.source)
     position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
     likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
@@ -230,10 +243,14 @@ def project(found: Found, plane: str | None, source: str) -> Found:
             f"{source} holds places in space; say onto which plane to look (xy, xz, yz), or space"
             " for angles between vectors (plane=)."
         )
-    return found if plane is None else replace(found, position=found.position[:, :, PLANES[plane]])
+    return (
+        found if plane is None else replace(found, position=found.position[:, :, PLANES[plane]])
+    )
 
 
-def _read_hdf5_file(path: str | os.PathLike, individual: str | None, first: bool = False) -> Found:
+def _read_hdf5_file(
+    path: str | os.PathLike, individual: str | None, first: bool = False
+) -> Found:
     about, arrays = open_guarded("feeler.tensors.poses:read_poses", path)
     source, kind = Path(path).name, about["kind"]
     asked: dict[str, Any] = {"individual": individual, "first": first}

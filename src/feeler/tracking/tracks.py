@@ -7,9 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import ALLOW_NAN, Gt, Len, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import ALLOW_NAN, Gt, Len, Record, Unit
 from feeler.tensors.table import Table
 from feeler.tracking.trackers import OWN_UNIT, Found, project, read_tracker
 
@@ -201,7 +201,9 @@ def _check_rate(found: Found, name: str) -> float:
     """The file's own frame rate, where it can be one."""
     advice = "give frame_rate=."
     if clock := found.notes.get("clock"):
-        raise InvalidInput(f"{name} has no even clock: {clock}. To count frames alone, {advice}")
+        raise InvalidInput(
+            f"{name} has no even clock: {clock}. To count frames alone, {advice}"
+        )
     if found.frame_rate is None:
         raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
     if not _PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
@@ -217,7 +219,9 @@ def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
     if found.software == "sleap-anipose":
         return replace(found, names=_name_points([*range(len(found.names))], landmarks))
     if unknown := [name for name in landmarks if name not in found.names]:
-        raise InvalidInput(f"no landmark {unknown[0]!r}; the tracks hold {', '.join(found.names)}.")
+        raise InvalidInput(
+            f"no landmark {unknown[0]!r}; the tracks hold {', '.join(found.names)}."
+        )
     index = [found.names.index(name) for name in landmarks]
     likelihood = None if found.likelihood is None else found.likelihood[:, index]
     return replace(
@@ -265,7 +269,9 @@ def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) ->
 def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[str, ...]:
     if landmarks is None:
         return (
-            LANDMARKS if len(points) == len(LANDMARKS) else tuple(f"pt{point}" for point in points)
+            LANDMARKS
+            if len(points) == len(LANDMARKS)
+            else tuple(f"pt{point}" for point in points)
         )
     if len(landmarks) != len(points):
         raise InvalidInput(
@@ -282,7 +288,9 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
         if match:
             found[match[1], match[2].upper()] = index
     names = (
-        tuple(dict.fromkeys(name for name, _ in found)) if landmarks is None else tuple(landmarks)
+        tuple(dict.fromkeys(name for name, _ in found))
+        if landmarks is None
+        else tuple(landmarks)
     )
     if not names:
         raise InvalidInput(

@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.record import Gt, Lt, Record, Unit, freeze
+from feeler.records.checked import checked
+from feeler.records.record import Gt, Lt, Record, Unit, freeze
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
@@ -115,7 +115,9 @@ class Course(Record):
         """The wall as an object of a scene."""
         faces = Faces(corners=self.line)
         front = max(block[:, 0].max() for block in faces.make_parts())
-        return Object(feature=faces, place=(-front, 0.0), forward=(-1.0, 0.0), friction=friction)
+        return Object(
+            feature=faces, place=(-front, 0.0), forward=(-1.0, 0.0), friction=friction
+        )
 
     def measure(self, points: np.ndarray) -> np.ndarray:
         """Distance [mm] of points (point, 2) from the nearest face (point,), negative behind it."""

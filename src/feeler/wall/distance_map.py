@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.wall.peak import Peak, find_sweep_peak
 from feeler.wall.sweep import Approach
 
@@ -156,7 +156,11 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     peak = peak or find_sweep_peak(sweep, **options)
     used = list_standing(sweep) & ~peak.at_base
     return fit_distance(
-        sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max())
+        sweep.distance,
+        peak.position,
+        used,
+        peak.at_base,
+        float(sweep.antenna.segment_length.max()),
     )
 
 

@@ -8,12 +8,12 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.engine import choose_timestep
 from feeler.physics.lanes import Simulations
 from feeler.physics.scene import Scene
-from feeler.record import Ge, Gt, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Record, Unit
 from feeler.stimulus.base import BaseMotion
 from feeler.wall.course import Course
 from feeler.wall.distance_map import DistanceMap, fit_distance
@@ -34,7 +34,10 @@ BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
 RUN_SUBSTEP = 5.0
 _GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
-SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and while, the peak is read
+SETTLING, LISTENING = (
+    150.0,
+    50.0,
+)  # [C] ms of a calibration run before, and while, the peak is read
 
 # [C] the posture in which bodies follow by default: of those tried, the one with a usable map
 FOLLOWING = Posture(prebend="none", friction=0.0)

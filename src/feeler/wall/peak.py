@@ -6,8 +6,8 @@ from typing import Annotated
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.wall.sweep import Approach
 
 _METHODS = ("smooth", "hinge")
@@ -37,7 +37,9 @@ class Peak:
 
 
 @checked
-def compute_curvature(antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]) -> np.ndarray:
+def compute_curvature(
+    antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]
+) -> np.ndarray:
     """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile
     tensor).
     """
@@ -68,7 +70,8 @@ def compute_smooth_curvature(
     to both ends.
     """
     return (
-        np.atleast_2d(_check_hinges(antenna, angle)) @ make_kernel(antenna, position, smoothing).T
+        np.atleast_2d(_check_hinges(antenna, angle))
+        @ make_kernel(antenna, position, smoothing).T
     )
 
 
@@ -87,7 +90,11 @@ def make_kernel(
 
 @checked
 def find_peak(
-    antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = _SMOOTHING
+    antenna: Antenna,
+    angle: np.ndarray,
+    *,
+    method: str = "smooth",
+    smoothing: float = _SMOOTHING,
 ) -> Peak:
     """The point of greatest curvature, in size, of each shape.
 
@@ -106,7 +113,9 @@ def find_peak(
     if method == "hinge":
         curve, place = compute_curvature(antenna, angle), antenna.hinge_position
     else:
-        place = np.linspace(0.0, antenna.hinge_position[-1], max(2, round(antenna.length / _GRID)))
+        place = np.linspace(
+            0.0, antenna.hinge_position[-1], max(2, round(antenna.length / _GRID))
+        )
         curve = compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)

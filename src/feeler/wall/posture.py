@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.record import Ge, Gt, Le, Record, Unit
+from feeler.records.record import Ge, Gt, Le, Record, Unit
 
 
 class Posture(Record):

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
+from feeler.records.checked import checked
 from feeler.wall.distance_map import (
     FEWEST_DISTANCES,
     DistanceMap,
@@ -65,7 +65,9 @@ class Case:
     def __post_init__(self) -> None:
         if {*self.measure} != {*_MEASURED}:
             named = ", ".join(map(str, self.measure)) or "nothing"
-            raise InvalidInput(f"Case.measure must name {' and '.join(_MEASURED)}, got {named}.")
+            raise InvalidInput(
+                f"Case.measure must name {' and '.join(_MEASURED)}, got {named}."
+            )
 
     @property
     def choice(self) -> tuple:
@@ -75,7 +77,9 @@ class Case:
 
 
 @checked
-def make_postures(*axes: Iterable[Mapping[str, Any]], base: Posture | None = None) -> list[Posture]:
+def make_postures(
+    *axes: Iterable[Mapping[str, Any]], base: Posture | None = None
+) -> list[Posture]:
     """Every combination of the choices, one mapping of changed fields from each axis."""
     base = base or Posture()
     return [
@@ -105,7 +109,9 @@ def compare(
     postures, measures = list(postures), [dict(measure) for measure in measures]
     if not antennas or not postures or not measures:
         raise InvalidInput("compare needs at least one antenna, one posture and one measure.")
-    jobs = [(name, antenna, posture) for posture in postures for name, antenna in antennas.items()]
+    jobs = [
+        (name, antenna, posture) for posture in postures for name, antenna in antennas.items()
+    ]
     todo = [(k, job[1:]) for k, job in enumerate(jobs) if job[::2] not in done]
     with ThreadExecutor(workers) as own:
         for outcome in run_batch(partial(_sweep, distances), todo, executor=executor or own):

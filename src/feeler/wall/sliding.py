@@ -10,18 +10,20 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import Result, expect_motions, simulate
 from feeler.physics.scene import Motion, Scene
+from feeler.records.checked import checked
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene
 
-_SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
+_SPEED = (
+    0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
+)
 _SLIDE_DURATION = 200.0  # [C] ms
 # [C] mm; nearer is at the wall: between force and none an antenna trembles by some 0.001 mm
 _CLEARANCE = 0.05
@@ -87,7 +89,10 @@ class WallTouch:
         antenna = self.antenna
         hinge = antenna.sensors - 1
         angle = np.stack(
-            [motion.angle - (antenna.rest_angle if relative else 0.0) for motion in self.motions]
+            [
+                motion.angle - (antenna.rest_angle if relative else 0.0)
+                for motion in self.motions
+            ]
         )
         n = len(self.motions)
         location = self.distance[:, 0] / np.sin(self.posture.base_angle) / antenna.length

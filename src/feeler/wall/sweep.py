@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.rod.stepper import Rest, RodStepper
 from feeler.physics.scene import Scene
+from feeler.records.checked import checked
 from feeler.stimulus.object import Object
 from feeler.stimulus.wall import Wall
 from feeler.wall.posture import Posture, measure_reach
@@ -196,9 +196,9 @@ def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Res
     ended.
     """
     walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
-    return [rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)][
-        -1
-    ]
+    return [
+        rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)
+    ][-1]
 
 
 def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper, float]:
@@ -217,7 +217,9 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
         )
     if posture.prebend == "placed":
         return (
-            _hold(antenna, posture, wall, angle=np.diff(posture.lay(antenna, wall), prepend=base)),
+            _hold(
+                antenna, posture, wall, angle=np.diff(posture.lay(antenna, wall), prepend=base)
+            ),
             wall,
         )
     rod = _hold(antenna, posture, wall, base=(0.0, 0.0, np.pi))

@@ -21,11 +21,17 @@ from feeler.studies.scale import SCALES
 def sets():
     effort = SCALES["smoke"]
     touches = [
-        t for t in trials(locations=effort.locations) if t.speed == 0.6 and t.name in effort.shapes
+        t
+        for t in trials(locations=effort.locations)
+        if t.speed == 0.6 and t.name in effort.shapes
     ]
-    antennas = {"robot": feeler.presets.robot(), "constant": feeler.presets.cockroach("constant")}
+    antennas = {
+        "robot": feeler.presets.robot(),
+        "constant": feeler.presets.cockroach("constant"),
+    }
     return {
-        name: feeler.touch(antenna, touches, duration=40.0) for name, antenna in antennas.items()
+        name: feeler.touch(antenna, touches, duration=40.0)
+        for name, antenna in antennas.items()
     }
 
 
@@ -126,7 +132,9 @@ def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
     assert 3 * len(sets["robot"]["trial"]) == 24
     rng = np.random.default_rng(1)
     hair = {
-        name: data.assign(angle=data["angle"] * (1 + 1e-14 * rng.normal(size=data["angle"].shape)))
+        name: data.assign(
+            angle=data["angle"] * (1 + 1e-14 * rng.normal(size=data["angle"].shape))
+        )
         for name, data in sets.items()
     }
     found, moved = (

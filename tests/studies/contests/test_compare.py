@@ -13,11 +13,11 @@ from typer.testing import CliRunner
 from feeler.active import Observer, film_policy, parse_policy, show
 from feeler.active.show import write_film
 from feeler.cli.app import app
+from feeler.disk.sources import find_data, find_modules
 from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
-from feeler.sources import find_data, find_modules
 from feeler.studies.contests import (
     Contest,
     confirm_steering,
@@ -117,10 +117,14 @@ def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
 
 def test_a_contest_s_key_knows_the_code_and_the_learned_weights():
     modules = find_modules(Contest.__module__)
-    assert {"feeler.active.observer", "feeler.active.arena", "feeler.active.learned"} <= {*modules}
+    assert {"feeler.active.observer", "feeler.active.arena", "feeler.active.learned"} <= {
+        *modules
+    }
     assert "feeler.studies.contests.page" not in modules
     weights = {path.name for path in find_data(modules) if path.suffix == ".safetensors"}
-    assert weights == {f"learned{seed}.safetensors" for seed in load_contest().learning["seeds"]}
+    assert weights == {
+        f"learned{seed}.safetensors" for seed in load_contest().learning["seeds"]
+    }
 
 
 @pytest.mark.parametrize(
@@ -148,7 +152,9 @@ def make_measured(comparison, accuracy):
 def test_what_was_chosen_is_confirmed_on_fresh_sets_alone(comparison):
     # the first two sets choose steered[0]; on the others it gains 10 and 20 points, and steered[1],
     # better there, isn't asked
-    measured = make_measured(comparison, [[0.5] * 4, [0.9, 0.9, 0.6, 0.7], [0.1, 0.1, 1.0, 1.0]])
+    measured = make_measured(
+        comparison, [[0.5] * 4, [0.9, 0.9, 0.6, 0.7], [0.1, 0.1, 1.0, 1.0]]
+    )
     verdict = judge_steering(measured.isel(set=slice(2)), comparison)
     found = confirm_steering(measured, verdict, 2).sel(deadline=10.0)
     assert float(found["gain"]) == pytest.approx(15)
@@ -208,7 +214,9 @@ def test_a_budget_leaves_out_what_costs_more(comparison):
 
 
 def test_the_page_says_what_was_measured(comparison, tmp_path):
-    measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4])
+    measured = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
+    )
     seeds = np.array([[0.7, 0.8], [0.61, 0.7]])[:, :, None] * np.ones(2)
     learned = xr.Dataset(
         {"accuracy": (("seed", "set", "deadline"), seeds)},
@@ -249,13 +257,23 @@ def test_the_page_says_what_was_measured(comparison, tmp_path):
         and float(energy["rows"][0][0]) == 10
     )
     ppo = judge_learned(learned, measured, comparison).sel(deadline=20.0)
-    names = ("learned", "least", "most", "fixed_gain", "fixed_half", "steered_gain", "steered_half")
+    names = (
+        "learned",
+        "least",
+        "most",
+        "fixed_gain",
+        "fixed_half",
+        "steered_gain",
+        "steered_half",
+    )
     assert taught["rows"][1] == ["20 ms", *(f"{float(ppo[name]):.4g}" for name in names)]
     assert "mean of 2 seeds" in taught["caption"]
 
 
 def test_the_picture_is_in_per_cent_and_microjoules(comparison):
-    measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4])
+    measured = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
+    )
     plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
     left, right = figure.axes
     assert (left.get_xlabel(), left.get_ylabel()) == (
@@ -273,7 +291,9 @@ def test_the_picture_is_in_per_cent_and_microjoules(comparison):
 
 
 def test_bars_end_where_shares_end(comparison):
-    measured = make_measured(comparison, [[0.01, 0.4, 0.01, 0.5], [0.9, 1.0, 0.9, 1.0], [0.6] * 4])
+    measured = make_measured(
+        comparison, [[0.01, 0.4, 0.01, 0.5], [0.9, 1.0, 0.9, 1.0], [0.6] * 4]
+    )
     plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
     ends = [
         segment[:, 1]
@@ -310,7 +330,9 @@ def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch
     )
     observer = comparison.make_observer(cockroach(), 0)
     film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
-    assert film.labels == tuple(f"{f.name} {f.size:g} mm" for f in observer.task.trials.features)
+    assert film.labels == tuple(
+        f"{f.name} {f.size:g} mm" for f in observer.task.trials.features
+    )
     write_film(film, "film.mp4", slower=20.0)
     figure, draw, count = made[0]
     left, above, below = figure.axes

@@ -20,7 +20,9 @@ def test_what_is_stored_comes_out_again(tmp_path):
     assert abs(section.values["active.again"]) < 1e-6
     assert 0 <= section.values["active.pays"] <= len(load_contest().deadlines)
     fresh = load_stored(load_contest())["confirmed"]["data_vars"]["gain"]["data"]
-    assert section.values["active.confirmed"] == sum(gain >= load_contest().gain for gain in fresh)
+    assert section.values["active.confirmed"] == sum(
+        gain >= load_contest().gain for gain in fresh
+    )
     assert {"active", "active_wall"} <= {*section.list_figures()}
 
 
@@ -31,5 +33,7 @@ def test_another_antenna_is_not_shown_what_is_stored_for_the_published_one(tmp_p
 
 
 def test_results_of_other_choices_are_refused():
-    with pytest.raises(InvalidInput, match=r"made with noise common:0.03, declared is common:0.05"):
+    with pytest.raises(
+        InvalidInput, match=r"made with noise common:0.03, declared is common:0.05"
+    ):
         load_stored(load_contest(noise="common:0.05"))

@@ -74,7 +74,17 @@ def main(out: Path) -> None:
     """Make the smoke run in ``out``, where only what has changed is made anew; keep and print."""
     import subprocess
 
-    command = ["-m", "feeler", "reproduce", "--scale", "smoke", "--workers", "1", "--out", str(out)]
+    command = [
+        "-m",
+        "feeler",
+        "reproduce",
+        "--scale",
+        "smoke",
+        "--workers",
+        "1",
+        "--out",
+        str(out),
+    ]
     subprocess.run([sys.executable, *command], check=True, stdout=subprocess.DEVNULL)
     golden.keep(KEPT, write_golden(out), TOLERANCES)
 

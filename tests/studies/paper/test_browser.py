@@ -87,7 +87,9 @@ def look(page: str, width: int, folder) -> dict:
         "--virtual-time-budget=20000",
     ]
     command = [CHROMIUM, *options, "--dump-dom", f"file://{folder}/frame.html"]
-    shown = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
+    shown = subprocess.run(
+        command, capture_output=True, text=True, timeout=300, check=True
+    ).stdout
     return json.loads(html.unescape(re.search(r'<pre id="found">(.*?)</pre>', shown, re.S)[1]))
 
 

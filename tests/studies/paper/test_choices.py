@@ -79,7 +79,11 @@ def test_planted_order_agrees_and_its_reverse_does_not():
 
 @pytest.mark.parametrize(
     ("which", "expected"),
-    [("all", [0, 1, 2, 3, 4, 5, 6]), ("every second", [1, 3, 5]), ("distal half", [3, 4, 5, 6])],
+    [
+        ("all", [0, 1, 2, 3, 4, 5, 6]),
+        ("every second", [1, 3, 5]),
+        ("distal half", [3, 4, 5, 6]),
+    ],
 )
 def test_sensors_are_chosen_from_the_end_that_is_named(which, expected):
     assert np.arange(7)[_choose_sensors(7, which)].tolist() == expected

@@ -58,7 +58,11 @@ def test_there_are_enough_claims_and_each_names_a_section():
             "no evidence",
         ),
         (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 1, "c": 3}, "reproduced"),
-        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 1}, "not reproduced"),
+        (
+            make_claim(kind="dip", keys=("a", "b", "c")),
+            {"a": 3, "b": 2, "c": 1},
+            "not reproduced",
+        ),
         (make_claim(kind="share"), {"a": 0.8}, "reproduced"),
         (make_claim(kind="share"), {"a": 0.6}, "partly"),
         (make_claim(kind="share"), {"a": 0.4}, "not reproduced"),
@@ -183,8 +187,16 @@ def spread(value, low, high):
         (make_claim(kind="share"), {"a": 0.74}, "partly"),
         (make_claim(kind="share"), {"a": 0.5}, "partly"),
         (make_claim(kind="share"), {"a": 0.49}, "not reproduced"),
-        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 2, "c": 3}, "not reproduced"),
-        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 2}, "not reproduced"),
+        (
+            make_claim(kind="dip", keys=("a", "b", "c")),
+            {"a": 2, "b": 2, "c": 3},
+            "not reproduced",
+        ),
+        (
+            make_claim(kind="dip", keys=("a", "b", "c")),
+            {"a": 3, "b": 2, "c": 2},
+            "not reproduced",
+        ),
         (make_claim(kind="above", target=1.0), {"a": spread(2, 1.1, 3)}, "reproduced"),
         (make_claim(kind="above", target=1.0), {"a": spread(2, 0.5, 3)}, "no evidence"),
         (make_claim(kind="above", target=1.0), {"a": spread(0.9, 0.5, 3)}, "no evidence"),
@@ -234,8 +246,16 @@ def spread(value, low, high):
             {"a": spread(3, 1.5, 3), "b": spread(1, 0.5, 2), "c": 4},
             "no evidence",
         ),
-        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 1.5, 3)}, "reproduced"),
-        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 2, "c": 3}, "reproduced"),
+        (
+            make_claim(kind="order", keys=("a", "b")),
+            {"a": 1, "b": spread(2, 1.5, 3)},
+            "reproduced",
+        ),
+        (
+            make_claim(kind="order", keys=("a", "b", "c")),
+            {"a": 1, "b": 2, "c": 3},
+            "reproduced",
+        ),
         (
             make_claim(kind="order", keys=("a", "b", "c")),
             {"a": 1, "b": spread(1.2, 0.1, 9), "c": 2},
@@ -289,14 +309,24 @@ def test_a_null_that_does_exactly_as_well_is_enough(apart, ours, null, verdict):
 )
 def test_what_identical_touches_do_as_well_is_no_evidence(apart, ours, null, verdict):
     claim = make_claim(kind="order", keys=("a", "b"), null=("m", "n"), apart=apart)
-    assert judge(claim, dict(zip("abmn", (*ours, *null), strict=True)), CONTEXT).verdict == verdict
+    assert (
+        judge(claim, dict(zip("abmn", (*ours, *null), strict=True)), CONTEXT).verdict == verdict
+    )
 
 
 @pytest.mark.parametrize(
     ("twin", "verdict", "why"),
     [
-        ((spread(0.7, 0.6, 0.8), spread(0.1, 0.0, 0.2)), "not reproduced", "^reversed.*0.7, 0.1"),
-        ((spread(0.7, 0.1, 0.8), spread(0.1, 0.0, 0.2)), "no evidence", "^in the claimed order"),
+        (
+            (spread(0.7, 0.6, 0.8), spread(0.1, 0.0, 0.2)),
+            "not reproduced",
+            "^reversed.*0.7, 0.1",
+        ),
+        (
+            (spread(0.7, 0.1, 0.8), spread(0.1, 0.0, 0.2)),
+            "no evidence",
+            "^in the claimed order",
+        ),
         ((0.1, 0.7), "no evidence", "^in the claimed order"),
         ((0.1, None), "not judged", "not computed.*: n$"),
     ],
@@ -369,7 +399,9 @@ def test_only_what_every_definition_says_is_a_verdict(values, verdict):
         definitions=("x", "y"),
         target=1.0,
         tolerance=0.1,
-        drawn="nothing" if all(isinstance(value, float) for value in values.values()) else "starts",
+        drawn="nothing"
+        if all(isinstance(value, float) for value in values.values())
+        else "starts",
     )
     judged = judge(claim, values, CONTEXT)
     assert judged.verdict == verdict
@@ -391,7 +423,9 @@ def test_claims_of_our_own_are_counted_by_themselves_and_only_evidence_leads():
     assert [counts[word] for word in EVIDENCE] == [2, 0, 1]
     assert sum(counts[word] for word in OTHERS) == counts["by construction"] == 1
     assert (
-        count_verdicts(judged, "ours")["holds"] == sum(count_verdicts(judged, "ours").values()) == 1
+        count_verdicts(judged, "ours")["holds"]
+        == sum(count_verdicts(judged, "ours").values())
+        == 1
     )
     assert summarise_counts(judged).startswith(
         "statements of the paper with evidence: 2 reproduced, 0 partly, 1 not reproduced;"
@@ -458,7 +492,9 @@ def test_keys_are_told_apart_by_what_differs():
     assert _name_apart(("lda.slow", "lda.fast")) == ("slow", "fast")
     assert _name_apart(("a.0.5.x", "a.1.5.x")) == ("0.5", "1.5")
     ordered = judge(
-        make_claim(kind="order", keys=("a.slow", "a.fast")), {"a.slow": 1.0, "a.fast": 2.0}, CONTEXT
+        make_claim(kind="order", keys=("a.slow", "a.fast")),
+        {"a.slow": 1.0, "a.fast": 2.0},
+        CONTEXT,
     )
     assert ordered.ours == "slow 1; fast 2" and ordered.is_evidence
     assert ordered.values == (("a.slow", 1.0), ("a.fast", 2.0))
@@ -530,6 +566,8 @@ def test_a_misspelt_rule_is_refused(fields, message):
     ],
 )
 def test_another_antenna_is_measured_but_not_judged(value, shown):
-    judged = judge(make_claim(target=2.0, tolerance=0.1), {"a": value}, Context(is_cockroach=False))
+    judged = judge(
+        make_claim(target=2.0, tolerance=0.1), {"a": value}, Context(is_cockroach=False)
+    )
     assert (judged.verdict, judged.ours) == ("not comparable", shown)
     assert "another antenna" in judged.why

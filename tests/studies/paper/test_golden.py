@@ -6,13 +6,19 @@ from tests.golden import CLOSE, compare, read_kept
 
 from ._golden import KEPT, TOLERANCES, write_golden
 
-ROWS = ["| name | f [Hz] | share", "| stiff | 17.5 | 0.250 (0.2 to 0.3)", "| soft | 4.1e-03 | −3"]
+ROWS = [
+    "| name | f [Hz] | share",
+    "| stiff | 17.5 | 0.250 (0.2 to 0.3)",
+    "| soft | 4.1e-03 | −3",
+]
 
 
 def test_the_smoke_run_shows_what_was_kept(whole):
     """A meant change is kept anew by ``make golden``, which prints this for review."""
     differences, _ = compare(read_kept(KEPT), write_golden(whole), TOLERANCES)
-    assert not differences, "\n".join([*differences, "meant? make golden, and look at the diff"])
+    assert not differences, "\n".join(
+        [*differences, "meant? make golden, and look at the diff"]
+    )
 
 
 @pytest.mark.parametrize(

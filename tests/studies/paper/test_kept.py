@@ -32,7 +32,9 @@ def show(context, section):
     section.values["three.lines"] = 3.0
 
 
-STAGE = Stage(name="three", title="Three", make=show, reads=("scale", "seed", "engine", "antenna"))
+STAGE = Stage(
+    name="three", title="Three", make=show, reads=("scale", "seed", "engine", "antenna")
+)
 
 
 @pytest.fixture(scope="module")

@@ -48,7 +48,9 @@ def test_the_table_of_bases_is_the_best_start_s_which_comes_first():
     mappings = [SimpleNamespace(**vars(one), p_information=p) for p in (0.01, 0.2)]
     starts = {"lag": [[1.0, 2.0], [3.0, 5.0]], "place": [[0.1, 0.4], [0.6, 0.9]]}
     arrays = {name: np.array(values) for name, values in starts.items()}
-    found = SimpleNamespace(**arrays, span=np.ones((2, 2)), margin=np.ones(2), mappings=mappings)
+    found = SimpleNamespace(
+        **arrays, span=np.ones((2, 2)), margin=np.ones(2), mappings=mappings
+    )
     keep_values(section := Section(name="some", title="Some", folder=None), found)
     assert section.blocks[-1]["rows"] == [
         ["1", "1", "0.1", "0.7", "0.2"],

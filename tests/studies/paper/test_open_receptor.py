@@ -28,9 +28,14 @@ def make_data(tops, rates, sets=8, noise=0.004, seed=0):
     rates = np.array(rates)
     rng = np.random.default_rng(seed)
     shape = [np.zeros(rates.size) if top is None else -40 * (rates - top) ** 2 for top in tops]
-    accuracy = 0.8 + np.array(shape) + noise * rng.standard_normal((sets, len(tops), rates.size))
+    accuracy = (
+        0.8 + np.array(shape) + noise * rng.standard_normal((sets, len(tops), rates.size))
+    )
     return xr.Dataset(
-        {"accuracy": (("set", "bend", "rate"), accuracy), "floor": ("bend", np.ones(len(tops)))},
+        {
+            "accuracy": (("set", "bend", "rate"), accuracy),
+            "floor": ("bend", np.ones(len(tops))),
+        },
         {"bend": ASKED["bends"][: len(tops)], "rate": rates},
     )
 

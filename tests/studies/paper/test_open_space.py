@@ -84,7 +84,9 @@ def test_gains_are_paired_and_the_nearest_counts():
         cells[f"space/{name}"] = cells[f"space/{name}"] - by
     cells["plane/exponential"] = cells["plane/exponential"] + 0.07
     values = collect_values({name: own.tolist() for name, own in cells.items()})
-    assert values["space.gradient"] == pytest.approx({"value": 10, "low": 10, "high": 10, "n": 12})
+    assert values["space.gradient"] == pytest.approx(
+        {"value": 10, "low": 10, "high": 10, "n": 12}
+    )
     assert values["space.cost"]["value"] == pytest.approx(7)
     assert values["space.turned"]["value"] == pytest.approx(0, abs=1e-9)
     assert values["space.sets"] == 12

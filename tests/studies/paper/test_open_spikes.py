@@ -84,7 +84,9 @@ def test_the_world_turned_round_bears_out_none(turned, claim):
 @pytest.fixture(scope="module", params=[1 / 30, 0.5, 1.0])
 def nothing(request):
     """What is right in a world where nothing differs from anything but by chance; two draws."""
-    return request.param, [judge_all(plant(lambda *key: request.param, seed)) for seed in (1, 2)]
+    return request.param, [
+        judge_all(plant(lambda *key: request.param, seed)) for seed in (1, 2)
+    ]
 
 
 @pytest.mark.parametrize("claim", OWN, ids=lambda claim: claim.id)

@@ -23,7 +23,8 @@ def shrink(path):
     whole = Image.open(path).convert("L")
     size = WIDTH, round(WIDTH * whole.height / whole.width)
     return (
-        np.asarray(whole if whole.size == size else whole.resize(size, Image.Resampling.BOX)) / 255
+        np.asarray(whole if whole.size == size else whole.resize(size, Image.Resampling.BOX))
+        / 255
     )
 
 
@@ -51,7 +52,9 @@ def test_what_a_person_would_see_is_noticed():
     assert not is_alike(half, kept)  # half of its panels are gone
     assert not is_alike(kept[:, ::-1], kept)  # they stand in another order
     assert not is_alike(kept[:-4], kept)  # it has another shape
-    assert not any(is_alike(shrink(other), kept) for other in KEPT.glob("*.png") if other != path)
+    assert not any(
+        is_alike(shrink(other), kept) for other in KEPT.glob("*.png") if other != path
+    )
 
 
 def keep(out):

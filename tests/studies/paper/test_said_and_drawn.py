@@ -68,7 +68,9 @@ def list_words(section):
 def read_curves(ax):
     """What is drawn, by its name in the legend."""
     handles, labels = ax.get_legend_handles_labels()
-    return {label: line.get_ydata().tolist() for label, line in zip(labels, handles, strict=True)}
+    return {
+        label: line.get_ydata().tolist() for label, line in zip(labels, handles, strict=True)
+    }
 
 
 def make_sweep(area, **more):
@@ -91,7 +93,9 @@ def test_bases_are_counted_from_one_beside_their_codes():
     code = np.array([[0.0, 2.0, 4.0], [8.0, 1.0, 0.0]])
     data = SimpleNamespace(examples={"ball 0.5": code}, sampling=0.7)
     fig4._plot_examples(data, axes := Figure().subplots(1, 1, squeeze=False))
-    np.testing.assert_allclose(axes[0, 0].lines[1].get_xdata(), [0, 0.7, 1.4])  # ms, not samples
+    np.testing.assert_allclose(
+        axes[0, 0].lines[1].get_xdata(), [0, 0.7, 1.4]
+    )  # ms, not samples
     assert read_curves(axes[0, 0]) == {
         "basis 1": [0.0, 0.25, 0.5],
         "basis 2": [1.0, 0.125, 0.0],
@@ -103,7 +107,9 @@ def test_both_blows_are_drawn_from_their_own_turning_point(monkeypatch):
     time = np.arange(40.0)
     peaks = iter((12.0, 25.0))
     free = SimpleNamespace(peak_time=3.0)
-    tip = xr.DataArray(np.ones((1, 40, 2)), dims=("trial", "time", "axis"), attrs={"units": "mm"})
+    tip = xr.DataArray(
+        np.ones((1, 40, 2)), dims=("trial", "time", "axis"), attrs={"units": "mm"}
+    )
     found = xr.Dataset({"tip": tip}, {"time": ("time", time, {"units": "ms"})})
     monkeypatch.setattr(fig2b, "release", lambda *_, **__: found)
     monkeypatch.setattr(fig2b, "measure_free_response", lambda *_: free)
@@ -139,7 +145,9 @@ def test_boxes_stand_above_the_name_of_their_side():
     data = SimpleNamespace(exploration=SimpleNamespace(mean_peak=peaks))
     figS2._plot_box(data, ax := Figure().subplots())
     assert [tick.get_text() for tick in ax.get_xticklabels()] == ["left", "right"]
-    dots = {line.get_xdata()[0]: line.get_ydata() for line in ax.lines if line.get_marker() == "."}
+    dots = {
+        line.get_xdata()[0]: line.get_ydata() for line in ax.lines if line.get_marker() == "."
+    }
     np.testing.assert_allclose([dots[1.0], dots[2.0]], [[10, 20], [50, 70]])
 
 
@@ -168,12 +176,17 @@ def test_ratios_stand_below_their_own_names(section):
 
 def test_restarts_agree_to_their_own_ends(section):
     """With shifts and without: four numbers, none of them equal."""
-    planted = {"stability": np.array([0.91, 0.97]), "stability_in_place": np.array([0.42, 0.63])}
+    planted = {
+        "stability": np.array([0.91, 0.97]),
+        "stability_in_place": np.array([0.42, 0.63]),
+    }
     planted["ranked"] = np.array([0.83, 0.71, 0.64]), np.array([0.21, 0.35, 0.48])
     nothing = {"ranks": (), "residual": (), "entropy": {}}
     fig4._show_ranks(section, SimpleNamespace(**planted, **nothing, tensor_sparseness=0.5))
     words = list_words(section)
-    assert "cosine of at least 0.83; two different ones of it are alike to at most 0.21." in words
+    assert (
+        "cosine of at least 0.83; two different ones of it are alike to at most 0.21." in words
+    )
     assert "bases to 0.91…0.97" in words
     assert "same lags to 0.42…0.63" in words
 
@@ -196,7 +209,9 @@ def test_durations_say_the_likeness_along_and_of_the_whole(section, monkeypatch)
 def test_walls_that_slid_are_counted_and_told_apart_at_both_limits(section, monkeypatch):
     asked = []
     monkeypatch.setattr(
-        fig3, "_compute_unique_share", lambda touch, apart: asked.append((touch, apart)) or apart
+        fig3,
+        "_compute_unique_share",
+        lambda touch, apart: asked.append((touch, apart)) or apart,
     )
     shape = {
         "wall": 0,
@@ -205,7 +220,9 @@ def test_walls_that_slid_are_counted_and_told_apart_at_both_limits(section, monk
         "inverted": np.array([1, 0, 0]),
     }
     monkeypatch.setattr(fig3.Shapes, "of_slides", lambda _: SimpleNamespace(**shape))
-    fig3._show_slides(section, SimpleNamespace(far_slides={"linear": "far"}, default_slides="own"))
+    fig3._show_slides(
+        section, SimpleNamespace(far_slides={"linear": "far"}, default_slides="own")
+    )
     assert "linear 1 of 3" in list_words(section)
     tenth, twentieth = fig3.APART, fig3.APART / 2
     assert asked == [("far", tenth), ("far", twentieth), ("own", tenth), ("own", twentieth)]
@@ -290,9 +307,12 @@ def test_kept_variance_is_said_of_what_it_was_kept_of():
 def test_every_reading_stands_beside_its_own_null(section, monkeypatch):
     """Complete touches beside identical complete touches, not beside those in the window."""
     curves = SimpleNamespace(
-        find=lambda kind: {"exponential": make_sweep(0.6)}, find_null=lambda kind: make_sweep(0.2)
+        find=lambda kind: {"exponential": make_sweep(0.6)},
+        find_null=lambda kind: make_sweep(0.2),
     )
-    monkeypatch.setattr(fig5_speed, "load", lambda _: SimpleNamespace(curves={"profile": curves}))
+    monkeypatch.setattr(
+        fig5_speed, "load", lambda _: SimpleNamespace(curves={"profile": curves})
+    )
     monkeypatch.setattr(fig5_speed, "name_speeds", lambda _: {})
     section.values |= {
         "classification.lda.exponential": {"value": 0.5},
@@ -302,7 +322,10 @@ def test_every_reading_stands_beside_its_own_null(section, monkeypatch):
     fig5_speed._keep_values(CONTEXT, section, "profile", complete, {"value": 0.3})
     readings = (fig5_speed.JOINT_CODES, *fig5_speed.TENSORS)
     pairs = [
-        tuple(section.values[f"lda.{part}{reading}.exponential"]["value"] for part in ("", "null."))
+        tuple(
+            section.values[f"lda.{part}{reading}.exponential"]["value"]
+            for part in ("", "null.")
+        )
         for reading in readings
     ]
     np.testing.assert_allclose(pairs, [(0.5, 0.4), (0.6, 0.2), (0.9, 0.3)])
@@ -340,7 +363,10 @@ def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(se
         assert section.values[f"cut.{noise}.linear"]["value"] == pytest.approx(0.4)
     for index in INDICES:
         found = [section.values[f"dispersion.{window}.{index}.linear"] for window in WINDOWS]
-        assert [one["value"] for one in found] == [0.6, 0.3]  # first the paper's, then the whole
+        assert [one["value"] for one in found] == [
+            0.6,
+            0.3,
+        ]  # first the paper's, then the whole
         assert (found[1]["low"], found[1]["high"]) == (0.2, 0.35)
     assert {cells[1] for cells in section.blocks[-1]["rows"]} == {"0.6 → 0.3"}
 
@@ -375,7 +401,9 @@ def test_speed_and_location_are_right_whatever_the_feature_is(section):
     """
     true = [("ball", 0.27, 0.9), ("ball", 0.27, 0.8), ("box", 0.1, 0.9), ("box", 0.1, 0.8)]
     told = [("ball", 0.27, 0.9), ("box", 0.27, 0.8), ("box", 0.1, 0.7), ("ball", 0.1, 0.8)]
-    score = SimpleNamespace(true=true, predicted=told, share=lambda _: (0.25, 0.1, 0.4), total=4)
+    score = SimpleNamespace(
+        true=true, predicted=told, share=lambda _: (0.25, 0.1, 0.4), total=4
+    )
     score.correct = {"all": 1}
     fit = SimpleNamespace(stiffness_factor=1.1, damping_factor=1.2, error=0.03)
     data = SimpleNamespace(
@@ -423,7 +451,9 @@ def test_only_what_is_evidence_is_counted_and_only_that_can_fail():
 
 def test_an_antenna_of_one_s_own_is_not_held_against_the_paper_s_wall(section, monkeypatch):
     """The paper names no R² of it: the section goes on without the family, where it broke off."""
-    monkeypatch.setattr(fig3_family, "load", lambda _: SimpleNamespace(sweeps={"cricket": None}))
+    monkeypatch.setattr(
+        fig3_family, "load", lambda _: SimpleNamespace(sweeps={"cricket": None})
+    )
     fig3_family.show(CONTEXT, section)
     assert section.blocks == []
 
@@ -480,7 +510,10 @@ def test_every_code_s_row_stands_below_its_own_headers(section, monkeypatch):
     fig4._show_codes(
         section,
         SimpleNamespace(
-            mapping=planted, residual_by_code=residual, sparseness_by_code=sparseness, starts=None
+            mapping=planted,
+            residual_by_code=residual,
+            sparseness_by_code=sparseness,
+            starts=None,
         ),
     )
     (table,) = (block for block in section.blocks if block["kind"] == "table")
@@ -528,12 +561,16 @@ def test_a_speed_s_best_accuracy_and_its_interval_are_in_percent():
         assert [said["low"], said["high"]] == pytest.approx(ends)
 
 
-def test_speeds_in_the_paper_s_window_and_of_whole_touches_stand_under_their_own_names(monkeypatch):
+def test_speeds_in_the_paper_s_window_and_of_whole_touches_stand_under_their_own_names(
+    monkeypatch,
+):
     drawn = {}
     monkeypatch.setattr(
         fig5_speed, "plot_sweep", lambda sweep, ax, **_: drawn.setdefault(sweep.name, ax)
     )
-    cut, whole = ({"0.1 m/s": SimpleNamespace(name=name, chance=0.2)} for name in ("cut", "whole"))
+    cut, whole = (
+        {"0.1 m/s": SimpleNamespace(name=name, chance=0.2)} for name in ("cut", "whole")
+    )
     figure = Figure()
     fig5_speed.plot(cut, whole, figure)
     titles = [drawn[name].get_title() for name in ("cut", "whole")]
@@ -600,7 +637,9 @@ def test_how_far_a_hair_moves_r2_is_said_where_there_is_a_map(monkeypatch, own, 
 def test_a_set_up_is_near_the_paper_s_by_what_r2_leaves_unexplained(monkeypatch):
     """Left are a fifth, twice and ten times as much as in the paper; a factor of 2.1 is near."""
     r2 = np.array([[0.99, 0.5], [0.9, 0.3], [0.5, 0.2]])
-    family = SimpleNamespace(names=("a", "b"), defined=r2, r2=r2, share=lambda near: near.mean())
+    family = SimpleNamespace(
+        names=("a", "b"), defined=r2, r2=r2, share=lambda near: near.mean()
+    )
     monkeypatch.setattr(fig3_family, "_list_offsets", lambda family: {})
     values = fig3_family._list_values(family, {"a": 2.1, "b": 1.01}, {"a": 0.95, "b": 0.6})
     assert values["wall.family.a"] == pytest.approx(1 / 3)
@@ -671,5 +710,7 @@ def test_the_drawn_body_is_two_thirds_as_long_as_the_antenna(monkeypatch):
     monkeypatch.setattr(fig1_animal, "_draw_body", lambda length, ax: drawn.append(length))
     antenna = SimpleNamespace(length=42.0)
     with pytest.raises(AttributeError, match="points"):  # nothing else is drawn here
-        fig1_animal.plot(SimpleNamespace(antenna=antenna, posture=SimpleNamespace(sign=1)), None)
+        fig1_animal.plot(
+            SimpleNamespace(antenna=antenna, posture=SimpleNamespace(sign=1)), None
+        )
     assert drawn == [28.0]

@@ -20,7 +20,11 @@ def make_section(folder, vector):
     section = Section(name="antenna", title="The antenna", folder=folder, vector=vector)
     for name, width in WIDTHS.items():
         section.figure(
-            name, "A line.", lambda figure: figure.subplots().plot([1, 2]), width=width, height=2
+            name,
+            "A line.",
+            lambda figure: figure.subplots().plot([1, 2]),
+            width=width,
+            height=2,
         )
     section.save()
     return section
@@ -46,7 +50,9 @@ def test_a_figure_is_laid_out_once_and_drawn_once_for_each_file(tmp_path, monkey
     for kind, name in ((Figure, "draw"), (ConstrainedLayoutEngine, "execute")):
         plain = getattr(kind, name)
         monkeypatch.setattr(
-            kind, name, lambda *args, plain=plain, name=name: (done.append(name), plain(*args))[1]
+            kind,
+            name,
+            lambda *args, plain=plain, name=name: (done.append(name), plain(*args))[1],
         )
     make_section(tmp_path / "section", vector=True)
     assert done == ["execute", "draw", "draw"] * len(WIDTHS)
@@ -55,9 +61,14 @@ def test_a_figure_is_laid_out_once_and_drawn_once_for_each_file(tmp_path, monkey
 def test_a_run_without_vector_figures_leaves_none_of_an_earlier_one(tmp_path):
     write_report(Context(out=tmp_path), [make_section(tmp_path / "quick", vector=True)], [])
     write_report(
-        Context(out=tmp_path, scale="smoke"), [make_section(tmp_path / "smoke", vector=False)], []
+        Context(out=tmp_path, scale="smoke"),
+        [make_section(tmp_path / "smoke", vector=False)],
+        [],
     )
-    assert {path.name for path in (tmp_path / "figures").iterdir()} == {"narrow.png", "wide.png"}
+    assert {path.name for path in (tmp_path / "figures").iterdir()} == {
+        "narrow.png",
+        "wide.png",
+    }
     assert not (tmp_path / "figures.pdf").exists()
     assert "data:image/" in (tmp_path / "report.html").read_text()
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from feeler import provenance
+from feeler.disk import provenance
 from feeler.errors import FeelerError
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.stage import Stage, hold, is_kept, run_stage
@@ -84,9 +84,13 @@ def test_a_stage_cannot_read_what_its_key_does_not_hold(tmp_path, name):
         run_stage(stage, Context(out=tmp_path))
 
 
-@pytest.mark.parametrize(("change", "same"), [({"seed": 1}, True), ({"engine": "mujoco"}, False)])
+@pytest.mark.parametrize(
+    ("change", "same"), [({"seed": 1}, True), ({"engine": "mujoco"}, False)]
+)
 def test_only_declared_parameters_change_the_key(change, same):
-    stage = Stage(name="antenna", title="t", make=lambda context, section: None, reads=("engine",))
+    stage = Stage(
+        name="antenna", title="t", make=lambda context, section: None, reads=("engine",)
+    )
     assert (stage.key(Context(**change)) == stage.key(Context())) is same
 
 

@@ -63,7 +63,9 @@ def test_sparseness_of_one_sensor_at_one_moment_is_1_and_of_all_alike_0():
     np.testing.assert_allclose(found["380 ms window"][0], 1.0)
     np.testing.assert_allclose(found["within each touch"], [1.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(found["while it moves"][1], 0.0, atol=1e-12)
-    assert found["380 ms window"][1] > found["complete touches"][1] > 0.0  # zeros before, and after
+    assert (
+        found["380 ms window"][1] > found["complete touches"][1] > 0.0
+    )  # zeros before, and after
 
 
 def test_an_untouched_antenna_has_no_sparseness_and_is_not_averaged():
@@ -83,7 +85,10 @@ def test_the_rival_of_the_exponential_profile_is_the_sparser_of_the_two_others()
 
 def test_bending_is_placed_at_the_sensor_that_bends_most_over_the_touch():
     antenna, angle = cockroach(), np.zeros((2, 56, 100))
-    angle[0, 0, 10:60], angle[0, 50, 30] = 1.0, 5.0  # long at the base, short and strong distally
+    angle[0, 0, 10:60], angle[0, 50, 30] = (
+        1.0,
+        5.0,
+    )  # long at the base, short and strong distally
     angle[1, 50, 10:60] = 1.0
     angle[1, 3, 10:60] = -9.0  # the other way: no bending
     found = fig5_bending.compute(make_touches(angle), antenna)["complete touches"]

@@ -28,7 +28,8 @@ def is_due(claim, scale):
 def sections(whole):
     """The sections of the run, read from its cache."""
     return {
-        section.name: section for section in reproduce(Context(scale="smoke", out=whole, workers=1))
+        section.name: section
+        for section in reproduce(Context(scale="smoke", out=whole, workers=1))
     }
 
 
@@ -110,7 +111,10 @@ def test_what_is_claimed_stands_beside_one_figure_or_section(whole):
 def test_the_page_needs_nothing_from_elsewhere(whole):
     page = (whole / "report.html").read_text()
     assert not re.search(FOREIGN, page)
-    links, targets = set(re.findall(r'href="#([^"]+)"', page)), re.findall(r' id="([^"]+)"', page)
+    links, targets = (
+        set(re.findall(r'href="#([^"]+)"', page)),
+        re.findall(r' id="([^"]+)"', page),
+    )
     assert links <= {*targets} and len({*targets}) == len(targets)
 
 
@@ -128,9 +132,13 @@ def test_the_numbers_are_those_of_the_sections(whole, sections):
     assert values == {name: section.values for name, section in sections.items()}
 
 
-def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not_read_it(sections):
+def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not_read_it(
+    sections,
+):
     assert all(section.cached for section in sections.values())
-    changed = {stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))}
+    changed = {
+        stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))
+    }
     assert (
         changed
         == {stage.name for stage in STAGES if "seed" in stage.reads}
@@ -162,7 +170,9 @@ def list_paths(found, path=()):
     if isinstance(found, dict):
         for key, value in found.items():
             words = re.split(r"[^\w -]+", key)  # a curve's key holds several words
-            yield from list_paths(value, (*path, *(word.strip() for word in words if word.strip())))
+            yield from list_paths(
+                value, (*path, *(word.strip() for word in words if word.strip()))
+            )
     else:
         yield ".".join(path)
 
@@ -193,7 +203,12 @@ def test_no_table_or_text_compares_profiles_in_the_paper_s_window_alone(sections
             if block["kind"] not in ("table", "text"):
                 continue
             words = json.dumps(
-                [block.get("header"), block.get("rows"), block.get("caption"), block.get("text")]
+                [
+                    block.get("header"),
+                    block.get("rows"),
+                    block.get("caption"),
+                    block.get("text"),
+                ]
             )
             compared = {profile for profile in CLAIMED if re.search(rf"\b{profile}\b", words)}
             assert len(compared) < 2 or "omplete touches" in words, words[:400]

@@ -74,7 +74,13 @@ def test_a_recording_that_begins_later_ends_later():
 
 def test_touches_without_any_contact_end_at_once():
     found = measure_window(make_touches([[], []]))
-    assert (found.cut, found.again, found.end, found.pairs, found.ceiling) == (0, 0, 1.0, 1, 0.5)
+    assert (found.cut, found.again, found.end, found.pairs, found.ceiling) == (
+        0,
+        0,
+        1.0,
+        1,
+        0.5,
+    )
 
 
 def test_a_straight_line_stays_one_at_any_number_of_samples():

@@ -24,7 +24,9 @@ def study():
 
 @pytest.fixture(scope="module")
 def found(study):
-    return study.run({"constant": cockroach("constant")}, workers=1).isel(antenna=0, set=0, speed=0)
+    return study.run({"constant": cockroach("constant")}, workers=1).isel(
+        antenna=0, set=0, speed=0
+    )
 
 
 def test_touches_are_told_apart_from_trains_and_not_where_there_is_nothing_to_tell(found):

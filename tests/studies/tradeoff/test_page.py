@@ -31,13 +31,20 @@ def measured(declared):
     """Random numbers in the shape of a measurement, no two alike."""
     windows, rng = declared.list_windows(), np.random.default_rng(0)
     levels = [f"{kind} {size:g}" for kind, sizes in declared.levels.items() for size in sizes]
-    shape, dims = (3, len(SPEEDS), len(levels), len(windows)), ("set", "speed", "level", "window")
+    shape, dims = (
+        (3, len(SPEEDS), len(levels), len(windows)),
+        ("set", "speed", "level", "window"),
+    )
     fields = {"accuracy": (dims, rng.random(shape)), "bits": (dims, 5 * rng.random(shape))}
     costs = {
         name: (dims[:2], scale * rng.random(shape[:2]))
         for name, scale in (("work", 90), ("force", 4), ("release", 300))
     }
-    coords = {"speed": list(SPEEDS), "level": levels, "window": [name for _, _, name in windows]}
+    coords = {
+        "speed": list(SPEEDS),
+        "level": levels,
+        "window": [name for _, _, name in windows],
+    }
     kinds = {
         "kind": ("window", [kind for kind, _, _ in windows]),
         "value": ("window", [value for _, value, _ in windows]),
@@ -121,7 +128,9 @@ def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, 
             "bits",
             f"noise {level} {unit}",
         )
-        matched = measured["window"].values[measured["kind"].values == "distance and samples"][0]
+        matched = measured["window"].values[measured["kind"].values == "distance and samples"][
+            0
+        ]
         whole, dashed = (bars.lines[0].get_xydata() for bars in ax.containers)
         for line, window in ((whole, "whole touch"), (dashed, matched)):
             expected = measured["bits"].sel(level=level, window=window).mean("set")
@@ -160,7 +169,9 @@ def test_the_legend_fits_into_the_figure(declared, measured, names):
     speeds, antennas = figure.legends
     for legend in (speeds, antennas):
         box, page = legend.get_window_extent(canvas.get_renderer()), figure.bbox
-        assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
+        assert (
+            page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
+        )
     assert all(text.get_text().endswith(" m/s") for text in speeds.get_texts())
     said = [text.get_text() for text in antennas.get_texts()]
     assert said[: len(names)] == names and len(said) == len(names) + 2

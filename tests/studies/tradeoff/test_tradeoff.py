@@ -88,14 +88,16 @@ def test_more_samples_tell_more(measured):
 def test_relative_noise_is_of_the_whole_touchs_peak(study, measured):
     trials, _ = study.task.draw(None, "test", speed=1.2)
     length = feeler.presets.cockroach().length
-    angle = feeler.touch(feeler.presets.cockroach(), trials, duration=np.ceil(105 + length / 1.2))[
-        "angle"
-    ].values
+    angle = feeler.touch(
+        feeler.presets.cockroach(), trials, duration=np.ceil(105 + length / 1.2)
+    )["angle"].values
     known = compute_information(
         scale_peaks(angle)[:, :, 6:], 1.0, n_draws=study.draws, random_state=0
     )
     found = (
-        measured["accuracy"].isel(set=0).sel(speed=1.2, level="relative 1", window="whole touch")
+        measured["accuracy"]
+        .isel(set=0)
+        .sel(speed=1.2, level="relative 1", window="whole touch")
     )
     assert float(found) == pytest.approx(known.accuracy, abs=1e-3)
 
@@ -127,7 +129,9 @@ def test_best_and_what_is_not_told_from_it():
     ]  # 0.2 is best at x, but three sets do not tell it from 0.1
     assert found["most"].values.tolist() == [0.2, 0.1]
     assert found["gain"].values == pytest.approx([0.15, 0.6])
-    paired = np.array([[0.1, 0.4, -0.05], [0.7, 0.7, 0.4]])  # of the best over the second, by set
+    paired = np.array(
+        [[0.1, 0.4, -0.05], [0.7, 0.7, 0.4]]
+    )  # of the best over the second, by set
     half = stdtrit(2, 0.975) * paired.std(axis=1, ddof=1) / np.sqrt(3)
     assert found["gain_half"].values == pytest.approx(half)
 

@@ -98,7 +98,8 @@ class ChainStepper(Stepper):
             base_force=base[f.B_FX : f.B_FY + 1].T,
             base_moment=base[f.B_MOMENT],
             base_work=base[f.B_WORK],
-            contact_place=base[f.B_PLACE] / np.where(base[f.B_PRESS] > 0, base[f.B_PRESS], np.nan),
+            contact_place=base[f.B_PLACE]
+            / np.where(base[f.B_PRESS] > 0, base[f.B_PRESS], np.nan),
             sink=base[f.B_SINK],
         )
 
@@ -113,7 +114,10 @@ class ChainStepper(Stepper):
             t.contacts[lane, :count],
             t.rows[lane, : f.ROWS * count].reshape(count, f.ROWS, f.N_ROW),
         )
-        segment, force = table[:, f.T_SEGMENT].astype(int), np.maximum(rows[:, :, f.R_FORCE], 0.0)
+        segment, force = (
+            table[:, f.T_SEGMENT].astype(int),
+            np.maximum(rows[:, :, f.R_FORCE], 0.0),
+        )
         antenna = self.scenes[lane].antenna
         start = (
             t.base[0, f.B_X : f.B_Y + 1, lane]
@@ -130,13 +134,17 @@ class ChainStepper(Stepper):
             point=table[:, f.T_X : f.T_Y + 1] + start,
             normal=table[:, f.T_NX : f.T_NY + 1].copy(),
             distance=table[:, f.T_DISTANCE].copy(),
-            force=np.stack([(force * rows[:, :, w]).sum(axis=1) for w in (f.R_W1, f.R_W2)], axis=1),
+            force=np.stack(
+                [(force * rows[:, :, w]).sum(axis=1) for w in (f.R_W1, f.R_W2)], axis=1
+            ),
         )
 
     def find_broken(self) -> np.ndarray:
         """Whether each lane has left the finite numbers or had too many contacts."""
         work = self.tables.work
-        return ~np.isfinite(work[f.W_HEADING, -1] + work[f.W_OMEGA, -1]) | (self.tables.number < 0)
+        return ~np.isfinite(work[f.W_HEADING, -1] + work[f.W_OMEGA, -1]) | (
+            self.tables.number < 0
+        )
 
     def explain(self, lane: int) -> Exception | None:
         """The error of a lane that had too many contacts."""
@@ -151,7 +159,9 @@ class ChainStepper(Stepper):
         """From the next step on the base moves like this."""
         self.drive[0, :, lane] = *velocity, turn
 
-    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
+    def move_object(
+        self, lane: int, o: int, velocity: tuple[float, float], turn: float
+    ) -> None:
         """From the next step on the object moves like this."""
         self.tables.place[o, f.P_VX : f.P_TURN + 1, lane] = *velocity, turn
 

@@ -48,7 +48,10 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
     for k in range(count):
         o, i = int(table[k, f.T_OBJECT]), int(table[k, f.T_SEGMENT])
         distance, nx, ny = table[k, f.T_DISTANCE], table[k, f.T_NX], table[k, f.T_NY]
-        rx, ry = table[k, f.T_X] - work[f.W_PX, i, lane], table[k, f.T_Y] - work[f.W_PY, i, lane]
+        rx, ry = (
+            table[k, f.T_X] - work[f.W_PX, i, lane],
+            table[k, f.T_Y] - work[f.W_PY, i, lane],
+        )
         ex, ey = work[f.W_EX, i, lane], work[f.W_EY, i, lane]
         table[k, f.T_SHARE] = (rx * ex + ry * ey) / (ex * ex + ey * ey)
         turn, ox, oy = (
@@ -64,11 +67,15 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
         slow = min(obj[o, f.O_SLOW, lane], constants[f.C_SLOW, i, lane])
         fast = min(obj[o, f.O_FAST, lane], constants[f.C_WIDEST, i, lane])
         wide = max(constants[f.C_WIDTH, i, lane], slow, fast)
-        impedance = compute_impedance(distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane)
+        impedance = compute_impedance(
+            distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane
+        )
         thin = min(constants[f.C_RADIUS, i, lane], obj[o, f.O_RADIUS, lane])
         base[0, f.B_SINK, lane] = max(base[0, f.B_SINK, lane], -distance / thin)
         mu = obj[o, f.O_FRICTION, lane]
-        normal, edge = weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
+        normal, edge = weigh(
+            mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance
+        )
         pull = -constants[f.C_K, i, lane] * impedance * distance
         omega, wx, wy = (
             work[f.W_OMEGA, i, lane],
@@ -102,7 +109,19 @@ def weigh(mu, ease):
 
 @inlined
 def solve_contacts(
-    segments, work, base, rows, count, loaded, memory, open_, timestep, damped, last, pair, width
+    segments,
+    work,
+    base,
+    rows,
+    count,
+    loaded,
+    memory,
+    open_,
+    timestep,
+    damped,
+    last,
+    pair,
+    width,
 ):
     """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves
     them.

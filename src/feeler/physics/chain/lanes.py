@@ -101,7 +101,9 @@ _register(operator.le, _Mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 class _Negate(AbstractTemplate):
     def generic(self, args, kws):
         return (
-            signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], _Lanes) else None
+            signature(args[0], args[0])
+            if len(args) == 1 and isinstance(args[0], _Lanes)
+            else None
         )
 
 
@@ -118,7 +120,9 @@ def _combine(operation, emit) -> None:
                 return signature(args[0], *args)
             return None
 
-    lower_builtin(operation, _Mask, _Mask)(lambda context, builder, sig, args: emit(builder, *args))
+    lower_builtin(operation, _Mask, _Mask)(
+        lambda context, builder, sig, args: emit(builder, *args)
+    )
 
 
 _combine(operator.and_, lambda b, x, y: b.and_(x, y))
@@ -286,10 +290,26 @@ _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
 )
 _TWO_OVER_PI = 2 / np.pi
 # fdlibm's polynomials on ±π/4, highest power first
-_S6, _S5, _S4 = 1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06
-_S3, _S2, _S1 = -1.98412698298579493134e-04, 8.33333333332248946124e-03, -1.66666666666666324348e-01
-_C6, _C5, _C4 = -1.13596475577881948265e-11, 2.08757232129817482790e-09, -2.75573143513906633035e-07
-_C3, _C2, _C1 = 2.48015872894767294178e-05, -1.38888888888741095749e-03, 4.16666666666666019037e-02
+_S6, _S5, _S4 = (
+    1.58969099521155010221e-10,
+    -2.50507602534068634195e-08,
+    2.75573137070700676789e-06,
+)
+_S3, _S2, _S1 = (
+    -1.98412698298579493134e-04,
+    8.33333333332248946124e-03,
+    -1.66666666666666324348e-01,
+)
+_C6, _C5, _C4 = (
+    -1.13596475577881948265e-11,
+    2.08757232129817482790e-09,
+    -2.75573143513906633035e-07,
+)
+_C3, _C2, _C1 = (
+    2.48015872894767294178e-05,
+    -1.38888888888741095749e-03,
+    4.16666666666666019037e-02,
+)
 
 
 @lean

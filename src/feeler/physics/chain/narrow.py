@@ -54,7 +54,9 @@ def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, co
                 bx, by = corners[start, 0], corners[start, 1]
                 count = _touch_ball(table, count, px, py, ex, ey, radius, bx, by, grown)
             elif kinds[k - 1] == f.KIND_BOX:
-                count = _touch_box(table, count, px, py, ex, ey, radius, grown, corners[start:end])
+                count = _touch_box(
+                    table, count, px, py, ex, ey, radius, grown, corners[start:end]
+                )
             else:
                 count = _touch_polygon(
                     table, count, px, py, ex, ey, radius, grown, corners, start, end
@@ -123,9 +125,9 @@ def _touch_box(table, count, px, py, ex, ey, radius, grown, corners):
         abs(x * hy - y * hx),
         sx * abs(hy) + sy * abs(hx),
     )  # of both, across the core, times half its length
-    if beside > width and (beside - width) ** 2 > (radius + grown) ** 2 * (hx * hx + hy * hy) * (
-        1.0 + 1e-12
-    ):
+    if beside > width and (beside - width) ** 2 > (radius + grown) ** 2 * (
+        hx * hx + hy * hy
+    ) * (1.0 + 1e-12):
         return count
     first, second = _box_points(x, y, hx, hy, sx, sy)
     count = _touch_box_sphere(

@@ -160,7 +160,10 @@ def _carry(base, place, drive, timestep):
                 x, y = place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane]
                 x, y = c * x + s * y, c * y - s * x
                 size = np.sqrt(x * x + y * y)
-                place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane] = x / size, y / size
+                place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane] = (
+                    x / size,
+                    y / size,
+                )
 
 
 @inlined
@@ -188,7 +191,10 @@ def _find(t):
         shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane], blocks[lane])
         for o in range(t.place.shape[0]):
             first, stop = owner[lane, o], owner[lane, o + 1]
-            if t.number[lane] >= 0 and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
+            if (
+                t.number[lane] >= 0
+                and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]
+            ):
                 t.number[lane] = find_contacts(
                     t.constants,
                     t.work,
@@ -295,7 +301,12 @@ def _write(t, row, lane):
             work + t.place[o, f.P_WORK, lane],
         )
     at = 2 * n
-    row[at], row[at + 1], row[at + 2], row[at + 3] = fx, fy, t.base[0, f.B_WORK, lane] + 0.0, work
+    row[at], row[at + 1], row[at + 2], row[at + 3] = (
+        fx,
+        fy,
+        t.base[0, f.B_WORK, lane] + 0.0,
+        work,
+    )
     for k in range(3):
         row[at + 4 + k] = t.base[0, f.B_X + k, lane] + 0.0
         row[at + 7 + k] = t.base[0, f.B_FX + k, lane] + 0.0

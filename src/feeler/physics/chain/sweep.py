@@ -119,10 +119,16 @@ def seek(segments, work, obj, place, o, pair, width):
             near = near & (smaller(at_c, c) <= radius) & (smaller(at_d, d) <= radius)
             first, last = smaller(first, choose(near, number, 1e9)), choose(near, number, last)
     else:  # one lane: its four planes side by side
-        nx, ny, outside = beside((ax, bx, cx, dx)), beside((ay, by, cy, dy)), beside((a, b, c, d))
+        nx, ny, outside = (
+            beside((ax, bx, cx, dx)),
+            beside((ay, by, cy, dy)),
+            beside((a, b, c, d)),
+        )
         for i in range(work.shape[1]):
             at = outside
-            outside = at + fma(nx, get(work, f.W_EX, i, width), ny * get(work, f.W_EY, i, width))
+            outside = at + fma(
+                nx, get(work, f.W_EX, i, width), ny * get(work, f.W_EY, i, width)
+            )
             if everywhere(smaller(at, outside) <= get(segments, f.C_RADIUS, i, width)):
                 first, last = smaller(first, float(i)), spread(float(i), width)
     put(place, o, f.P_FIRST, first, width)
@@ -133,7 +139,10 @@ def seek(segments, work, obj, place, o, pair, width):
 def _face(obj, place, o, k, width):
     """Outward normal of half plane ``k`` as it now lies, and how far outside it the base is."""
     x, y = get(obj, o, f.O_PLANES + 3 * k, width), get(obj, o, f.O_PLANES + 3 * k + 1, width)
-    forward_x, forward_y = get(place, o, f.P_FORWARD_X, width), get(place, o, f.P_FORWARD_Y, width)
+    forward_x, forward_y = (
+        get(place, o, f.P_FORWARD_X, width),
+        get(place, o, f.P_FORWARD_Y, width),
+    )
     nx, ny = fma(forward_x, x, -(forward_y * y)), fma(forward_y, x, forward_x * y)
     outside = -fma(nx, get(place, o, f.P_X, width), ny * get(place, o, f.P_Y, width))
     return nx, ny, outside - get(obj, o, f.O_PLANES + 3 * k + 2, width)
@@ -236,7 +245,10 @@ def refold(work, wides, base, loaded, last, width):
         u = (get(work, f.W_TORQUE, i, width) - bias) * get(work, f.W_INVERSE, i, width)
         put(work, f.W_U, i, u, width)
         torque = fma(get(work, f.W_D, i, width), u, bias)
-        fx, fy = fma(get(work, f.W_DX, i, width), u, fx), fma(get(work, f.W_DY, i, width), u, fy)
+        fx, fy = (
+            fma(get(work, f.W_DX, i, width), u, fx),
+            fma(get(work, f.W_DY, i, width), u, fy),
+        )
     put(base, 0, f.B_FX, fx + get(base, 0, f.B_REACT_FX, width), width)
     put(base, 0, f.B_FY, fy + get(base, 0, f.B_REACT_FY, width), width)
     put(base, 0, f.B_MOMENT, torque + get(base, 0, f.B_REACT_MOMENT, width), width)
@@ -270,15 +282,28 @@ def _fold_one(segments, work, i, touched, timestep, only, inertia, bias, width):
             near + only * get(work, f.W_K00, i, width),
             damped + only * get(work, f.W_K00, i, width),
         )
-        ux, uy = ux + only * get(work, f.W_K01, i, width), uy + only * get(work, f.W_K02, i, width)
+        ux, uy = (
+            ux + only * get(work, f.W_K01, i, width),
+            uy + only * get(work, f.W_K02, i, width),
+        )
         a, b = a + only * get(work, f.W_K11, i, width), b + only * get(work, f.W_K12, i, width)
-        c, rest = c + only * get(work, f.W_K22, i, width), rest + only * get(work, f.W_B0, i, width)
-        fx, fy = fx + only * get(work, f.W_B1, i, width), fy + only * get(work, f.W_B2, i, width)
+        c, rest = (
+            c + only * get(work, f.W_K22, i, width),
+            rest + only * get(work, f.W_B0, i, width),
+        )
+        fx, fy = (
+            fx + only * get(work, f.W_B1, i, width),
+            fy + only * get(work, f.W_B2, i, width),
+        )
     d, inverse = near + far, 1.0 / (damped + far)
     u = (get(work, f.W_TORQUE, i, width) - rest) * inverse
     found, kept = (ux * inverse, uy * inverse, drag * inverse, u), (d, ux, uy, inverse)
     bias = (fma(d, u, rest), fma(ux, u, fx), fma(uy, u, fy))
-    a, b, c = fma(-(ux * ux), inverse, a), fma(-(ux * uy), inverse, b), fma(-(uy * uy), inverse, c)
+    a, b, c = (
+        fma(-(ux * ux), inverse, a),
+        fma(-(ux * uy), inverse, b),
+        fma(-(uy * uy), inverse, c),
+    )
     return (
         ((d * drag) * inverse, (ux * drag) * inverse, (uy * drag) * inverse, a, b, c),
         bias,

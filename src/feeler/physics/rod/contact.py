@@ -38,7 +38,9 @@ def _touch(faces, part, point, reach):
     """
     best, gap, x, y = int(part[f.P_FIRST]), -np.inf, point[0], point[1]
     for k in range(best, int(part[f.P_STOP])):
-        far = (x - faces[k, f.F_X]) * faces[k, f.F_NX] + (y - faces[k, f.F_Y]) * faces[k, f.F_NY]
+        far = (x - faces[k, f.F_X]) * faces[k, f.F_NX] + (y - faces[k, f.F_Y]) * faces[
+            k, f.F_NY
+        ]
         if far >= reach:
             return -1.0, 0.0, 0.0, 0.0  # most nodes, most of the time
         if far > gap:

@@ -41,7 +41,12 @@ def _divide(model, lane, timestep, inertia):
     sides = np.zeros(model.parts.shape[0])
     while left:
         part = 4 ** (_MAX_SPLITS - level)
-        kept = (lane.heading.copy(), lane.points.copy(), lane.velocity.copy(), lane.anchor.copy())
+        kept = (
+            lane.heading.copy(),
+            lane.points.copy(),
+            lane.velocity.copy(),
+            lane.anchor.copy(),
+        )
         rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
         place_faces(model, lane)
         for p in range(len(sides)):

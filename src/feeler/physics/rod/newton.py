@@ -123,7 +123,9 @@ def _potential(model, lane, heading, points, past, rate, inertia, force, stiffne
     energy, count = add_forces(model, lane, points, force, stiffness)
     if inertia:
         energy += _add_inertia(model.table, points, past[1], rate, force, stiffness)
-    worst, own = _balance(model.table, lane.base, heading, points, past[0], rate, force, residual)
+    worst, own = _balance(
+        model.table, lane.base, heading, points, past[0], rate, force, residual
+    )
     return worst, energy + own, count
 
 
@@ -145,7 +147,9 @@ def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
     for _ in range(_BOLD_ITERATIONS if bold else _MAX_ITERATIONS):
         if worst < tolerance:
             break
-        if not _newton(model.table, place, rate, force, stiffness, residual, True, work, change):
+        if not _newton(
+            model.table, place, rate, force, stiffness, residual, True, work, change
+        ):
             _newton(model.table, place, rate, force, stiffness, residual, False, work, change)
         largest, slope = 0.0, 0.0
         for i in range(n):

@@ -47,10 +47,14 @@ class RodStepper(Stepper):
 
     advice = "Use a smaller timestep, a slower feature, or a hinge damping that is not zero"
 
-    def __init__(self, scenes: Sequence[Scene], timestep: float, *, inertia: bool = False) -> None:
+    def __init__(
+        self, scenes: Sequence[Scene], timestep: float, *, inertia: bool = False
+    ) -> None:
         self.timestep, self.inertia, self.scenes = float(timestep), inertia, list(scenes)
         if len(self.scenes) != 1:
-            raise InvalidInput(f"the rod engine steps one scene at a time, got {len(self.scenes)}.")
+            raise InvalidInput(
+                f"the rod engine steps one scene at a time, got {len(self.scenes)}."
+            )
         self.reset(0, self.scenes[0])
         with announce_compiling("rod"):
             march(self.model, self.lane, 0, self.timestep, self.drive, self.inertia)
@@ -81,7 +85,9 @@ class RodStepper(Stepper):
         return self.lost
 
     def settle(
-        self, base: Sequence[float] | None = None, place: Sequence[Sequence[float]] | None = None
+        self,
+        base: Sequence[float] | None = None,
+        place: Sequence[Sequence[float]] | None = None,
     ) -> Rest:
         """Relax to the equilibrium nearest along the antenna's own damping, and stand still there.
 
@@ -157,7 +163,9 @@ class RodStepper(Stepper):
         """Command the base."""
         self.drive = np.array([[*velocity, turn]])
 
-    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
+    def move_object(
+        self, lane: int, o: int, velocity: tuple[float, float], turn: float
+    ) -> None:
         """Command an object."""
         self.lane.objects[o, f.O_VX : f.O_TURN + 1] = *velocity, turn
 

@@ -12,7 +12,6 @@ import xarray as xr
 from annotated_types import Len
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan
@@ -26,11 +25,14 @@ from feeler.dispersion import (
 from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import Doubtful, InvalidInput
 from feeler.experiment.touch import DURATION, touch
+from feeler.records.checked import checked
 from feeler.stimulus.trial import Trial
 from feeler.tensors.unit import in_unit
 
 COMPARED_CODES = ("sparse", "raw")
-_DISTANCE = 48.0  # mm that an object goes at first; the last slow touch of the paper ends before 42
+_DISTANCE = (
+    48.0  # mm that an object goes at first; the last slow touch of the paper ends before 42
+)
 _FACTORS = (1, 2, 4, 8)
 
 
@@ -97,7 +99,8 @@ class Comparison:
             "Hoyer sparseness of the tensors": self.sparseness,
         }
         rows = [
-            (title, *(f"{values[n]:.2f}" for n in self.names)) for title, values in measures.items()
+            (title, *(f"{values[n]:.2f}" for n in self.names))
+            for title, values in measures.items()
         ]
         for index in INDICES:
             average = self.dispersion["raw"].average[index]
@@ -107,7 +110,9 @@ class Comparison:
             for noise in self.curves.noises:
                 found = self.curves.find(kind, noise)
                 title = f"accuracy, {LABELS[kind]}, {noise} noise (%)"
-                rows.append((title, *(f"{100 * found[n].noisy.mean():.1f}" for n in self.names)))
+                rows.append(
+                    (title, *(f"{100 * found[n].noisy.mean():.1f}" for n in self.names))
+                )
         return rows
 
 
@@ -140,7 +145,9 @@ def compare_antennas(
     listed = list_groups(tensors, reference=next(iter(tensors)))["profile"]
     groups, entropy = {}, {}
     for name, (array, labels) in listed.items():
-        fitted = encoder.__class__(**encoder.get_params()).set_params(n_restarts=plan.n_restarts)
+        fitted = encoder.__class__(**encoder.get_params()).set_params(
+            n_restarts=plan.n_restarts
+        )
         codes = make_codes(array, fitted, COMPARED_CODES)
         groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
         entropy[name] = float(
@@ -170,7 +177,8 @@ def compare_antennas(
         },
         differences=_compute_differences(curves, random_state),
         peak={
-            name: float(abs(in_unit(data["angle"], "rad")).max()) for name, data in tensors.items()
+            name: float(abs(in_unit(data["angle"], "rad")).max())
+            for name, data in tensors.items()
         },
     )
 
@@ -191,7 +199,10 @@ def _compute_differences(
 
 @checked
 def touch_whole(
-    antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)], *, seed: Annotated[int, "≥ 0"] = 0
+    antenna: Antenna,
+    trials: Annotated[Sequence[Trial], Len(1)],
+    *,
+    seed: Annotated[int, "≥ 0"] = 0,
 ) -> tuple[xr.Dataset, float]:
     """Touches over the shortest stretch that holds all of them whole.
 

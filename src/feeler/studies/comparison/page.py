@@ -4,12 +4,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from feeler.checked import checked
+from feeler.disk.files import temporary_folder
 from feeler.dispersion import INDICES
 from feeler.encoding import LABELS
-from feeler.files import temporary_folder
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import plot_index
+from feeler.records.checked import checked
 from feeler.report import Section, write_page
 from feeler.studies.comparison.compare import COMPARED_CODES, Comparison
 

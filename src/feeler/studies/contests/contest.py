@@ -15,12 +15,12 @@ from feeler.active.observer import Observer
 from feeler.active.policies import POLICIES, parse_policy
 from feeler.active.task import TouchTask
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
+from feeler.disk.journal import Journal
+from feeler.disk.provenance import compute_digest, describe_code, make_key
 from feeler.errors import InvalidInput
-from feeler.journal import Journal
 from feeler.progress import show_progress
-from feeler.provenance import compute_digest, describe_code, make_key
-from feeler.record import Ge, Gt, Len, Record, Unit
+from feeler.records.checked import checked
+from feeler.records.record import Ge, Gt, Len, Record, Unit
 from feeler.studies.shipped import read_shipped
 
 _FIELDS = ("accuracy", "hits", "work")

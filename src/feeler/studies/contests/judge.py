@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.records.checked import checked
 from feeler.studies.contests.contest import Contest
 from feeler.studies.tradeoff import average_sets
 
@@ -118,7 +118,11 @@ def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest
     """
     verdict, accuracy = judge_steering(measured, comparison), 100 * learned["accuracy"]
     seeds = accuracy.mean("set")
-    data = {"learned": seeds.mean("seed"), "least": seeds.min("seed"), "most": seeds.max("seed")}
+    data = {
+        "learned": seeds.mean("seed"),
+        "least": seeds.min("seed"),
+        "most": seeds.max("seed"),
+    }
     for kind in ("fixed", "steered"):
         best = xr.DataArray([str(name) for name in verdict[kind].values], dims="deadline")
         other = 100 * measured["accuracy"].sel(policy=best, deadline=measured["deadline"]).isel(

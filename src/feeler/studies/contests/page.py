@@ -11,8 +11,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.checked import checked
 from feeler.plotting.look import PALETTE
+from feeler.records.checked import checked
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
 from feeler.studies.contests.contest import Contest
@@ -58,11 +58,16 @@ def write_active(
         out / "active.csv", index=False, float_format="%.6g"
     )
     (out / "active.json").write_text(json.dumps(to_json(measured.to_dict())), encoding="utf-8")
-    return write_page(out / "active.html", "How to move in order to know", CONTEST_LEAD, section)
+    return write_page(
+        out / "active.html", "How to move in order to know", CONTEST_LEAD, section
+    )
 
 
 def fill_comparison(
-    section: Section, measured: xr.Dataset, comparison: Contest, learned: xr.Dataset | None = None
+    section: Section,
+    measured: xr.Dataset,
+    comparison: Contest,
+    learned: xr.Dataset | None = None,
 ) -> None:
     """The figure, the verdict, the tables; ``learned`` as ``feeler.studies.contests.judge_learned``
     takes it, with ``work``.
@@ -88,7 +93,9 @@ def fill_comparison(
     deadlines = [f"{d:g} ms" for d in measured["deadline"].values]
     names = [str(name) for name in measured["policy"].values]
     found = average_sets(100 * measured["accuracy"])
-    rows = [[name, *(_say(found, name, d) for d in measured["deadline"].values)] for name in names]
+    rows = [
+        [name, *(_say(found, name, d) for d in measured["deadline"].values)] for name in names
+    ]
     section.table(
         ["policy", *deadlines], rows, "Right answers [%] ± half the interval, by deadline."
     )
@@ -102,7 +109,9 @@ def fill_comparison(
     if measured.sizes["set"] < 2 or not steered or not {*names} & {*comparison.fixed}:
         return
     verdict = judge_steering(measured, comparison)
-    rows = [[label, *_say_verdict(verdict.isel(deadline=k))] for k, label in enumerate(deadlines)]
+    rows = [
+        [label, *_say_verdict(verdict.isel(deadline=k))] for k, label in enumerate(deadlines)
+    ]
     section.table(
         ["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"],
         rows,
@@ -212,7 +221,13 @@ def plot_comparison(
             right.errorbar(spent, last["mean"], _cut(last), fmt="o", ms=3, color=colour)
     if learned is not None:
         mean = average_sets(100 * learned["accuracy"].mean("seed"))
-        style: dict[str, Any] = {"color": "black", "fmt": "s", "ms": 3, "capsize": 1.5, "lw": 0.8}
+        style: dict[str, Any] = {
+            "color": "black",
+            "fmt": "s",
+            "ms": 3,
+            "capsize": 1.5,
+            "lw": 0.8,
+        }
         left.errorbar(learned["deadline"], mean["mean"], _cut(mean), label="learned", **style)
         last = mean.isel(deadline=at)
         right.errorbar(
@@ -246,7 +261,10 @@ def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Ax
         ):
             named.append(place)
             line = {"arrowstyle": "-", "lw": 0.4, "color": "grey", "relpos": (0, 0.5)}
-            at = (0.5, 0.62 - 0.07 * len(named))  # below the front, where no policy of these lies
+            at = (
+                0.5,
+                0.62 - 0.07 * len(named),
+            )  # below the front, where no policy of these lies
             ax.annotate(
                 names[k],
                 place,

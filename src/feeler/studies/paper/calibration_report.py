@@ -51,7 +51,11 @@ simulated; processor time [s]; least error and its median symmetric accuracy."""
 
 
 def compute(
-    effort: Scale, *, antenna: Antenna | None = None, seed: int = 0, engine: str = DEFAULT_ENGINE
+    effort: Scale,
+    *,
+    antenna: Antenna | None = None,
+    seed: int = 0,
+    engine: str = DEFAULT_ENGINE,
 ) -> SimpleNamespace:
     """Score, refit and analyse with some ``effort``.
 
@@ -177,7 +181,9 @@ def _sweep(make, effort: Scale) -> list[tuple[float, float | None, np.ndarray]]:
     for lever in _LEVERS:
         for speed in effort.impact_speeds:
             problem = make("exponential")
-            problem.protocol = Protocol(speed=speed, lever=lever, engine=problem.protocol.engine)
+            problem.protocol = Protocol(
+                speed=speed, lever=lever, engine=problem.protocol.engine
+            )
             problem.targets = problem.targets.only("ratio_71", "ratio_86")
             rows.append((speed, lever, problem.measure(PAPER_P).values))
     return rows

@@ -89,7 +89,9 @@ def _choose(
     peaks = {name: np.abs(array).max() for name, array in arrays.items()}
     common = max(peaks.values())
     per_group = choices["scaling"] == "per group"
-    return {n: array / (peaks[n] if per_group else common) for n, array in arrays.items()}, labels
+    return {
+        n: array / (peaks[n] if per_group else common) for n, array in arrays.items()
+    }, labels
 
 
 def _choose_sizes(size: np.ndarray, which: str) -> np.ndarray:
@@ -163,8 +165,12 @@ def _make_table(rows: list[_Row]) -> tuple[list[str], list[list[str]]]:
     cells = []
     for choices, verdicts in rows:
         changed = [f"{k}: {v}" for k, v in choices.items() if v != default[k]]
-        words = {(v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in verdicts}
-        cells.append([", ".join(changed) or "default", *(words.get(key, "–") for key in totals)])
+        words = {
+            (v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in verdicts
+        }
+        cells.append(
+            [", ".join(changed) or "default", *(words.get(key, "–") for key in totals)]
+        )
     cells.append(["in all", *(f"{agree} of {n} agree" for agree, n in totals.values())])
     return ["choice", *(f"{claim}, {measure}" for claim, measure in totals)], cells
 

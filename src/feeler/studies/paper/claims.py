@@ -5,11 +5,11 @@ the rules.
 from functools import cache
 from typing import Annotated, Literal
 
+from feeler.disk.toml import make_record
 from feeler.errors import InvalidInput
-from feeler.record import OneOf, Record
+from feeler.records.record import OneOf, Record
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.scale import SCALES
-from feeler.toml import make_record
 
 _FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 
@@ -125,7 +125,9 @@ class Claim(Record):
     def list_keys(self) -> set[str]:
         """Every value that a run must write for it."""
         readings = [self.read_by(name) for name in self.definitions] or [self]
-        return {key for one in readings for key in (*one.keys, *one.null, *one.twin, *one.shows)}
+        return {
+            key for one in readings for key in (*one.keys, *one.null, *one.twin, *one.shows)
+        }
 
     def read_by(self, definition: str) -> "Claim":
         """The claim under one definition alone."""

@@ -9,12 +9,12 @@ from typing import Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.space import require_plane
+from feeler.disk.provenance import make_plain
 from feeler.draw import check_seed
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.presets import cockroach
-from feeler.provenance import make_plain
 from feeler.studies.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
@@ -94,7 +94,10 @@ class Context:
         cannot.
         """
         return make_plain(
-            {name: self.profiles if name == "antenna" else getattr(self, name) for name in reads}
+            {
+                name: self.profiles if name == "antenna" else getattr(self, name)
+                for name in reads
+            }
         )
 
 

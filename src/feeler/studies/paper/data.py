@@ -6,9 +6,9 @@ from pathlib import Path
 
 import xarray as xr
 
+from feeler.disk.provenance import make_key
 from feeler.errors import InvalidInput, StoreError
 from feeler.experiment.touch import DURATION, touch
-from feeler.provenance import make_key
 from feeler.stimulus.ninety import SPEEDS, make_features, trials
 from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
@@ -49,7 +49,9 @@ def load_tensors(context: Context, profile: str) -> xr.Dataset:
 @lru_cache(maxsize=16)
 def load_complete(context: Context, profile: str) -> xr.Dataset:
     """The slow touches of one profile, recorded until long after the last has let go."""
-    touches = [trial for trial in list_touches(context, profile) if trial.speed == SPEEDS["slow"]]
+    touches = [
+        trial for trial in list_touches(context, profile) if trial.speed == SPEEDS["slow"]
+    ]
     return _load(context, profile, touches, COMPLETE, f"{profile}-complete")
 
 

@@ -39,7 +39,9 @@ def draw_moment(
     ax.set(xlim=(-left, 0.86 * reach), ylim=(-0.03 * reach, 1.08 * reach), aspect="equal")
     ax.axis("off")
     placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
-    ax.add_patch(make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward))
+    ax.add_patch(
+        make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward)
+    )
     drawn = MovingAntenna(antenna, ax, norm)
     posture = reconstruct_posture(tensors, antenna).values[0, now]
     drawn.move(posture, compute_bend(tensors, antenna)[now])

@@ -102,12 +102,16 @@ def _read(
         estimator=make_fitting_lda(int(least), plan.n_copies),
         random_state=random_state,
     )
-    return np.concatenate([fold.recall[0][~np.isnan(fold.recall[0])] for fold in folds.values()])
+    return np.concatenate(
+        [fold.recall[0][~np.isnan(fold.recall[0])] for fold in folds.values()]
+    )
 
 
 def scale_stiffness(antenna: Antenna, factor: float) -> Antenna:
     """The antenna with stiffness and damping of every hinge times ``factor``."""
-    return antenna.replace(stiffness=factor * antenna.stiffness, damping=factor * antenna.damping)
+    return antenna.replace(
+        stiffness=factor * antenna.stiffness, damping=factor * antenna.damping
+    )
 
 
 def compute_activity(
@@ -122,7 +126,9 @@ def compute_activity(
         noise floor [rad] at which an ideal observer still names three of four objects at a place,
         mean over places. Both with their bootstrap intervals.
     """
-    angle = rectify(in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values)
+    angle = rectify(
+        in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values
+    )
     peak = angle.max(axis=2)
     thresholds = {
         f"threshold {asked['threshold']:g} rad": asked["threshold"],
@@ -133,7 +139,8 @@ def compute_activity(
     noise = [find_noise(angle[places == place], **drawn)[0] for place in np.unique(places)]
     return SimpleNamespace(
         active={
-            name: _average((peak > threshold).sum(axis=1)) for name, threshold in thresholds.items()
+            name: _average((peak > threshold).sum(axis=1))
+            for name, threshold in thresholds.items()
         },
         noise=_average(np.nan_to_num(noise)),  # no noise is borne where all touches are one
     )
@@ -159,7 +166,11 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     for k, name in enumerate(next(iter(activity.values())).active):
         active = {factor: found.active[name] for factor, found in activity.items()}
         _plot_curve(
-            axes[2], active, PALETTE[1 + k], _SHORT.get(name, name.replace("threshold ", "> ")), 1
+            axes[2],
+            active,
+            PALETTE[1 + k],
+            _SHORT.get(name, name.replace("threshold ", "> ")),
+            1,
         )
     noise = {factor: found.noise for factor, found in activity.items()}
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)

@@ -55,7 +55,9 @@ def _draw(
 ) -> None:
     points = reconstruct_posture(tensors, antenna).values[0, now]
     placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
-    ax.add_patch(make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward))
+    ax.add_patch(
+        make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward)
+    )
     plot_posture(points, ax, lw=1.5)
     sensors = points[antenna.sensors - 1]
     for chosen, colour in ((~active, _SILENT), (active, _ACTIVE)):

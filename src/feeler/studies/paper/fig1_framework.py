@@ -26,7 +26,13 @@ def plot(antenna: Antenna, ax: Axes) -> None:
         "answer": (0.92, 0.16, "answers\nwhich object?\nwhere?", _MADE),
     }
     arrows = (
-        *("animal model", "device robots", "model tensors", "touches tensors", "robots tensors"),
+        *(
+            "animal model",
+            "device robots",
+            "model tensors",
+            "touches tensors",
+            "robots tensors",
+        ),
         *("tensors alike", "tensors code", "tensors readers", "code readers", "readers answer"),
     )
     drawn = {name: _draw_box(*box, ax) for name, box in boxes.items()}
@@ -61,5 +67,8 @@ def show(context: Context, section: Section) -> None:
         " robot is not here: surrogate robots stand for it. (Fig. 1D)",
         lambda figure: plot(context.antenna, figure.subplots()),
         height=2.4,
-        numbers={"segments": context.antenna.n_segments, "sensors": context.antenna.sensors.size},
+        numbers={
+            "segments": context.antenna.n_segments,
+            "sensors": context.antenna.sensors.size,
+        },
     )

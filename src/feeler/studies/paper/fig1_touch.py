@@ -42,7 +42,9 @@ def plot(antenna: Antenna, trial: Trial, tensors: xr.Dataset, figure: Figure) ->
     whole = figure.add_subplot(grid[1, :6])
     image = plot_tensor(tensor, time, whole, norm)
     whole.set_xticks(time[moments], [f"{k + 1}" for k in range(len(moments))])
-    whole.set(xlabel="time; the four moments above", title="the tensor: a column for each moment")
+    whole.set(
+        xlabel="time; the four moments above", title="the tensor: a column for each moment"
+    )
     corner = figure.add_subplot(grid[1, 6:])
     _draw_corner(tensor, time, antenna, corner, norm)
     figure.colorbar(image, ax=corner, label="curvature [1/mm]")
@@ -50,7 +52,9 @@ def plot(antenna: Antenna, trial: Trial, tensors: xr.Dataset, figure: Figure) ->
 
 def _draw_column(values: np.ndarray, ax: Axes, norm: Normalize) -> None:
     """What all sensors feel at one moment, base at the bottom."""
-    ax.imshow(values[:, None], origin="lower", aspect="auto", norm=norm, interpolation="nearest")
+    ax.imshow(
+        values[:, None], origin="lower", aspect="auto", norm=norm, interpolation="nearest"
+    )
     ax.set(xticks=[], yticks=[])
     ax.spines[:].set_visible(True)
 

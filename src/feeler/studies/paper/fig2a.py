@@ -82,5 +82,8 @@ def _list_facts(section: Section) -> None:
     section.text("; ".join(f"[{tag}] {meaning}" for tag, meaning in SOURCE_TAGS.items()) + ".")
     section.table(
         ["quantity", "value", "unit", "source", "note"],
-        [[name, fact.value, fact.unit, f"[{fact.tag}]", fact.note] for name, fact in FACTS.items()],
+        [
+            [name, fact.value, fact.unit, f"[{fact.tag}]", fact.note]
+            for name, fact in FACTS.items()
+        ],
     )

@@ -70,7 +70,9 @@ def compute(
     tip = in_unit(released["tip"], "mm").values[0, :, 0]
     free = measure_free_response(time, tip)
     step_time, step = time - (free.peak_time or 0.0), -tip / tip[0]
-    swung = hit(antenna, lever=_LEVER, speed=_LEVER_SPEED, duration=2 * _IMPULSE_SPAN, **options)
+    swung = hit(
+        antenna, lever=_LEVER, speed=_LEVER_SPEED, duration=2 * _IMPULSE_SPAN, **options
+    )
     slow = hit(antenna, **options)
     return SimpleNamespace(
         step_time=step_time,
@@ -125,7 +127,9 @@ def _plot_impulse(data: SimpleNamespace, ax) -> None:
         color=PALETTE[1],
         label=f"feeler, lever {_LEVER:g} mm, {_LEVER_SPEED:g} m/s",
     )
-    ax.plot(data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s")
+    ax.plot(
+        data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s"
+    )
     ax.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
     ax.axhline(0.0, color="#888888", lw=0.6)
     ax.set(
@@ -137,7 +141,9 @@ def _plot_impulse(data: SimpleNamespace, ax) -> None:
     ax.legend(loc="upper left")
 
 
-def _write_movie_s1(antenna: Antenna, data: SimpleNamespace, path: Path, fps: int = FPS) -> Path:
+def _write_movie_s1(
+    antenna: Antenna, data: SimpleNamespace, path: Path, fps: int = FPS
+) -> Path:
     """Antenna and cylinder left, tip displacement right: the impulse with the lever."""
     motion = data.motion
     points = antenna.shape(motion.angle)
@@ -150,7 +156,9 @@ def _write_movie_s1(antenna: Antenna, data: SimpleNamespace, path: Path, fps: in
         line = MovingAntenna(antenna, left, norm, "RdBu_r")
         cylinder = left.add_patch(Circle((0, 0), RADIUS, color=PALETTE[2]))
         high = 1.05 * max(antenna.length, float(motion.object[:, 1].max()) + RADIUS)
-        left.set(xlim=(-12, 30), ylim=(-2, high), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+        left.set(
+            xlim=(-12, 30), ylim=(-2, high), aspect="equal", xlabel="x [mm]", ylabel="y [mm]"
+        )
         figure.colorbar(ScalarMappable(norm, "RdBu_r"), ax=left, label="curvature [1/mm]")
         right.plot(*_IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published: digitised")
         (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
@@ -183,7 +191,8 @@ def show(context: Context, section: Section) -> None:
         lambda figure: plot(data, figure),
         height=3.0,
         numbers={
-            name: getattr(data, name) for name in ("step", "step_time", "impulse", "impulse_time")
+            name: getattr(data, name)
+            for name in ("step", "step_time", "impulse", "impulse_time")
         },
     )
     movie = section.folder / "movieS1_impulse.mp4"

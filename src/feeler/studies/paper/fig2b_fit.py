@@ -18,7 +18,9 @@ _LEVEL = 95.0  # % of the draws
 _N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach
 _SCALE = {"frequency": 1e3}  # kHz → Hz
 _UNITS = dict(
-    zip(("p1", "p2", "p3", "p4"), ("N·mm/rad", "N·mm·ms/rad", "1/joint", "1/joint"), strict=True)
+    zip(
+        ("p1", "p2", "p3", "p4"), ("N·mm/rad", "N·mm·ms/rad", "1/joint", "1/joint"), strict=True
+    )
 )
 
 
@@ -55,7 +57,10 @@ def _plot_directions(directions: Directions, ax) -> None:
         ax.text(column, row, f"{share:.2f}", ha="center", va="center", fontsize=7, color=colour)
     n = len(directions.names)
     ax.set(
-        xticks=range(n), xticklabels=directions.names, yticks=range(n), yticklabels=range(1, n + 1)
+        xticks=range(n),
+        xticklabels=directions.names,
+        yticks=range(n),
+        yticklabels=range(1, n + 1),
     )
     ax.set(ylabel="direction", title="what moves together")
 
@@ -67,7 +72,13 @@ def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
         _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
     )
     ax.fill_between(
-        hinge, low, high, color=PALETTE[0], alpha=0.25, linewidth=0, label=f"draws: {_LEVEL:g} %"
+        hinge,
+        low,
+        high,
+        color=PALETTE[0],
+        alpha=0.25,
+        linewidth=0,
+        label=f"draws: {_LEVEL:g} %",
     )
     ax.plot(hinge, middle, color=PALETTE[0], label="draws: median")
     set_decades(ax)
@@ -85,7 +96,9 @@ def _plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
         axes, profiles.names, profiles.value, profiles.error, strict=True
     ):
         ax.plot(value, np.where(error < FAILED, error, np.nan), "o-", ms=3, color=PALETTE[0])
-        ax.axhline(PAPER_ERROR, color="#888888", ls="--", lw=0.8, label="the paper's least error")
+        ax.axhline(
+            PAPER_ERROR, color="#888888", ls="--", lw=0.8, label="the paper's least error"
+        )
         ax.set(xlabel=f"{name} [{_UNITS[name]}]", yscale="log")
     axes[0].set_ylabel("error, the others refitted")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")

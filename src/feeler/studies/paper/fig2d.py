@@ -23,7 +23,11 @@ def plot(antenna: Antenna, figure: Figure) -> None:
         markersize=4,
     )
     left.set(
-        xlabel="x [mm]", ylabel="y [mm]", xlim=(-8, 8), aspect="equal", title="contact locations"
+        xlabel="x [mm]",
+        ylabel="y [mm]",
+        xlim=(-8, 8),
+        aspect="equal",
+        title="contact locations",
     )
     for i, feature in enumerate(make_features()):
         right.add_patch(make_patch(feature, np.array([8.0 * i, 0.0]), np.array([1.0, 0.0])))

@@ -19,7 +19,9 @@ from feeler.tensors.unit import in_unit
 
 def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
     """Curvature [1/mm] of one speed: rows of locations (middle to tip), columns of features."""
-    at_speed = in_unit(tensors["curvature"], "1/mm").sel(trial=np.isclose(tensors["speed"], speed))
+    at_speed = in_unit(tensors["curvature"], "1/mm").sel(
+        trial=np.isclose(tensors["speed"], speed)
+    )
     columns = sorted(
         {
             (str(f), float(s))
@@ -66,7 +68,9 @@ def show(context: Context, section: Section) -> None:
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     first = next(iter(sets.values()))["angle"]
     _draw_sets(section, sets)
-    _tabulate(section, sets, {name: measure_window(load_complete(context, name)) for name in sets})
+    _tabulate(
+        section, sets, {name: measure_window(load_complete(context, name)) for name in sets}
+    )
     slow = select_speed(next(iter(sets.values())), SPEEDS["slow"])["angle"].values
     section.values |= {
         "tensors.count": int(first.sizes["trial"]),

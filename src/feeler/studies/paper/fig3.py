@@ -82,7 +82,8 @@ def compute(
         straight={name: map_distance(sweep) for name, sweep in straight.items()},
         slides=slide(first, lead, SLIDE_DISTANCES, **options),
         drives={
-            name: drive(antennas[name], lead, **options) for name in list(antennas)[: effort.drives]
+            name: drive(antennas[name], lead, **options)
+            for name in list(antennas)[: effort.drives]
         },
         far_slides={
             name: slide(antennas[name], lead, DISTANCES, **options)
@@ -114,7 +115,9 @@ def load(context: Context) -> SimpleNamespace:
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the four panels."""
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.5, 1.1, 0.9), squeeze=False).flat
+    top, middle, bottom = figure.subfigures(
+        3, 1, height_ratios=(1.5, 1.1, 0.9), squeeze=False
+    ).flat
     shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.sweeps.items()}
     plot_approach(shown, top.subplots(1, len(shown), sharey=True, squeeze=False)[0])
     top.suptitle("A  wall approaching: equilibrium at some of the distances", x=0.02, ha="left")
@@ -153,7 +156,8 @@ def _plot_tensors(data: SimpleNamespace, figure: Figure | SubFigure, axes: Seque
     plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False).set_cmap("RdBu_r")
     centres = (np.arange(len(curves)) * (n_times + gap.shape[1])) + n_times / 2
     axes[0].set(
-        xticks=centres, xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]]
+        xticks=centres,
+        xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]],
     )
     axes[0].set(
         title=f"C  sliding past, {n_times} ms each",
@@ -287,5 +291,7 @@ def _row(name: str, found: DistanceMap) -> list[object]:
         else f"{found.told_apart[0]:.3g}–{found.told_apart[1]:.3g}"
     )
     counts = int(found.used.sum()), int(found.at_base.sum())
-    monotone = ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
+    monotone = (
+        ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
+    )
     return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]

@@ -131,7 +131,9 @@ def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
             color=PROFILE_COLOURS.get(name, PALETTE[0]),
         )
         if len(defined):
-            ax.plot([k - 0.15, k + 0.15], [np.median(defined[:, k])] * 2, color="#000000", lw=1.5)
+            ax.plot(
+                [k - 0.15, k + 0.15], [np.median(defined[:, k])] * 2, color="#000000", lw=1.5
+            )
         ax.plot(k, targets[name], "kx")
     for style, label in (
         ({"color": PALETTE[0], "lw": 0.6}, "in the paper's order"),
@@ -187,7 +189,9 @@ def show(context: Context, section: Section) -> None:
     if len(family.names) < 2:
         return
     claims = {
-        claim.id.removeprefix("wall-"): claim for claim in load_claims() if claim.section == "wall"
+        claim.id.removeprefix("wall-"): claim
+        for claim in load_claims()
+        if claim.section == "wall"
     }
     targets = {name: claims[name].target for name in CLAIMED}
     section.heading("What R² depends on")
@@ -214,12 +218,19 @@ def show(context: Context, section: Section) -> None:
     counts = count_orderings(family.cases, family.names)
     section.table(
         ["choice", "value", "order holds", "does not", "cannot be judged"],
-        [[*key, n["yes"], n["no"], n["undefined"]] for key, n in counts.items() if key[0] != "all"],
+        [
+            [*key, n["yes"], n["no"], n["undefined"]]
+            for key, n in counts.items()
+            if key[0] != "all"
+        ],
         "Set-ups by the value of each choice that the paper does not state.",
     )
     section.table(
         [*SETUP_CHOICES, *(f"R² {name}" for name in family.names)],
-        [[*choice, *map(float, r2)] for choice, r2 in zip(family.choices, family.r2, strict=True)],
+        [
+            [*choice, *map(float, r2)]
+            for choice, r2 in zip(family.choices, family.r2, strict=True)
+        ],
         "R² of every set-up. Undefined: the peak stays at one place, mostly the base hinge, or too"
         " few distances hold a J.",
     )
@@ -239,7 +250,10 @@ def _list_offsets(family: Family) -> dict[str, object]:
     for name, offset in zip(family.names, family.offset.T, strict=True):
         found = offset[np.isfinite(offset)]
         if found.size:
-            values[f"wall.near.{name}"] = {"value": float(np.mean(found < _NEAR)), "n": found.size}
+            values[f"wall.near.{name}"] = {
+                "value": float(np.mean(found < _NEAR)),
+                "n": found.size,
+            }
             values[f"wall.apart.{name}"] = make_spread(
                 np.median(found), found.min(), found.max(), n=found.size
             )
@@ -268,7 +282,9 @@ def _list_values(
     for other in family.names[1:]:
         higher = by_name[family.names[0]] > by_name[other]
         values[f"wall.family.{family.names[0]} over {other}"] = family.share(higher)
-    values["wall.family.order"] = family.share(np.all(np.diff(family.defined, axis=1) < 0, axis=1))
+    values["wall.family.order"] = family.share(
+        np.all(np.diff(family.defined, axis=1) < 0, axis=1)
+    )
     return values | _list_offsets(family)
 
 

@@ -80,12 +80,18 @@ def compute(
     data = prepare(tensors, quantity)
     ranks = effort.ranks
     encoders = {
-        m: effort.make_encoder(n_components=m, random_state=random_state).fit(data) for m in ranks
+        m: effort.make_encoder(n_components=m, random_state=random_state).fit(data)
+        for m in ranks
     }
     main = encoders[MAIN_RANK if MAIN_RANK in encoders else ranks[0]]
-    codes = {code: main.transform(data, code=code) for code in ("sparse", "ridge", "nonnegative")}
+    codes = {
+        code: main.transform(data, code=code) for code in ("sparse", "ridge", "nonnegative")
+    }
     codes = {"joint": main.activations_, **codes}
-    locations, places = np.asarray(tensors["location"].values), locate_components(main.components_)
+    locations, places = (
+        np.asarray(tensors["location"].values),
+        locate_components(main.components_),
+    )
     size = np.linalg.norm(data)
     return SimpleNamespace(
         ranks=tuple(ranks),
@@ -206,12 +212,14 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     _plot_ranks(data, top.subplots())
     top.suptitle("B", x=0.02, ha="left")
     sets = {
-        f"M = {len(encoder.components_)}": encoder.components_ for encoder in data.encoders.values()
+        f"M = {len(encoder.components_)}": encoder.components_
+        for encoder in data.encoders.values()
     }
     plot_bases(sets, data.sampling, bottom.subplots())
     bottom.suptitle("C", x=0.02, ha="left")
     n_rows = (
-        max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1) or 1
+        max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1)
+        or 1
     )
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
     _plot_examples(data, axes)

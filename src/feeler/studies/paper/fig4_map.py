@@ -21,7 +21,9 @@ from feeler.encoding import (
 from feeler.report import Section, make_spread
 
 
-def compute(encoder: ConvolutiveNMF, data: np.ndarray, locations: np.ndarray) -> SimpleNamespace:
+def compute(
+    encoder: ConvolutiveNMF, data: np.ndarray, locations: np.ndarray
+) -> SimpleNamespace:
     """What the bases of each start say of time, place and contact, the best start first.
 
     Returns
@@ -65,7 +67,10 @@ def measure_margin(share: np.ndarray) -> float:
     near, far = share[0], share[-1]
     return float(
         min(
-            near[0] - near[1:].max(), near[0] - far[0], far[-1] - far[:-1].max(), far[-1] - near[-1]
+            near[0] - near[1:].max(),
+            near[0] - far[0],
+            far[-1] - far[:-1].max(),
+            far[-1] - near[-1],
         )
     )
 
@@ -117,7 +122,12 @@ def keep_values(section: Section, found: SimpleNamespace) -> None:
     p = np.array([one.p_information for one in found.mappings])
     section.values["encoding.location_p"] = span(p)
     section.table(
-        ["basis", "lag [samples]", "place", *(f"share at {place:g} L" for place in best.locations)],
+        [
+            "basis",
+            "lag [samples]",
+            "place",
+            *(f"share at {place:g} L" for place in best.locations),
+        ],
         rows,
         "Centre of mass of each basis over its lags and along the sensors (0: the first, 1: the"
         " last), and its share of the energy of the ridge codes of contacts at each place; best"

@@ -16,7 +16,9 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.paper.fig4 import MAIN_RANK, load, prepare
 
-_STEPS = "activations  →  noise is added  →  principal components  →  classifier  →  object, place"
+_STEPS = (
+    "activations  →  noise is added  →  principal components  →  classifier  →  object, place"
+)
 
 
 def take(data: SimpleNamespace, tensors: Any) -> SimpleNamespace:
@@ -24,7 +26,9 @@ def take(data: SimpleNamespace, tensors: Any) -> SimpleNamespace:
     time), the bases, and what they give together (sensor, time).
     """
     name = next(key for key in data.examples if key.startswith("ball"))
-    bases = data.encoders[MAIN_RANK if MAIN_RANK in data.encoders else data.ranks[0]].components_
+    bases = data.encoders[
+        MAIN_RANK if MAIN_RANK in data.encoders else data.ranks[0]
+    ].components_
     feature, place = name.split()
     chosen = np.flatnonzero(
         (tensors["feature"].values == feature)

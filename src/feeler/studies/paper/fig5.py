@@ -16,7 +16,13 @@ from feeler.plotting.closest import name_kinds, plot_kinds
 from feeler.plotting.tensor import plot_tensor_grid
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig5_data import MAIN, list_verdicts, load, name_speeds, spread_accuracy
+from feeler.studies.paper.fig5_data import (
+    MAIN,
+    list_verdicts,
+    load,
+    name_speeds,
+    spread_accuracy,
+)
 
 KEPT_AT = (0.1, 0.3)
 """Noise ratios at which the paper names the variance that its principal components keep."""
@@ -158,10 +164,16 @@ def _collect_values(
     first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
     for ratio in KEPT_AT:
         rows = np.isclose(first.ratios, ratio)
-        for name, kept in (("clean codes", first.kept_clean), ("noisy copies", first.kept_noisy)):
+        for name, kept in (
+            ("clean codes", first.kept_clean),
+            ("noisy copies", first.kept_noisy),
+        ):
             if rows.any():
                 value = make_spread(
-                    np.nanmean(kept[rows]), np.nanmin(kept[rows]), np.nanmax(kept[rows]), n=starts
+                    np.nanmean(kept[rows]),
+                    np.nanmin(kept[rows]),
+                    np.nanmax(kept[rows]),
+                    n=starts,
                 )
                 values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
     return values
@@ -178,7 +190,9 @@ def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
             found = curves.find(kind, n_copies=n)
             if not found:  # not tried with so many copies
                 continue
-            ratios = "/".join(f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios)
+            ratios = "/".join(
+                f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios
+            )
             accuracies = ", ".join(
                 f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items()
             )

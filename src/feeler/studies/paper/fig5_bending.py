@@ -85,7 +85,9 @@ def plot(
         place = 100 * place_sensors(antennas[name])
         left.plot(place, 100 * whole.share.mean(axis=0), color=colour, label=name)
         shift = 0.8 * (k - (len(data) - 1) / 2)  # so that equal points do not cover each other
-        middle.plot(100 * location + shift, 100 * whole.top, ".", ms=4, color=colour, label=name)
+        middle.plot(
+            100 * location + shift, 100 * whole.top, ".", ms=4, color=colour, label=name
+        )
     for span in (left.axvspan, middle.axhspan):
         span(0, 100 * _PROXIMAL, color="#DDDDDD", lw=0, label="base: a tenth of the length")
     middle.plot([0, 100], [0, 100], ":", lw=0.8, color="#59636e", label="at the contact")

@@ -40,7 +40,9 @@ def compute(
         fitted = configure(encoder, settings)
         codes = make_codes(array, fitted, kinds=("joint",))
         null = fit_null(array, configure(encoder, settings), plan.null_iter)
-        groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes, null=null)
+        groups[name] = Group(
+            tensors=array, labels=labels, encoder=fitted, codes=codes, null=null
+        )
     once = replace(plan, other_copies=(), before_repeats=0)
     curves = compute_curves(
         groups, once, kinds=("joint",), noises=("relative",), random_state=random_state
@@ -71,7 +73,9 @@ def show(context: Context, section: Section) -> None:
                 section.values[f"{prefix}.{index}.{WINDOWS[1]}.{name}"] = spread
                 kept = section.values.get(f"{prefix}.{index}.{name}")
                 section.values[f"{prefix}.{index}.{WINDOWS[0]}.{name}"] = kept
-            real, null = (data.dispersion[part].average[index][name].estimate for part in _PARTS)
+            real, null = (
+                data.dispersion[part].average[index][name].estimate for part in _PARTS
+            )
             cells.append(f"{real:.3g} / {null:.3g}")
         alone = data.curves.find_null("joint", group=name)
         assert alone is not None  # compute_curves makes one for every group

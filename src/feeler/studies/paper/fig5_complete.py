@@ -168,7 +168,9 @@ def _tabulate(section: Section, data: SimpleNamespace) -> None:
         " classifier can be right more often than the ceiling says.",
     )
     for name, window in data.windows.items():
-        section.values |= {f"window.{part}.{name}": value for part, value in vars(window).items()}
+        section.values |= {
+            f"window.{part}.{name}": value for part, value in vars(window).items()
+        }
 
 
 def _keep_values(
@@ -180,7 +182,10 @@ def _keep_values(
         averages = data.dispersion.average[index]
         for name, found in averages.items():
             spread = make_spread(
-                found.estimate, found.low, found.high, n=data.dispersion.values(index, name).size
+                found.estimate,
+                found.low,
+                found.high,
+                n=data.dispersion.values(index, name).size,
             )
             section.values[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
             section.values[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = section.values[

@@ -34,7 +34,9 @@ def _collect(context: Context) -> dict[str, dict[str, _Touch]]:
         "profiles": {p: _take(context, p, slow, _PUSHED / slow) for p in profiles},
         "speeds": {
             f"{name}, {speed:g} m/s": _take(context, first, speed, _LATER)
-            for name, speed in sorted(list_speeds(context, first).items(), key=lambda item: item[1])
+            for name, speed in sorted(
+                list_speeds(context, first).items(), key=lambda item: item[1]
+            )
         },
     }
 
@@ -96,7 +98,9 @@ def _draw_ways(speeds: list[float], ax: Axes) -> None:
         ax.plot(time, speed * time, color=colour, label=f"{speed:g} m/s")
     ax.axvline(_LATER, color="#888888", ls=":", lw=0.8)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=0.8)
-    ax.set(xlabel="time since contact [ms]", ylabel="distance since contact [mm]", ylim=(0, None))
+    ax.set(
+        xlabel="time since contact [ms]", ylabel="distance since contact [mm]", ylim=(0, None)
+    )
 
 
 def show(context: Context, section: Section) -> None:

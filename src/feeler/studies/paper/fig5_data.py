@@ -66,7 +66,9 @@ def compute(
         after; ``curves`` of accuracy. ``spread_verdicts`` on dispersion, ``verdicts`` on accuracy.
         ``confused``: what is confused at the noisiest level, by group and code.
     """
-    groups = group_tensors(tensors, encoder, plan, reference=reference, random_state=random_state)
+    groups = group_tensors(
+        tensors, encoder, plan, reference=reference, random_state=random_state
+    )
     report("encoded " + ", ".join(name for members in groups.values() for name in members))
     claimed = {
         c: tuple(n for n in g if c == "speed" or n in (reference, *CLAIMED))
@@ -87,7 +89,9 @@ def compute(
         # The first group of both comparisons is the same antenna at the same speed: noise before
         # encoding once.
         once = replace(plan, before_repeats=0) if curves and not plan.before_all else plan
-        curves[comparison] = compute_curves(members, once, random_state=random_state, report=report)
+        curves[comparison] = compute_curves(
+            members, once, random_state=random_state, report=report
+        )
     return SimpleNamespace(
         groups=groups,
         dispersions=dispersions,
@@ -169,7 +173,9 @@ def _judge_curves(
                     {name: sweeps[name].area for name in names},
                     claim=READ_BETTER[comparison],
                     measure=f"accuracy, {LABELS[kind]}, {noise} noise",
-                    explained=np.nan if null is None else compute_explained(sweeps[names[0]], null),
+                    explained=np.nan
+                    if null is None
+                    else compute_explained(sweeps[names[0]], null),
                 )
             )
     return verdicts

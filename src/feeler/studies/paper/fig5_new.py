@@ -65,11 +65,15 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     accuracy, touches, chance, parts = {}, {}, {}, {}
     for split, read in _SPLITS.items():
         groups = names[_LEFT_OUT[split]]
-        labels = np.array([" ".join(row) for row in zip(*(names[a] for a in read), strict=True)])
+        labels = np.array(
+            [" ".join(row) for row in zip(*(names[a] for a in read), strict=True)]
+        )
         least = min(np.sum(groups != group) for group in np.unique(groups))
         lda = make_fitting_lda(int(least), plan.n_copies)
         folds = list(
-            compute_left_out(array / array.max(), labels, groups, estimator=lda, **options).values()
+            compute_left_out(
+                array / array.max(), labels, groups, estimator=lda, **options
+            ).values()
         )
         touches[split] = np.concatenate([sweep.hits[-1].mean(axis=0) for sweep in folds])
         accuracy[split] = float(touches[split].mean())
@@ -82,17 +86,21 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     )
 
 
-def _split_parts(classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]) -> dict[str, float]:
+def _split_parts(
+    classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]
+) -> dict[str, float]:
     words = np.array([str(name).split(" ") for name in classes])
     return {
-        a: float(share[words[:, None, k] == words[None, :, k]].sum()) for k, a in enumerate(read)
+        a: float(share[words[:, None, k] == words[None, :, k]].sum())
+        for k, a in enumerate(read)
     }
 
 
 def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[str, float]:
     """Mean over pairs of touches that differ in one attribute only (places: by one step)."""
     steps = {
-        a: {value: k for k, value in enumerate(sorted(set(v.tolist())))} for a, v in names.items()
+        a: {value: k for k, value in enumerate(sorted(set(v.tolist())))}
+        for a, v in names.items()
     }
     found: dict[str, list[float]] = {a: [] for a in _ATTRIBUTES}
     for i, j in combinations(range(len(array)), 2):
@@ -104,7 +112,9 @@ def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[
         if len(differ) == 1 and near[differ[0]]:
             size = (np.linalg.norm(array[i]) + np.linalg.norm(array[j])) / 2
             found[differ[0]].append(float(np.linalg.norm(array[i] - array[j]) / size))
-    return {a: float(np.mean(values)) if values else float("nan") for a, values in found.items()}
+    return {
+        a: float(np.mean(values)) if values else float("nan") for a, values in found.items()
+    }
 
 
 def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, Any]:
@@ -146,7 +156,9 @@ def _plot_window(profiles: Mapping[str, SimpleNamespace], left: Axes, right: Axe
             heights = [100 * share for share in shares.values()]
             ax.bar(np.arange(len(heights)) + shift, heights, width, color=colour, label=name)
     for place, chance in enumerate(next(iter(profiles.values())).chance.values()):
-        left.plot([place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1)
+        left.plot(
+            [place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1
+        )
 
 
 def show(context: Context, section: Section) -> None:
@@ -235,7 +247,9 @@ def _show_jittered(context: Context, section: Section) -> None:
         section.text(f"Touches never trained on, {title}, tensors by profile. {said}.")
 
 
-def score_again(tensors: xr.Dataset, again: xr.Dataset, plan: Plan, random_state: int = 0) -> float:
+def score_again(
+    tensors: xr.Dataset, again: xr.Dataset, plan: Plan, random_state: int = 0
+) -> float:
     """Accuracy of LDA, trained on noisy copies of tensors, on clean other ones."""
     labels = make_labels(tensors)
     known, asked = (

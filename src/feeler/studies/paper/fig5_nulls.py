@@ -32,8 +32,12 @@ def show(context: Context, section: Section) -> None:
             for index in INDICES:
                 found = null.average[index][group]
                 key = f"dispersion.null.{index}.{name}"
-                section.values[key] = make_spread(found.estimate, found.low, found.high, n=starts)
-                cells.append(f"{real.average[index][group].estimate:.3g} / {found.estimate:.3g}")
+                section.values[key] = make_spread(
+                    found.estimate, found.low, found.high, n=starts
+                )
+                cells.append(
+                    f"{real.average[index][group].estimate:.3g} / {found.estimate:.3g}"
+                )
             alone = curves.find_null("joint", group=group)
             assert alone is not None  # compute_curves makes one for every group
             section.values[f"classification.null.{name}"] = spread_accuracy(alone, starts)
@@ -122,7 +126,13 @@ def _show_twins(
         rows.append([group, *accuracies, f"{100 * found.kept:.0f}", found.fitted.n_iter])
     ratios = " / ".join(f"{100 * ratio:.0f}" for ratio in plan.ratios)
     section.table(
-        ["group", f"same twin [%] at {ratios} % noise", "other twin [%]", "kept [%]", "iterations"],
+        [
+            "group",
+            f"same twin [%] at {ratios} % noise",
+            "other twin [%]",
+            "kept [%]",
+            "iterations",
+        ],
         rows,
         "Every tensor stands twice in one joint fit. Trained on noisy copies of one twin, tested on"
         " copies of the same and of the other. Kept: the share of the accuracy above chance that"

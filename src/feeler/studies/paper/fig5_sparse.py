@@ -64,7 +64,9 @@ def plot(found: Mapping[str, Mapping[str, _Groups]], figure: Figure) -> None:
     """A panel per comparison: every touch as a dot, averages with their intervals, by reading."""
     axes = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     for letter, (comparison, readings), ax in zip("AB", found.items(), axes, strict=False):
-        sets = [{n: (v, _average(v)) for n, v in groups.items()} for groups in readings.values()]
+        sets = [
+            {n: (v, _average(v)) for n, v in groups.items()} for groups in readings.values()
+        ]
         plot_groups(sets, ax)
         n_groups = len(next(iter(readings.values())))
         places = np.arange(len(readings)) * (n_groups + 1) + (n_groups - 1) / 2
@@ -92,7 +94,9 @@ def _list_groups(context: Context) -> dict[str, dict[str, xr.Dataset]]:
 
 def show(context: Context, section: Section) -> None:
     """Sparseness of tensors, which the abstract says slow touch and the gradient raise."""
-    groups = {name: members for name, members in _list_groups(context).items() if len(members) > 1}
+    groups = {
+        name: members for name, members in _list_groups(context).items() if len(members) > 1
+    }
     if not groups:
         return
     measured = {

@@ -64,7 +64,9 @@ def plot(cut: Mapping[str, Sweep], whole: Mapping[str, Sweep], figure: Figure) -
         for name, sweep in sweeps.items():
             plot_sweep(sweep, ax, color=colours[name], label=name)
         ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
-        ax.set(title=window, xlabel="noise [% of each tensor's peak]", xlim=(0, 32), ylim=(0, 103))
+        ax.set(
+            title=window, xlabel="noise [% of each tensor's peak]", xlim=(0, 32), ylim=(0, 103)
+        )
     axes[0].set_ylabel("accuracy [%]")
     axes[0].legend()
 
@@ -112,7 +114,9 @@ def _list_speeds(context: Context) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         else select_speed(every, speed)
         for given, speed in reversed(list_speeds(context, name).items())
     }
-    return {given: (_order(data, keep_whole(data)), _label(data)) for given, data in sets.items()}
+    return {
+        given: (_order(data, keep_whole(data)), _label(data)) for given, data in sets.items()
+    }
 
 
 def _order(data: xr.Dataset, array: np.ndarray) -> np.ndarray:

@@ -92,12 +92,15 @@ def compute(
     )
     speed = min(common) if speed is None else speed
     chosen = {
-        name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6) for name, d in tensors.items()
+        name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6)
+        for name, d in tensors.items()
     }
     encoders, mapping = {}, {}
     for name, dataset in chosen.items():
         data = prepare(dataset, quantity)
-        encoder = effort.make_encoder(n_restarts=effort.side_restarts, random_state=random_state)
+        encoder = effort.make_encoder(
+            n_restarts=effort.side_restarts, random_state=random_state
+        )
         encoders[name] = encoder.fit(data)
         code = encoders[name].transform(data, code="ridge")
         mapping[name] = map_locations(
@@ -111,7 +114,9 @@ def compute(
         for definition, measure in _READINGS.items()
     }
     sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
-    return SimpleNamespace(encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling)
+    return SimpleNamespace(
+        encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling
+    )
 
 
 def _average(entropies: _Entropies) -> dict[str, float]:
@@ -155,7 +160,8 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     ax.set_xticks(range(len(names)), names, rotation=20, ha="right", rotation_mode="anchor")
     ax.set_ylabel("mean entropy of the bases [bits]")
     ax.set_ylim(
-        top=1.45 * max(np.nanmax(values) for by in data.entropy.values() for values in by.values())
+        top=1.45
+        * max(np.nanmax(values) for by in data.entropy.values() for values in by.values())
     )
     ax.legend(loc="upper left")
 

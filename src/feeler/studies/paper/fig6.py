@@ -84,7 +84,9 @@ def _plot_layout(ax: Axes) -> None:
     for k, (x, colour) in enumerate(zip(place, pick_shades("hinge", place.size), strict=True)):
         ax.plot(x, 0, "o", color=colour)
         ax.text(x, 7.0, str(k + 1), color=colour, ha="center", fontsize=7)
-    ax.set(xlabel="from hinge 1 [mm]", yticks=[], ylim=(-7, 14), aspect="equal", title="8 hinges")
+    ax.set(
+        xlabel="from hinge 1 [mm]", yticks=[], ylim=(-7, 14), aspect="equal", title="8 hinges"
+    )
 
 
 def _plot_channels(recording: Recording, ax: Axes, label: str) -> None:
@@ -115,7 +117,9 @@ def _plot_release(data: SimpleNamespace, ax: Axes) -> None:
         label="surrogate",
     )
     tip = compute_tip(robot, data.simulated_release)
-    ax.plot(np.arange(tip.size), tip, "--", color=_SIMULATED, lw=0.8, label="simulation, fitted")
+    ax.plot(
+        np.arange(tip.size), tip, "--", color=_SIMULATED, lw=0.8, label="simulation, fitted"
+    )
     p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
     words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms (paper's robot: 1.19, 2.06)"
     ax.set(xlabel="time after release [ms]", ylabel="tip [mm]")
@@ -157,7 +161,9 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
     """The simulated set: tip traces of all 30 classes, aligned (panel C)."""
     tips = compute_tip(training.antenna, training.values)
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
-        ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=_BALL if feature == "ball" else _BOX)
+        ax.plot(
+            np.arange(tip.size) - 1500, tip, lw=0.5, color=_BALL if feature == "ball" else _BOX
+        )
     ax.set(xlabel="time from first peak [ms]", ylabel="tip [mm]", xticks=[-1500, -750, 0])
     for feature in ("ball", "box"):
         ax.plot([], [], color=FEATURE_COLOURS[feature], label=feature)
@@ -175,11 +181,16 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
         ax.plot(classes.index(label), row, "s", mfc="none", mec=_SURROGATE, ms=9, mew=1.2)
     places = sorted({label[:2] for label in classes})
     centres = [
-        np.mean([k for k, label in enumerate(classes) if label[:2] == place]) for place in places
+        np.mean([k for k, label in enumerate(classes) if label[:2] == place])
+        for place in places
     ]
     ax.set_xticks(centres, [f"{feature}\n{place:g} L" for feature, place in places])
     ax.vlines(
-        [(a + b) / 2 for a, b in pairwise(centres)], -0.5, len(true) - 0.5, color="#BBBBBB", lw=0.6
+        [(a + b) / 2 for a, b in pairwise(centres)],
+        -0.5,
+        len(true) - 0.5,
+        color="#BBBBBB",
+        lw=0.6,
     )
     ax.set_yticks(range(len(true)), [f"{f} {s:g} m/s" for f, _, s in true])
     ax.set(
@@ -238,7 +249,9 @@ def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
         ax.plot(early.since_contact, values, marker, ms=3, color=colour, label=label)
     ax.set_xscale("symlog", linthresh=20)
     ax.set_xticks([0, 20, 100, 1000], ["0", "20", "100", "1000"])
-    _label_share(ax, "while it streams", "since contact was noticed [ms],\nlogarithmic from 20 on")
+    _label_share(
+        ax, "while it streams", "since contact was noticed [ms],\nlogarithmic from 20 on"
+    )
 
 
 def _label_share(ax: Axes, title: str, xlabel: str) -> None:
@@ -263,7 +276,9 @@ def _errorbar(
 ) -> None:
     middle, low, high = np.array(shares).T
     bars = None if alone else (middle - low, high - middle)
-    ax.errorbar(x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, color=colour, label=label)
+    ax.errorbar(
+        x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, color=colour, label=label
+    )
 
 
 def show(context: Context, section: Section) -> None:
@@ -338,8 +353,13 @@ def _list_scores(context: Context, section: Section, data: SimpleNamespace) -> N
         "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
     }
     scores = {
-        **{f"gap.{size:g}": score for size, score in zip(data.sizes, data.by_size, strict=True)},
-        **{f"models.{n}": score for n, score in zip(data.variants, data.by_variants, strict=True)},
+        **{
+            f"gap.{size:g}": score for size, score in zip(data.sizes, data.by_size, strict=True)
+        },
+        **{
+            f"models.{n}": score
+            for n, score in zip(data.variants, data.by_variants, strict=True)
+        },
         **{f"own.{n}": score for n, score in zip(data.shots, data.by_shots, strict=True)},
     }
     section.values |= {
@@ -385,4 +405,7 @@ def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str,
             section.values[f"robot.{index}.{name}"] = make_spread(
                 one.estimate, one.low, one.high, n=_N_TOUCHES
             )
-    section.values[f"robot.agree.{comparison}"] = {"value": float(np.mean(more)), "n": _N_TOUCHES}
+    section.values[f"robot.agree.{comparison}"] = {
+        "value": float(np.mean(more)),
+        "n": _N_TOUCHES,
+    }

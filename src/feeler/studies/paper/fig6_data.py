@@ -115,14 +115,18 @@ def _score_variants(
         training = make_training(
             n_variants=n_variants, rng=np.random.default_rng([seed, n_variants]), engine=engine
         )
-    copies = max(2, 10 // (1 + n_variants))  # about as many training tensors as without variants
+    copies = max(
+        2, 10 // (1 + n_variants)
+    )  # about as many training tensors as without variants
     classifier = TransferClassifier(n_copies=copies, random_state=seed).fit(
         training.values, training.labels
     )
     return measure_transfer(classifier, read)
 
 
-def _score_shots(training: Touches, effort: Scale, seed: int, engine: str) -> list[TransferScore]:
+def _score_shots(
+    training: Touches, effort: Scale, seed: int, engine: str
+) -> list[TransferScore]:
     if not effort.shots:
         return []
     robots = draw_robots(1.0, effort.shot_robots, seed + 1)

@@ -15,7 +15,9 @@ from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_explor
 from feeler.tracking.speed import MAX_GAP
 
 _PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
-_SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
+_SPREAD = np.deg2rad(
+    12.0e-3
+)  # [C] rad/ms, sd of the planted peak speed between trials and sides
 _N_TRIALS = 6  # [P]
 
 
@@ -60,7 +62,9 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
 
 def _plot_path(tracks: Tracks, ax) -> None:
     """Paths of the four landmarks."""
-    for name, colour in zip(tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False):
+    for name, colour in zip(
+        tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False
+    ):
         ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
     ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
@@ -68,9 +72,15 @@ def _plot_path(tracks: Tracks, ax) -> None:
 
 def _plot_trace(data: SimpleNamespace, ax) -> None:
     """Angular speed of both antennae in the first trial, peaks marked."""
-    for side, colour, sweeps in zip(SIDES, PALETTE[:2], data.exploration.sweeps[0], strict=True):
+    for side, colour, sweeps in zip(
+        SIDES, PALETTE[:2], data.exploration.sweeps[0], strict=True
+    ):
         ax.plot(
-            data.trial.time / 1e3, np.abs(_degrees(sweeps.speed)), lw=0.8, color=colour, label=side
+            data.trial.time / 1e3,
+            np.abs(_degrees(sweeps.speed)),
+            lw=0.8,
+            color=colour,
+            label=side,
         )
         ax.plot(sweeps.peak_time / 1e3, _degrees(sweeps.peak_speed), ".", color=colour)
     ax.set(xlabel="time [s]", ylabel="angular speed [°/s]")
@@ -83,7 +93,9 @@ def _plot_box(data: SimpleNamespace, ax) -> None:
     ax.boxplot(speeds, tick_labels=SIDES, medianprops={"color": "#CC0000"}, showfliers=False)
     for place, values in enumerate(speeds, 1):
         ax.plot(np.full(values.size, place), values, "k.")
-    ax.axhline(_degrees(_PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s")
+    ax.axhline(
+        _degrees(_PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s"
+    )
     ax.set(ylabel="mean of peak speeds [°/s]", ylim=(0, None))
     ax.legend(fontsize=7, frameon=False)
 

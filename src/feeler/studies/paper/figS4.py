@@ -65,7 +65,9 @@ def compute(
     groups = list_groups(tensors, reference=reference)
     sweeps = _sweep_groups(groups, settings, random_state=random_state, device=device)
     array, labels = next(iter(next(iter(groups.values())).values()))
-    return SimpleNamespace(sweeps=sweeps, shape=array.shape[1:], n_classes=np.unique(labels).size)
+    return SimpleNamespace(
+        sweeps=sweeps, shape=array.shape[1:], n_classes=np.unique(labels).size
+    )
 
 
 def _sweep_groups(
@@ -110,7 +112,9 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         for name, sweep in sweeps.items():
             plot_sweep(sweep, ax, color=colours[name], label=name)
         ax.axhline(100 / data.n_classes, color="#888888", ls=":", lw=0.8, label="chance")
-        ax.set(title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
+        ax.set(
+            title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103)
+        )
         ax.legend(fontsize=7, frameon=False)
 
 
@@ -182,7 +186,10 @@ def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> 
         for name, sweep in sweeps.items():
             section.values[f"cnn.{window}.{name}"] = spread_accuracy(sweep)
         rows.append(
-            [window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())]
+            [
+                window,
+                *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values()),
+            ]
         )
     section.table(
         ["window", *whole],

@@ -77,7 +77,9 @@ def compute(
         name: np.array(
             [
                 [
-                    match_components(view(reference), view(encoder.restart_components_[start]))[1]
+                    match_components(view(reference), view(encoder.restart_components_[start]))[
+                        1
+                    ]
                     for encoder in encoders.values()
                 ]
                 for start in starts
@@ -85,7 +87,9 @@ def compute(
         )
         for name, view in _VIEWS.items()
     }
-    known = encoders[_REFERENCE if _REFERENCE in encoders else durations[-1]].restart_components_
+    known = encoders[
+        _REFERENCE if _REFERENCE in encoders else durations[-1]
+    ].restart_components_
     return SimpleNamespace(
         encoders=encoders,
         profile_similarity=found[ALONG][0],

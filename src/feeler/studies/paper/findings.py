@@ -20,7 +20,9 @@ PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 def choose_answer(judged: Sequence[Judged]) -> str:
     """The answer to the report's question: the first of ``story.toml`` whose claims all hold."""
     hold = _list_held(judged)
-    return next(one["words"] for one in read_declared(_STORY)["answer"] if hold >= {*one["holds"]})
+    return next(
+        one["words"] for one in read_declared(_STORY)["answer"] if hold >= {*one["holds"]}
+    )
 
 
 def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, str]]:
@@ -109,5 +111,7 @@ def _read(value: Any) -> float | None:
 def list_findings(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Section and sentence of every finding that this run can fill."""
     return [
-        (one["section"], words) for one in _load_findings() if (words := fill(one["words"], values))
+        (one["section"], words)
+        for one in _load_findings()
+        if (words := fill(one["words"], values))
     ]

@@ -22,7 +22,9 @@ def show(context: Context, section: Section) -> None:
         trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
         touches[speed] = (
             trial,
-            touch(context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics),
+            touch(
+                context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics
+            ),
         )
     path = section.folder / f"{_TOGETHER}.mp4"
     titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}
@@ -37,7 +39,11 @@ def show(context: Context, section: Section) -> None:
         trial, everything = touches[speed]
         path = section.folder / f"movieS2_{speed}.mp4"
         write_touch_movie(
-            context.antenna, trial, everything.sel(time=slice(0, _LASTING[speed])), path, fps=fps
+            context.antenna,
+            trial,
+            everything.sel(time=slice(0, _LASTING[speed])),
+            path,
+            fps=fps,
         )
         section.movie(
             path,

@@ -34,7 +34,9 @@ from feeler.wall.following import Run, Watch, follow
 
 _APPROACH_SLOWER, _FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
 _CURVATURE = "curvature beyond rest [1/mm]"
-_SHOWN = 0.95  # [C] of bends lie within the colours; one sharp bend would leave all others white
+_SHOWN = (
+    0.95  # [C] of bends lie within the colours; one sharp bend would leave all others white
+)
 _MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}
 
 
@@ -93,7 +95,9 @@ class _Panel:
         low, high = -0.6 * reach, 1.05 * reach
         self.wall = Rectangle((0, low), 100.0, high - low, color=OBJECT_COLOUR, lw=0)
         ax.add_patch(self.wall)
-        ax.set(xlim=sorted((-0.3 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high))
+        ax.set(
+            xlim=sorted((-0.3 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high)
+        )
         ax.set(aspect="equal", title=name, xlabel="x [mm]")
 
     def draw(self, now: int) -> list[Artist]:
@@ -125,7 +129,9 @@ def _write_following(
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.4))
         behind = np.array([100.0, 0.0])
         left.add_patch(
-            Polygon(np.vstack([course.line, course.line[::-1] + behind]), color=OBJECT_COLOUR, lw=0)
+            Polygon(
+                np.vstack([course.line, course.line[::-1] + behind]), color=OBJECT_COLOUR, lw=0
+            )
         )
         left.plot(*run.body[:, :2].T, lw=0.6, color="#999999", label="path of the body")
         shown = MovingAntenna(antenna, left, _scale(curvature), "RdBu_r")
@@ -142,7 +148,12 @@ def _write_following(
         figure.colorbar(shown.colours, ax=left, label=_CURVATURE, shrink=0.8, extend="both")
         (true,) = right.plot([], [], color="#1b1f24", label="true distance")
         (felt,) = right.plot(
-            [], [], ".", ms=2, color=PALETTE[0], label="felt, from the point of greatest curvature"
+            [],
+            [],
+            ".",
+            ms=2,
+            color=PALETTE[0],
+            label="felt, from the point of greatest curvature",
         )
         right.axhline(run.target, ls="--", lw=0.8, color="#59636e", label="to be kept")
         both = np.concatenate([run.distance, run.estimate])
@@ -208,7 +219,9 @@ def _follow(context: Context, section: Section) -> None:
             shown = True
             path = section.folder / "movieS3_following.mp4"
             bent = get_lead().bend(antenna)
-            _write_following(bent, run, np.array([angles[0], *angles]), path, context.effort.fps)
+            _write_following(
+                bent, run, np.array([angles[0], *angles]), path, context.effort.fps
+            )
             section.movie(
                 path,
                 "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"

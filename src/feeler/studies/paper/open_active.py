@@ -40,7 +40,9 @@ def show(context: Context, section: Section) -> None:
         " policies of your own."
     )
     fill_comparison(section, stored["measured"], contest, stored.get("learned"))
-    drawn = {name: stored["measured"][name] for name in ("policy", "deadline", "accuracy", "work")}
+    drawn = {
+        name: stored["measured"][name] for name in ("policy", "deadline", "accuracy", "work")
+    }
     section.numbers("active", **drawn)
     verdict = judge_steering(stored["measured"], contest)
     paying = int(verdict["pays"].sum())
@@ -74,7 +76,10 @@ def _show_confirmed(
     """The same pairs on fresh sets, and the learned policies where they met them."""
     columns = ("fixed_accuracy", "steered_accuracy", "gain", "half")
     pairs = zip(
-        found["deadline"].values, verdict["fixed"].values, verdict["steered"].values, strict=True
+        found["deadline"].values,
+        verdict["fixed"].values,
+        verdict["steered"].values,
+        strict=True,
     )
     rows = [
         [

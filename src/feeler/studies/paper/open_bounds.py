@@ -40,7 +40,9 @@ _TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 _READERS = {
     "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
     "kernel ridge": lambda: GridSearchCV(
-        KernelRidge(kernel="rbf"), {"alpha": [1e-3, 1e-2, 0.1], "gamma": [3e-3, 1e-2, 3e-2]}, cv=3
+        KernelRidge(kernel="rbf"),
+        {"alpha": [1e-3, 1e-2, 0.1], "gamma": [3e-3, 1e-2, 3e-2]},
+        cv=3,
     ),
     "nearest neighbours": lambda: KNeighborsRegressor(5, weights="distance"),
 }
@@ -109,7 +111,8 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
         sets = [_draw_trials(task, antenna, asked, purpose) for purpose in ("train", "test")]
         targets = [_list_targets(antenna, trials) for trials in sets]
         angles = [
-            touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets
+            touch(antenna, trials, save=("angle",), **options)["angle"].values
+            for trials in sets
         ]
         derived = differentiate_touches(antenna, sets[1], tuple(_TARGETS), **options)
         changes[shape] = derived["change"].values
@@ -122,7 +125,10 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
                 )
             for size in asked[kind]:
                 least = np.array(
-                    [compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)]
+                    [
+                        compute_bounds(compute_fisher(move, size))
+                        for move in moves.swapaxes(0, 1)
+                    ]
                 )
                 bounds[shape, kind, size] = least**2
                 errors[shape, kind, size] = _read(clean, targets, size, asked, rng)
@@ -141,9 +147,9 @@ def _read(
     """
     copies = asked["copies"]
     known, asking = (
-        np.concatenate([c + size * rng.standard_normal(c.shape) for _ in range(copies)]).reshape(
-            copies * len(c), -1
-        )
+        np.concatenate(
+            [c + size * rng.standard_normal(c.shape) for _ in range(copies)]
+        ).reshape(copies * len(c), -1)
         for c in clean
     )
     parts = PCA(
@@ -190,7 +196,8 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             )
             mark_places(ax.xaxis, sizes)
             mark_places(
-                ax.yaxis, [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
+                ax.yaxis,
+                [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]],
             )
     marks = figure.axes[3].get_legend_handles_labels()
     figure.legend(*marks, loc="outside lower center", ncols=len(marks[1]))
@@ -235,7 +242,8 @@ def _measure(
 ) -> dict[str, float]:
     """Errors and bounds over these touches, all shapes together, and the least ratios of them."""
     error, bound = (
-        {key: _average(squares[touches]) for key, squares in by.items()} for by in (best, bounds)
+        {key: _average(squares[touches]) for key, squares in by.items()}
+        for by in (best, bounds)
     )
     found: dict[str, float] = {}
     for k, name in enumerate(_TARGETS):
@@ -290,6 +298,7 @@ def show(context: Context, section: Section) -> None:
         for name, squares in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]
     section.table(
-        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in _TARGETS.items())], rows
+        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in _TARGETS.items())],
+        rows,
     )
     section.values.update(_collect_values(data, asked))

@@ -88,7 +88,9 @@ def _plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> 
     """
     axes, front = figure.subplots(1, 3), stored["front"]
     costs, paper = np.array(front["costs"]), front["paper"]
-    hinges = np.linspace(0, reference.n_segments - 1, len(front["profiles"][0])).round().astype(int)
+    hinges = (
+        np.linspace(0, reference.n_segments - 1, len(front["profiles"][0])).round().astype(int)
+    )
     ratios = np.array(front["profiles"]) / reference.stiffness[hinges]
     for ax, x, own in zip(
         axes, (costs[:, 1], front["force"]), (paper[1], front["paper_force"]), strict=False
@@ -115,7 +117,8 @@ def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
     """Bend of the last 30 segments [degrees] after the same touch, each ms, by antenna."""
     trial = Trial(feature=Ball(radius=1.5), location=0.7, speed=0.6)
     motions = {
-        antenna.name: touch(antenna, trial, duration=120.0, all_hinges=True) for antenna in antennas
+        antenna.name: touch(antenna, trial, duration=120.0, all_hinges=True)
+        for antenna in antennas
     }
     return {
         name: in_unit(motion["angle"], "deg").values[0, -30:].sum(axis=0)

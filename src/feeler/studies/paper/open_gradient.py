@@ -94,7 +94,12 @@ def compute(
                 for kind, values in (("relative", scale_peaks(angle)), ("common", angle)):
                     level, noise = study.headline[kind], find_noise(values, **drawn)[0]
                     known = compute_information(values, level, **drawn)
-                    found = known.bits, known.accuracy, noise, _measure_within(values, level, drawn)
+                    found = (
+                        known.bits,
+                        known.accuracy,
+                        noise,
+                        _measure_within(values, level, drawn),
+                    )
                     for name, value in zip(names, found, strict=True):
                         data[name].sel(place | {"noise": kind})[number] = value
     return data
@@ -167,7 +172,9 @@ def _collect_values(data: xr.Dataset) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     ends = {"": data["speed"].values.min(), "fastest.": data["speed"].values.max()}
-    for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS_OF_NOISE, ends.items()):
+    for rate, kind, (prefix, speed) in product(
+        data["rate"].values, UNITS_OF_NOISE, ends.items()
+    ):
         for part, field in (("", "bits"), ("within.", "within"), ("noise75.", "noise75")):
             one = average_sets(data[field].sel(rate=rate, noise=kind, speed=speed))
             spread = make_interval(float(one["mean"]), float(one["half"]), n=data.sizes["set"])

@@ -68,7 +68,9 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
 
     def touch(antenna: Antenna, purpose: str, number: int) -> np.ndarray:
         trials, _ = study.task.draw(antenna, purpose, set=number, speed=asked["speed"])
-        return in_unit(study.touch(antenna, trials, ("angle",), **options)["angle"], "rad").values
+        return in_unit(
+            study.touch(antenna, trials, ("angle",), **options)["angle"], "rad"
+        ).values
 
     known = [touch(reference, "train", number) for number in range(asked["calibrating"])]
     drawn = {"n_draws": asked["draws"]}
@@ -107,11 +109,18 @@ def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> Non
     for ax, signal in zip((left, right), _SIGNALS, strict=True):
         _plot_rates(found["main"].sel(signal=signal), ax)
         ax.set_title(f"noise grows with {_SIGNALS[signal]}")
-    right.legend(title="equal noise at [rad]", fontsize=6.5, title_fontsize=6.5, loc="lower left")
+    right.legend(
+        title="equal noise at [rad]", fontsize=6.5, title_fontsize=6.5, loc="lower left"
+    )
     for k, ((run, signal), label) in enumerate(_LINES.items()):
         data = found[run].sel(signal=signal)
         x = data["bend"].values * 1.05 ** (k - 2)  # beside each other, not over
-        style: dict[str, Any] = {"color": _COLOURS[k], "fmt": "ovs^D"[k], "ms": 3.5, "capsize": 2}
+        style: dict[str, Any] = {
+            "color": _COLOURS[k],
+            "fmt": "ovs^D"[k],
+            "ms": 3.5,
+            "capsize": 2,
+        }
         rates = find_best(data, resamples)
         ends = np.abs(rates["ends"] - rates["value"])
         best.errorbar(x, rates["value"], ends, label=label, **style)
@@ -136,7 +145,9 @@ def _plot_rates(data: xr.Dataset, ax: Axes) -> None:
         one = shown.sel(bend=bend).isel(rate=order)
         label = f"{float(bend):g}" + (" (floor)" if bend == data["bend"].max() else "")
         x = one["rate"].values
-        ax.errorbar(x, one["mean"], one["half"], marker=".", capsize=2, color=colour, label=label)
+        ax.errorbar(
+            x, one["mean"], one["half"], marker=".", capsize=2, color=colour, label=label
+        )
     ax.axvline(PUBLISHED_RATE, color="#888888", ls=":")
     ax.set_xticks((-0.15, -0.1, -0.05, 0.0))
     ax.set(xlabel="stiffness rate [1/joint]; < 0: softer to the tip", ylabel="named right [%]")
@@ -198,7 +209,10 @@ def show(context: Context, section: Section) -> None:
     values = collect_values(found, asked["resamples"])
     rows = [
         [run, _SIGNALS[signal], float(bend), float(data["floor"].sel(signal=signal, bend=bend))]
-        + [_say(values[f"receptor.{run}.{part}.{signal}.{bend:g}"]) for part in ("best", "behind")]
+        + [
+            _say(values[f"receptor.{run}.{part}.{signal}.{bend:g}"])
+            for part in ("best", "behind")
+        ]
         for run, data in found.items()
         for signal, bend in product(data["signal"].values, data["bend"].values)
     ]

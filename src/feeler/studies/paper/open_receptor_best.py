@@ -78,5 +78,7 @@ def _find_peak(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     back, on = x[middle] - x[middle - 1], x[middle] - x[middle + 1]
     fall, rise = near[1] - near[2], near[1] - near[0]
     below = back * fall - on * rise
-    top = x[middle] - 0.5 * (back**2 * fall - on**2 * rise) / np.where(below == 0, np.inf, below)
+    top = x[middle] - 0.5 * (back**2 * fall - on**2 * rise) / np.where(
+        below == 0, np.inf, below
+    )
     return np.where(best == middle, top, x[best])

@@ -68,7 +68,8 @@ def collect_values(cells: _Cells) -> dict[str, Any]:
         "space.cost": found.gain({"kind": "plane"}, {}),
         "space.turned": found.gain({"layout": "quarter turns"}, {"layout": "one side"}),
         "space.turned.lda": found.gain(
-            {"layout": "quarter turns", "reader": "lda"}, {"layout": "one side", "reader": "lda"}
+            {"layout": "quarter turns", "reader": "lda"},
+            {"layout": "one side", "reader": "lda"},
         ),
         "space.one_way": find_least([found.gain(around, side) for side in alone]),
         "space.sets": len(found.get()),
@@ -145,7 +146,10 @@ def show(_context: Context, section: Section) -> None:
     rows = [
         [
             layout,
-            *(say_mean(values[_name("space", _PUBLISHED, reader, layout)]) for reader in _MARKS),
+            *(
+                say_mean(values[_name("space", _PUBLISHED, reader, layout)])
+                for reader in _MARKS
+            ),
         ]
         for layout in asked["layouts"]
     ]

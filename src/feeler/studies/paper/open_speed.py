@@ -50,7 +50,9 @@ def _collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, 
         found[f"tradeoff.best.{deadline:g}"] = make_spread(
             *(float(one[name]) for name in ("best", "least", "most")), n=study.sets
         )
-        accuracy = make_interval(100 * float(one["mean"]), 100 * float(one["half"]), n=study.sets)
+        accuracy = make_interval(
+            100 * float(one["mean"]), 100 * float(one["half"]), n=study.sets
+        )
         found[f"tradeoff.accuracy.{deadline:g}"] = accuracy
     for word, speed in named.items():
         found[f"tradeoff.work.{word}"] = _spread(first["work"].sel(speed=speed))

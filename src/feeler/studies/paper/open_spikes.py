@@ -13,7 +13,13 @@ from feeler.plotting.look import mark_places, pick_colours
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.open_spikes_found import PACES, Found, average, collect_values, say_mean
+from feeler.studies.paper.open_spikes_found import (
+    PACES,
+    Found,
+    average,
+    collect_values,
+    say_mean,
+)
 from feeler.studies.spiking import load_measured
 
 READ_BY = {
@@ -86,7 +92,9 @@ def _plot_places(found: Found, ax: Axes) -> None:
 
 def _plot_changes(found: Found, ax: Axes) -> None:
     """Whole touches by what is changed, read by counts."""
-    shown = [name for name in CHANGES if "places" not in name and name not in ("shared", "null")]
+    shown = [
+        name for name in CHANGES if "places" not in name and name not in ("shared", "null")
+    ]
     for pace, colour in pick_colours(PACES).items():
         spreads = [average(found.get("exponential", pace, "counts", name)) for name in shown]
         style = {"fmt": "s", "color": colour, "ms": 3, "capsize": 2}
@@ -106,7 +114,9 @@ def _explain(figure: Figure) -> None:
     ]
     marks += [
         Line2D([], [], color="0.3", marker="s", ls="none", ms=4, label="counts, own gain"),
-        Line2D([], [], color="0.3", marker="D", ls="none", ms=4, mfc="none", label="shared gain"),
+        Line2D(
+            [], [], color="0.3", marker="D", ls="none", ms=4, mfc="none", label="shared gain"
+        ),
     ]
     figure.legend(handles=marks, loc="outside lower center", ncols=4)
 
@@ -170,7 +180,9 @@ def _write_tables(section: Section, found: Found) -> None:
         "Place named right, of five, in whole touches [%], 95 %.",
     )
     rows = [
-        [profile, speed, *_count(found, profile, speed)] for profile in CLAIMED for speed in PACES
+        [profile, speed, *_count(found, profile, speed)]
+        for profile in CLAIMED
+        for speed in PACES
     ]
     section.table(
         ["antenna", "speed", "spikes a touch", "bits", "bits per thousand spikes"],

@@ -86,7 +86,9 @@ def _judge_orders(found: Found) -> dict[str, Any]:
     values = {}
     for code in ("counts", "ideal"):
 
-        def read(speed: str, profile: str = "exponential", code: str = code, **rest: str) -> dict:
+        def read(
+            speed: str, profile: str = "exponential", code: str = code, **rest: str
+        ) -> dict:
             return {"profile": profile, "speed": speed, "code": code, **rest}
 
         for variant, name in (("own", "whole"), ("200 spikes", "200")):
@@ -142,7 +144,9 @@ def collect_values(cells: Mapping[str, Any]) -> dict[str, Any]:
                 found.get(profile, speed, code, variant, window)
             )
     for profile, pace in product(CLAIMED, PACES):
-        values[f"spikes.per_thousand.{profile}.{pace}"] = average(found.per_thousand(profile, pace))
+        values[f"spikes.per_thousand.{profile}.{pace}"] = average(
+            found.per_thousand(profile, pace)
+        )
     for code in ("counts", "ideal"):
         values[f"spikes.sets.{code}"] = len(found.get("exponential", "slow", code))
     return values

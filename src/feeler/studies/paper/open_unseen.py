@@ -86,7 +86,13 @@ def _plot_kinds(values: Mapping[str, Any], part: str, names: tuple[str, ...], ax
         spreads = [values.get(f"unseen.{part}.{name}.{kind}", {}) for kind in asked]
         x = [i + 0.14 * (k - (len(names) - 1) / 2) for i in range(len(asked))]
         fill = "none" if name.endswith("_tip") else colour
-        style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour, "mfc": fill}
+        style: dict[str, Any] = {
+            "fmt": mark,
+            "ms": 4,
+            "capsize": 2,
+            "color": colour,
+            "mfc": fill,
+        }
         plot_spreads(ax, x, spreads, label=label, **style)
     ax.set_xticks(range(len(asked)), [WORDS[kind] for kind in asked])
     ax.set_xlim(-0.5, len(asked) - 0.5)
@@ -116,7 +122,9 @@ def show(context: Context, section: Section) -> None:
     )
     values = collect_values(found["wrong"])
     kinds = WORDS | {"unseen.lda": "both new, read by LDA"}
-    kinds = {kind: word for kind, word in kinds.items() if f"unseen.gain.unseen.{kind}" in values}
+    kinds = {
+        kind: word for kind, word in kinds.items() if f"unseen.gain.unseen.{kind}" in values
+    }
     rows = [
         [SHOWN[name][0], *(_say(values, f"unseen.{part}.{name}.{kind}") for kind in kinds)]
         for part, names in (("wrong", ("published", "unseen", "known")), ("gain", [*SHOWN][1:]))
@@ -124,7 +132,9 @@ def show(context: Context, section: Section) -> None:
     ]
     header = ["antenna", *kinds.values()]
     section.table(header, rows[:3], "Named wrong [%], 95 % over sets.")
-    section.table(header, rows[3:], "Fewer named wrong than with the published antenna [points].")
+    section.table(
+        header, rows[3:], "Fewer named wrong than with the published antenna [points]."
+    )
     section.values.update(values)
 
 

@@ -12,8 +12,8 @@ from typing import Any
 from markupsafe import Markup
 from pypdf import PdfReader, PdfWriter
 
+from feeler.disk.provenance import describe_versions, list_versions
 from feeler.physics.contact import get_contact
-from feeler.provenance import describe_versions, list_versions
 from feeler.report.page import Part, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
 from feeler.studies.paper.context import Context
@@ -44,7 +44,10 @@ def write_page(context: Context, sections: list[Section], claims: list[Judged]) 
     opening, story, beside = Markup(""), Markup(""), dict[str, Markup]()
     shown: list[Section] = sections
     if context.is_cockroach:
-        opening, beside = open_report(templates, sections, claims), _group(templates, claims, made)
+        opening, beside = (
+            open_report(templates, sections, claims),
+            _group(templates, claims, made),
+        )
         story, shown = tell_story(templates, sections, claims, beside)
         findings = list_findings(
             {key: value for section in sections for key, value in section.values.items()}
@@ -87,7 +90,10 @@ def write_page(context: Context, sections: list[Section], claims: list[Judged]) 
 
 
 def _fill_verdicts(
-    templates: Any, claims: list[Judged], findings: list[tuple[str, str]], made: Mapping[str, str]
+    templates: Any,
+    claims: list[Judged],
+    findings: list[tuple[str, str]],
+    made: Mapping[str, str],
 ) -> Any:
     paper = count_verdicts(claims)
     evidence, others = ({word: paper[word] for word in words} for words in (EVIDENCE, OTHERS))

@@ -150,7 +150,8 @@ def reproduce(
     for section in made.values():
         report(section.title, section)
     todo = sorted(
-        (s for s in STAGES if s.name not in made), key=lambda s: context.effort.queue.index(s.name)
+        (s for s in STAGES if s.name not in made),
+        key=lambda s: context.effort.queue.index(s.name),
     )
     waiting = {s.name: replace(shipped[s.name], waits=True) for s in todo if s.name in shipped}
     if todo:

@@ -12,9 +12,9 @@ from typing import cast
 
 from filelock import FileLock
 
+from feeler.disk.provenance import make_key
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
-from feeler.provenance import make_key
 from feeler.report.section import MARKER, Section
 from feeler.studies.paper.context import KEYED, Context, View
 
@@ -60,7 +60,9 @@ class Stage:
     def show(self, context: Context, section: Section) -> None:
         """Compute, draw and say everything."""
         for show in (
-            (self.make,) if self.make else (import_module(module).show for module in self.modules)
+            (self.make,)
+            if self.make
+            else (import_module(module).show for module in self.modules)
         ):
             show(context, section)
 
@@ -111,7 +113,10 @@ def run_stage(stage: Stage, context: Context) -> Section:
     except FeelerError as error:
         shutil.rmtree(partial)
         failed = Section(
-            name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start
+            name=stage.name,
+            title=stage.title,
+            folder=final,
+            seconds=time.perf_counter() - start,
         )
         failed.text(f"This section could not be made: {error}")
         return failed

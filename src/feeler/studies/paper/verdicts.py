@@ -81,7 +81,9 @@ class Judged:
             **claim,
             **self._describe_reading(),
             "evidence": self.is_evidence,
-            "definitions": [{"name": name, **one._describe_reading()} for name, one in readings],
+            "definitions": [
+                {"name": name, **one._describe_reading()} for name, one in readings
+            ],
         }
 
     def _describe_reading(self) -> dict[str, object]:
@@ -135,9 +137,14 @@ def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, 
 def summarise_counts(judged: list[Judged]) -> str:
     """Both counts of statements in a line: those with evidence, those without, our own."""
     paper, ours = count_verdicts(judged), count_verdicts(judged, "ours")
-    parts = [("statements of the paper with evidence", paper, EVIDENCE), ("without", paper, OTHERS)]
+    parts = [
+        ("statements of the paper with evidence", paper, EVIDENCE),
+        ("without", paper, OTHERS),
+    ]
     if any(ours.values()):
-        parts.append(("statements of our own", ours, tuple(word for word, n in ours.items() if n)))
+        parts.append(
+            ("statements of our own", ours, tuple(word for word, n in ours.items() if n))
+        )
     return "; ".join(
         f"{title}: " + ", ".join(f"{counts[word]} {word}" for word in words)
         for title, counts, words in parts
@@ -176,7 +183,9 @@ def _judge_definitions(claim: Claim, values: _Values, context: Context) -> Judge
         for name, one in zip(claim.definitions, found, strict=True)
     )
     if "not judged" in words:
-        return Judged(verdict="not judged", why=f"not every reading is judged: {said}", **together)
+        return Judged(
+            verdict="not judged", why=f"not every reading is judged: {said}", **together
+        )
     why = f"readings that the paper leaves open differ: {said}{_name_nearest(claim, found)}"
     return Judged(verdict="depends on a definition", why=why, **together)
 
@@ -195,9 +204,13 @@ def _name_nearest(claim: Claim, found: list[Judged]) -> str:
 
 def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
     keys = claim.keys
-    known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.twin, *claim.shows))
+    known = tuple(
+        (key, values.get(key)) for key in (*keys, *claim.null, *claim.twin, *claim.shows)
+    )
     found = [values[key] for key in keys if values.get(key) is not None]
-    names = _name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
+    names = (
+        _name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
+    )
     ours = (
         "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True))
         if names
@@ -215,7 +228,9 @@ def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
     if why := _find_lack(claim, values, context):
         return say("not judged", why)
     if undefined := [
-        value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value
+        value["undefined"]
+        for value in found
+        if isinstance(value, dict) and "undefined" in value
     ]:
         return say("not comparable", f"undefined: {undefined[0]}")
     if why := _find_single(claim, (*found, *(values[key] for key in claim.null))):
@@ -233,7 +248,8 @@ def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
         if twin and twin[-1][2] < twin[0][1]:
             shown = ", ".join(f"{number[0]:.3g}" for number in twin)
             return say(
-                "not reproduced", f"{_REVERSED} in what carries over to twins ({shown}); {reason}"
+                "not reproduced",
+                f"{_REVERSED} in what carries over to twins ({shown}); {reason}",
             )
         return say("no evidence", f"{why}, but {reason}")
     return say(verdict, why)
@@ -253,11 +269,15 @@ def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
 def _find_lack(claim: Claim, values: _Values, context: Context) -> str:
     """What this run did not compute; empty if it did."""
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
-        return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
+        return (
+            f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
+        )
     needed = (*claim.keys, *claim.null, *claim.twin)
     missing = [key for key in needed if values.get(key) is None]
     return (
-        f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
+        f"not computed in this run (scale {context.scale}): {', '.join(missing)}"
+        if missing
+        else ""
     )
 
 
@@ -300,7 +320,9 @@ def _judge_within(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     margin = claim.tolerance * abs(claim.target)
     inside = [abs(end - claim.target) <= margin for end in (value, *ends)]
     beside = min(ends) <= claim.target <= max(ends)
-    why = f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
+    why = (
+        f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
+    )
     if all(inside):
         return "reproduced", f"within {claim.tolerance:.0%}"
     if any(inside) or beside:
@@ -359,7 +381,10 @@ def _judge_share(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     """In how much of what was declared (set-ups, indices) it holds."""
     share = numbers[0][0]
     why = f"holds in {share:.0%}; {_MOST:.0%} are asked for, {_HALF:.0%} are partly"
-    return "reproduced" if share >= _MOST else "partly" if share >= _HALF else "not reproduced", why
+    return (
+        "reproduced" if share >= _MOST else "partly" if share >= _HALF else "not reproduced",
+        why,
+    )
 
 
 _RULES = {
@@ -377,7 +402,9 @@ def _show(value: object) -> str:
     if isinstance(value, dict):
         if "undefined" in value:
             return f"undefined: {value['undefined']}"
-        spread = "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
+        spread = (
+            "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
+        )
         spread = " (n = 1)" if value.get("n") == 1 else spread
         return f"{value['value']:.3g}{spread}"
     return (

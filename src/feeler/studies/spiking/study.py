@@ -12,7 +12,7 @@ from feeler.antenna.cockroach import cockroach
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.reader import measure_reader
 from feeler.errors import InvalidInput
-from feeler.record import Ge, Gt, Record, Unit
+from feeler.records.record import Ge, Gt, Record, Unit
 from feeler.spikes import (
     CAMPANIFORM,
     HAIR,
@@ -155,7 +155,9 @@ class SpikeStudy(Study):
         self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
     ) -> dict[str, Any]:
         """One set of touches of an antenna at a speed, by field; ``options`` as ``run`` takes."""
-        trials, labels = self.task.draw(antenna, "test", set=number, speed=speed, each=self.each)
+        trials, labels = self.task.draw(
+            antenna, "test", set=number, speed=speed, each=self.each
+        )
         touches = self.touch(antenna, trials, ("angle",), **options)
         felt = _Felt(self, antenna, touches, np.asarray(labels), number, options)
         shape = (len(_FIELDS), len(self.readers), len(self.levels), len(self.list_windows()))
@@ -274,7 +276,9 @@ class _Trains:
 
     def ask(self, name: str, ends: list[int | None]) -> list[tuple[float, ...]]:
         """Accuracy, bits, share of places right, and spikes of a touch, by each end."""
-        told: Any = self._ask_ideal(ends) if name == _IDEAL_OBSERVER else self._ask_code(name, ends)
+        told: Any = (
+            self._ask_ideal(ends) if name == _IDEAL_OBSERVER else self._ask_code(name, ends)
+        )
         each = len(self.rasters) * len(self.felt.labels)
         spikes = [sum(int(r[:, :, :end].sum()) for r in self.rasters) / each for end in ends]
         return [(*map(float, one), count) for one, count in zip(told, spikes, strict=True)]
@@ -310,7 +314,9 @@ class _Trains:
         return told
 
 
-def _learn_and_ask(codes: np.ndarray, labels: np.ndarray, taught: np.ndarray) -> tuple[float, ...]:
+def _learn_and_ask(
+    codes: np.ndarray, labels: np.ndarray, taught: np.ndarray
+) -> tuple[float, ...]:
     """Accuracy, bits and share of places right, of an LDA that learns the trials ``taught``."""
     used = codes[:, np.ptp(codes[taught], axis=0) > 0]
     if not used.shape[1]:  # nobody has fired: a guess
@@ -357,10 +363,14 @@ def load_spiking(**changes: Any) -> SpikeStudy:
     kept = changes.pop("variants", None)
     variants = asked.pop("variants")
     if kept is not None and (unknown := [name for name in kept if name not in variants]):
-        raise InvalidInput(f"unknown variant {unknown[0]!r}; declared are {', '.join(variants)}.")
+        raise InvalidInput(
+            f"unknown variant {unknown[0]!r}; declared are {', '.join(variants)}."
+        )
     codes = changes.pop("codes", asked.pop("codes")["names"])
     asked |= changes
-    task = {name: asked.pop(name) for name in ("speeds", "nuisances", "objects") if name in asked}
+    task = {
+        name: asked.pop(name) for name in ("speeds", "nuisances", "objects") if name in asked
+    }
     seed = asked.pop("seed")
     seeds = {"test": seed, "train": seed + 1_000_000}
     return SpikeStudy(

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
 
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.rules import show
+from feeler.records.checked import checked
+from feeler.records.rules import show
 from feeler.tensors.unit import need
 
 _LEVEL = 0.95
@@ -44,7 +44,9 @@ def find_best(measured: xr.Dataset, level: str, field: str = "accuracy") -> xr.D
     """
     need(measured, field, "speed", "level")
     if level not in measured["level"]:
-        raise InvalidInput(f"there is no level {level!r}; there are: {measured['level'].values}.")
+        raise InvalidInput(
+            f"there is no level {level!r}; there are: {measured['level'].values}."
+        )
     values = measured[field].sel(level=level)
     mean = values.mean("set")
     order = np.argsort(-mean.values, axis=0, kind="stable")

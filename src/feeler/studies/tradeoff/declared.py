@@ -23,5 +23,7 @@ def load_declared(**changes: Any) -> Study:
     seed = asked.pop("seed")
     task: dict[str, Any] = {name: asked.pop(name) for name in ("speeds", "nuisances")}
     seeds = {"test": seed, "train": seed + 1_000_000}
-    study = Study(task=Task(**task, seeds=seeds), **{n: asked.pop(n) for n in found if n in asked})
+    study = Study(
+        task=Task(**task, seeds=seeds), **{n: asked.pop(n) for n in found if n in asked}
+    )
     return study.replace(**asked)

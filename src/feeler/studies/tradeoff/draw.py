@@ -63,7 +63,12 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
         one, x = found.sel(speed=speed), chosen["value"].values
         ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g} m/s")
         ax.fill_between(
-            x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0
+            x,
+            one["mean"] - one["half"],
+            one["mean"] + one["half"],
+            color=colour,
+            alpha=0.25,
+            lw=0,
         )
     ax.set(xscale="log", ylim=(0, 103), ylabel="ideal accuracy [%]")
     mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
@@ -76,10 +81,20 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
         best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
         x, y, least, most = (best[name].values for name in ("value", "best", "least", "most"))
         ax.errorbar(
-            x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **_MARKS[kind]
+            x,
+            y,
+            [y - least, most - y],
+            lw=1,
+            capsize=2,
+            color=colour,
+            label=level,
+            **_MARKS[kind],
         )
     ax.set(
-        xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]"
+        xscale="log",
+        yscale="log",
+        xlabel="deadline [ms since contact]",
+        ylabel="best speed [m/s]",
     )
     mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)

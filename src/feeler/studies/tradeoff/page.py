@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from feeler.checked import checked
+from feeler.disk.files import ensure_folder
 from feeler.errors import InvalidInput
-from feeler.files import ensure_folder
+from feeler.records.checked import checked
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
 from feeler.studies.study import Study
@@ -46,7 +46,9 @@ def write_tradeoff(
     for data in measured.values():
         need(data, *_SHOWN)
     out = ensure_folder(out)
-    section = Section(name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False)
+    section = Section(
+        name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False
+    )
     fill_section(section, measured, study)
     section.text(conditions)
     table = xr.concat([_tabulate(data) for data in measured.values()], "row", data_vars="all")
@@ -59,7 +61,9 @@ def write_tradeoff(
     one = "One set of touches was drawn, so nothing says how far another one would differ."
     known = f"All {n} told apart are {np.log2(n):.2f} bits."
     lead = f"{_ASKED.format(n)} {known} {_SPREAD if study.sets > 1 else one}"
-    return write_page(out / "tradeoff.html", "Speed against accuracy against energy", lead, section)
+    return write_page(
+        out / "tradeoff.html", "Speed against accuracy against energy", lead, section
+    )
 
 
 @checked
@@ -150,7 +154,9 @@ def _tabulate(data: xr.Dataset) -> xr.Dataset:
     costs = {name: data[name].mean("set") for name in ("work", "force", "release")}
     names = ("antenna", "speed", "level", "window")
     table = (
-        xr.Dataset(found | costs).drop_vars(("kind", "value")).assign(antenna=data.attrs["antenna"])
+        xr.Dataset(found | costs)
+        .drop_vars(("kind", "value"))
+        .assign(antenna=data.attrs["antenna"])
     )
     flat = table.stack(row=names[1:]).reset_index("row")
     return flat.reset_coords()[[*names, *found, *costs]]

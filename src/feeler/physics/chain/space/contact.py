@@ -21,7 +21,11 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
     for k in range(count):
         o, i = int(table[k, s.HIT_OBJECT]), int(table[k, s.HIT_SEGMENT])
         point = (table[k, s.HIT_POINT], table[k, s.HIT_POINT + 1], table[k, s.HIT_POINT + 2])
-        normal = (table[k, s.HIT_NORMAL], table[k, s.HIT_NORMAL + 1], table[k, s.HIT_NORMAL + 2])
+        normal = (
+            table[k, s.HIT_NORMAL],
+            table[k, s.HIT_NORMAL + 1],
+            table[k, s.HIT_NORMAL + 2],
+        )
         distance = table[k, s.HIT_DISTANCE]
         r = join3(-1.0, _read(work, s.SEG_PLACE, i, lane), point)
         along = _read(work, s.SEG_ALONG, i, lane)
@@ -34,7 +38,9 @@ def make_rows_in_space(constants, work, base, obj, table, count, place, rows, la
         slow = min(obj[o, f.O_SLOW, lane], constants[f.C_SLOW, i, lane])
         fast = min(obj[o, f.O_FAST, lane], constants[f.C_WIDEST, i, lane])
         wide = max(constants[f.C_WIDTH, i, lane], slow, fast)
-        impedance = compute_impedance(distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane)
+        impedance = compute_impedance(
+            distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane
+        )
         thin = min(constants[f.C_RADIUS, i, lane], obj[o, f.O_RADIUS, lane])
         base[0, s.BASE_SINK, lane] = max(base[0, s.BASE_SINK, lane], -distance / thin)
         mu = obj[o, f.O_FRICTION, lane]

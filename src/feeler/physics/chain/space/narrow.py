@@ -209,7 +209,10 @@ def _put(table, count, near, out, gap, radius, grown):
         return count
     point = join3(grown + 0.5 * distance, out, near)
     for axis in range(3):
-        table[count, s.HIT_POINT + axis], table[count, s.HIT_NORMAL + axis] = point[axis], out[axis]
+        table[count, s.HIT_POINT + axis], table[count, s.HIT_NORMAL + axis] = (
+            point[axis],
+            out[axis],
+        )
     table[count, s.HIT_DISTANCE] = distance
     return count + 1
 

@@ -11,7 +11,16 @@ from feeler.physics.chain import fields as f
 from feeler.physics.chain.lanes import fma, get, put, sincos, spread
 from feeler.physics.chain.space import fields as s
 from feeler.physics.chain.space.base import fold_base, give_way, push_root, take_out
-from feeler.physics.chain.space.vectors import add, cross, dot, get3, get_base, join, put3, scale
+from feeler.physics.chain.space.vectors import (
+    add,
+    cross,
+    dot,
+    get3,
+    get_base,
+    join,
+    put3,
+    scale,
+)
 
 
 @inlined
@@ -84,7 +93,10 @@ def move_in_space(constants, work, base, kind, timestep, width):
         share, mass = get(constants, s.C_SHARE, i, width), get(constants, f.C_MASS, i, width)
         force = scale(-mass, join(share, ahead, carried))
         carried = add(carried, ahead)
-        across, axial = get(constants, s.C_ACROSS, i, width), get(constants, s.C_AXIAL, i, width)
+        across, axial = (
+            get(constants, s.C_ACROSS, i, width),
+            get(constants, s.C_AXIAL, i, width),
+        )
         turning = join(axial * dot(y, product), y, scale(across, product))
         spin = join(axial * dot(y, omega), y, scale(across, omega))
         own = scale(-1.0, add(turning, cross(omega, spin)))
@@ -183,7 +195,10 @@ def _carry(constants, work, i, flows, timestep, whole, width):
         mass[5] + own_mass,
     )
     if len(flows):
-        length, more = get(constants, f.C_LENGTH, i, width), get(constants, s.C_FLOW + 1, i, width)
+        length, more = (
+            get(constants, f.C_LENGTH, i, width),
+            get(constants, s.C_FLOW + 1, i, width),
+        )
         e = scale(timestep * more / (length * length), r)
         mass = (
             fma(e[0], r[0], mass[0]),

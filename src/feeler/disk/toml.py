@@ -16,9 +16,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from feeler.disk.files import read_bytes, temporary_folder, writing
 from feeler.errors import InvalidInput
-from feeler.files import read_bytes, temporary_folder, writing
-from feeler.record import Record
+from feeler.records.record import Record
 
 _MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
 # characters; tomllib needs a second for the worst text of this length, and for longer ones hours
@@ -86,12 +86,12 @@ def parse_toml(text: str, source: str = "text") -> dict[str, Any]:
     try:
         if len(text) <= _SMALL:
             return tomllib.loads(text)
-        from feeler.guard import open_guarded
+        from feeler.disk.guard import open_guarded
 
         with temporary_folder() as folder:
             path = folder / "TOML"
             path.write_text(text, encoding="utf-8")
-            return open_guarded("feeler.toml:_parse_file", path)[0]
+            return open_guarded("feeler.disk.toml:_parse_file", path)[0]
     except (ValueError, RecursionError) as error:
         words = str(error)[:300].rstrip(".")
         raise InvalidInput(f"{source} is not valid TOML: {words}.") from error

@@ -26,7 +26,7 @@ import numpy as np
 from annotated_types import Len
 
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.rules import OneOf
+from feeler.records.rules import OneOf
 
 _Test = Callable[[Any], bool]
 F = TypeVar("F", bound=Callable)
@@ -82,7 +82,8 @@ def _wrap(function: F, name: str) -> F:
         }
         optional = {p.name for p in parameters if p.default is None}
         return {
-            key: _make_test(hint | None if key in optional else hint) for key, hint in named.items()
+            key: _make_test(hint | None if key in optional else hint)
+            for key, hint in named.items()
         }
 
     @functools.cache
@@ -116,7 +117,9 @@ def _resolve(function: Callable) -> dict[str, Any]:
         hints = get_type_hints(function, include_extras=True)
     except NameError:  # a name that only type checkers import
         hints = {
-            key: hint for key, hint in function.__annotations__.items() if not isinstance(hint, str)
+            key: hint
+            for key, hint in function.__annotations__.items()
+            if not isinstance(hint, str)
         }
     return {key: hint for key, hint in hints.items() if key != "return"}
 
@@ -176,7 +179,8 @@ def _make_protocol_test(kind: type) -> tuple[_Test, str]:
     words = f"something with {', '.join(sorted(named))}" if named else "anything"
     return (
         lambda value: (
-            not (isinstance(value, type) and named) and all(hasattr(value, name) for name in named)
+            not (isinstance(value, type) and named)
+            and all(hasattr(value, name) for name in named)
         )
     ), words
 
@@ -204,9 +208,10 @@ def _make_closer_test(hint: Any, more: str) -> tuple[_Test, str]:
     test, words = _make_test(hint)
     if hint is int and more == "> 0":  # a count, no seed
         return (lambda value: test(value) and 0 < value < 2**63), f"{words} > 0, below 2⁶³"
-    reaches = {"≥ 0": lambda value: 0 <= value < np.inf, "> 0": lambda value: 0 < value < np.inf}[
-        more
-    ]
+    reaches = {
+        "≥ 0": lambda value: 0 <= value < np.inf,
+        "> 0": lambda value: 0 < value < np.inf,
+    }[more]
     return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
 
 
@@ -243,7 +248,9 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[_Test, str]:
     fixed = origin is tuple and Ellipsis not in inner and bool(inner)
     items = [_make_test(item) for item in inner if item is not Ellipsis]
     # of a library's or of our own class, which no array of numbers holds
-    objects = bool(inner) and getattr(inner[0], "__module__", "").startswith(("feeler", "matplot"))
+    objects = bool(inner) and getattr(inner[0], "__module__", "").startswith(
+        ("feeler", "matplot")
+    )
     words = f"{len(items)} values ({', '.join(w for _, w in items)})" if fixed else "a sequence"
     if items and not fixed:
         words += f", each {items[0][1]}"

@@ -23,7 +23,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-SOURCE = Path(__file__).parent
+SOURCE = Path(__file__).parents[1]
 _FOUND = ".json"  # results of feeler's own, kept beside the module that shows them
 _DATA = (".toml", ".csv", ".npz", ".safetensors", _FOUND)  # files that hold numbers
 _HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
@@ -78,7 +78,10 @@ def find_modules(*modules: str) -> dict[str, _Module]:
         top = module.partition(".")[0]
         return top in tops or any((folder / f"{top}.py").is_file() for folder in folders)
 
-    find, read = cache(_find_file), cache(_read_module)  # a hundred modules import the same dozen
+    find, read = (
+        cache(_find_file),
+        cache(_read_module),
+    )  # a hundred modules import the same dozen
     found: dict[str, _Module] = {}
     waiting = list(modules)
     while waiting:
@@ -119,7 +122,11 @@ def _find_file(module: str) -> Path | None:
     if first == "feeler":
         base = SOURCE.joinpath(*rest)
         return next(
-            (path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()),
+            (
+                path
+                for path in (base.with_suffix(".py"), base / "__init__.py")
+                if path.is_file()
+            ),
             None,
         )
     try:
@@ -201,9 +208,8 @@ def parse_module(name: str, path: Path) -> _Module:
 def _parse(raw: bytes) -> ast.Module:
     try:
         return ast.parse(raw)
-    except (
-        SystemError
-    ):  # of Python 3.11, where what was thrown away meanwhile wrote a traceback, and so parsed too
+    # of Python 3.11, where what was thrown away meanwhile wrote a traceback, and so parsed too
+    except SystemError:
         return ast.parse(raw)
 
 
@@ -245,7 +251,9 @@ def _open_notes(source: Path) -> dict[str, Any]:
     with suppress(Exception):  # whatever is wrong with notes, they are made anew
         for name, (path, stamp, said) in json.loads(file.read_text()).items():
             pairs = tuple((module, wanted) for module, wanted in said.pop("imports"))
-            names = {key: (module, wanted) for key, (module, wanted) in said.pop("names").items()}
+            names = {
+                key: (module, wanted) for key, (module, wanted) in said.pop("names").items()
+            }
             texts, packages = tuple(said.pop("texts")), tuple(said.pop("packages"))
             notes[name] = [
                 path,

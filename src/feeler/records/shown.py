@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 _MAX_LISTED = 8  # numbers that are written out
-_PICTURES = "feeler.plotting.results"  # named, not imported: who only computes needs no pictures
+_PICTURES = (
+    "feeler.plotting.results"  # named, not imported: who only computes needs no pictures
+)
 INK, OBJECT = "#5b3a1e", "#8C9196"
 _SIZE = 160  # pixels
 
@@ -76,7 +78,9 @@ def make_picture(
     size = max(*(high - low), 1e-9)
     low, high = low - 0.05 * size, high + 0.05 * size
     width, height = high - low
-    inside = [f'<polygon points="{_write(rim, low, high)}" fill="{OBJECT}"/>' for rim in polygons]
+    inside = [
+        f'<polygon points="{_write(rim, low, high)}" fill="{OBJECT}"/>' for rim in polygons
+    ]
     for points, thick in lines:
         look = (
             f'fill="none" stroke="{INK}" stroke-linecap="round"'

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler import sources
+from feeler.disk import sources
 from feeler.errors import InvalidInput, StoreError
 
 LICENCE = (  # of data made by simulation; change it in the file's attributes if yours is another
@@ -46,7 +46,10 @@ _LOADED = tick()  # s; a file changed later is not the code that runs
 @cache
 def list_versions() -> dict[str, str]:
     """Versions of Python and of the packages that can change a number."""
-    return {"python": platform.python_version(), **{name: find_version(name) for name in _PACKAGES}}
+    return {
+        "python": platform.python_version(),
+        **{name: find_version(name) for name in _PACKAGES},
+    }
 
 
 def describe_versions() -> str:
@@ -62,7 +65,9 @@ def find_version(package: str) -> str:
     try:
         return version(package)
     except PackageNotFoundError:
-        return ",".join(sorted({version(name) for name in _list_distributions().get(package, ())}))
+        return ",".join(
+            sorted({version(name) for name in _list_distributions().get(package, ())})
+        )
 
 
 def make_plain(value: Any) -> Any:
@@ -152,7 +157,10 @@ def describe_code(*modules: str) -> dict[str, str]:
                 " the command."
             )
     packages = {
-        package for module in found.values() for package in module.packages if package not in found
+        package
+        for module in found.values()
+        for package in module.packages
+        if package not in found
     }
     return {
         **{name: module.digest for name, module in found.items()},

@@ -33,7 +33,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le, Len, Lt, MultipleOf
 
 from feeler.errors import InvalidInput
-from feeler.rules import (
+from feeler.records.rules import (
     ALLOW_NAN,
     Of,
     OneOf,
@@ -45,7 +45,7 @@ from feeler.rules import (
     name_class,
     show,
 )
-from feeler.shown import show_html
+from feeler.records.shown import show_html
 
 __all__ = [
     "ALLOW_NAN",

@@ -147,7 +147,7 @@ def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, .
         sys.executable,
         "-P",
         "-m",
-        "feeler.guard",
+        "feeler.disk.guard",
         function,
         path,
         str(limits.max_bytes),
@@ -159,7 +159,11 @@ def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, .
         **_ENVIRONMENT,
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
     }
-    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    pipes = {
+        "stdin": subprocess.DEVNULL,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.DEVNULL,
+    }
     with subprocess.Popen(command, env=environment, **pipes) as process:  # type: ignore[call-overload]
         clock = threading.Timer(
             seconds if resource is None else 6 * seconds + 30, process.kill
@@ -186,7 +190,9 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> _Frames:
     """The frames of one file; any failure becomes the last of them."""
     try:
         content, arrays = resolve_name(function)(path, *words)
-        plan = [[name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()]
+        plan = [
+            [name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()
+        ]
         for name, kind, _ in plan:
             if not _TYPE.fullmatch(kind):
                 raise InvalidInput(
@@ -212,9 +218,8 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> _Frames:
                 " (FEELER_MAX_GIB)."
             ).encode(),
         )
-    except (
-        Exception
-    ) as error:  # whatever a library says of a damaged file is news about the file, not about us
+    # whatever a library says of a damaged file is news about the file, not about us
+    except Exception as error:
         said = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         yield b"e", f"is damaged or of another kind ({said}).".encode("utf-8", "replace")
 

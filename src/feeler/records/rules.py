@@ -150,7 +150,9 @@ class Rules:
         self.name, self.hints = name, hints
         make_table: Any = TypedDict
         table = make_table(name, {key: _prepare(hint) for key, hint in hints.items()})
-        table.__pydantic_config__ = ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False)
+        table.__pydantic_config__ = ConfigDict(
+            arbitrary_types_allowed=True, allow_inf_nan=False
+        )
         self._validate = TypeAdapter(table).validator.validate_python
         self._arrays = {key for key, hint in hints.items() if _mentions(hint, np.ndarray)}
 
@@ -312,7 +314,9 @@ def _say(hint: Any, many: bool = False) -> str:
 
 def _say_range(beside: list[Any], words: list[str]) -> str:
     """Limits, unit and remark: "finite and > 0 mm"."""
-    limits = {key: getattr(item, key) for item in beside for key in _SIGNS if hasattr(item, key)}
+    limits = {
+        key: getattr(item, key) for item in beside for key in _SIGNS if hasattr(item, key)
+    }
     if limits.keys() >= {"ge", "le"}:
         words = [*words, f"from {limits.pop('ge'):g} to {limits.pop('le'):g}"]
     words = [*words, *(f"{_SIGNS[key]} {limit:g}" for key, limit in limits.items())]

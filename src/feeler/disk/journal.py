@@ -10,9 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from feeler.disk.files import Lock, parse_json, read_bytes
+from feeler.disk.provenance import make_plain, write_plain
 from feeler.errors import InvalidInput, StoreError
-from feeler.files import Lock, parse_json, read_bytes
-from feeler.provenance import make_plain, write_plain
 
 _MAX_BYTES = 256 * 2**20  # [C] a million antennas
 _REMEDY = "Free some space and run the same command again; it goes on from what is kept."
@@ -35,7 +35,7 @@ class Journal:
     Parameters
     ----------
     key
-        What :func:`feeler.provenance.make_key` makes of all that the results follow from.
+        What :func:`feeler.disk.provenance.make_key` makes of all that the results follow from.
     of
         What is kept, for messages: "search".
 
@@ -107,7 +107,9 @@ class Journal:
             if self._file.write(line) != len(line):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
-            self._file.truncate(self._size)  # the next line must not be glued to a part of this one
+            self._file.truncate(
+                self._size
+            )  # the next line must not be glued to a part of this one
             self._file.seek(self._size)
             raise StoreError(
                 f"cannot write {len(line):,} bytes to {self._path}, which holds {self._size:,}:"
@@ -144,7 +146,9 @@ def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any],
     first, *lines = raw[:whole].splitlines() or [b""]
     found = _FIRST_LINE.fullmatch(first)
     if found is None:
-        raise InvalidInput(f"{path} is no journal of a {of}. Name another; it is left as it is.")
+        raise InvalidInput(
+            f"{path} is no journal of a {of}. Name another; it is left as it is."
+        )
     if found[1].decode() != key:
         raise InvalidInput(
             f"{path} belongs to another {of}: settings, versions or code differ. Remove it, or name"

@@ -57,7 +57,9 @@ class Registry(Mapping[str, T], Generic[T]):
     def __getitem__(self, name: str) -> T:
         """The entry called ``name``; the error lists the valid names."""
         if not isinstance(name, str) or name not in self._entries:
-            raise InvalidInput(f"unknown {self.noun} {name!r}; valid: {', '.join(self._entries)}.")
+            raise InvalidInput(
+                f"unknown {self.noun} {name!r}; valid: {', '.join(self._entries)}."
+            )
         if name in self._waiting:
             self._entries[name] = resolve_name(self._entries[name])  # type: ignore[arg-type]
             self._waiting.discard(name)

@@ -21,7 +21,10 @@ _KINDS = (
         rb"BZh|\xfd7zXZ|\x28\xb5\x2f\xfd|7z\xbc\xaf|Rar!|(?s:.{257})ustar",
         "an archive, or compressed: unpack it first",
     ),
-    (rb"version https://git-lfs", "a pointer of Git LFS, not the file: fetch it by git lfs pull"),
+    (
+        rb"version https://git-lfs",
+        "a pointer of Git LFS, not the file: fetch it by git lfs pull",
+    ),
     (rb"CDF[\x01\x02\x05]", "NetCDF-3: convert it with nccopy -k nc4, or by xarray"),
     (rb"MATLAB 7\.3", "MATLAB -v7.3: save it with '-v7', or as NetCDF"),
     (rb"MATLAB 5\.0", "a MATLAB file; feeler info says whether feeler wrote it"),

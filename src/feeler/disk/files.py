@@ -18,8 +18,8 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
+from feeler.disk.foreign import name_start
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.foreign import name_start
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that say that there is no room left."""
@@ -37,7 +37,9 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
         descriptor = os.open(path, flags)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InvalidInput(f"cannot read {os.fspath(path)!s}: {reason}. Check the path.") from error
+        raise InvalidInput(
+            f"cannot read {os.fspath(path)!s}: {reason}. Check the path."
+        ) from error
     info = os.fstat(descriptor)
     if not stat.S_ISREG(info.st_mode) or info.st_size > max_bytes:
         os.close(descriptor)
@@ -60,7 +62,9 @@ def find_file(path: str | os.PathLike, kinds: Iterable[str], max_bytes: int) -> 
     except (TypeError, ValueError, OSError) as error:
         raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
     if path.suffix.lower() not in kinds:
-        raise InvalidInput(f"{path.name!r} is none of {', '.join(kinds)}; save it as one of these.")
+        raise InvalidInput(
+            f"{path.name!r} is none of {', '.join(kinds)}; save it as one of these."
+        )
     if not there:
         raise InvalidInput(f"cannot read {path}: no such file. Check the path.")
     if size > max_bytes:
@@ -148,7 +152,9 @@ def _name_binary(source: str, raw: bytes, place: int) -> str:
     if words := name_start(raw[:512]):
         return f"{source} is {words}."
     if 0 in raw[:512]:
-        return f"{source} is a binary file of a kind that feeler does not know, no table of text."
+        return (
+            f"{source} is a binary file of a kind that feeler does not know, no table of text."
+        )
     return f"{source} is not UTF-8 text (byte {place}). Save it again as CSV in UTF-8."
 
 
@@ -171,7 +177,9 @@ def parse_json(raw: bytes, what: str) -> dict[str, Any]:
 def temporary_folder() -> Iterator[Path]:
     """A folder that goes at the end; those of processes that were killed go after a week."""
     sweep_old(Path(tempfile.gettempdir()), "feeler-once-*", days=TEMPORARY_DAYS)
-    with tempfile.TemporaryDirectory(prefix="feeler-once-", ignore_cleanup_errors=True) as folder:
+    with tempfile.TemporaryDirectory(
+        prefix="feeler-once-", ignore_cleanup_errors=True
+    ) as folder:
         yield Path(folder)
 
 

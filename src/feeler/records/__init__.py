@@ -1,0 +1,1 @@
+"""Records, checked arguments and open sets: what a value may be, and words for what it is not."""
