@@ -367,7 +367,7 @@ def test_a_search_shows_the_best_so_far(monkeypatch, tmp_path):
     plan = SimpleNamespace(search={"evaluations": 9}, reference=cockroach())
     best = SimpleNamespace(bits=2.125, x=None)
     space = SimpleNamespace(build=lambda x: SimpleNamespace(antenna=cockroach("linear")))
-    watch = _Watcher(plan, tmp_path, None)
+    watch = _Watcher(plan, tmp_path)
     watch._draw(SimpleNamespace(best=best, space=space, evaluations=7))
     assert titles == ["best so far: 2.125 bits, 7 antennas"]
 

@@ -59,6 +59,7 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
         monotone=True,
         told_apart=(6.04, 19.96),
         undefined="",
+        distance=np.array([11.0, 9.0, 7.0, 5.0]),
         at_base=np.zeros(4, int),
     )
     plant(monkeypatch, wall, approach=approach, map_distance=lambda sweep: found)
@@ -406,7 +407,7 @@ SHARES = {
 }
 
 
-def test_gap_prints_shares_in_per_cent_and_draws_what_is_lost(monkeypatch, tmp_path):
+def test_gap_prints_and_draws_shares_in_per_cent(monkeypatch, tmp_path):
     figures = []
     scores = {
         name: SimpleNamespace(correct=tuple(shares), share=shares.__getitem__, total=24)
@@ -429,11 +430,11 @@ def test_gap_prints_shares_in_per_cent_and_draws_what_is_lost(monkeypatch, tmp_p
     (ax,) = figure.axes
     assert (
         "of 24 each" in caption
-        and ax.get_xlabel() == "contacts read wrong [%], with 95 % interval"
+        and ax.get_xlabel() == "contacts read right [%], with 95 % interval"
     )
-    np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [19, 60])
+    np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [81, 40])
     ends = np.array([segment[:, 0] for segment in ax.collections[0].get_segments()])
-    np.testing.assert_allclose(ends, [[12, 26], [48, 69]])
+    np.testing.assert_allclose(ends, [[74, 88], [31, 52]])
     assert [tick.get_text() for tick in ax.get_yticklabels()] == [*SHARES]
 
 

@@ -260,7 +260,7 @@ def test_workers_that_join_late_are_given_work_at_once():
 
     started: list[int] = []
     with Growing(1) as executor:
-        results = run_batch(_tasks.double, range(20), executor=executor)
+        results = run_batch(_tasks.double, list(enumerate(range(20))), executor=executor)
         next(results)
         assert len(started) == 2
         executor.workers = 4

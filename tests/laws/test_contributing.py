@@ -182,8 +182,8 @@ def test_a_recording_format(copy, tmp_path):
     copy.write("robot/recording.py", text + own)
     copy.replace(
         "robot/files.py",
-        "detect=lambda path, start: find_bag(path) is not None or",
-        "detect=lambda path, start: path.suffix == '.own' or find_bag(path) is not None or",
+        "find_bag(path) is not None or",
+        "path.suffix == '.own' or find_bag(path) is not None or",
     )
     said = copy.run(
         "import numpy as np",

@@ -378,7 +378,7 @@ def test_bad_channels_are_those_and_no_others():
     values = np.random.default_rng(0).normal(size=(3, 60))
     values[1] = 0.25
     recording = Recording(time=np.arange(60.0), values=values)
-    with pytest.raises(InvalidInput, match=r"hinge 2 is dead \(always 0\.25\)\. Or set"):
+    with pytest.raises(InvalidInput, match=r"hinge 2 is dead \(always 0\.25\)\. Record again"):
         repair(recording)
     mended = repair(recording, bad_channels="missing")
     assert np.isnan(mended.values).all(axis=1).tolist() == [False, True, False]

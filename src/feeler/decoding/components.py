@@ -58,8 +58,8 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
             energy, right = _find_longest(centred.T @ centred, k)
             axes = right.T
         order = np.argsort(energy)[::-1]
-        spanned = energy[order] > max(n, n_entries) * np.finfo(float).eps * energy.max()
-        order = order[: max(1, np.count_nonzero(spanned))]
+        spanned = np.count_nonzero(energy > _PRECISION * energy.max())
+        order = order[: max(1, spanned)]
         norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
         self.components_ = axes[order] / np.maximum(norm, np.finfo(float).tiny)
         total = np.vdot(centred, centred)
