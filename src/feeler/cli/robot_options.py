@@ -85,7 +85,7 @@ class Robot:
         sensors = self.antenna.sensors
         return {"n_channels": sensors.size, "hinges": tuple((sensors + 1).tolist())}
 
-    def read(self, paths, calibration, outside, gaps, **units: str | None) -> list:
+    def read(self, paths, calibration, outside, gaps, **units: Any) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
         from feeler.cli.info import name_instead
         from feeler.robot import load_calibration, load_recording, repair

@@ -121,7 +121,6 @@ def list_tensors(figure: Figure) -> list[dict[str, Any]]:
                     "x": ax.get_xlim(),
                     "y": ax.get_ylim(),
                 }
-                found.append(
-                    place | {"low": low, "high": high, "colours": colours} | image.tensor
-                )  # type: ignore[attr-defined]
+                known: dict[str, Any] = image.tensor  # type: ignore[attr-defined]
+                found.append(place | {"low": low, "high": high, "colours": colours} | known)
     return found

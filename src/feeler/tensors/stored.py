@@ -240,11 +240,8 @@ def _assemble(
     found: dict[str, xr.Variable] = {}
     for name, item in layout.variables.items():  # type: ignore[union-attr]
         found[name] = _open(path, name, item, size, label, trials)
-        if (
-            name == "angle"
-            and "curvature" not in layout.variables
-            and "segment_length" in dataset
-        ):  # type: ignore[union-attr]
+        lacking = "curvature" not in layout.variables  # type: ignore[union-attr]
+        if name == "angle" and lacking and "segment_length" in dataset:
             length = dataset["segment_length"].values
             quantity = QUANTITIES["curvature"]
             attrs = {"units": quantity.unit, "long_name": quantity.meaning}

@@ -29,7 +29,7 @@ READ_BY = {
     "onset": "first spike of all",
 }
 DEADLINES = ("20 ms", "50 ms", "100 ms", "200 ms", "whole touch")
-_LOOK = {"ms": 3.5, "capsize": 2, "lw": 1.0}
+_LOOK: dict[str, Any] = {"ms": 3.5, "capsize": 2, "lw": 1.0}
 _STYLES = {"ideal": "-o", "counts": "--s", "first": ":^"}
 CHANGES = {
     "own": "Poisson trains of 56 places",
