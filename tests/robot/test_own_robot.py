@@ -3,6 +3,7 @@ they are.
 """
 
 import json
+import re
 import threading
 from dataclasses import replace
 from time import monotonic, sleep
@@ -427,3 +428,18 @@ def test_too_few_robots_to_learn_from_are_refused_in_words(robots):
     trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
     with pytest.raises(InvalidInput, match=r"3 or more|two groups"):
         make_classifier(trials=trials, robots=robots)
+
+
+def test_a_recording_may_number_its_channels_as_the_robot_file_does(tmp_path):
+    """Sensors on hinges 2, 5 and 12: channels are those numbers, or 1 to 3."""
+    write_robot(tmp_path / "few.toml", 12)
+    text = (tmp_path / "few.toml").read_text()
+    (tmp_path / "few.toml").write_text(
+        re.sub(r"(\[sensors\]\nhinges = )\[.*?\]", r"\1[2, 5, 12]", text)
+    )
+    for numbers in ((2, 5, 12), (1, 2, 3)):
+        names = ",".join(f"hinge{number}_deg" for number in numbers)
+        rows = [f"{time},{time + 1},{time + 2},{time + 3}" for time in range(9)]
+        (tmp_path / "r.csv").write_text("\n".join([f"time_ms,{names}", *rows]) + "\n")
+        done = run("robot", "check", tmp_path / "r.csv", "--antenna", tmp_path / "few.toml")
+        assert done.exit_code == 0 and "r.csv: 3 channels, 8 ms" in done.output, done.output

@@ -83,7 +83,7 @@ class Robot:
     def channels(self) -> dict[str, Any]:
         """How many channels a recording of it has, and how they may be numbered."""
         sensors = self.antenna.sensors
-        return {"n_channels": sensors.size, "hinges": tuple((sensors + 1).tolist())}
+        return {"n_channels": sensors.size, "hinges": tuple(sensors.tolist())}
 
     def read(self, paths, calibration, outside, gaps, **units: Any) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
