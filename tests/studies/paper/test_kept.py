@@ -111,4 +111,5 @@ def test_a_kept_section_is_judged_at_its_own_scale():
         )
         for scale in ("", "paper")
     }
-    assert "due at paper scale" in judged[""].why and "due at" not in judged["paper"].why
+    assert "at paper scale judges it" in judged[""].why
+    assert "judges it" not in judged["paper"].why

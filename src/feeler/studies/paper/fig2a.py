@@ -67,7 +67,10 @@ def show(context: Context, section: Section) -> None:
     section.table(
         ["profile", "mode 1 [Hz]", "mode 2 [Hz]", "ζ of mode 1", "Σ 1/k [rad/N·mm]"],
         rows,
-        "Undamped small oscillations of the clamped, straight antenna.",
+        "Small oscillations of the clamped, straight antenna, the frequencies undamped. ζ is"
+        " exact where damping is proportional to stiffness, as in 'constant' and 'matched'; how"
+        " the touched antenna decays is under Calibration. 'matched' is equally stiff everywhere,"
+        " with the total compliance Σ 1/k of 'exponential'.",
     )
     section.values |= {
         "antenna.n_segments": antenna.n_segments,

@@ -247,8 +247,9 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
     )
     section.figure(
         "fig4_encoding",
-        "Left: residual and activation entropy against the number of bases; bars span the restarts,"
-        " where there are several. Below: the bases of each fit, base to tip upwards, 40 ms across."
+        "Left: residual and activation entropy (mean of rows; the table has three other"
+        " definitions) against the number of bases; bars span the restarts, where there are"
+        " several. Below: the bases of each fit, base to tip upwards, 40 ms across."
         " Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
         lambda figure: plot(main, figure),
         height=7.0,

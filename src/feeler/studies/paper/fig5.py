@@ -110,8 +110,8 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "fig5_classification",
-        "Top: NMI of the closest match. Below: accuracy against noise for each kind of code, by"
-        " speed and by profile; mean ± 1 SD over repeats; null dashed, peak-position baseline"
+        "Top: NMI of the closest match, and one tensor for each condition. Below: accuracy"
+        " against noise for each kind of code, by speed and by profile; mean ± 1 SD over repeats; null dashed, peak-position baseline"
         " dash-dotted, chance dotted. Profiles in the paper's window; complete touches stand below,"
         " under that heading. (Fig. 5A–E)",
         lambda figure: plot(data, figure),
@@ -132,7 +132,14 @@ def show(context: Context, section: Section) -> None:
         " complete touches below.",
     )
     section.table(
-        ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],
+        [
+            "by",
+            "code",
+            "copies",
+            "noise [%]",
+            "accuracy [%], mean over the noise, 0 % included",
+            "null [%]",
+        ],
         [row for c, curves in data.curves.items() for row in _list_copies(c, curves)],
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
         " repeated. Profiles in the paper's window; complete touches stand below.",

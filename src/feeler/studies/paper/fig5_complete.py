@@ -4,7 +4,7 @@ exponential profile's short.
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from feeler.decoding import NOISES, Sweep, compute_sweep
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
 from feeler.decoding.verdict import Verdict, judge_order
-from feeler.dispersion import INDICES, compute_dispersion
+from feeler.dispersion import INDICES, Dispersion, compute_dispersion
 from feeler.experiment.touch import DURATION
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
@@ -173,28 +173,31 @@ def _tabulate(section: Section, data: SimpleNamespace) -> None:
         }
 
 
+def keep_dispersion(
+    section: Section, whole: Dispersion, names: Mapping[Any, str] | None = None
+) -> list[list[str]]:
+    """Values of the four indices by group in the paper's window, which are known, and over complete
+    touches; the rows of a table. ``names``: what the section calls the groups, where it differs.
+    """
+    rows, cells = [], cast(dict[str, Any], section.values)
+    for index in INDICES:
+        row = [INDICES[index].label]
+        for group, found in whole.average[index].items():
+            name = (names or {}).get(group, group)
+            n, cut = whole.values(index, group).size, cells[f"dispersion.tensor.{index}.{name}"]
+            spread = make_spread(found.estimate, found.low, found.high, n=n)
+            cells[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = cut
+            cells[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
+            row.append(f"{cut['value']:.3g} → {found.estimate:.3g}")
+        rows.append(row)
+    return rows
+
+
 def _keep_values(
     section: Section, data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]]
 ) -> None:
     """Values of both windows, and a table of the four indices."""
-    rows = []
-    for index in INDICES:
-        averages = data.dispersion.average[index]
-        for name, found in averages.items():
-            spread = make_spread(
-                found.estimate,
-                found.low,
-                found.high,
-                n=data.dispersion.values(index, name).size,
-            )
-            section.values[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
-            section.values[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = section.values[
-                f"dispersion.tensor.{index}.{name}"
-            ]
-        cells: dict[str, Any] = section.values
-        before = [cells[f"dispersion.tensor.{index}.{name}"]["value"] for name in averages]
-        pairs = zip(before, averages.values(), strict=True)
-        rows.append([INDICES[index].label, *(f"{a:.3g} → {b.estimate:.3g}" for a, b in pairs)])
+    rows = keep_dispersion(section, data.dispersion)
     section.table(
         ["index", *data.windows],
         rows,

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from feeler.decoding import Relative, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.plan import Plan
+from feeler.dispersion import compute_dispersion
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import pick_colours
 from feeler.report import Section
@@ -23,6 +24,7 @@ from feeler.studies.paper.data import (
     load_tensors,
     select_speed,
 )
+from feeler.studies.paper.fig5_complete import keep_dispersion
 from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, keep_whole
 
@@ -91,6 +93,13 @@ def show(context: Context, section: Section) -> None:
         },
     )
     names = name_speeds(context)
+    arrays = {name: array for name, (array, _) in _list_speeds(context).items()}
+    section.table(
+        ["closest match", *arrays],
+        keep_dispersion(section, compute_dispersion(arrays, random_state=context.seed), names),
+        "Averages by speed: in the paper's window, most of which a fast touch leaves empty → over"
+        " each speed's own window of complete touches.",
+    )
     complete: dict[str, Any] = {
         names[group]: spread_accuracy(sweep) for group, sweep in whole.items()
     }

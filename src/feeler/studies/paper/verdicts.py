@@ -270,7 +270,8 @@ def _find_lack(claim: Claim, values: _Values, context: Context) -> str:
     """What this run did not compute; empty if it did."""
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
         return (
-            f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
+            f"not judged in this shorter run (scale {context.scale}); that at {claim.due} scale"
+            " judges it"
         )
     needed = (*claim.keys, *claim.null, *claim.twin)
     missing = [key for key in needed if values.get(key) is None]
@@ -320,11 +321,10 @@ def _judge_within(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
     margin = claim.tolerance * abs(claim.target)
     inside = [abs(end - claim.target) <= margin for end in (value, *ends)]
     beside = min(ends) <= claim.target <= max(ends)
-    why = (
-        f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
-    )
+    asked = f"{claim.target - margin:.3g} to {claim.target + margin:.3g}"
+    why = f"off by {(value - claim.target) / claim.target:+.0%}; asked for were {asked}"
     if all(inside):
-        return "reproduced", f"within {claim.tolerance:.0%}"
+        return "reproduced", f"within {asked}"
     if any(inside) or beside:
         return "no evidence", f"{why}, and its spread lies on both sides of that"
     return "not reproduced", why
