@@ -111,9 +111,9 @@ def show(context: Context, section: Section) -> None:
     section.figure(
         "fig5_classification",
         "Top: NMI of the closest match, and one tensor for each condition. Below: accuracy"
-        " against noise for each kind of code, by speed and by profile; mean ± 1 SD over repeats; null dashed, peak-position baseline"
-        " dash-dotted, chance dotted. Profiles in the paper's window; complete touches stand below,"
-        " under that heading. (Fig. 5A–E)",
+        " against noise for each kind of code, by speed and by profile; mean ± 1 SD over repeats;"
+        " null dashed, peak-position baseline dash-dotted, chance dotted. Profiles in the paper's"
+        " window; complete touches stand below, under that heading. (Fig. 5A–E)",
         lambda figure: plot(data, figure),
         height=9.0,
         numbers={
