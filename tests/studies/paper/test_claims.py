@@ -534,7 +534,7 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
     assert (judged.verdict, judged.ours) == (verdict, "16")
     assert (
         scale == "quick"
-        or judged.why == "smoke scale computes too little to judge it; due at quick scale"
+        or judged.why == "too little is computed at smoke scale; a run at quick scale judges it"
     )
 
 
