@@ -269,7 +269,8 @@ def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
 def _find_lack(claim: Claim, values: _Values, context: Context) -> str:
     """What this run did not compute; empty if it did."""
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
-        return f"too little is computed at {context.scale} scale; a run at {claim.due} scale judges it"
+        lack = f"too little is computed at {context.scale} scale"
+        return f"{lack}; a run at {claim.due} scale judges it"
     needed = (*claim.keys, *claim.null, *claim.twin)
     missing = [key for key in needed if values.get(key) is None]
     return (
