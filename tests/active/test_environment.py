@@ -55,7 +55,12 @@ def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
     assert pictures[0].shape == pictures[1].shape == (360, 320, 3)
 
 
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.long] * ("FollowWall" in name)) for name in TASKS
+    ],  # a minute of compiling
+)
 def test_gymnasium_makes_lanes(name):
     envs = gymnasium.make_vec(name, num_envs=3)
     envs.reset(seed=1)

@@ -100,7 +100,9 @@ def _stream():
     model.fit_stream(tensors, batch_size=2, n_epochs=2)
 
 
-@pytest.mark.parametrize("work", [_sweep, _encode, _stream])
+@pytest.mark.parametrize(
+    "work", [_sweep, pytest.param(_encode, marks=pytest.mark.long), _stream]
+)
 def test_long_work_of_the_library_draws_its_bar_by_itself(monkeypatch, work):
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)

@@ -241,6 +241,7 @@ def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
     assert np.abs(runs.angle - BEND).max() > 1e-3
 
 
+@pytest.mark.long
 def test_a_flow_belongs_to_what_a_set_was_made_with(tmp_path):
     store = tmp_path / "set.zarr"
     found = feeler.touch(WHISKER, TRIALS[:1], duration=4, flow=STREAM, store=store)

@@ -184,7 +184,9 @@ def test_a_scene_turned_about_the_antenna_is_the_same_scene():
     assert np.abs(straight.force).max() > 1e-6
 
 
-@pytest.mark.parametrize("engine", ["chain", "chain-consistent"])
+@pytest.mark.parametrize(
+    "engine", [pytest.param("chain", marks=pytest.mark.long), "chain-consistent"]
+)
 def test_lanes_do_not_know_each_other(engine):
     antenna = make(2, firm=10.0)
     scenes = [
