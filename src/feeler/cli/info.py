@@ -115,8 +115,8 @@ def _name_results() -> dict[str, Any]:
         return path.with_suffix(".html")
 
     form = Format(
-        words="numbers of a page that feeler wrote",
-        kind="results",
+        words="the numbers of a page that feeler wrote",
+        kind="table",
         detect=lambda path, start: (
             path.suffix in (".csv", ".json") and find_page(path).is_file()
         ),

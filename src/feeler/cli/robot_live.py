@@ -68,7 +68,7 @@ def stream(
     lines = None if calibration is None else load_calibration(calibration)
     how = tell(engine=engine, timestep=timestep, workers=workers)
     n = robot.antenna.sensors.size
-    recording = None if serial or source == "-" else load_recording(source, n_channels=n)
+    recording = None if serial or source == "-" else load_recording(source, **robot.channels)
     lines = _match_lines(lines, n, recording, source)
     lessons = draw_lessons(robot.antenna, touches, **how)
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
