@@ -76,8 +76,16 @@ def find_rank(path):
     return next((k for k, end in enumerate(FIRST) if path.as_posix().endswith(end)), len(FIRST))
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest leaves out what is long
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: find_rank(item.path))
+    begun = set()
+    for item in items:
+        if item.get_closest_marker("further"):
+            law = item.nodeid.partition("[")[0]
+            if law in begun:
+                item.add_marker("long")
+            begun.add(law)
 
 
 def pytest_collection_finish():

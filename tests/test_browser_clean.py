@@ -7,6 +7,8 @@ import pytest
 
 from tests.conftest import make_clean
 
+pytestmark = pytest.mark.long
+
 KEPT = """
 localStorage.kept = sessionStorage.kept = 'yes';
 document.cookie = 'kept=yes; max-age=999'; console.error('kept');

@@ -61,6 +61,7 @@ def test_the_wrappers_of_cleanrls_script_fit(name):
     assert np.isfinite(seen).all() and np.isfinite(reward)
 
 
+@pytest.mark.long
 def test_stable_baselines3_trains_on_it_as_it_is():
     ppo = pytest.importorskip("stable_baselines3").PPO
     env = gymnasium.make("feeler/PlainTouch-v0")

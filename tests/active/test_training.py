@@ -42,6 +42,7 @@ def model(practice):
     )
 
 
+@pytest.mark.long
 def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
     practice, model
 ):

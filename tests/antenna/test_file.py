@@ -69,6 +69,7 @@ def test_the_cockroach_returns_to_the_last_bit(tmp_path, profile):
 positive = st.floats(min_value=5e-324, max_value=1e300)
 
 
+@pytest.mark.long
 @given(st.data(), st.integers(1, 12), st.text(st.characters(codec="utf-8"), max_size=30))
 def test_any_antenna_returns_to_the_last_bit(data, n, name):
     def draw(values):

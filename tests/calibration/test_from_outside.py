@@ -54,6 +54,7 @@ def test_an_optimiser_fits_an_antenna():
         fit(problem, np.ones((1, 2)), method="cobyla")
 
 
+@pytest.mark.long
 def test_a_family_of_hinges_fits_an_antenna():
     """One factor for all hinges but the first, which stays: 1.3 is planted."""
 

@@ -51,6 +51,7 @@ def hinges_tip(traces, x):
     return tip * (tip @ goal) / (tip @ tip)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("by", [pytest.param("trace", marks=pytest.mark.long), "targets"])
 def test_planted_factors_lie_in_their_interval(traces, by):
     result = fit_traces(traces, make_small(), by=by, confidence=0.99, protocol=QUICK)
@@ -63,6 +64,7 @@ def test_planted_factors_lie_in_their_interval(traces, by):
     assert np.all(result.high / result.low < (1.6 if by == "trace" else 3.0))
 
 
+@pytest.mark.long
 def test_mean_interval_and_residual_are_student_s_and_numpy_s(traces):
     result = fit_traces(traces, make_small(), confidence=0.9, protocol=QUICK)
     logs = np.log(result.each)

@@ -50,6 +50,7 @@ def make_problem(targets, **protocol):
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("method", METHODS)
 def test_planted_factors_come_back(targets, method):
     minimum = search(make_problem(targets), np.ones(2), method, max_evaluations=200)

@@ -54,6 +54,7 @@ def write(path, names, pixels):
     return path
 
 
+@pytest.mark.long
 def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
     file = write(
         tmp_path / "video.csv", ("a@0.5", "a", "a@0.8"), film((0.5, 1.0, 0.8), PLANTED)
@@ -244,6 +245,7 @@ def test_what_is_missing_or_odd_is_said(tmp_path, header, how, match):
         load_traces(file, **how)
 
 
+@pytest.mark.long
 def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
     """The file is laid out as the guide says: a column frame, then one per point."""
     save_antenna(make_small(), tmp_path / "small.toml")

@@ -45,6 +45,7 @@ def test_bad_input_is_one_message(tmp_path, arguments, message):
     assert not list(tmp_path.rglob("*.nc"))
 
 
+@pytest.mark.long
 def test_a_warning_speaks_of_options_that_the_verb_has(tmp_path):
     small = ("--size", "0.3", "--location", "0.97", "--speed", "2.5", "--duration", "40")
     said = run("touch", *small, "--no-movie", cwd=tmp_path)
@@ -70,6 +71,7 @@ def test_every_verb_shows_how_it_is_called(tmp_path, verb):
     assert f"{verb} " in said.partition("Examples:")[2]
 
 
+@pytest.mark.long
 def test_touch_writes_tensor_picture_and_movie(tmp_path):
     result = run("touch", "--duration", "30", "--timestep", "0.05", cwd=tmp_path)
     assert result.returncode == 0, result.stderr

@@ -47,6 +47,7 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -130,6 +131,7 @@ def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
     assert code != 0 and "feeler robot check rec.csv" in said
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("start", "words"),
     [

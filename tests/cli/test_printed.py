@@ -29,6 +29,7 @@ def read(pattern, text):
     return [float(number) for number in re.search(pattern.replace("#", NUMBER), text).groups()]
 
 
+@pytest.mark.long
 def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
     said = run("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path)
     angle, curvature = read(r"peak hinge angle #°, peak curvature # /mm", said)

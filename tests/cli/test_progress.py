@@ -100,6 +100,7 @@ def _stream():
     model.fit_stream(tensors, batch_size=2, n_epochs=2)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "work", [_sweep, pytest.param(_encode, marks=pytest.mark.long), _stream]
 )

@@ -72,6 +72,7 @@ def list_session(leader):
     return found
 
 
+@pytest.mark.long
 def test_the_same_command_resumes_and_tells_machines(tmp_path):
     first = run(*SET, cwd=tmp_path)
     assert first.returncode == 0, first.stderr

@@ -56,6 +56,7 @@ def read_words(figure):
     return {text.get_text() for text in figure.findobj(Text)}
 
 
+@pytest.mark.long
 def test_an_index_goes_from_dispersion_to_a_figure(added, tensors):
     found = compute_dispersion({"a": tensors, "b": tensors[:, :2] + 0.1})
     expected = cdist(tensors.reshape(6, -1), tensors.reshape(6, -1), "cosine")
@@ -69,6 +70,7 @@ def test_an_index_goes_from_dispersion_to_a_figure(added, tensors):
     assert {"a", "b"} <= read_words(figure)
 
 
+@pytest.mark.long
 def test_a_noise_model_goes_through_every_curve_to_a_figure(added, tensors):
     encoder = ConvolutiveNMF(
         n_components=2, n_lags=5, n_restarts=1, max_iter=5, warn=False, random_state=0

@@ -86,6 +86,7 @@ def test_what_did_not_touch_has_no_class(touches):
         assert np.isnan(decoder.predict_proba(still[:1])).all()
 
 
+@pytest.mark.long
 def test_codes_closest_matches_and_coordinates_are_labelled(touches):
     encoder = ConvolutiveNMF(
         n_components=2, n_lags=5, n_restarts=1, max_iter=5, random_state=0, warn=False

@@ -49,6 +49,7 @@ def ever_strange(decoder, touches):
     return [any(state.strange for state in decoder.replay(touch)) for touch in touches]
 
 
+@pytest.mark.long
 def test_known_touches_are_rarely_called_strange_at_any_moment(decoder):
     assert np.mean(ever_strange(decoder, draw(100, 3)[0])) < 0.10
 

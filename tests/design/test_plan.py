@@ -155,6 +155,7 @@ def test_a_second_look_at_the_final_draws_is_counted(made):
     assert carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1).looks == 2
 
 
+@pytest.mark.long
 def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
     folder, _ = made
     found = carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1)
@@ -190,6 +191,7 @@ def read_numbers(pattern, text):
     ]
 
 
+@pytest.mark.long
 def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, capsys):
     """Of eight touches the reference names all, half … wrong, the best antenna fewer: errors
     avoided, with their SE.

@@ -145,6 +145,7 @@ def test_first_interrupt_finishes_what_runs():
     assert len(out.splitlines()) < 12
 
 
+@pytest.mark.long
 def test_what_runs_for_long_is_not_waited_for_after_the_first_interrupt():
     process = start(function="_tasks.nap", item="1e4", executor="ProcessExecutor(2)")
     time.sleep(0.3)
@@ -173,6 +174,7 @@ def test_workers_that_are_starting_leave_ctrl_c_to_their_parent():
     assert "Traceback" not in err
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("end", ["two interrupts", "kill"])
 def test_no_orphans_whatever_ends_the_parent(tmp_path, end):
     process = start(

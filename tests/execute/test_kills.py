@@ -18,6 +18,8 @@ from feeler.execute import ProcessExecutor, WorkerCrashed, run_batch
 
 from . import _tasks
 
+pytestmark = pytest.mark.long
+
 COMMAND = [sys.executable, "-m", "tests.execute._touches"]
 DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)  # s after a process has appeared
 PATIENCE = 300.0  # s until a command counts as hanging, however busy the machine is

@@ -16,6 +16,7 @@ ANTENNA = presets.cockroach()
 TRIAL = Trial(feature=Ball(radius=1.5), location=0.5, speed=0.3)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", list(ENGINES))
 def test_touch_runs_with_the_default_timestep_of_each_engine(engine):
     tensors = feeler.touch(ANTENNA, TRIAL, engine=engine, duration=30.0)

@@ -69,6 +69,7 @@ def test_workers_do_not_change_a_bit():
     np.testing.assert_array_equal(one["seed"], two["seed"])
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("stored", [False, True], ids=["in memory", "stored"])
 @pytest.mark.parametrize(
     "order",

@@ -26,6 +26,8 @@ from feeler.tensors.contract import find_breaches, validate
 from feeler.tensors.posture import reconstruct_posture
 from feeler.tensors.scaling import fold_planes
 
+pytestmark = pytest.mark.long
+
 BEND = np.stack([np.full(10, 0.02), np.full(10, -0.03)])
 WHISKER = Antenna.from_beam(
     length=20.0,
@@ -228,7 +230,6 @@ def test_engines_agree_on_a_touch():
 STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
     options = {"engine": engine, "timestep": 0.02}
@@ -241,7 +242,6 @@ def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
     assert np.abs(runs.angle - BEND).max() > 1e-3
 
 
-@pytest.mark.long
 def test_a_flow_belongs_to_what_a_set_was_made_with(tmp_path):
     store = tmp_path / "set.zarr"
     found = feeler.touch(WHISKER, TRIALS[:1], duration=4, flow=STREAM, store=store)

@@ -26,6 +26,8 @@ from feeler.tensors.table import parse_table
 from . import _hostile
 from ._files import make_set
 
+pytestmark = pytest.mark.long
+
 LIMITS = Limits(max_bytes=2**27, max_seconds=3)
 
 
@@ -48,7 +50,6 @@ def test_missing_chunks_by_the_million_are_refused(tmp_path, dtype):
     refuse(tmp_path / "x.zarr", "GiB|memory|took longer")
 
 
-@pytest.mark.long
 def test_text_that_unpacks_to_gigabytes_is_refused(tmp_path):
     group = zarr.create_group(tmp_path / "x.zarr")
     array = group.create_array("a", shape=(20,), chunks=(1,), dtype=str)

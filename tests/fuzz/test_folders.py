@@ -28,9 +28,12 @@ FOLDERS = {
     "store": lambda path: read_store(path).load(),
     "zarr": lambda path: FORMATS["zarr"].load(path, LIMITS, False),
 }
-pytestmark = pytest.mark.filterwarnings(
-    "ignore:The data type", "ignore:trials .* will be computed again"
-)
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.filterwarnings(
+        "ignore:The data type", "ignore:trials .* will be computed again"
+    ),
+]
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,8 @@ from ._files import make_file
 from ._mutate import change_hdf5, mutate, shape_mat, shape_obj, shape_stl
 from ._survive import SECONDS, Log, survives, watched
 
+pytestmark = pytest.mark.long
+
 N_QUICK, N_LONG = 100, 0  # 0: as many as --inputs says
 LIMITS = Limits(max_bytes=2**22)
 SHAPES = {".mat": shape_mat, ".stl": shape_stl, ".obj": shape_obj}

@@ -54,6 +54,8 @@ from ._mutate import (
 )
 from ._survive import Log, survives, watched
 
+pytestmark = pytest.mark.long
+
 N_QUICK = 200
 LIMITS = Limits(max_bytes=2**22)
 Shape = Callable[[np.random.Generator, bytes], bytes]

@@ -14,6 +14,8 @@ from numba.core import caching
 from feeler import compiled as module
 from feeler.compiled import compiled
 
+pytestmark = pytest.mark.long
+
 INNER = (
     "from feeler.compiled import compiled\nSTEP = {step}\n@compiled\ndef inner(x):\n    return x +"
     " STEP\n"

@@ -21,6 +21,8 @@ from feeler.studies.paper.kept import fingerprint
 from feeler.studies.paper.reproduce import STAGES
 from feeler.tracking import read_table
 
+pytestmark = pytest.mark.long
+
 FILES = sorted(sources.SOURCE.rglob("*.py"))[::6]
 TRACKING = "feeler.studies.paper.figS2"
 
@@ -122,7 +124,6 @@ def test_every_data_file_of_the_studies_is_in_a_key():
     assert {path.name for path in held - read} == told | asked
 
 
-@pytest.mark.long
 def test_a_word_changes_no_key(copied):
     before = list_keys()
     for path in copied.rglob("*.py"):
@@ -318,7 +319,6 @@ def test_a_clock_that_is_set_changes_no_code_and_hides_no_change(copied, monkeyp
         describe_code(TRACKING)
 
 
-@pytest.mark.long
 def test_notes_of_what_was_read_are_only_a_memory(copied):
     fresh = describe_code(TRACKING)
     sources._write_notes(copied / "notes.json", sources._open_notes(copied))

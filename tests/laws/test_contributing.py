@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")]
@@ -341,7 +343,6 @@ class HalfTask(TouchTask):
 """
 
 
-@pytest.mark.long
 def test_an_environment(copy):
     copy.write("active/half.py", TASK)
     copy.replace(

@@ -181,6 +181,7 @@ def find_open():
                 yield f"{file}:{name}", what
 
 
+@pytest.mark.long
 def test_nothing_opens_a_file_from_outside_but_through_a_door():
     found = {place: what for place, what in find_open()}
     assert {place: what for place, what in found.items() if not excuses(place) & {*OWN}} == {}

@@ -260,6 +260,7 @@ def test_whatever_can_be_reset_or_restored_is_asked():
     assert classes <= CASES.keys()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("ask", "option"),
     [

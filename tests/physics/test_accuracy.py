@@ -19,6 +19,8 @@ from feeler.physics.simulation import build_scene
 
 from .scenes import make_stub, touch
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize(
     "kind", ["ball", *(pytest.param(k, marks=pytest.mark.long) for k in ("box", "triangle"))]
@@ -32,7 +34,6 @@ def test_the_error_is_below_what_was_asked_for(kind, wanted):
     assert accuracy.compute_error(scene, found, fine) <= 1.5 * wanted
 
 
-@pytest.mark.long
 def test_only_what_needs_it_is_refined():
     slow, fast = (
         touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0)

@@ -96,6 +96,7 @@ def test_a_recorded_base_stands_where_it_was_recorded_and_speed_alone_bends_noth
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "motion", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)], ids=["shift", "turn", "both"]
 )
@@ -109,6 +110,7 @@ def test_a_free_antenna_on_a_shaken_base_is_mujoco_to_rounding(motion):
     check(scene, 1e-12)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "motion", [{"turn": 0.0}, {"across": 0.0, "along": 0.0}], ids=["shift", "turn"]
 )

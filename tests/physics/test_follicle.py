@@ -16,6 +16,8 @@ from feeler.physics.spec import compile_model
 from feeler.stimulus.flow import Flow
 from tests.physics.test_space import CARRIED, compare, hit, make, shake
 
+pytestmark = pytest.mark.long
+
 SOFT = Follicle(stiffness=(0.02, 0.05, 0.03), damping=(0.01, 0.02, 0.005))
 STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
 
@@ -57,7 +59,6 @@ def test_free_motion_is_mujoco_to_rounding(follicle, flow, planes):
         np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-9 * scale)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("kind", ["ball", pytest.param("peg", marks=pytest.mark.slow)])
 def test_contact_is_mujoco(kind):
     """60 ms on a carried base that gives way, in a flow: 1e-9 rad."""
@@ -77,7 +78,6 @@ def test_contact_is_mujoco(kind):
         np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-7 * scale)
 
 
-@pytest.mark.long
 def test_lanes_with_and_without_a_follicle_do_not_know_each_other():
     scenes = [
         Scene(antenna=make(2, 6, follicle=follicle), base_motion=CARRIED, flow=flow)
@@ -90,7 +90,6 @@ def test_lanes_with_and_without_a_follicle_do_not_know_each_other():
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 
-@pytest.mark.long
 def test_a_flow_across_bends_a_beam_and_pushes_its_follicle():
     """Load per length w = c u: base force w L, moment w L²/2, tip at w L⁴/8EI + w L/k."""
     length, wind, stiff = 30.0, 0.2, 0.004
@@ -117,7 +116,6 @@ def test_a_flow_across_bends_a_beam_and_pushes_its_follicle():
     )
 
 
-@pytest.mark.long
 def test_a_follicle_is_kept_in_files_and_moments():
     antenna = make(2, 5, follicle=SOFT)
     assert parse_antenna(write_antenna(antenna)).antenna == antenna

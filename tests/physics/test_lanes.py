@@ -80,6 +80,7 @@ def test_a_saved_lane_goes_on_with_the_same_bits(engine):
         assert freeze(stepper, lane) == ended
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", CHAINS)
 @pytest.mark.parametrize("new", ["same", "more objects", "more corners", "none"])
 def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):

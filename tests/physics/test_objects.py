@@ -71,6 +71,7 @@ def check(scene: Scene, limit: float = 1e-9) -> None:
         )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("friction", [0.0, 0.7])
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
@@ -84,6 +85,7 @@ def test_two_objects_at_once_are_mujoco(shape, friction, contact):
     check(scene, 1e-6 if shape == "rounded triangle" else 1e-9)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("turn", [-0.05, 0.03])
 def test_a_turning_object_is_mujoco(shape, turn):
@@ -135,6 +137,7 @@ def test_turning_a_ball_about_its_centre_without_friction_does_nothing(engine):
     np.testing.assert_allclose(turned.angle, still.angle, atol=1e-6)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_objects_spend_at_least_what_the_antenna_holds_and_loses(engine):
     """Work of an object = kinetic + elastic energy + ∫ Σ c ω² dt + what contact dissipates, which

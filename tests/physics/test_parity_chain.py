@@ -53,6 +53,7 @@ def test_free_motion_is_mujoco_to_rounding(profile):
     assert difference(scene, Clock(duration=20.5, timestep=0.02)).max() < 1e-12
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("kind", ["ball", "box"])
 def test_first_touch_of_a_whole_antenna_is_mujoco(kind, profile):
@@ -111,6 +112,7 @@ def test_exact_corners_differ_from_mujocos_by_single_precision(kind):
     assert difference(scene, clock).max() < exact.max() < MESH
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline"])
 @pytest.mark.parametrize("approach", [90.0, 57.3, 121.9])
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
@@ -122,6 +124,7 @@ def test_touch_of_a_stub_is_mujoco(kind, approach, contact):
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("rounding", [0.0, 0.2])
 @pytest.mark.parametrize(
     ("location", "approach"), [(0.35, 75.0), (0.85, 75.0), (0.6123, 20.0), (0.6123, 160.0)]
@@ -136,6 +139,7 @@ def test_flat_and_tall_boxes_are_mujoco(half_width, half_height, location, appro
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("friction", [0.0, 0.8])
 @pytest.mark.parametrize("shape", [Box, Triangle])
 @pytest.mark.parametrize("approach", [90.0, 57.3, 121.9])
@@ -343,6 +347,7 @@ def check_steps(scene: Scene, timestep: float, n_steps: int) -> np.ndarray:
     return touched
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("n_scenes", [10, pytest.param(40, marks=pytest.mark.slow)])
 def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     """Each step from MuJoCo's own state, so that chaos can neither hide nor make a difference.
@@ -359,6 +364,7 @@ def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     check()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("n_scenes", [6, pytest.param(20, marks=pytest.mark.slow)])
 def test_every_step_of_a_moving_base_among_two_objects_is_mujoco(n_scenes):
     @settings(max_examples=n_scenes, deadline=None, derandomize=True)

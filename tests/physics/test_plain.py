@@ -7,6 +7,7 @@ import sys
 from hashlib import sha256
 
 import numpy as np
+import pytest
 
 import feeler
 from feeler.physics.engine import ENGINES
@@ -40,6 +41,7 @@ def fingerprint_touches() -> dict[str, str]:
     return found
 
 
+@pytest.mark.long
 def test_plain_python_gives_the_bits_of_compiled_code():
     code = (
         "import json; from tests.physics.test_plain import fingerprint_touches;"

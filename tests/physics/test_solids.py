@@ -20,6 +20,8 @@ from feeler.stimulus.object import Object
 from feeler.stimulus.solid import list_solids
 from tests.physics.test_space import CARRIED, make
 
+pytestmark = pytest.mark.long
+
 WAYS = {
     "face": ((1.0, 0.05, 0.02), (0.0, 1.0, 0.3)),
     "edge": ((1.0, 1.0, 0.1), (-1.0, 1.0, 0.05)),

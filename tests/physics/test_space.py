@@ -22,6 +22,8 @@ from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.object import Object
 from feeler.stimulus.shapes import Peg
 
+pytestmark = pytest.mark.long
+
 CARRIED = BaseMotion(velocity=(0.01, 0.02, 0.005), turn=(0.001, 0.002, 0.005))
 FORWARD = tuple(np.array([0.8, 0.1, 0.6]) / np.sqrt(1.01))
 SOLIDS = {"ball": Ball(radius=0.7), "peg": Peg(radius=0.4, half_length=2.0), "wall": Wall()}

@@ -13,6 +13,8 @@ from feeler.stimulus import Peg
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.object import Object
 
+pytestmark = pytest.mark.long
+
 LENGTH, MODULUS, RADIUS = 40.0, 5000.0, 0.1  # mm, MPa, mm
 STIFF = MODULUS * np.pi / 4 * RADIUS**4
 

@@ -102,6 +102,7 @@ def test_the_second_ctrl_c_waits_for_nothing(engine):
         simulate([stub()] * 9, LONG, engine=engine, workers=2)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", ENGINES)
 def test_ctrl_c_ends_a_run_between_samples(engine):
     run_scene(stub(), SHORT, engine)

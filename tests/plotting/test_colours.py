@@ -124,6 +124,7 @@ def list_texts(path):
             yield node.value
 
 
+@pytest.mark.long
 def test_no_words_name_a_colour_that_a_palette_may_change():
     """They said a grey wall was green and red lines blue, once palettes had changed."""
     said = {

@@ -217,6 +217,7 @@ def write_texts(folder, ending, number, times):
     next((folder / f"part {number}").glob("*.db3")).rename(folder / f"run_{number}.db3")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("ending", [".mcap", ".db3"])
 @pytest.mark.parametrize(
     "parts",
@@ -363,6 +364,7 @@ def write_rosbag(folder, kind):
     return path if old else folder / "run"
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", [".bag", ".db3", "folder"])
 def test_older_bags_give_the_same_joints_as_mcap(tmp_path, kind):
     path = write_rosbag(tmp_path, kind)

@@ -38,6 +38,7 @@ def _texts(figure):
     )
 
 
+@pytest.mark.long
 def test_fig6_and_s7_say_surrogate_and_simulation(data):
     for module in (fig6, figS7):
         figure = Figure(figsize=(8, 8))

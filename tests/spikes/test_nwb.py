@@ -28,6 +28,7 @@ def file(drawn, tmp_path_factory):
     return path
 
 
+@pytest.mark.long
 def test_pynwb_reads_each_unit_on_the_session_s_clock(file, drawn):
     with pynwb.NWBHDF5IO(str(file), "r") as io:
         read = io.read()

@@ -20,6 +20,8 @@ from feeler.spikes import (
 from tests.cli._command import run
 from tests.spikes._touches import POSITION, make_bent
 
+pytestmark = pytest.mark.long
+
 AROUND = (0.0, 90.0, 37.0)
 
 

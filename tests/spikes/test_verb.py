@@ -18,6 +18,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 def test_the_verb_says_and_writes_what_the_library_draws(folder):
     asked = (
         "--touches",

@@ -56,6 +56,7 @@ def spoil(brick, how: str):
     return brick
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("how", "words"), [("open", "is open: 3 of its 18 edges"), ("inside out", "is inside out")]
 )

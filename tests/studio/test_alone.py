@@ -21,6 +21,8 @@ from feeler.studio.wish import AntennaWish, TouchWish
 
 from ._page import APP, ask, press, stop_at, wait_for
 
+pytestmark = pytest.mark.long
+
 DECLARED = json.loads(Path(__file__).with_name("declared_touches.json").read_text())
 TIMESTEP = 0.05
 CHECK = """
@@ -181,7 +183,6 @@ def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quie
     assert bad == []
 
 
-@pytest.mark.long
 def test_every_switch_and_key_of_the_page_works(browser, quiet_page):
     open_page(browser, quiet_page)
     for name, words in (

@@ -163,6 +163,7 @@ CELLS = st.sampled_from(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.lists(CELLS, min_size=6, max_size=10).map(";".join), max_size=30))
 def test_no_line_brings_a_listener_down(studied, lines):
@@ -263,6 +264,7 @@ def test_the_verdict_comes_once_there_is_a_study(studied):
     assert studied.labels[int(arrays["posterior"][-1].argmax())] == studied.labels[25]
 
 
+@pytest.mark.long
 def test_sure_touches_are_counted_by_the_names_of_their_kinds(studied):
     """A decoder's classes stand in another order than the touches that taught it."""
     posterior = studied.decoder.decide(list(studied.loudness * studied.tensors))

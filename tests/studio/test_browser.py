@@ -16,6 +16,8 @@ from feeler.studio.touching import hash_tensor
 
 from ._page import APP, ask, stop_at, wait_for
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def studio():

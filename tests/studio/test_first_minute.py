@@ -17,6 +17,8 @@ from feeler.studio.leaving import make_file
 
 from ._page import ask, press, stop_at, wait_for
 
+pytestmark = pytest.mark.long
+
 SIZES = [
     (1280, 720),
     pytest.param(1366, 768, marks=pytest.mark.long),

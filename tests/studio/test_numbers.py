@@ -19,6 +19,8 @@ from feeler.wall import FOLLOWING, calibrate, follow, make_turn
 
 from ._page import APP
 
+pytestmark = pytest.mark.long
+
 LISTEN = """const plain = CanvasRenderingContext2D.prototype;
 const keep = {
     clearRect(c) { Object.assign(c.canvas, { texts: [], inks: [], strokes: [], rects: [] }); },

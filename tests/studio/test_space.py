@@ -18,6 +18,8 @@ from tests.studio.test_browser import ask, find_problems, open_page, wait_for
 
 from ._messages import unpack
 
+pytestmark = pytest.mark.long
+
 WISH = {"antenna": {"preset": "rat-whisker"}, "speed": 0.1, "azimuth": 40.0, "duration": 60.0}
 ANTENNA = feeler.presets.make_preset("rat-whisker")
 

@@ -186,6 +186,7 @@ def test_the_modules_are_sound_as_one(copied, entry):
     run_node(copied, "--check", f"whole-{entry}")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", TESTS)
 def test_the_page_s_functions_do_what_python_does_and_draw_what_they_are_given(copied, name):
     assert f"# pass {TESTS[name]}" in run_node(copied, "--test", name)

@@ -120,6 +120,7 @@ def test_a_range_says_where_the_value_itself_lies():
     } == {1}
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", ["location", "size", "approach", "friction", "speed"])
 def test_a_normal_nuisance_has_its_standard_deviation(name):
     """Shares are log-normal, so that they stay positive; place and angle are normal."""

@@ -18,6 +18,8 @@ from feeler.tensors.formats import load
 
 from ._touches import run
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("distributed", reason="needs the extra `cluster`")
 
 

@@ -237,6 +237,7 @@ def bomb_zarr(path, changes):
     (path / "angle" / "zarr.json").write_text(json.dumps({**metadata, **changes}))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

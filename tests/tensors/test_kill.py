@@ -28,6 +28,8 @@ from feeler.tensors.formats import load
 from ._sets import find_finished
 from ._touches import N_TRIALS, antenna, options, pick, run, trials, work
 
+pytestmark = pytest.mark.long
+
 LANES = 8  # trials that are stepped, stored and told of together
 
 
@@ -115,7 +117,6 @@ def kill_often(folder, n_kills, undisturbed):
     return tally, store
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("n_kills", [5, pytest.param(60, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(
     folder, undisturbed, n_kills
@@ -141,7 +142,6 @@ def kill_worker(executor, number):
     return len(killed[:number])
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     "delay", [0.8, *(pytest.param(0.3 * n, marks=pytest.mark.slow) for n in range(10))]
 )

@@ -259,6 +259,7 @@ with open_store("{folder}/set.zarr", CONFIGURATION, 8) as store:
 """
 
 
+@pytest.mark.long
 def test_a_small_file_system_fills_up_and_nothing_is_lost(tmp_path):
     script = tmp_path / "full.py"
     script.write_text(
@@ -423,6 +424,7 @@ def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
         read_store(path).load()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "how", ["flip", "cut", "swap", "gone"]
 )  # swapped: its bytes are right, only its digest tells

@@ -45,6 +45,7 @@ def test_a_stored_run_is_identical(tmp_path, undisturbed):
     assert counted == []
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "make",
     [lambda: ThreadExecutor(3), lambda: ProcessExecutor(2)],
@@ -57,6 +58,7 @@ def test_workers_do_not_change_the_numbers(tmp_path, undisturbed, make):
         )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", ["chain", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_any_part_may_be_missing(tmp_path, engine):
     whole = run(store=tmp_path / "a.zarr", engine=engine)
@@ -66,6 +68,7 @@ def test_any_part_may_be_missing(tmp_path, engine):
         xr.testing.assert_identical(run(store=tmp_path / "a.zarr", engine=engine), whole)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

@@ -119,6 +119,7 @@ def test_one_film_of_other_landmarks_is_enough_to_refuse_all(tmp_path, trials):
         save_poses([trials[0], odd], tmp_path / "a.nwb", session_start=START, identifier="walk")
 
 
+@pytest.mark.long
 def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(
     tmp_path, trials
 ):

@@ -16,6 +16,7 @@ from feeler.studies.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
 
 
+@pytest.mark.long
 def test_figure_3_draws_what_was_computed():
     data = fig3.compute({"exponential": cockroach()}, effort=SCALES["smoke"], timestep=0.1)
     figure = Figure(figsize=(7, 8))
@@ -121,6 +122,7 @@ def test_tensors_that_are_the_same_are_no_distances_told_apart():
     assert fig3._compute_unique_share(Touch) == pytest.approx(1 / 3)
 
 
+@pytest.mark.long
 def test_the_leading_set_up_has_a_map_of_every_profile_at_rest():
     """It is one of the family; ``test_the_rule_finds_the_leading_set_up`` finds it anew."""
     assert fig3.get_lead() in list_setups()[0]

@@ -55,6 +55,7 @@ def test_a_swing_that_was_not_felt_all_the_time_has_no_gain(lost):
     )
 
 
+@pytest.mark.long
 def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     """What is felt is g d + c · heading, and the heading is the distance's rate over the speed: g +
     iωc/v, g the map's slope.
@@ -68,6 +69,7 @@ def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("hertz", "amplitude", "timestep"), [(4.0, 1.0, 1.0), (8.0, 0.5, 2.0)])
 def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
     monkeypatch, hertz, amplitude, timestep
@@ -91,6 +93,7 @@ def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
     np.testing.assert_allclose(true, 12.0 + away, atol=0.05 * amplitude)
 
 
+@pytest.mark.long
 def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
     antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
     known = calibrate(antenna, **rod)

@@ -14,6 +14,7 @@ def make_section(folder):
     return Section(name="tradeoff", title="", folder=folder, vector=False)
 
 
+@pytest.mark.long
 def test_what_is_stored_comes_out_again(tmp_path):
     section = make_section(tmp_path)
     open_active.show(Context(), section)

@@ -12,6 +12,8 @@ from feeler.studies.paper.open_space import FEW, collect_values
 from feeler.studies.paper.verdicts import judge
 from tests.scripts import load_script
 
+pytestmark = pytest.mark.long
+
 questions = load_script("benchmarks", "questions")
 
 ASKED = read_declared("open_space.toml")
@@ -64,7 +66,6 @@ def test_those_in_the_plane_are_the_same_touches():
     assert max(abs(trial.azimuth) for trial in turned) > 30
 
 
-@pytest.mark.long
 def test_the_study_goes_on_from_its_journal(tmp_path):
     """And gives what claims need, above chance."""
     path = tmp_path / "space.jsonl"

@@ -80,6 +80,7 @@ def test_gains_are_paired_and_in_points():
     assert values["unseen.gain.unseen_tip.unseen"]["value"] == pytest.approx(10.0)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("claim", OWN, ids=lambda claim: claim.id)
 def test_no_rule_is_met_by_planted_nothing(claim):
     """Antennas that differ in nothing: each names as many wrong as the others, but for chance."""

@@ -10,6 +10,7 @@ N = 4
 FAR = "word " * 20_000  # many screens between two pictures
 
 
+@pytest.mark.long
 def test_every_picture_is_printed(browser, tmp_path):
     section = Section(name="many", title="Many", folder=tmp_path, vector=False)
     for k in range(N):

@@ -29,6 +29,7 @@ def found(study):
     )
 
 
+@pytest.mark.long
 def test_touches_are_told_apart_from_trains_and_not_where_there_is_nothing_to_tell(found):
     whole = found["accuracy"].sel(window="whole touch")
     told, null = whole.sel(level="own"), whole.sel(level="null")

@@ -177,6 +177,7 @@ def test_the_legend_fits_into_the_figure(declared, measured, names):
     assert said[: len(names)] == names and len(said) == len(names) + 2
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("sets", "spread"), [(3, "95 % over sets"), (1, "One set of touches")])
 def test_the_page_counts_its_own_touches_and_has_no_interval_of_one_set(
     measured, tmp_path, sets, spread
