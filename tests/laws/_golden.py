@@ -20,14 +20,22 @@ from matplotlib.figure import Figure
 from feeler.errors import FeelerError
 from tests import golden
 
-from ._calls import TooLong, list_parameters, make_arguments, make_right, patient
+from ._calls import list_parameters, make_arguments, make_right
 from ._scenes import list_refusals, list_scenes
 from .test_arguments import PUBLIC
 
 KEPT = Path(__file__).with_name("golden.txt")
 OTHERS = (0, -1, 3, 0.37, 1e9, float("nan"), "x", None, [], [[1], [1, 2]], np.zeros((2, 3, 4)))
 """Arguments in the place of right ones; most of them are wrong in most places."""
-TOLERANCES: golden.Tolerances = {}
+TOLERANCES = {
+    r"^response.fit_damped_cosine(\(frequency\) 0.37)?: ": (
+        20,
+        0,
+        "a straight line fits no wave: another processor ends at another one",
+    ),
+}
+"""Lines whose numbers may be off further: relative, absolute, and why. Found by a run with another
+BLAS kernel and compiler target (OPENBLAS_CORETYPE=Nehalem NUMBA_CPU_NAME=generic)."""
 ROOMS = (
     "feeler",
     "antenna",
@@ -42,8 +50,6 @@ ROOMS = (
     "spikes",
 )
 """Rooms whose public things are called; those of the others work for seconds, or serve."""
-SLOW = ("dispersion.compute_dispersion", "dispersion.compute_ssim", "encoding.encode")
-"""What takes about as long as is waited for: it would be there on one machine only."""
 LONGEST = 240
 """Characters of a line that are kept."""
 DEEP = 3
@@ -121,7 +127,7 @@ def list_calls() -> list[tuple[str, Any]]:
     """Public things of the rooms, each with its class for a method, by name."""
     calls: list[tuple[str, Any]] = []
     for name, thing in sorted(PUBLIC.items()):
-        if name.partition(".")[0] not in ROOMS or name in SLOW or _is_no_call(thing):
+        if name.partition(".")[0] not in ROOMS or _is_no_call(thing):
             continue
         calls.append((name, thing))
         if inspect.isclass(thing):
@@ -184,11 +190,10 @@ def say_scene(make: Callable[[], Any]) -> list[str]:
 
 def _say_call(thing: Any, arguments: dict[str, Any]) -> list[str]:
     try:
-        with patient():
-            return describe(thing(**arguments))
+        return describe(thing(**arguments))
     except FeelerError as error:
         return [f"{type(error).__name__}: {' '.join(str(error).split())}"]
-    except (Exception, TooLong):  # no word of ours
+    except Exception:  # no word of ours
         return []
 
 
