@@ -31,13 +31,20 @@ FIRST = (
     "physics/test_space.py",
     "physics/test_accuracy.py",
     "examples/test_examples.py",
+    "physics/test_rod.py",
     "tensors/test_kill.py",
+    "encoding/test_figures.py",
+    "active/test_observer.py",
+    "dispersion/test_dispersion.py",
     "physics/test_parity_chain.py",
+    "active/test_environment.py",
+    "calibration/test_own.py",
+    "physics/test_lanes.py",
     "tensors/test_store.py",
 )
-"""Files that begin first: of two workers one compiles the engine in space and the other those of
-the plane, once, while neither needs what the other compiles; then what takes longest, so that no
-worker is left alone with one at the end.
+"""Files that begin first: of two workers one compiles the engine of the plane and the other the rod
+and the encoder, or the engine in space, once, while neither needs what the other compiles; then
+what takes longest, so that no worker is left alone with one at the end.
 """
 JUDGED = (
     "feeler.cli.",

@@ -13,6 +13,7 @@ PLAIN = [
 ]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", PLAIN)
 def test_a_box_goes_in_and_a_flat_box_comes_out(name):
     env = gymnasium.make(name, repeat=3)

@@ -15,6 +15,8 @@ from feeler.errors import InvalidInput
 from feeler.tensors.scaling import fold_planes
 from tests.active.test_environment import OBJECTS, make_action
 
+pytestmark = pytest.mark.long
+
 FLAT = feeler.Antenna(
     segment_length=np.full(8, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0
 )

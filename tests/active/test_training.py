@@ -54,6 +54,7 @@ def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
     assert learned > chance + 0.05
 
 
+@pytest.mark.long
 def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path):
     learning.save_policy(model, tmp_path / "policy.safetensors", {"steps": 768})
     stored = load_model(
@@ -72,6 +73,7 @@ def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path
         bodies.step(chosen)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("seed", load_contest().learning["seeds"])
 def test_the_weights_that_are_kept_steer_better_than_a_middling_speed(seed):
     comparison = load_contest(known=12)

@@ -137,6 +137,7 @@ def test_synthetic_animals_are_log_normal_about_what_was_planted():
         np.testing.assert_allclose(row, alone.displacement[0], atol=1e-9)
 
 
+@pytest.mark.long
 def test_one_animal_has_an_interval_from_its_residuals():
     one = make_synthetic_traces(
         make_small(),

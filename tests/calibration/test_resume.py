@@ -77,6 +77,7 @@ def test_a_killed_fit_loses_nothing_it_had_finished(tmp_path):
     assert found.error == expected.error
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("method", METHODS)
 def test_a_replay_simulates_nothing(tmp_path, method, monkeypatch):
     file = tmp_path / "fit.jsonl"

@@ -70,6 +70,7 @@ def test_the_published_constants_meet_the_reconstructed_targets():
     assert error < 0.067
 
 
+@pytest.mark.long
 def test_engines_measure_the_same():
     names = (*NAMES, "ratio_71", "ratio_86")
     chain, mujoco = (
@@ -108,6 +109,7 @@ def test_frequency_scales_as_the_square_root_of_stiffness_over_mass():
     assert fast[1] == pytest.approx(slow[1], rel=0.01)
 
 
+@pytest.mark.long
 def test_an_overdamped_antenna_costs_a_number_and_says_so(targets):
     problem = make_problem(targets)
     measured = problem.measure(np.array([1.0, 30.0]))

@@ -9,6 +9,7 @@ from feeler.cli.app import app, main
 from ._command import run
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -120,6 +120,7 @@ def test_one_file_that_is_unknown_does_not_hide_the_others(files):
     )
 
 
+@pytest.mark.long
 def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
     assert say("validate", "DLC_one.h5", "rec.csv", "mine.toml", "plan.toml")[0] == 0
     (files / "cut.h5").write_bytes((files / "DLC_one.h5").read_bytes()[:5000])
@@ -131,7 +132,7 @@ def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
     assert code != 0 and "feeler robot check rec.csv" in said
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("start", "words"),
     [

@@ -113,6 +113,7 @@ def test_tracks_are_read_and_measured_as_asked(monkeypatch, tmp_path):
     assert told["edges"] == [("c", "a"), ("c", "b"), ("c", "d")]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("verb", "place", "at"),
     [("info", "tensors.inspect.describe_file", 1), ("convert", "tensors.formats.load", 1)],

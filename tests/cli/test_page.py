@@ -113,6 +113,7 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
 SHELL = ("cli/", "studio/", "studies/paper/data.py", "robot/description.py", "tensors/poses.py")
 
 
+@pytest.mark.long
 def test_messages_of_the_library_name_no_option_of_the_command_line():
     """But for rooms that only the command line opens, and for commands that are written out."""
     found = []

@@ -301,6 +301,7 @@ def test_shapes_beside_a_wall_have_the_colours_that_the_legend_names():
     assert named["greatest bend"] == to_hex(figure.axes[0].lines[0].get_color())
 
 
+@pytest.mark.long
 def test_a_movie_says_how_slow_it_is(monkeypatch, tmp_path):
     monkeypatch.setattr(
         "feeler.plotting.write_touch_movie", lambda *given: given[-1].write_bytes(b"film")

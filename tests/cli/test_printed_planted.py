@@ -540,6 +540,7 @@ def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
     assert f"feeler {feeler.__version__}, mujoco" in describe_versions()
 
 
+@pytest.mark.long
 def test_the_saved_tensor_holds_the_sensors_of_the_antenna_and_no_other_hinge(tmp_path):
     run("antenna", tmp_path / "soft.toml", "--preset", "linear", "--sensors", "distal")
     words = ("touch", "--antenna", tmp_path / "soft.toml", "--duration", 9, "--timestep", 0.05)

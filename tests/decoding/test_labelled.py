@@ -55,6 +55,7 @@ def touches():
     return xr.DataArray(values, dims=("trial", "sensor", "time"), coords=coords, name="angle")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("decoder", CLASSIFIERS, ids=name)
 def test_answers_are_labelled_as_the_touches_are_and_the_same(decoder, touches):
     names, parts = (

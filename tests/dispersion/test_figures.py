@@ -98,6 +98,7 @@ def test_touches_that_did_not_move_are_recognised(tensors):
     assert score_again(slow, slow.isel(trial=slice(None, None, -1)), PLAN) < 0.5
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("plot", [fig5.plot, figS6.plot])
 def test_figures_draw_every_group(data, plot):
     figure = Figure(figsize=(9, 9))
@@ -110,6 +111,7 @@ def test_figures_draw_every_group(data, plot):
     assert {"exponential", "linear", "constant", "0.06 m/s", "0.6 m/s"} <= written
 
 
+@pytest.mark.long
 def test_one_antenna_alone_still_has_its_speeds(tensors):
     data = fig5_data.compute(
         {"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine"
@@ -118,6 +120,7 @@ def test_one_antenna_alone_still_has_its_speeds(tensors):
     fig5.plot(data, Figure())
 
 
+@pytest.mark.long
 def test_comparison_page_is_whole(tensors, tmp_path):
     found = compare_antennas(
         {"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN

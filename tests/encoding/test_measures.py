@@ -165,7 +165,7 @@ def test_the_correlation_is_spearman_s_where_places_are_met_unequally_often():
     assert score.correlation == pytest.approx(spearmanr(centre, locations).statistic)
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("turn", [1, -1])
 def test_a_map_the_other_way_round_is_as_unlikely(turn):
     """p of the correlation is two-sided, as SciPy's permutation test of Spearman's is."""

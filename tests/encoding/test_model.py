@@ -63,6 +63,7 @@ def test_components_have_unit_length_and_run_from_base_to_tip(fitted):
     assert (np.diff(centre) > 0).all()
 
 
+@pytest.mark.long
 def test_planted_bases_come_back(planted):
     tensors, bases, _ = planted
     model = ConvolutiveNMF(3, 12, None, n_restarts=4, random_state=0, tol=3e-3).fit(tensors)

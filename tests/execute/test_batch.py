@@ -155,6 +155,7 @@ def test_what_runs_for_long_is_not_waited_for_after_the_first_interrupt():
     assert "which have 2 s" in err
 
 
+@pytest.mark.long
 def test_two_interrupts_with_threads_inside_an_engine_end_without_a_crash():
     process = start(function="_tasks.step_mujoco", item="1.0", executor="ThreadExecutor(2)")
     time.sleep(0.5)
@@ -165,6 +166,7 @@ def test_two_interrupts_with_threads_inside_an_engine_end_without_a_crash():
     assert (process.returncode, out) == (0, "interrupted\n"), err
 
 
+@pytest.mark.long
 def test_workers_that_are_starting_leave_ctrl_c_to_their_parent():
     process = start(function="_tasks.slow", item="i", executor="ProcessExecutor(2)")
     time.sleep(0.3)
@@ -174,7 +176,7 @@ def test_workers_that_are_starting_leave_ctrl_c_to_their_parent():
     assert "Traceback" not in err
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("end", ["two interrupts", "kill"])
 def test_no_orphans_whatever_ends_the_parent(tmp_path, end):
     process = start(

@@ -24,6 +24,7 @@ def test_touch_runs_with_the_default_timestep_of_each_engine(engine):
     assert 0.01 < float(abs(tensors["angle"]).max()) < 0.06
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("radius", "speed"), [(1.5, 0.3), (0.5, 0.3), (1.5, 0.06)])
 @pytest.mark.parametrize("engine", ["rod", "rod-inertia"])
 def test_the_rod_follows_a_ball_until_it_slips_off(engine, radius, speed):

@@ -54,6 +54,7 @@ def test_every_engine_feels_a_new_shape_as_mujoco_does(trials):
     np.testing.assert_allclose(touch("chain-consistent"), reference, rtol=0, atol=0.01 * peak)
 
 
+@pytest.mark.long
 def test_a_new_shape_goes_from_touch_to_export(trials, tmp_path):
     tensors = feeler.touch(ANTENNA, trials, duration=40, store=tmp_path / "store")
     angle = tensors.angle.values

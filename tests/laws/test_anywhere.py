@@ -50,6 +50,7 @@ def find_bare_imports(tree: ast.AST) -> set[str]:
     return bare
 
 
+@pytest.mark.long
 def test_nothing_that_may_be_missing_is_imported_unguarded():
     bare = {
         path.relative_to(SOURCE).as_posix(): find_bare_imports(ast.parse(path.read_text()))

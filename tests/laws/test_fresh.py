@@ -249,6 +249,7 @@ ASKED = sorted(
 )
 
 
+@pytest.mark.long
 def test_whatever_can_be_reset_or_restored_is_asked():
     classes = {
         node.name

@@ -132,6 +132,7 @@ def simulate(kind, path):
 KINDS = ("one antenna", "many antennas", "a base that moves", "the paper's grid")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", KINDS)
 def test_sets_that_touch_makes_are_exported_whole(kind, tmp_path):
     simulate(kind, tmp_path / "set.zarr")

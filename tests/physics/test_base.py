@@ -34,6 +34,7 @@ def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
     return replace(scene, base=base, objects=tuple(map(move, scene.objects)))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_a_base_at_constant_velocity_is_objects_that_come_the_other_way(engine, contact):
@@ -110,7 +111,7 @@ def test_a_free_antenna_on_a_shaken_base_is_mujoco_to_rounding(motion):
     check(scene, 1e-12)
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize(
     "motion", [{"turn": 0.0}, {"across": 0.0, "along": 0.0}], ids=["shift", "turn"]
 )
@@ -143,6 +144,7 @@ def check(scene: Scene, limit: float, duration: float = 60.0):
     return ours
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_a_base_spends_what_the_antenna_holds_and_loses(engine):
     """Work of the base = kinetic + elastic energy + ∫ Σ c ω² dt, from an antenna that starts at the

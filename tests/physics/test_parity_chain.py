@@ -170,6 +170,7 @@ def test_force_on_the_antenna_is_mujoco():
     np.testing.assert_allclose(ours, theirs, atol=1e-11)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("solref", [(0.2, 1.0), (0.1, 0.5), (1.0, 1.3)])
 @pytest.mark.parametrize(
     "solimp",
@@ -347,7 +348,7 @@ def check_steps(scene: Scene, timestep: float, n_steps: int) -> np.ndarray:
     return touched
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("n_scenes", [10, pytest.param(40, marks=pytest.mark.slow)])
 def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     """Each step from MuJoCo's own state, so that chaos can neither hide nor make a difference.
@@ -364,7 +365,7 @@ def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     check()
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("n_scenes", [6, pytest.param(20, marks=pytest.mark.slow)])
 def test_every_step_of_a_moving_base_among_two_objects_is_mujoco(n_scenes):
     @settings(max_examples=n_scenes, deadline=None, derandomize=True)
@@ -416,6 +417,7 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
     return angle
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", ["ball", "box"])
 @pytest.mark.parametrize("profile", PROFILES)
 def test_consistent_scheme_is_mujoco_with_damping_as_armature(kind, profile):

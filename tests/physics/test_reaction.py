@@ -54,6 +54,7 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
     assert touched > 100
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_at_rest_forces_cancel_and_the_base_holds_the_first_spring(engine):
     scene = touch(n=8, size=0.5, contact="smooth", friction=0.5, speed=0.05)

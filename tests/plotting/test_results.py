@@ -49,6 +49,7 @@ def make_optimum():
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("made", "axes", "lines"),
     [

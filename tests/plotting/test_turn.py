@@ -49,6 +49,7 @@ def draw(scene: dict, view: dict, now: int) -> list[dict]:
     return json.loads(done.stdout)
 
 
+@pytest.mark.long
 def test_the_scene_is_the_touch():
     """Frames, posture and way of the object are those simulated; edges lie on the ball."""
     antenna, trial, tensors = touch(Ball(radius=RADIUS))

@@ -244,6 +244,7 @@ def test_a_bag_spans_from_its_first_message_to_its_last_in_whichever_file(
     assert told == ["span", f"{span:.4g}", "s,", str(len(every)), "messages"]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("change", "address", "match"),
     [
@@ -290,6 +291,7 @@ def test_without_its_package_it_says_what_to_install(tmp_path, monkeypatch):
         load_recording(write(tmp_path / "run.mcap"))
 
 
+@pytest.mark.long
 def test_the_verbs_take_a_bag(tmp_path):
     def run(*words):
         done = CliRunner().invoke(app, [str(word) for word in words])
@@ -364,7 +366,7 @@ def write_rosbag(folder, kind):
     return path if old else folder / "run"
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [".bag", ".db3", "folder"])
 def test_older_bags_give_the_same_joints_as_mcap(tmp_path, kind):
     path = write_rosbag(tmp_path, kind)

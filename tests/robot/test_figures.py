@@ -54,6 +54,7 @@ def _texts_of_confusion(data):
     return _texts(figure)
 
 
+@pytest.mark.long
 def test_fig6_data_hang_together(data):
     assert data.score.total == 6 and data.sizes == (1.0,)
     assert len(data.training.labels) == 30
@@ -128,6 +129,7 @@ def test_the_way_from_a_table_to_an_answer(run):
     assert "p1 = " in fitted and "source: surrogate" in fitted
 
 
+@pytest.mark.long
 def test_check_and_fit_leave_pages_that_say_what_they_print(run, tmp_path):
     asked = (
         "robot",

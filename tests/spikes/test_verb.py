@@ -52,6 +52,7 @@ def test_the_verb_says_and_writes_what_the_library_draws(folder):
     np.testing.assert_allclose(kept["rate"], drawn["rate"][1])
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -67,6 +68,7 @@ def test_what_cannot_be_drawn_is_said(folder, options, words):
     assert done.returncode == 2 and words in done.stderr
 
 
+@pytest.mark.long
 def test_nothing_is_written_over(folder):
     asked = ("spikes", "--touches", "set.nc", "--sensors", "4", "--out", "twice")
     assert run(*asked, cwd=folder).returncode == 0

@@ -27,6 +27,7 @@ def brick():
     )
 
 
+@pytest.mark.long
 def test_a_convex_mesh_is_one_solid_with_its_front_at_its_place(brick, tmp_path):
     mesh = Mesh.from_file(save(brick, tmp_path), width=4.0, rounding=0.5)
     (corners,) = list_solids(mesh)

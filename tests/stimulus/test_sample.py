@@ -164,6 +164,7 @@ def test_variants_differ_in_what_was_asked_for_alone():
     )
 
 
+@pytest.mark.long
 def test_sampled_touches_of_sampled_antennas_carry_every_parameter(tmp_path):
     small = feeler.Antenna(
         segment_length=np.full(8, 2.0),

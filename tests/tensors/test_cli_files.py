@@ -42,6 +42,7 @@ def tensors():
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", ["set.zarr", "set.nc", "set.mat", "one.csv"])
 def test_info_says_what_a_file_holds(tmp_path, tensors, name):
     save(tensors, tmp_path / name)
@@ -94,6 +95,7 @@ def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensor
     assert "no such file" in result.output
 
 
+@pytest.mark.long
 def test_convert_keeps_everything(tmp_path, tensors):
     save(tensors, tmp_path / "set.zarr")
     assert call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exit_code == 0

@@ -363,6 +363,7 @@ def test_a_cut_model_file_is_refused(tmp_path, cut):
         load_model(tmp_path / "m.safetensors", kind="lda", version=2)
 
 
+@pytest.mark.long
 def test_one_trial_of_one_sample_survives_every_format(tmp_path):
     tiny = make_trial(0, 1)
     for suffix in (".zarr", ".nc", ".mat", ".nwb"):
@@ -439,6 +440,7 @@ def test_what_is_read_must_keep_the_contract(tmp_path, whole):
         load(tmp_path / "set.nc")
 
 
+@pytest.mark.long
 def test_simulated_touches_become_nwb_without_more_words(tmp_path):
     """A recording must say when it was; a simulation has no such time."""
     pytest.importorskip("pynwb")

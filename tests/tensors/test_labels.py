@@ -48,6 +48,7 @@ def test_matrices_over_pairs_know_whose_they_are(touches, compute):
     np.testing.assert_array_equal(matrix, compute(angle.values))
 
 
+@pytest.mark.long
 def test_the_accessor_draws_and_rebuilds(touches, tmp_path):
     assert touches.feeler.antenna == feeler.presets.robot()
     posture = touches.feeler.posture()

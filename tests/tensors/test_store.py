@@ -49,6 +49,7 @@ def many(monkeypatch):
     return stored.MANY
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("order", [1, -1, 3])
 def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     indices = sorted(range(N_TRIALS), key=lambda n: n * order % 11)
@@ -304,6 +305,7 @@ def test_a_limit_on_file_sizes_stops_the_writer_by_name_and_nothing_is_lost(fast
         assert store.read().angle.equals(make_trial(0, 2000).angle)
 
 
+@pytest.mark.long
 def test_a_second_writer_is_refused_by_name(path):
     code = f"""
 import sys; sys.path.insert(0, {str(Path(__file__).parents[1])!r})
@@ -333,6 +335,7 @@ def test_one_process_cannot_write_a_store_twice_at_once(path):
     open_store(path, CONFIGURATION, N_TRIALS).close()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("changes", "n_trials", "words"),
     [
@@ -416,6 +419,7 @@ def damage(path, how):
         file.unlink()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("how", ["flip", "cut", "gone"])
 def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
     fill(path, group_size=2)
@@ -443,6 +447,7 @@ def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     xr.testing.assert_identical(read_store(path), make_set())
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "place", ["angle/c.0.0.0", "progress/000000.json", "progress/store.json"]
 )
@@ -588,6 +593,7 @@ def test_texts_are_never_cut_to_what_a_damaged_store_says(path, many):
             xr.testing.assert_identical(read_store(path).load(), make_set(n))
 
 
+@pytest.mark.long
 def test_reading_in_the_same_process_keeps_the_lock(path):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         store.append(0, make_trial(0))

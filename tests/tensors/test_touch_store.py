@@ -58,7 +58,7 @@ def test_workers_do_not_change_the_numbers(tmp_path, undisturbed, make):
         )
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["chain", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_any_part_may_be_missing(tmp_path, engine):
     whole = run(store=tmp_path / "a.zarr", engine=engine)

@@ -159,7 +159,7 @@ def test_the_contract_holds_what_a_simulation_says():
     compare_with_a_simulation()
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize("name", [name for name in SMALLER if name != "angle"])
 def test_a_number_that_changes_with_its_unit_stays_the_same_on_every_page(
     name, rescale, pages, read_pages
@@ -176,7 +176,7 @@ def test_a_number_that_changes_without_its_unit_is_noticed(name, rescale):
         compare_with_a_simulation()
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "printed"), [("force", "force"), ("work", "work")])
 def test_a_wrong_unit_reaches_the_trade_off(name, printed, rescale, pages, read_pages):
     rescale(name, QUANTITIES[name].unit)

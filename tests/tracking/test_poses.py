@@ -27,6 +27,7 @@ def trials():
     return [films[0], films[1].replace(position=position)]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("unit", ["px", "mm"])
 def test_poses_come_back_as_they_were(tmp_path, trials, unit):
     from pynwb import NWBHDF5IO

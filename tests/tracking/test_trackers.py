@@ -176,6 +176,7 @@ WRITERS = {
 BASES = {"bases": ("left_base", "right_base")}
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("name", "outliers"), [("dlc.csv", 0.0), *((name, 0.03) for name in WRITERS)]
 )
@@ -515,6 +516,7 @@ def test_one_antenna_alone_is_measured(tmp_path):
     assert "--tips left_tip," in str(said.exception)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("fps", [0.0, 1.0, -30.0])
 def test_a_frame_rate_that_no_film_has_is_asked_for(tmp_path, fps):
     write_movement(tmp_path / "m.nc", *plant(np.random.default_rng(0)))

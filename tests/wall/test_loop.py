@@ -69,7 +69,7 @@ def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize(("hertz", "amplitude", "timestep"), [(4.0, 1.0, 1.0), (8.0, 0.5, 2.0)])
 def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
     monkeypatch, hertz, amplitude, timestep

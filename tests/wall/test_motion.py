@@ -24,6 +24,7 @@ from feeler.wall.following import BODY_LOST, CALIBRATION, LISTENING, SETTLING
 from feeler.wall.sensitivity import BENDS, FRICTIONS
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
 def test_the_j_slides_and_stays_at_every_distance(profile):
     """The wall passes 18 mm backward: the tip stays behind, pressed to the wall, pointing backward,
@@ -341,6 +342,7 @@ def test_steering_by_the_truth_needs_no_map():
     assert np.isnan(run.estimate).all()
 
 
+@pytest.mark.long
 def test_without_a_map_there_is_nothing_to_steer_by():
     with pytest.raises(InvalidInput, match="no map to steer by"):
         follow(cockroach("constant"), make_turn(30.0))

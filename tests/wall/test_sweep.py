@@ -29,6 +29,7 @@ def uniform() -> Antenna:
     )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
 @pytest.mark.parametrize("reading", ["midline", "total"])
 def test_inverted_j_stands_at_every_distance_in_contact(profile, reading):

@@ -357,6 +357,7 @@ def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):
     assert [row[1] for row in right["rows"]] == ["52.0", "90.0", "60.0"]
 
 
+@pytest.mark.long
 def test_the_command_makes_its_page(tmp_path):
     mine = tmp_path / "mine.py"
     mine.write_text("def policy(known):\n    return 1.2 if known.time < 10 else 0.3\n")

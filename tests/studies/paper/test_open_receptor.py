@@ -93,6 +93,7 @@ def test_no_rule_is_met_by_planted_nothing(claim, nothing):
         assert judge(claim, values, PAPER).verdict in ("no evidence", "not reproduced")
 
 
+@pytest.mark.long
 def test_a_small_run_meets_the_noise_that_was_set():
     """Over the sets on which the floor was set, the published antenna names that share right."""
     asked = ASKED | {

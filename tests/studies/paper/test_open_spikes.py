@@ -89,6 +89,7 @@ def nothing(request):
     ]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("claim", OWN, ids=lambda claim: claim.id)
 def test_nothing_bears_out_no_claim(nothing, claim):
     """At a level of 95 % some are borne out by chance, but not in two draws; places that everybody

@@ -52,6 +52,7 @@ def measured(declared):
     return xr.Dataset(fields | costs, coords | kinds, {"antenna": "toy"})
 
 
+@pytest.mark.long
 def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, tmp_path):
     section = Section(name="tradeoff", title="", folder=tmp_path, vector=False)
     fill_section(section, {"toy": measured}, declared)
@@ -86,6 +87,7 @@ def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, 
         assert said[name] == pytest.approx(measured[field].values.mean(axis=0), rel=1e-3)
 
 
+@pytest.mark.long
 def test_the_table_of_numbers_has_means_and_half_intervals(declared, measured, tmp_path):
     write_tradeoff({"toy": measured}, declared, tmp_path)
     with (tmp_path / "tradeoff.csv").open(encoding="utf-8") as file:
@@ -155,6 +157,7 @@ def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, 
             np.testing.assert_allclose(line.get_ydata(), 100 * chosen.sel(speed=speed))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "names", [["exponential"], ["exponential", "linear", "constant", "matched"]]
 )
@@ -177,7 +180,7 @@ def test_the_legend_fits_into_the_figure(declared, measured, names):
     assert said[: len(names)] == names and len(said) == len(names) + 2
 
 
-@pytest.mark.further
+@pytest.mark.long
 @pytest.mark.parametrize(("sets", "spread"), [(3, "95 % over sets"), (1, "One set of touches")])
 def test_the_page_counts_its_own_touches_and_has_no_interval_of_one_set(
     measured, tmp_path, sets, spread

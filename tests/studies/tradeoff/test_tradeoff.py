@@ -193,6 +193,7 @@ def test_a_study_that_cannot_be_made_is_refused(changes, words):
         load_declared(**changes)
 
 
+@pytest.mark.long
 def test_the_verb_writes_page_picture_and_numbers(tmp_path):
     arguments = [
         "tradeoff",
