@@ -96,7 +96,6 @@ def test_a_fault_is_found():
     assert find_fault("feeler touch … --store set.zarr") == ""
 
 
-@pytest.mark.long
 def test_every_command_that_is_named_can_be_typed():
     lines = [(path, line) for path, line in list_lines()]
     assert len(lines) > 100
