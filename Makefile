@@ -40,10 +40,10 @@ $(BIN)/.docs: $(BIN)/.core
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=quick|published|paper)
 	@$(BIN)/feeler reproduce --scale $(SCALE)
 
-test: $(BIN)/.test  ## the default tests
+test: $(BIN)/.test  ## the default tests (some five minutes on two cores)
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
 
-test-long: $(BIN)/.test  ## tests that take longest, and further cases of laws that have a quick one: CI runs them after the default ones
+test-long: $(BIN)/.test  ## the others: browsers, damaged files, the engine in space, what takes seconds; CI runs them after the default ones
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile -m "long and not slow"
 
 $(BIN)/.lab: $(BIN)/.test

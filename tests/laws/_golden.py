@@ -81,10 +81,11 @@ def describe(value: Any, depth: int = 0) -> list[str]:
 
 
 def _say(x: xr.Variable) -> str:
-    held = str(np.asarray(x).tolist())[:300]
+    """Numbers before words: a long line is cut."""
+    held = str(np.asarray(x).tolist())[:100]
     if x.dtype.kind in "fiub" and x.size:
         held = golden.digest(x)
-    return f"{x.dims} {x.dtype} {x.attrs}: {held}"
+    return f"{x.dims} {x.dtype} {held}, {x.attrs}"
 
 
 def _read_numbers(value: Any) -> np.ndarray | None:
