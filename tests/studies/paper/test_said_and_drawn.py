@@ -14,7 +14,9 @@ from scipy import stats
 
 from feeler.decoding.sweep import Sweep
 from feeler.dispersion import INDICES, Interval
+from feeler.errors import InvalidInput
 from feeler.report import Section
+from feeler.robot.recording import Recording
 from feeler.studies.contests import load_contest, load_stored
 from feeler.studies.paper import (
     fig1,
@@ -35,10 +37,12 @@ from feeler.studies.paper import (
     fig5_speed,
     fig5f,
     fig6,
+    fig6_data,
     figS2,
     figS5,
     figS6,
     movieS2,
+    movieS3,
     open_active,
     open_bounds,
     open_design,
@@ -714,3 +718,64 @@ def test_the_drawn_body_is_two_thirds_as_long_as_the_antenna(monkeypatch):
             SimpleNamespace(antenna=antenna, posture=SimpleNamespace(sign=1)), None
         )
     assert drawn == [28.0]
+
+
+def test_who_follows_a_wall_has_its_errors_below_their_own_names(section, monkeypatch):
+    run = SimpleNamespace(error=1.5, estimate_error=2.5, nearest=7.0, collided=False)
+
+    def follow(antenna, posture, watch):
+        if antenna == "level":
+            raise InvalidInput("its peak stays at the base")
+        watch(None, np.zeros(3))
+        return run
+
+    monkeypatch.setattr(movieS3, "follow", follow)
+    monkeypatch.setattr(
+        movieS3, "get_lead", lambda: SimpleNamespace(bend=lambda antenna: antenna)
+    )
+    monkeypatch.setattr(movieS3, "describe_posture", lambda lead: "a set-up")
+    monkeypatch.setattr(movieS3, "_write_following", lambda *given: None)
+    monkeypatch.setattr(Section, "movie", lambda *_: None)
+    section.folder = Path("out")
+    profiles = {"graded": "graded", "level": "level", "third": "third"}
+    movieS3._follow(
+        SimpleNamespace(profiles=profiles, effort=SimpleNamespace(followers=2, fps=3)), section
+    )
+    table = next(block for block in section.blocks if block["kind"] == "table")
+    names = (
+        "profile",
+        "tracking error [mm]",
+        "estimate error [mm]",
+        "nearest [mm]",
+        "collided",
+    )
+    assert tuple(table["header"]) == names
+    graded, level = table["rows"]
+    assert [graded[0], *map(float, graded[1:4]), graded[4]] == ["graded", 1.5, 2.5, 7.0, "no"]
+    assert list(level) == ["level", *["no map to steer by"] * 4]
+
+
+def test_the_simulated_release_starts_where_the_robot_s_does_without_its_rest(monkeypatch):
+    """Angles of 3 and 5 at first that rest at 1 and −2 begin at 2 and 7 beyond rest."""
+    starts = []
+    values = np.tile([[1.0], [-2.0]], 900)
+    values[:, :100] = [[3.0], [5.0]]
+    recorded = Recording(time=np.arange(900.0), values=values)
+    robot = SimpleNamespace(
+        antenna=SimpleNamespace(n_segments=9, rest_angle=np.zeros(9)),
+        calibration=None,
+        touch=lambda trials, engine: [None],
+        record=lambda motion: SimpleNamespace(to_angles=lambda *_, **__: recorded),
+    )
+    monkeypatch.setattr(fig6_data, "make_robot", lambda: None)
+    monkeypatch.setattr(fig6_data, "make_posture", lambda robot: np.zeros(8))
+    monkeypatch.setattr(fig6_data, "repair", lambda given, gaps: given)
+    monkeypatch.setattr(
+        fig6_data, "fit_factors", lambda *_, **__: SimpleNamespace(antenna="fitted")
+    )
+    monkeypatch.setattr(
+        fig6_data, "simulate_release", lambda antenna, start, *_, **__: starts.append(start)
+    )
+    _, shown, _, _ = fig6_data._compute_examples(robot, "chain")
+    np.testing.assert_allclose(starts[-1], [2, 7])
+    np.testing.assert_allclose(shown.values[:, 0], [2, 7])
