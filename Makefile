@@ -82,6 +82,7 @@ size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
 
 golden: $(BIN)/.test  ## keep anew what the smoke run and the studio show and what verbs give, and print what has changed, for review
 	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._golden out/golden
+	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._further
 	@for shown in cli studio laws; do PYTHONPATH=src $(BIN)/python -m tests.$$shown._golden; done
 
 $(BIN)/.mutants: $(BIN)/.test

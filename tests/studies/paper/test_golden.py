@@ -4,6 +4,7 @@ import pytest
 
 from tests.golden import CLOSE, compare, read_kept
 
+from . import _further
 from ._golden import KEPT, TOLERANCES, write_golden
 
 ROWS = [
@@ -44,3 +45,13 @@ def test_a_row_that_moved_or_is_missing_is_noticed_and_what_is_close_stays_as_it
     assert compare(ROWS, ROWS[:2])[0] and compare(ROWS[:2], ROWS)[0]
     close = [row.replace("17.5", "17.505") for row in ROWS]
     assert compare(ROWS, close) == ([], ROWS)
+
+
+@pytest.mark.long
+def test_what_the_smoke_run_leaves_out_is_what_was_kept():
+    differences, _ = compare(
+        read_kept(_further.KEPT), _further.write_golden(), _further.TOLERANCES
+    )
+    assert not differences, "\n".join(
+        [*differences, "meant? make golden, and look at the diff"]
+    )
