@@ -324,3 +324,11 @@ def test_a_motion_turns_what_stands_turned():
     np.testing.assert_allclose(found, to_matrix(first) @ to_matrix(own), atol=1e-12)
     assert np.abs(found - to_matrix(own) @ to_matrix(first)).max() > 0.1
     np.testing.assert_allclose(scene.base_pose[:3], [1.5, 2.1, 2.8])
+
+
+def test_a_heading_in_the_plane_is_the_same_heading_in_space():
+    """A base that looks from +y towards +x by 0.4 rad does so in space, from where it stands."""
+    pose = Scene(antenna=make(), objects=(), base=(1.0, -2.0, 0.4)).base_pose
+    np.testing.assert_allclose(pose[:3], [1, -2, 0])
+    ahead = to_matrix(pose[3:]) @ [0, 1, 0]
+    np.testing.assert_allclose(ahead, [np.sin(0.4), np.cos(0.4), 0], atol=1e-15)
