@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from html.parser import HTMLParser
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.disk.provenance import list_versions
+from feeler.report.pictures import Pictures
 
 CLOSE = 1e-3
 """How far a number may be off, relative to itself."""
@@ -188,6 +190,19 @@ def describe(figure: Figure) -> list[str]:
         lines += [f"image {digest(im.get_array())} over {digest(im.get_extent())}, {im.get_clim()}"
                   for im in ax.images]  # fmt: skip
     return lines
+
+
+def drawing(figures: dict[str, list[str]]):
+    """Records what the figures of pages hold."""
+    drawn = Pictures.draw
+
+    def draw(self, name, draw, **size):
+        made = []
+        found = drawn(self, name, lambda figure: made.append(figure) or draw(figure), **size)
+        figures[name] = describe(made[0])
+        return found
+
+    return patch.object(Pictures, "draw", draw)
 
 
 def _describe_artist(artist: Artist) -> str:

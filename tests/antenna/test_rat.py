@@ -60,6 +60,7 @@ def test_first_modes_are_those_of_hartmann_and_damped_alike():
         assert one.antenna.length < 20 or 27 < 1e3 * modes.frequency[0] < 260
 
 
+@pytest.mark.long
 def test_a_whisker_on_the_head_meets_a_peg_there():
     """Where its tip is, a peg pushes it; where another's is, none does."""
     whisker = RIGHT["C2"]

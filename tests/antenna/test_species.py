@@ -91,6 +91,7 @@ def test_the_cockroach_in_space_has_its_flagellum_behind_two_joints_across_each_
     np.testing.assert_array_equal(whole.sensors, [1, 2, *(flat.sensors + 2)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("azimuth", [0.0, 90.0])
 def test_a_push_turns_the_joint_that_lies_across_it(azimuth):
     """From the side the scape gives way, from above the pedicel: k θ + c θ̇ is the force's moment

@@ -12,7 +12,6 @@ from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from unittest.mock import patch
 
 import h5py
 import numpy as np
@@ -20,7 +19,6 @@ import xarray as xr
 from PIL import Image
 
 from feeler.calibration import load_traces
-from feeler.report.pictures import Pictures
 from tests import golden
 
 from ._command import run
@@ -96,7 +94,7 @@ def run_verbs(folder: Path) -> list[str]:
     lines: list[str] = []
     for words in VERBS.read_text(encoding="utf-8").splitlines():
         known = _list_files(folder)
-        with _drawing(figures := {}):
+        with golden.drawing(figures := {}):
             ended = run(*shlex.split(words), cwd=folder)
         lines += [f"# feeler {words}", f"code {ended.returncode}"]
         lines += _read_words(ended.stdout) + _read_words(ended.stderr)
@@ -113,19 +111,6 @@ def _list_files(folder: Path) -> dict[Path, int]:
     whole = [path for path in stores if not any(other in stores for other in path.parents)]
     single = [path for path in found if not any(store in path.parents for store in whole)]
     return {path: path.stat().st_mtime_ns for path in sorted([*single, *whole])}
-
-
-def _drawing(figures: dict[str, list[str]]):
-    """Records what the figures of pages hold."""
-    drawn = Pictures.draw
-
-    def draw(self, name, draw, **size):
-        made = []
-        found = drawn(self, name, lambda figure: made.append(figure) or draw(figure), **size)
-        figures[name] = golden.describe(made[0])
-        return found
-
-    return patch.object(Pictures, "draw", draw)
 
 
 def _read_words(text: str) -> list[str]:

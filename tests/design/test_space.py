@@ -20,6 +20,8 @@ from feeler.tensors.scaling import fold_planes
 from tests.design.test_design import ANTENNA, TASK
 from tests.design.test_plan import TEXT
 
+pytestmark = pytest.mark.long
+
 EVEN = ANTENNA.unflatten()
 TWISTING = EVEN.replace(
     stiffness=np.stack([np.full(6, 0.3), np.linspace(0.9, 0.4, 6), np.full(6, 5.0)]),
@@ -108,7 +110,6 @@ def test_flexures_are_cut_for_one_plane_and_say_so(make):
         make(EVEN)
 
 
-@pytest.mark.long
 def test_the_verb_searches_in_space_and_refuses_the_robot(tmp_path):
     feeler.save_antenna(TWISTING, tmp_path / "small.toml")
     plan = tmp_path / "task.toml"

@@ -17,6 +17,8 @@ from feeler.report.page import render_page
 from feeler.stimulus import Ball, Box, Peg, Wall
 from feeler.tensors.posture import reconstruct_posture
 
+pytestmark = pytest.mark.long
+
 RADIUS = 1.3
 
 
@@ -49,7 +51,6 @@ def draw(scene: dict, view: dict, now: int) -> list[dict]:
     return json.loads(done.stdout)
 
 
-@pytest.mark.long
 def test_the_scene_is_the_touch():
     """Frames, posture and way of the object are those simulated; edges lie on the ball."""
     antenna, trial, tensors = touch(Ball(radius=RADIUS))

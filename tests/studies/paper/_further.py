@@ -35,7 +35,7 @@ TOLERANCES = {**_golden.TOLERANCES}
 
 
 def read_section(section: Section) -> list[str]:
-    """Words, rows, captions and values."""
+    """Words, rows, captions and values; its figures are seen as they are drawn."""
     lines = [f"# {section.name}"]
     for block in section.blocks:
         told = {key: part for key, part in block.items() if key not in ("rows", "kind")}
@@ -52,8 +52,12 @@ def write_golden() -> list[str]:
     with TemporaryDirectory() as folder:
         context = Context(scale="further", out=Path(folder), workers=1)
         stages = [stage for stage in STAGES if stage.name in SECTIONS]
-        lines = [line for stage in stages for line in read_section(run_stage(stage, context))]
-        return [line.replace(folder, "FOLDER") for line in lines]
+        with golden.drawing(figures := {}):
+            lines = [
+                line for stage in stages for line in read_section(run_stage(stage, context))
+            ]
+        lines += [f"{name}: {line}" for name, found in figures.items() for line in found]
+        return [" ".join(line.replace(folder, "FOLDER").split()) for line in lines]
 
 
 def main() -> None:

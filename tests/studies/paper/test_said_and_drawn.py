@@ -210,6 +210,12 @@ def test_durations_say_the_likeness_along_and_of_the_whole(section, monkeypatch)
     assert "cosine is at least 0.62 (at most 0.14)" in words
 
 
+def test_each_profile_along_the_antenna_loses_its_own_mean():
+    """Two bases of three sensors and two lags; flat ones have no shape left."""
+    bases = np.array([[[1.0, 2.0], [0.0, 0.0], [4.0, 2.0]], [[5.0, 5.0]] * 3])
+    assert figS5._sum_lags(bases)[..., 0].tolist() == [[0, -3, 3], [0, 0, 0]]
+
+
 def test_walls_that_slid_are_counted_and_told_apart_at_both_limits(section, monkeypatch):
     asked = []
     monkeypatch.setattr(

@@ -7,6 +7,8 @@ from feeler.antenna.cockroach import cockroach
 from feeler.errors import InvalidInput
 from feeler.studies.spiking import load_spiking
 
+pytestmark = pytest.mark.long
+
 ASKED = ("own", "shared", "100 spikes", "regular", "7 places", "null")
 
 
@@ -29,7 +31,6 @@ def found(study):
     )
 
 
-@pytest.mark.long
 def test_touches_are_told_apart_from_trains_and_not_where_there_is_nothing_to_tell(found):
     whole = found["accuracy"].sel(window="whole touch")
     told, null = whole.sel(level="own"), whole.sel(level="null")
@@ -39,7 +40,6 @@ def test_touches_are_told_apart_from_trains_and_not_where_there_is_nothing_to_te
         assert null.sel(reader=code) < 0.2
 
 
-@pytest.mark.long
 def test_the_ideal_observer_says_what_it_expects_and_not_how_often_it_was_right(found):
     """Eight trains of each of ten touches: hits would be in eightieths."""
     early = found["accuracy"].sel(reader="ideal", level="own", window="20 ms").item()
