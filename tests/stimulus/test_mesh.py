@@ -94,6 +94,7 @@ def test_wrong_corners_are_refused(fields, words):
 WEDGE = Mesh(vertices=[(0, 0, 0), (-2, -1, 0), (-2, 1, 0.2), (-2, 0, 1.5), (-1, 0, -1)])
 
 
+@pytest.mark.long
 def test_a_mesh_touches_a_whisker_and_no_planar_antenna():
     whisker = feeler.presets.make_preset("rat-whisker")
     trial = Trial(feature=WEDGE, location=0.6, speed=0.1, azimuth=30.0)
