@@ -83,6 +83,7 @@ def test_pooling_before_the_relu_changes_no_answer_and_no_gradient():
         torch.testing.assert_close(mine, theirs)
 
 
+@pytest.mark.long
 def test_touches_are_learned_and_equal_seeds_give_equal_weights():
     torch = pytest.importorskip("torch")
     torch.manual_seed(5)

@@ -326,6 +326,7 @@ def test_header_notes_and_blank_lines_are_passed_over():
         st.text(alphabet="0123456789.,e-n a\t", max_size=40),
     )
 )
+@pytest.mark.long
 def test_any_line_gives_a_sample_or_our_error(line):
     try:
         _, values = _parse_sample(line, 3)

@@ -8,6 +8,8 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
 import feeler
 
 SOURCE = Path(feeler.__file__).parent
@@ -113,11 +115,13 @@ def test_nothing_slow_is_loaded_before_it_is_used():
     assert run_python("import sys", *steps) == ""
 
 
+@pytest.mark.long
 def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
     first = "import feeler, feeler.stimulus.trial, feeler.experiment.touch"
     assert run_python(first, "feeler.touch.__call__; feeler.bend.__call__") == ""
 
 
+@pytest.mark.long
 def test_analysis_needs_no_simulator():
     rooms = (
         "tensors",
