@@ -80,7 +80,7 @@ hashes:  ## constraints.hashed.txt anew from constraints.txt (needs uv)
 size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
 	@$(BIN)/python benchmarks/size.py
 
-golden: $(BIN)/.test  ## keep anew what the smoke run and the studio show and what verbs give, and print what has changed, for review
+golden: $(BIN)/.test  ## keep anew what the smoke run and the studio show and what verbs and public things give, and print what has changed, for review
 	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._golden out/golden
 	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._further
 	@for shown in cli studio laws; do PYTHONPATH=src $(BIN)/python -m tests.$$shown._golden; done

@@ -128,14 +128,14 @@ def bend_statically(antenna: Antenna) -> dict[str, Any]:
 
 
 def react(antenna: Antenna) -> Any:
-    """What holds the base of a touch."""
+    """A touch on a recorded base, with the force and moment that hold it."""
     trial = Trial(feature=SHAPES["box"], location=0.66, speed=0.4, lead=0.8, base=SHAKEN)
     clock = Clock(duration=6.6, sample_interval=0.3, timestep=0.02)
     return run_scene(make_scene(antenna, trial), clock)
 
 
-def measure_gaps(feature: Any) -> dict[str, Any]:
-    """Distances from an object to an antenna, in the plane and in space."""
+def place_shape(feature: Any) -> dict[str, Any]:
+    """An object of this shape, and where it stands before it touches, in the plane and in space."""
     item = Object(feature=feature, place=(-2.0, 9.0), forward=(0.8, 0.6))
     plane, space = make_antenna(), make_in_space()
     return {
@@ -175,7 +175,7 @@ def list_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
         ]
         yield f"{name} in the plane", partial(run, plane, [trials[0]])
         yield f"{name} in space", partial(run, space, trials)
-        yield f"{name} itself", partial(measure_gaps, shape)
+        yield f"{name} itself", partial(place_shape, shape)
     ball = Trial(feature=SHAPES["ball"], location=0.71, speed=0.4, lead=0.8, base=SHAKEN)
     flow = Flow(drag=2e-4, along=0.7e-4, velocity=(0.3, 0.1, -0.2))
     soft = Follicle(stiffness=(0.03, 0.05, 0.02), damping=(0.04, 0.01, 0.03))
@@ -211,13 +211,12 @@ def _add_noise(noise: str, tensors: np.ndarray) -> Any:
     return [found, found.add(tensors, np.random.default_rng(1))]
 
 
-def _read_mjcf(scene: Scene, **options: Any) -> list[str]:
-    """Its lines; of what is not near a whole line the file itself tells."""
-    return make_spec(scene, 0.02, **options).to_xml().splitlines()
+def _read_mjcf(scene: Scene) -> list[str]:
+    return make_spec(scene, 0.02).to_xml().splitlines()
 
 
 def list_refusals() -> Iterator[tuple[str, Callable[[], Any]]]:
-    """What cannot be, by name."""
+    """What is odd, by name; most of it is refused."""
     plane, space, ball = make_antenna(), make_in_space(), SHAPES["ball"]
     k = np.arange(11)
     posture = 0.05 * np.ones(11)

@@ -31,7 +31,7 @@ LONGER = {
     "robot_repeats": 1,
 }
 """What smoke sets to nothing."""
-TOLERANCES = {**_golden.TOLERANCES}
+TOLERANCES = _golden.TOLERANCES
 
 
 def read_section(section: Section) -> list[str]:
