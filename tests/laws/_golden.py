@@ -21,6 +21,7 @@ from feeler.errors import FeelerError
 from tests import golden
 
 from ._calls import list_parameters, make_arguments, make_right
+from ._engine_scenes import list_engine_scenes
 from ._scenes import list_refusals, list_scenes
 from .test_arguments import PUBLIC
 
@@ -72,7 +73,7 @@ def describe(value: Any, depth: int = 0) -> list[str]:
         return [f"{name} {golden.write(value)[:600]}"]
     numbers = _read_numbers(value)
     if numbers is not None:
-        return [f"{name} {numbers.shape} {golden.digest(numbers)}"]
+        return [f"{name} {numbers.shape} {_digest(numbers)}"]
     if depth == DEEP:
         return [name]
     return [
@@ -84,8 +85,15 @@ def _say(x: xr.Variable) -> str:
     """Numbers before words: a long line is cut."""
     held = str(np.asarray(x).tolist())[:100]
     if x.dtype.kind in "fiub" and x.size:
-        held = golden.digest(x)
+        held = _digest(x)
     return f"{x.dims} {x.dtype} {held}, {x.attrs}"
+
+
+def _digest(numbers: Any) -> str:
+    """With the largest, as means of many hide one that is wrong."""
+    size = np.abs(np.asarray(numbers, dtype=float))
+    most = f", largest {np.nanmax(size):.6g}" if 4 < size.size != np.isnan(size).sum() else ""
+    return f"{golden.digest(numbers)}{most}"
 
 
 def _read_numbers(value: Any) -> np.ndarray | None:
@@ -206,7 +214,7 @@ def write_golden() -> list[str]:
         warnings.simplefilter("ignore")
         os.chdir(folder)
         try:
-            for name, make in (*list_scenes(), *list_refusals()):
+            for name, make in (*list_scenes(), *list_refusals(), *list_engine_scenes()):
                 lines += [f"{name}: {line}" for line in say_scene(make)]
             for name, thing in list_calls():
                 lines += say_calls(name, thing)

@@ -81,20 +81,20 @@ def step_by_hand(antenna: Antenna, engine: str, **options: Any) -> list[Any]:
         ),
     ]
     simulation = feeler.Simulation(antenna, items, engine=engine, **options)
-    lines = [_look(simulation)]
+    lines = [look(simulation)]
     simulation.step(2.6)
-    lines.append(_look(simulation))
+    lines.append(look(simulation))
     kept = simulation.snapshot()
     simulation.move_base((0.05, -0.02), 0.006)
     simulation.move_object(items[0].name, (0.3, -0.1), 0.02)
     simulation.step(3.7)
-    lines.append(_look(simulation))
+    lines.append(look(simulation))
     simulation.restore(kept)
     simulation.step(1.1)
-    return [*lines, _look(simulation)]
+    return [*lines, look(simulation)]
 
 
-def _look(simulation: feeler.Simulation) -> dict[str, Any]:
+def look(simulation: feeler.Simulation) -> dict[str, Any]:
     names = "time angle velocity tip place forward force base base_force base_moment timestep"
     seen = {name: getattr(simulation, name) for name in names.split()}
     return seen | {

@@ -1,0 +1,472 @@
+"""Each engine with what the other scenes leave out: every shape by hand, lanes, paths, contacts,
+accuracies, files, and what says that something went wrong.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+
+import feeler
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.follicle import Follicle
+from feeler.errors import FeelerError
+from feeler.physics.accuracy import check_accuracy, find_coarsest, run_in_time
+from feeler.physics.clock import Clock
+from feeler.physics.contact import (
+    CONTACTS,
+    Contact,
+    compute_invweight,
+    describe_sink,
+    find_invweight,
+    find_radius,
+    get_contact,
+    list_doubts,
+)
+from feeler.physics.engine import ENGINES, choose_timestep, get_engine
+from feeler.physics.mjcf import write_mjcf
+from feeler.physics.reaction import compute_reaction
+from feeler.physics.run import list_turns, make_groups, run_scene, simulate
+from feeler.physics.scene import Path, Scene, make_scene
+from feeler.physics.simulation import build_scene
+from feeler.physics.statics import solve_static
+from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.flow import Flow
+from feeler.stimulus.object import Object
+from feeler.stimulus.outline import Outline
+from feeler.stimulus.shapes import Box, Triangle
+from feeler.stimulus.trial import Trial
+from feeler.stimulus.wall import Wall
+from tests.awkward_touches import list_trials, make_antenna
+
+from ._scenes import HOOK, SHAKEN, SHAPES, look, make_in_space
+
+RODS = ("rod", "rod-inertia")
+ROUNDED = {
+    "ball": SHAPES["ball"],
+    "box": Box(half_width=1.1, half_height=2.3, rounding=0.45),
+    "triangle": Triangle(half_width=1.9, half_height=1.4, rounding=0.4),
+    "peg": SHAPES["peg"],
+    "hook": Outline(vertices=HOOK, rounding=0.4),
+    "wall": Wall(
+        profile=np.array([[0.0, 0.0], [1.7, 0.4], [4.2, 0.1], [6.1, 0.0]]), rounding=0.5
+    ),
+}
+"""The same for the rods, which feel no sharp corner."""
+IN_SPACE = ("chain", "chain-consistent", "mujoco")
+SOFT = Contact(solref=(0.31, 0.8), solimp=(0.02, 0.9, 0.03, 0.4, 3.0), crossing=0.2, speed=0.7)
+TURNED = BaseMotion(
+    time=np.array([0.0, 2.1, 4.4, 7.0, 12.0]),
+    pose=0.1 * np.cos(np.arange(30.0)).reshape(5, 6),
+)
+
+
+def make_fine() -> Antenna:
+    """Segments as short as the rod engines need them to feel small things."""
+    n = np.arange(31)
+    return Antenna(
+        segment_length=0.97 - 0.012 * n,
+        segment_mass=7e-4 * np.exp(-0.11 * n),
+        radius=0.27 - 0.003 * n,
+        stiffness=21.0 * np.exp(-0.18 * n),
+        damping=11.0 * np.exp(-0.16 * n),
+        rest_angle=0.0013 * np.sin(n),
+        sensors=[3, 7, 12, 29],
+        name="fine",
+    )
+
+
+def make_for(engine: str) -> Antenna:
+    """An antenna that this engine can follow at every shape."""
+    return make_fine() if engine in RODS else make_antenna()
+
+
+def touch_by_hand(
+    antenna: Antenna, trial: Trial, engine: str, **options: Any
+) -> list[dict[str, Any]]:
+    """One object that comes, turns away, and goes on."""
+    options = ({"timestep": 0.2} if engine in RODS else {}) | options
+    simulation = feeler.Simulation(antenna, [trial], engine=engine, **options)
+    turn = (0.004, -0.007, 0.011) if antenna.spatial else 0.013
+    away = (-0.11, 0.07, 0.03) if antenna.spatial else (-0.11, 0.07)
+    simulation.step(3.2)
+    seen = [look(simulation)]
+    simulation.move_object(simulation.names[0], away, turn)
+    simulation.move_base(tuple(-0.3 * x for x in away), 0.2 * np.asarray(turn))
+    simulation.step(2.4)
+    return [*seen, look(simulation)]
+
+
+def list_lanes(antenna: Antenna, contact: str | None) -> list[Scene]:
+    """Three scenes of one number of segments."""
+    ball, box = SHAPES["ball"], (ROUNDED if contact is None else SHAPES)["box"]
+    azimuth = {"azimuth": 31.0} if antenna.spatial else {}
+    first = Trial(feature=ball, location=0.71, speed=0.4, lead=0.8, friction=0.5)
+    second = Trial(feature=box, location=0.45, speed=0.6, lead=0.5, side="right", **azimuth)
+    stiff = antenna.replace(stiffness=1.7 * antenna.stiffness)
+    return [
+        make_scene(antenna, first),
+        make_scene(stiff, second, contact),
+        build_scene(
+            antenna,
+            [first] if contact is None else [first, second.replace(lead=2.3)],
+            gravity=(0.001, -0.003),
+            base=SHAKEN,
+        ),
+    ]
+
+
+def step_lanes(antenna: Antenna, engine: str) -> list[Any]:
+    """Lanes that are commanded, saved, begun anew and brought back one by one."""
+    scenes = list_lanes(antenna, "even" if engine not in RODS else None)
+    side_by_side = feeler.Simulations(scenes, engine=engine, timestep=0.05)
+    side_by_side.step(2.5)
+    seen = [side_by_side.state, side_by_side.shape, side_by_side.read_contacts(1)]
+    kept = side_by_side.snapshot([1])
+    flat = () if not antenna.spatial else (0.02,)
+    turn = 0.01 if not antenna.spatial else (0.003, 0.002, 0.01)
+    side_by_side.move_base(1, (0.05, -0.03, *flat), turn)
+    side_by_side.move_object(0, 0, (-0.2, 0.1, *flat), turn)
+    side_by_side.step(1.5)
+    seen += [side_by_side.state, side_by_side.time, side_by_side.get_scene(2)]
+    side_by_side.reset(0, scenes[2])
+    side_by_side.restore(kept)
+    side_by_side.step(1.0)
+    return [*seen, side_by_side.state, side_by_side.time, side_by_side.read_contacts(0)]
+
+
+def run_paths(engine: str) -> list[Any]:
+    """Objects that change their course, once between two samples."""
+    ball = Object(feature=SHAPES["ball"], place=(-1.5, 9.4))
+    path = Path(velocity=((0.3, 0.0), (-0.1, 0.2), (0.0, -0.4)), end=(2.35, 4.8))
+    scene = Scene(antenna=make_for(engine), objects=(ball,), paths=(path,))
+    motion = simulate(
+        [scene], Clock(duration=7.2, sample_interval=0.3, timestep=0.05), engine=engine
+    )
+    stepper = get_engine(engine).make([scene], 0.05)
+    return [motion, list_turns(stepper), scene.speed, scene.guided]
+
+
+def run_many(engine: str) -> list[Any]:
+    """Scenes of two sizes, one of which cannot be followed."""
+    plane, few = make_for(engine), feeler.presets.make_preset("linear")
+    trials = list_trials()
+    scenes = [make_scene(antenna, trial) for trial in trials for antenna in (plane, few)]
+    hopeless = build_scene(plane, velocity=np.full(plane.n_segments, 1e200), label="hopeless")
+    if engine != "rod":
+        scenes.insert(2, hopeless)
+    clock = Clock(duration=4.2, sample_interval=0.6, timestep=0.05)
+    found = simulate(scenes, clock, engine=engine, workers=1)
+    groups = (
+        make_groups(scenes, get_engine(engine)),
+        make_groups(scenes, get_engine(engine), times=2),
+    )
+    return [groups, [str(one) if isinstance(one, Exception) else one for one in found]]
+
+
+def settle(feature: Any) -> list[Any]:
+    """The rod at rest against an object, and after it was put elsewhere."""
+    item = Object(feature=feature, place=(-0.6, 9.1), forward=(1.0, 0.0))
+    stepper = get_engine("rod").make([build_scene(make_fine(), [item])], 0.05)
+    seen: list[Any] = [stepper.settle(), stepper.read()]
+    seen += [stepper.settle(base=(0.1, -0.2, 0.05)), stepper.read()]
+    seen += [stepper.settle(place=[(0.3, 8.0)]), stepper.read(), stepper.read_contacts(0)]
+    return seen
+
+
+def tell_scene(scene: Scene) -> dict[str, Any]:
+    """What a scene says of itself."""
+    told = {
+        "base": scene.base_pose,
+        "rate": scene.base_velocity,
+        "speed": scene.speed,
+        "follows": scene.follows,
+        "guided": scene.guided,
+        "gravity": scene.gravity,
+        "angle": scene.initial_angle,
+        "velocity": scene.initial_velocity,
+    }
+    return told | ({"drive": scene.compute_drive(13, 7, 0.05)} if scene.follows else {})
+
+
+def soften(contact: Contact, antenna: Antenna) -> dict[str, Any]:
+    """How soft a contact is along an antenna."""
+    soft = contact.soften(antenna)
+    return {
+        "soft": list(soft),
+        "moved": [soft.widen(*contact.widen(speed)) for speed in (0.0, 0.05, 0.4, 3.0)],
+        "half": contact.halve(),
+        "coarsest": [find_coarsest(contact, interval) for interval in (0.07, 0.3, 1.0)],
+    }
+
+
+def doubt(antenna: Antenna, contact: Contact | str) -> list[Any]:
+    """Sentences about touches that are too fast, or steps that are too long."""
+    found = get_contact(contact)
+    return [
+        list_doubts(antenna, found, speed, step)
+        for speed in (0.1, 2.0, 30.0)
+        for step in (0.003, 0.04, 0.5)
+    ]
+
+
+def write_file(antenna: Antenna, trial: Trial, **options: Any) -> list[str]:
+    """MuJoCo's file, line by line."""
+    return write_mjcf(antenna, trial, File("scene.xml"), **options).read_text().splitlines()
+
+
+def react_at_once(n: int) -> Any:
+    """Newton's and Euler's laws of some moment."""
+    rng = np.random.default_rng(n)
+    antenna = make_antenna()
+    angle, rate, acceleration = rng.normal(scale=0.1, size=(3, antenna.n_segments))
+    return compute_reaction(
+        antenna,
+        angle,
+        rate,
+        acceleration,
+        rng.normal(scale=0.2, size=(3, 3)),
+        np.array([0.002, -0.0098]),
+        rng.normal(scale=5, size=(n, 2)),
+        rng.normal(scale=1e-3, size=(n, 2)),
+    )
+
+
+def run_precisely(engine: str, feature: Any, accuracy: float) -> list[Any]:
+    """Motions with what they err by and the least step that was taken."""
+    antenna = make_for(engine)
+    scenes = [
+        make_scene(antenna, Trial(feature=feature, location=at, speed=0.5, lead=0.6))
+        for at in (0.5, 0.8)
+    ]
+    found = run_in_time(scenes, 4.2, 0.3, engine, accuracy)
+    return [
+        [(one.timestep, one.error, one.angle[-1]) for one in found if hasattr(one, "angle")]
+    ]
+
+
+def fall_apart(antenna: Antenna, engine: str) -> list[Any]:
+    """A lane that cannot be followed, beside one that can."""
+    ball = Trial(feature=SHAPES["ball"], location=0.71, speed=0.4, lead=0.8, friction=0.5)
+    huge = np.full(antenna.rest_angle.shape, 1e200)
+    begins = {"angle": 1e-3 * huge} if engine == "rod" else {"velocity": huge}
+    scenes = [build_scene(antenna, [ball]), build_scene(antenna, [ball], **begins)]
+    side_by_side = feeler.Simulations(scenes, engine=engine, timestep=0.05, workers=2)
+    side_by_side.step(1.5)
+    seen = [side_by_side.state.angle[0], side_by_side.time, *map(str, side_by_side.failed)]
+    side_by_side.reset(1)
+    side_by_side.step(0.5)
+    return [*seen, side_by_side.time, *map(str, side_by_side.failed)]
+
+
+def press_flat(antenna: Antenna, engine: str) -> list[Any]:
+    """A wall without end that comes, and slides along."""
+    space = antenna.spatial
+    wall = Object(
+        feature=Wall(),
+        place=(-2.6, 9.1, 0.4) if space else (-2.6, 17.0),
+        forward=(12 / 13, -3 / 13, 4 / 13) if space else (0.96, -0.28),
+        velocity=(0.45, 0.02, *[0.06] * space),
+        friction=0.4,
+    )
+    simulation = feeler.Simulation(antenna, [wall], engine=engine)
+    simulation.step(4.0)
+    seen = [look(simulation)]
+    simulation.move_object(0, (0.02, -0.11, *[0.03] * space))
+    simulation.step(3.0)
+    return [*seen, look(simulation)]
+
+
+def show_page(antenna: Antenna) -> str:
+    """How a notebook draws a simulation."""
+    items = [
+        Object(feature=SHAPES["hook"], place=(-3.0, 9.0)),
+        Object(feature=Wall(), place=(-9, 1)),
+    ]
+    return feeler.Simulation(antenna, items)._repr_html_()
+
+
+def _ask(check: Callable[..., Any], *arguments: Any) -> Any:
+    try:
+        return check(*arguments)
+    except FeelerError as error:
+        return str(error)
+
+
+def list_engine_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
+    """Scenes by name."""
+    plane, space = make_antenna(), make_in_space()
+    for engine in ENGINES:
+        flat, shapes = make_for(engine), ROUNDED if engine in RODS else SHAPES
+        for name, shape in shapes.items():
+            trial = Trial(feature=shape, location=0.62, speed=0.4, lead=0.7, friction=0.3)
+            yield f"{engine}, {name} by hand", partial(touch_by_hand, flat, trial, engine)
+            if engine in IN_SPACE:
+                lifted = trial.replace(azimuth=-63, approach=105)
+                yield (
+                    f"{engine}, {name} by hand in space",
+                    partial(touch_by_hand, space, lifted, engine),
+                )
+        yield f"{engine}, paths", partial(run_paths, engine)
+        yield f"{engine}, many", partial(run_many, engine)
+        yield f"{engine}, lanes", partial(step_lanes, flat, engine)
+        trial = list_trials()[0]
+        contacts = {"hard": "hard", "even": "even", "own": SOFT}
+        for name, contact in contacts.items() if engine not in RODS else ():
+            options = {"contact": contact}
+            yield (
+                f"{engine}, contact {name}",
+                partial(touch_by_hand, flat, trial, engine, **options),
+            )
+        for antenna in (flat, space) if engine in IN_SPACE else (flat,):
+            where = " in space" if antenna.spatial else ""
+            yield f"{engine}, wall without end{where}", partial(press_flat, antenna, engine)
+            yield f"{engine}, a lost lane{where}", partial(fall_apart, antenna, engine)
+        for name in ("ball", "box", "hook"):
+            yield (
+                f"{engine}, {name} precisely",
+                partial(run_precisely, engine, shapes[name], 0.01),
+            )
+    yield from _list_in_space(space)
+    yield from _list_told(plane, space)
+    yield from _list_refused(plane, space)
+
+
+def _list_refused(plane: Antenna, space: Antenna) -> Iterator[tuple[str, Callable[[], Any]]]:
+    ball = Trial(feature=SHAPES["ball"], location=0.71, speed=0.4, lead=0.8)
+    scene, other = make_scene(plane, ball), make_scene(make_fine(), ball)
+    lanes = partial(feeler.Simulations, [scene, scene], timestep=0.05)
+    hopeless = build_scene(plane, velocity=np.full(11, 1e200), label="hopeless")
+    clock = Clock(duration=3.0, sample_interval=0.3, timestep=0.05)
+    cases: dict[str, Callable[[], Any]] = {
+        "no lanes": lambda: feeler.Simulations([], timestep=0.05),
+        "lanes of two antennae": lambda: feeler.Simulations([scene, other], timestep=0.05),
+        "no step": lambda: lanes().step(0.0),
+        "part of a step": lambda: lanes().step(0.17),
+        "a lane beyond": lambda: lanes().get_scene(2),
+        "a lane below": lambda: lanes().move_base(-1, (0.1, 0.0)),
+        "an object beyond": lambda: lanes().move_object(1, 1, (0.1, 0.0)),
+        "a base too fast": lambda: lanes().move_base(0, (30.0, 40.0)),
+        "a base that turns too fast": lambda: lanes().move_base(0, (0.0, 0.0), 9.0),
+        "an object too fast": lambda: lanes().move_object(1, 0, (300.0, 0.0)),
+        "another antenna": lambda: lanes().reset(1, other),
+        "an antenna in space": lambda: lanes().reset(1, make_scene(space, ball)),
+        "two rates": lambda: lanes().move_base(0, (0.1, 0.0, 0.1)),
+        "a step below 0": lambda: feeler.Simulations([scene], timestep=-0.05),
+        "a hopeless scene": lambda: run_scene(hopeless, clock),
+        "a hopeless file": lambda: write_file(space, ball, control=True),
+        "a sharp corner": lambda: touch_by_hand(
+            plane, ball.replace(feature=SHAPES["hook"]), "rod"
+        ),
+        "a rod with hard contact": lambda: touch_by_hand(plane, ball, "rod", contact="hard"),
+        "a rod that swings": lambda: feeler.Simulation(
+            plane, velocity=0.1 * np.ones(11), engine="rod"
+        ),
+        "a limp rod": lambda: feeler.Simulation(
+            plane.replace(stiffness=0.0, damping=0.0), engine="rod"
+        ),
+        "a path beyond": lambda: feeler.Simulation(plane, base=SHAKEN).step(30.0),
+        "an object inside": lambda: feeler.Simulation(
+            plane, Object(feature=SHAPES["ball"], place=(0.3, 7.0))
+        ),
+        "a force": lambda: solve_static(plane, (0.1, np.nan)),
+        "a force in space": lambda: solve_static(space, (0.1, 0.0)),
+        "a limp antenna": lambda: solve_static(plane.replace(stiffness=0.0), (0.01, 0.0)),
+        "a force too large": lambda: solve_static(plane, (0.3, -90.0)),
+        "a solref": lambda: Contact(solref=(0.3, 0.0)),
+        "a solimp": lambda: Contact(solimp=(0.3, 0.9, 0.1)),
+        "another solimp": lambda: Contact(solimp=(0.9, 0.3, 0.1, 0.5, 2)),
+        "a share": lambda: Contact(share=1.0),
+        "a speed": lambda: Contact(speed=-0.1),
+        "a clock": lambda: Clock(duration=0.0, timestep=0.1),
+        "an uneven clock": lambda: Clock(duration=3.0, sample_interval=0.3, timestep=0.07),
+        "a short clock": lambda: Clock(duration=0.1, sample_interval=0.3, timestep=0.1),
+        "a long clock": lambda: Clock(duration=1e9, sample_interval=0.3, timestep=0.1),
+    }
+    yield from cases.items()
+
+
+def _list_in_space(space: Antenna) -> Iterator[tuple[str, Callable[[], Any]]]:
+    flow = Flow(drag=2e-4, along=0.7e-4, velocity=(0.3, 0.1, -0.2))
+    soft = Follicle(stiffness=(0.03, 0.05, 0.02), damping=(0.04, 0.01, 0.03))
+    ball = Trial(feature=SHAPES["ball"], location=0.71, speed=0.4, lead=0.8, friction=0.4)
+    pushed = 1e-3 * np.sin(np.arange(27.0)).reshape(3, 9)
+    for engine in IN_SPACE:
+        by_hand = partial(touch_by_hand, trial=ball, engine=engine)
+        yield f"{engine}, lanes in space", partial(step_lanes, space, engine)
+        yield f"{engine}, flow", partial(by_hand, space, flow=flow)
+        yield f"{engine}, follicle", partial(by_hand, make_in_space(follicle=soft))
+        yield (
+            f"{engine}, follicle in a flow",
+            partial(by_hand, make_in_space(follicle=soft), flow=flow, gravity=(0.002, -0.01)),
+        )
+        yield f"{engine}, two planes", partial(by_hand, make_in_space(planes=2))
+        yield (
+            f"{engine}, all at once",
+            partial(
+                by_hand,
+                space,
+                gravity=(0.002, -0.007, 0.004),
+                angle=20 * pushed,
+                velocity=pushed,
+                base=TURNED,
+            ),
+        )
+        yield f"{engine}, hard in space", partial(by_hand, space, contact="hard")
+
+
+def _list_told(plane: Antenna, space: Antenna) -> Iterator[tuple[str, Callable[[], Any]]]:
+    trials = list_trials()
+    for k, trial in enumerate(trials):
+        yield f"scene {k}", partial(tell_scene, make_scene(plane, trial))
+        yield f"scene {k} in space", partial(tell_scene, make_scene(space, trial))
+        for control in (False, True):
+            yield (
+                f"file {k} {control}",
+                partial(write_file, plane, trial, control=control, timestep=0.03),
+            )
+        yield f"file {k} in space", partial(write_file, space, trial)
+    yield "scene shaken", partial(tell_scene, build_scene(plane, trials[0], base=SHAKEN))
+    yield "scene shaken in space", partial(tell_scene, build_scene(space, base=SHAKEN))
+    turned = build_scene(space, trials[1], base=TURNED, gravity=(0.1, 0.2, 0.3))
+    yield "scene turned", partial(tell_scene, turned)
+    hook = Trial(feature=SHAPES["hook"], location=0.66, speed=0.4, friction=0.2)
+    yield "file of a hook", partial(write_file, plane, hook)
+    yield "file of a hook in space", partial(write_file, space, hook.replace(azimuth=50))
+    contacts = {name: CONTACTS[name] for name in CONTACTS} | {"own": SOFT}
+    for name, contact in contacts.items():
+        yield f"contact {name}", partial(soften, contact, plane)
+        yield f"contact {name} in space", partial(soften, contact, space)
+        yield f"doubts of {name}", partial(doubt, plane, contact)
+    soft = Follicle(stiffness=(0.03, 0.05, 0.02))
+    antennas = (plane, space, make_in_space(follicle=soft), make_in_space(planes=2))
+    yield "inverse weights", lambda: [find_invweight(antenna) for antenna in antennas]
+    yield (
+        "loose weights",
+        partial(compute_invweight, plane.segment_length, plane.segment_mass, loose=True),
+    )
+    yield "page", partial(show_page, plane)
+    items = {name: Object(feature=shape) for name, shape in SHAPES.items()}
+    yield "radii", lambda: {name: find_radius(item) for name, item in items.items()}
+    yield "sunk", partial(describe_sink, 0.73)
+    yield (
+        "timesteps",
+        lambda: [choose_timestep(step, e) for e in ENGINES for step in (None, 0.03)],
+    )
+    for kind in ENGINES:
+        engine = get_engine(kind)
+        yield (
+            f"steps of {kind}",
+            lambda engine=engine: [
+                (name, step, _ask(engine.check, contacts[name], step))
+                for name in contacts
+                for step in (0.05, 0.15, 0.3)
+            ],
+        )
+    yield "accuracies", lambda: [_ask(check_accuracy, x) for x in (1e-7, 1e-3, 0.5, 0.6, "x")]
+    for n in (0, 1, 4):
+        yield f"reaction to {n}", partial(react_at_once, n)
+    for name in ROUNDED:
+        yield f"rod settles at the {name}", partial(settle, ROUNDED[name])
