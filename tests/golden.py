@@ -5,8 +5,10 @@ order may not.
 import difflib
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from html.parser import HTMLParser
 from pathlib import Path
+from types import ModuleType
 from unittest.mock import patch
 
 import numpy as np
@@ -17,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.disk.provenance import list_versions
+from feeler.plotting.movie import write_movie
 from feeler.report.pictures import Pictures
 
 CLOSE = 1e-3
@@ -203,6 +206,26 @@ def drawing(figures: dict[str, list[str]]):
         return found
 
     return patch.object(Pictures, "draw", draw)
+
+
+def filming(frames: dict[str, list[str]], *modules: ModuleType):
+    """Records what stands in the first, a middle and the last frame of the modules' movies."""
+
+    def film(path, figure, draw, n_frames, *rest, **options):
+        lines = frames[path.name] = [f"{n_frames} frames, {rest} {options}"]
+
+        def draw_frame(k):
+            changed = draw(k)
+            if k in (0, 2 * n_frames // 5, n_frames - 1):
+                lines.extend(f"frame {k}: {line}" for line in describe(figure))
+            return changed
+
+        return write_movie(path, figure, draw_frame, n_frames, *rest, **options)
+
+    stack = ExitStack()
+    for module in modules:
+        stack.enter_context(patch.object(module, "write_movie", film))
+    return stack
 
 
 def _describe_artist(artist: Artist) -> str:

@@ -29,7 +29,7 @@ KEPT = Path(__file__).with_name("golden.txt")
 OTHERS = (0, -1, 3, 0.37, 1e9, float("nan"), "x", None, [], [[1], [1, 2]], np.zeros((2, 3, 4)))
 """Arguments in the place of right ones; most of them are wrong in most places."""
 TOLERANCES = {
-    r"^response.fit_damped_cosine(\(frequency\) 0.37)?: ": (
+    r"^response.fit_damped_cosine(\((frequency|damping_ratio)\) [\d.]+)?: ": (
         20,
         0,
         "a straight line fits no wave: another processor ends at another one",

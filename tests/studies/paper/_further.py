@@ -5,27 +5,35 @@
 
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from unittest.mock import patch
 
 import xarray as xr
+from pypdf import PdfReader
 
 from feeler.antenna.antenna import Antenna
+from feeler.plotting import touch
 from feeler.report import Section
-from feeler.studies.paper import open_receptor
+from feeler.studies.paper import fig2b, fig6, movieS3, open_receptor
 from feeler.studies.paper.context import Context
+from feeler.studies.paper.kept import find_shipped
 from feeler.studies.paper.open_receptor import compute_run
-from feeler.studies.paper.reproduce import STAGES
+from feeler.studies.paper.report import write_report
+from feeler.studies.paper.reproduce import STAGES, _says_nothing
 from feeler.studies.paper.stage import Stage, run_stage
+from feeler.studies.paper.verdicts import judge_claims
 from feeler.studies.scale import SCALES
 from tests import golden
+from tests.awkward_touches import make_antenna
 
 from . import _golden
 
 KEPT = Path(__file__).with_name("golden_further.txt")
 LONGER = {
+    "vector": True,
     "controls": ("linear", "constant", "matched"),
     "speeds": ("fast", "medium", "slow"),
     "control_speeds": ("fast", "slow"),
@@ -37,7 +45,8 @@ LONGER = {
     "refits": 1,
     "impact_speeds": (0.2, 0.6),
     "far_slides": 1,
-    "followers": 1,
+    "followers": 2,
+    "ranks": (2, 3, 4),
     "durations": (10, 40),
     "restarts": 2,
     "side_restarts": 2,
@@ -53,6 +62,26 @@ LONGER = {
         "null_iter": 5,
         "twins": "ends",
     },
+    "gradient": {
+        "sets": 2,
+        "draws": 5,
+        "speeds": (0.3, 0.6),
+        "rates": (0.0, -0.05, -0.0827),
+        "contact_control": True,
+    },
+    "regression": {
+        "shapes": ("ball", "box"),
+        "train": 24,
+        "test": 3,
+        "relative": (0.1, 1.0),
+        "common": (0.03,),
+    },
+    "trade": {
+        "sets": 2,
+        "speeds": (0.3, 0.6, 1.2),
+        "draws": 5,
+        "levels": {"relative": (1.0,), "common": (0.03,)},
+    },
     "jitters": True,
     "choices": True,
     "network": {"ratios": (0.2,), "n_repeats": 2, "n_copies": 1, "max_epochs": 1},
@@ -64,6 +93,10 @@ LONGER = {
     "robot_repeats": 1,
 }
 """What smoke sets to nothing, or to one."""
+LEFT_OUT = (*_golden.LEFT_OUT, "calibration")
+"""Sections of pages: the last has seconds in a table, and is read by itself."""
+FILMING = (touch, fig2b, fig6, movieS3)
+"""Modules that write the movies."""
 SHORTER = {"sets": 3, "calibrating": 2, "draws": 10, "bends": [0.003, 0.03, 1.0]}
 """What open_receptor.toml declares, made small."""
 TOLERANCES = _golden.TOLERANCES
@@ -75,7 +108,11 @@ def read_section(section: Section) -> list[str]:
     for block in section.blocks:
         told = {key: part for key, part in block.items() if key not in ("rows", "kind")}
         lines.append(f"{block['kind']} {[golden.write(part) for part in told.values()]}")
-        lines += [f"| {' | '.join(map(golden.write, row))}" for row in block.get("rows", ())]
+        kept = [k for k, word in enumerate(block.get("header", ())) if "time [s]" not in word]
+        lines += [
+            f"| {' | '.join(golden.write(row[k]) for k in kept)}"
+            for row in block.get("rows", ())
+        ]
     leaves = golden.list_leaves(section.values)
     return lines + [f"{name} = {golden.write(leaf)}" for name, leaf in leaves]
 
@@ -85,20 +122,60 @@ def _compute(reference: Antenna, asked: dict[str, Any], **options: Any) -> xr.Da
 
 
 def write_golden(stages: Iterable[Stage] = STAGES) -> list[str]:
-    """The lines of these sections."""
+    """The lines of these sections, of the cockroach and of another antenna, and the whole page of
+    the kept run at paper scale.
+    """
     if "further" not in SCALES:
         SCALES.register("further", SCALES["smoke"].replace(name="further", **LONGER))
+    other = {"scale": "smoke", "antenna": make_antenna(), "is_cockroach": False}
+    lines = [
+        *_write_sections(stages, scale="further"),
+        *(f"another: {line}" for line in _write_sections(stages, **other)),
+        *(f"kept: {line}" for line in _write_kept()),
+    ]
+    return [" ".join(line.split()) for line in lines]
+
+
+def _write_sections(stages: Iterable[Stage], **asked: Any) -> list[str]:
+    drawn, filmed = {}, {}
+    with (
+        TemporaryDirectory() as folder,
+        golden.drawing(drawn),
+        golden.filming(filmed, *FILMING),
+        patch.object(open_receptor, "compute_run", _compute),
+    ):
+        context = Context(out=Path(folder), workers=1, **asked)
+        made = [
+            run_stage(stage, context) for stage in stages if not _says_nothing(stage, context)
+        ]
+        lines = [line for section in made for line in read_section(section)]
+        lines += _write_page(context, made)
+    lines += [f"{name}: {line}" for name, found in (drawn | filmed).items() for line in found]
+    return [line.replace(folder, "FOLDER") for line in lines]
+
+
+def _write_kept() -> list[str]:
+    """Without words on when it was made and by which code: any change of code would change them."""
     with TemporaryDirectory() as folder:
-        context = Context(scale="further", out=Path(folder), workers=1)
-        with (
-            golden.drawing(figures := {}),
-            patch.object(open_receptor, "compute_run", _compute),
-        ):
-            lines = [
-                line for stage in stages for line in read_section(run_stage(stage, context))
-            ]
-        lines += [f"{name}: {line}" for name, found in figures.items() for line in found]
-        return [" ".join(line.replace(folder, "FOLDER").split()) for line in lines]
+        context = Context(scale="paper", out=Path(folder), workers=1)
+        shipped = filter(None, (find_shipped(stage, context) for stage in STAGES))
+        return _write_page(context, [replace(section, kept="") for section in shipped])
+
+
+def _write_page(context: Context, sections: list[Section]) -> list[str]:
+    """The page, its claims, and what else a run leaves."""
+    claims = judge_claims(sections, context)
+    page = write_report(context, sections, claims).read_text(encoding="utf-8")
+    told = [golden.list_leaves(judged.describe()) for judged in claims]
+    return [
+        *golden.read_page(page, LEFT_OUT),
+        *(f"claim {name} = {golden.write(leaf)}" for leaves in told for name, leaf in leaves),
+        *(
+            f"pages of {path.name}: {len(PdfReader(path).pages)}"
+            for path in context.out.glob("*.pdf")
+        ),
+        f"figures {sorted(path.name for path in (context.out / 'figures').iterdir())}",
+    ]
 
 
 def main() -> None:
