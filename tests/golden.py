@@ -26,7 +26,7 @@ CLOSE = 1e-3
 """How far a number may be off, relative to itself."""
 TINY = 1e-12
 """How far a number may be off at all."""
-NUMBER = re.compile(r"(?<![\w.])[-−]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
+NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:,\d{3})*(?:\.\d+)?(?:e[-+]?\d+)?")
 SENTENCE = re.compile(r"(?<=[.!?]) +(?=[A-ZΑ-Ω])")
 ROWS, CELLS, SILENT = ("tr", "dl"), ("td", "th", "dt", "dd"), ("style", "script", "nav")
 INLINE = ("a", "b", "i", "span", "em", "strong", "code", "sub", "sup", "br", *CELLS)
