@@ -41,7 +41,7 @@ from feeler.stimulus.trial import Trial
 from feeler.stimulus.wall import Wall
 from tests.awkward_touches import list_trials, make_antenna
 
-from ._scenes import HOOK, SHAKEN, SHAPES, look, make_in_space
+from ._scenes import HOOK, IN_SPACE, SHAKEN, SHAPES, look, make_in_space, run
 
 RODS = ("rod", "rod-inertia")
 ROUNDED = {
@@ -55,7 +55,6 @@ ROUNDED = {
     ),
 }
 """The same for the rods, which feel no sharp corner."""
-IN_SPACE = ("chain", "chain-consistent", "mujoco")
 SOFT = Contact(solref=(0.31, 0.8), solimp=(0.02, 0.9, 0.03, 0.4, 3.0), crossing=0.2, speed=0.7)
 TURNED = BaseMotion(
     time=np.array([0.0, 2.1, 4.4, 7.0, 12.0]),
@@ -303,7 +302,7 @@ def list_engine_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
         for name, shape in shapes.items():
             trial = Trial(feature=shape, location=0.62, speed=0.4, lead=0.7, friction=0.3)
             yield f"{engine}, {name} by hand", partial(touch_by_hand, flat, trial, engine)
-            if engine in IN_SPACE:
+            if engine in IN_SPACE and name != "wall":
                 lifted = trial.replace(azimuth=-63, approach=105)
                 yield (
                     f"{engine}, {name} by hand in space",
@@ -328,6 +327,17 @@ def list_engine_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
             yield (
                 f"{engine}, {name} precisely",
                 partial(run_precisely, engine, shapes[name], 0.01),
+            )
+        if engine in RODS:
+            trials = [
+                Trial(
+                    feature=shape, location=0.62, speed=0.4, lead=0.7, friction=0.3, side=side
+                )
+                for shape, side in zip(ROUNDED.values(), ("left", "right") * 3, strict=True)
+            ]
+            yield (
+                f"{engine}, touches",
+                partial(run, flat, trials, engine, timestep=0.1, all_hinges=True),
             )
     yield from _list_in_space(space)
     yield from _list_told(plane, space)
