@@ -111,7 +111,10 @@ def take_steps(page: Page):
     for ms in (50, 170):
         page.seek(ms)
         yield f"a wall, {ms} ms"
-    page.change("s.mode = 'touch'; s.A = { preset: 'rat-whisker' }; s.touch.azimuth = 35;")
+    page.change(  # nearer to the tip a whisker sticks and slips, on each processor otherwise
+        "s.mode = 'touch'; s.A = { preset: 'rat-whisker' };"
+        " s.touch.azimuth = 35; s.touch.location = 0.55;"
+    )
     page.seek(40)
     yield "a whisker in space"
 
