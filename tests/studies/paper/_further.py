@@ -121,12 +121,12 @@ TOLERANCES = {
         "the best of nine accuracies that are nearly the same, of ten draws of noise each",
     ),
     r"^receptor: |receptor\.main": (0.1, 0, "the same draws"),
-    r"tradeoff.*\.(low|high)|^\| \d+ m[ms] \||fastest [\d.]+ \(": (
+    r"tradeoff.*\.(low|high)|^\| \d+ m[ms]\b|fastest [\d.]+ \(": (
         1,
         0.05,
         "ends of intervals over two sets; another BLAS names one touch otherwise",
     ),
-    r"tradeoff|gradient|^\| (\d+ m[ms]|[-−]?0\.0\d+) \||claim own|^\| ours \|": (
+    r"tradeoff|gradient|slow_and_graded|^\| (\d+ m[ms]|[-−]?0\.0\d+) \||claim own|^\| ours \|": (
         0.03,
         0.02,
         "a fixed number of drawn touches; another BLAS names one of them otherwise",
