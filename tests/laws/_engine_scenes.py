@@ -12,7 +12,7 @@ import numpy as np
 import feeler
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.follicle import Follicle
-from feeler.errors import FeelerError
+from feeler.errors import FeelerError, SimulationDiverged
 from feeler.physics.accuracy import check_accuracy, find_coarsest, run_in_time
 from feeler.physics.clock import Clock
 from feeler.physics.contact import (
@@ -41,7 +41,7 @@ from feeler.stimulus.trial import Trial
 from feeler.stimulus.wall import Wall
 from tests.awkward_touches import list_trials, make_antenna
 
-from ._scenes import HOOK, IN_SPACE, SHAKEN, SHAPES, look, make_in_space, run
+from ._scenes import HOOK, IN_SPACE, SHAKEN, SHAPES, look, make_in_space, react, run
 
 RODS = ("rod", "rod-inertia")
 ROUNDED = {
@@ -56,6 +56,10 @@ ROUNDED = {
 }
 """The same for the rods, which feel no sharp corner."""
 SOFT = Contact(solref=(0.31, 0.8), solimp=(0.02, 0.9, 0.03, 0.4, 3.0), crossing=0.2, speed=0.7)
+AWAY = BaseMotion(
+    time=np.array([0.0, 2.3, 4.1, 7.9]),
+    pose=np.array([[0.4, -0.3, 0.06], [0.5, -0.1, 0.02], [0.1, 0.2, -0.03], [0.3, 0.1, 0.05]]),
+)
 TURNED = BaseMotion(
     time=np.array([0.0, 2.1, 4.4, 7.0, 12.0]),
     pose=0.1 * np.cos(np.arange(30.0)).reshape(5, 6),
@@ -94,6 +98,8 @@ def touch_by_hand(
     seen = [look(simulation)]
     simulation.move_object(simulation.names[0], away, turn)
     simulation.move_base(tuple(-0.3 * x for x in away), 0.2 * np.asarray(turn))
+    simulation.step(simulation.timestep)  # in which the base gathers speed
+    seen.append(look(simulation))
     simulation.step(2.4)
     return [*seen, look(simulation)]
 
@@ -139,7 +145,7 @@ def step_lanes(antenna: Antenna, engine: str) -> list[Any]:
 def run_paths(engine: str) -> list[Any]:
     """Objects that change their course, once between two samples."""
     ball = Object(feature=SHAPES["ball"], place=(-1.5, 9.4))
-    path = Path(velocity=((0.3, 0.0), (-0.1, 0.2), (0.0, -0.4)), end=(2.35, 4.8))
+    path = Path(velocity=((0.6, 0.0), (-0.1, 0.2), (0.0, -0.4)), end=(2.35, 4.8))
     scene = Scene(antenna=make_for(engine), objects=(ball,), paths=(path,))
     motion = simulate(
         [scene], Clock(duration=7.2, sample_interval=0.3, timestep=0.05), engine=engine
@@ -162,7 +168,44 @@ def run_many(engine: str) -> list[Any]:
         make_groups(scenes, get_engine(engine)),
         make_groups(scenes, get_engine(engine), times=2),
     )
-    return [groups, [str(one) if isinstance(one, Exception) else one for one in found]]
+    lost = [one for one in found if isinstance(one, Exception)]
+    return [
+        groups,
+        [str(one) if isinstance(one, Exception) else one for one in found],
+        [
+            [one.time, one.angle, one.velocity]
+            for one in lost
+            if isinstance(one, SimulationDiverged)
+        ],
+    ]
+
+
+def rub_corners(antenna: Antenna, engine: str) -> dict[str, Any]:
+    """Solids with edges, met from everywhere."""
+    shapes = [SHAPES[name] for name in ("box", "triangle", "hook", "peg")]
+    trials = [
+        Trial(
+            feature=shape,
+            location=0.35 + 0.13 * (n % 5),
+            speed=0.5,
+            lead=0.6,
+            friction=0.2,
+            approach=55 + 17 * (n % 5),
+            azimuth=(41 * n) % 360 - 160 if antenna.spatial else 0,
+            side=("left", "right")[n % 2] if not antenna.spatial else "left",
+        )
+        for n, shape in enumerate(shapes * 4)
+    ]
+    found = {
+        str(contact): run(antenna, trials, engine, contact=contact, duration=6.3)
+        for contact in (None, "hard")
+    }
+    return {
+        contact: [
+            (one["angle"].values, one["force"].values) for _, one in data.groupby("trial")
+        ]
+        for contact, data in found.items()
+    }
 
 
 def settle(feature: Any) -> list[Any]:
@@ -328,6 +371,11 @@ def list_engine_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
                 f"{engine}, {name} precisely",
                 partial(run_precisely, engine, shapes[name], 0.01),
             )
+        if engine in IN_SPACE:
+            yield f"{engine}, corners", partial(rub_corners, plane, engine)
+            yield f"{engine}, corners in space", partial(rub_corners, space, engine)
+            yield f"{engine}, posed away", partial(react, plane, engine, base=AWAY)
+            yield f"{engine}, posed away in space", partial(react, space, engine, base=TURNED)
         if engine in RODS:
             trials = [
                 Trial(

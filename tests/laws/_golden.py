@@ -58,7 +58,7 @@ DIGEST = re.compile(r"\b[0-9a-f]{16}\b")
 LONGEST = 240
 """Characters of a line that are kept."""
 DEEP = 3
-MOST = 12
+MOST = 20
 """Of a longer list of things that are no numbers, the first are described."""
 
 
@@ -116,6 +116,8 @@ def _open(value: Any) -> list[tuple[str, Any]]:
     name = type(value).__name__
     if isinstance(value, Mapping):
         return [(f"{key}", inner) for key, inner in list(value.items())[:MOST]]
+    if isinstance(value, list) and all(isinstance(line, str) for line in value):
+        return [(f"{k}", line) for k, line in enumerate(value)]
     if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
         return [(f"{k}", inner) for k, inner in enumerate(value[:MOST])]
     if not type(value).__module__.startswith("feeler"):

@@ -12,11 +12,13 @@ from feeler.antenna.catalogue import SPECIES, read_species
 from feeler.antenna.follicle import Follicle
 from feeler.antenna.modes import compute_mass_matrix
 from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulation import build_scene
 from feeler.physics.spec import make_spec
 from feeler.physics.statics import compute_point, solve_static
+from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.flow import Flow, parse_flow
 from feeler.stimulus.object import Object
 from feeler.stimulus.outline import Outline
@@ -123,11 +125,11 @@ def bend_statically(antenna: Antenna) -> dict[str, Any]:
     }
 
 
-def react(antenna: Antenna) -> Any:
+def react(antenna: Antenna, engine: str = DEFAULT_ENGINE, base: BaseMotion = SHAKEN) -> Any:
     """A touch on a recorded base, with the force and moment that hold it."""
-    trial = Trial(feature=SHAPES["box"], location=0.66, speed=0.4, lead=0.8, base=SHAKEN)
+    trial = Trial(feature=SHAPES["box"], location=0.66, speed=0.4, lead=0.8, base=base)
     clock = Clock(duration=6.6, sample_interval=0.3, timestep=0.02)
-    return run_scene(make_scene(antenna, trial), clock)
+    return run_scene(make_scene(antenna, trial), clock, engine)
 
 
 def place_shape(feature: Any) -> dict[str, Any]:
