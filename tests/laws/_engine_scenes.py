@@ -330,6 +330,16 @@ def show_page(antenna: Antenna) -> str:
     return feeler.Simulation(antenna, items)._repr_html_()
 
 
+def curl(antenna: Antenna, engine: str) -> list[Any]:
+    """Rolled up by more than a whole turn, and let go."""
+    angle = np.zeros(antenna.rest_angle.shape)
+    angle[..., :] = 0.61 * 11 / antenna.n_segments
+    simulation = feeler.Simulation(antenna, angle=angle, engine=engine, gravity=(0.003, -0.009))
+    seen = [look(simulation)]
+    simulation.step(2.0)
+    return [*seen, look(simulation)]
+
+
 def _ask(check: Callable[..., Any], *arguments: Any) -> Any:
     try:
         return check(*arguments)
@@ -364,6 +374,7 @@ def list_engine_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
             )
         for antenna in (flat, space) if engine in IN_SPACE else (flat,):
             where = " in space" if antenna.spatial else ""
+            yield f"{engine}, rolled up{where}", partial(curl, antenna, engine)
             yield f"{engine}, wall without end{where}", partial(press_flat, antenna, engine)
             yield f"{engine}, a lost lane{where}", partial(fall_apart, antenna, engine)
         for name in ("ball", "box", "hook"):
