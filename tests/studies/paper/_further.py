@@ -105,7 +105,7 @@ FILMING = (touch, fig2b, fig6, movieS3)
 """Modules that write the movies."""
 SHORTER = {"sets": 3, "calibrating": 2, "draws": 10, "bends": [0.003, 0.03, 1.0]}
 """What open_receptor.toml declares, made small."""
-TOLERANCES = {
+MADE = {
     r"(complete|lda)\b.*\bmatched\.|Touches never trained on": (
         0.4,
         0.2,
@@ -134,8 +134,10 @@ TOLERANCES = {
         "a fixed number of drawn touches; another BLAS names one of them otherwise",
     ),
     r"figS6_dispersion: Line": (0.01, 0, "codes that are nearly 0"),
-} | _golden.TOLERANCES
-"""Those that come first hold; found as the smoke run's."""
+}
+"""Lines that are made here, whose numbers may be off further; found as the smoke run's."""
+TOLERANCES = {rf"^(?!kept: ).*({line})": off for line, off in MADE.items()} | _golden.TOLERANCES
+"""Those that come first hold; what a page says of kept numbers is the same everywhere."""
 
 
 def read_section(section: Section) -> list[str]:
