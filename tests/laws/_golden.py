@@ -10,6 +10,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -24,6 +25,7 @@ from tests import golden
 from ._calls import list_parameters, make_arguments, make_right
 from ._engine_scenes import list_engine_scenes
 from ._scenes import list_refusals, list_scenes
+from ._told_scenes import list_told_scenes
 from .test_arguments import PUBLIC
 
 KEPT = Path(__file__).with_name("golden.txt")
@@ -55,6 +57,7 @@ ROOMS = (
 """Rooms whose public things are called; those of the others work for seconds, or serve."""
 DIGEST = re.compile(r"\b[0-9a-f]{16}\b")
 """Of numbers, whose last digit is the processor's."""
+SCENES = (list_scenes, list_refusals, list_engine_scenes, list_told_scenes)
 LONGEST = 240
 """Characters of a line that are kept."""
 DEEP = 3
@@ -221,7 +224,7 @@ def write_golden() -> list[str]:
         warnings.simplefilter("ignore")
         os.chdir(folder)
         try:
-            for name, make in (*list_scenes(), *list_refusals(), *list_engine_scenes()):
+            for name, make in chain(*(each() for each in SCENES)):
                 lines += [f"{name}: {line}" for line in say_scene(make)]
             for name, thing in list_calls():
                 lines += say_calls(name, thing)
