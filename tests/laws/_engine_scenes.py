@@ -1,5 +1,5 @@
 """Each engine with what the other scenes leave out: every shape by hand, lanes, paths, contacts,
-accuracies, files, and what says that something went wrong.
+accuracies, antennae that are rolled up or lost.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,9 +14,7 @@ from feeler.antenna.follicle import Follicle
 from feeler.errors import SimulationDiverged
 from feeler.physics.accuracy import run_in_time
 from feeler.physics.clock import Clock
-from feeler.physics.contact import (
-    Contact,
-)
+from feeler.physics.contact import Contact
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.run import list_turns, make_groups, simulate
 from feeler.physics.scene import Path, Scene, make_scene
@@ -244,8 +242,7 @@ def press_flat(antenna: Antenna, engine: str) -> list[Any]:
 
 def curl(antenna: Antenna, engine: str) -> list[Any]:
     """Rolled up by more than a whole turn, and let go."""
-    angle = np.zeros(antenna.rest_angle.shape)
-    angle[..., :] = 0.61 * 11 / antenna.n_segments
+    angle = np.full(antenna.rest_angle.shape, 0.61 * 11 / antenna.n_segments)
     simulation = feeler.Simulation(antenna, angle=angle, engine=engine, gravity=(0.003, -0.009))
     seen = [look(simulation)]
     simulation.step(2.0)
@@ -272,10 +269,9 @@ def list_engine_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
         trial = list_trials()[0]
         contacts = {"hard": "hard", "even": "even", "own": SOFT}
         for name, contact in contacts.items() if engine not in RODS else ():
-            options = {"contact": contact}
             yield (
                 f"{engine}, contact {name}",
-                partial(touch_by_hand, flat, trial, engine, **options),
+                partial(touch_by_hand, flat, trial, engine, contact=contact),
             )
         for antenna in (flat, space) if engine in IN_SPACE else (flat,):
             where = " in space" if antenna.spatial else ""

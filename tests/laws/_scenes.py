@@ -135,15 +135,18 @@ def react(antenna: Antenna, engine: str = DEFAULT_ENGINE, base: BaseMotion = SHA
 def place_shape(feature: Any) -> dict[str, Any]:
     """An object of this shape, and where it stands before it touches, in the plane and in space."""
     item = Object(feature=feature, place=(-2.0, 9.0), forward=(0.8, 0.6))
-    plane, space = make_antenna(), make_in_space()
-    return {
+    trial = Trial(feature=feature, location=0.6, speed=0.3)
+    told = {
         "object": item,
-        "lifted": item.lift(),
         "mirrored": feature.mirror(),
-        "plane": feeler.stimulus.place(plane, Trial(feature=feature, location=0.6, speed=0.3)),
-        "space": feeler.stimulus.place(
-            space, Trial(feature=feature, location=0.6, speed=0.3, azimuth=77, approach=70)
-        ),
+        "plane": feeler.stimulus.place(make_antenna(), trial),
+    }
+    if feature.wide:  # it has no solid in space
+        return told
+    from_aside = trial.replace(azimuth=77, approach=70)
+    return told | {
+        "lifted": item.lift(),
+        "space": feeler.stimulus.place(make_in_space(), from_aside),
     }
 
 
@@ -172,7 +175,8 @@ def list_scenes() -> Iterator[tuple[str, Callable[[], Any]]]:
             Trial(feature=shape, location=0.48, speed=0.3, lead=1.2, azimuth=40, friction=0.3),
         ]
         yield f"{name} in the plane", partial(run, plane, [trials[0]])
-        yield f"{name} in space", partial(run, space, trials)
+        if not shape.wide:
+            yield f"{name} in space", partial(run, space, trials)
         yield f"{name} itself", partial(place_shape, shape)
     ball = Trial(feature=SHAPES["ball"], location=0.71, speed=0.4, lead=0.8, base=SHAKEN)
     flow = Flow(drag=2e-4, along=0.7e-4, velocity=(0.3, 0.1, -0.2))
@@ -251,6 +255,9 @@ def list_refusals() -> Iterator[tuple[str, Callable[[], Any]]]:
         "flow in the plane": lambda: touch([trial], flow=Flow(drag=1e-4)),
         "azimuth in the plane": lambda: touch([trial.replace(azimuth=20)]),
         "statics in space": lambda: bend_statically(space),
+        "a textured wall in space": lambda: run(
+            space, [Trial(feature=SHAPES["wall"], location=0.71, speed=0.4)]
+        ),
         "a hit in space": lambda: feeler.hit(space, location=0.6, speed=0.4, radius=0.3),
         "a rod by whole steps": lambda: run(plane, list_trials(), "rod"),
         "a rod in space": lambda: feeler.touch(space, [trial], engine="rod"),

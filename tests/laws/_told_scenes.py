@@ -207,7 +207,7 @@ def _list_refused(plane: Antenna, space: Antenna) -> Iterator[tuple[str, Callabl
         "two rates": lambda: lanes().move_base(0, (0.1, 0.0, 0.1)),
         "a step below 0": lambda: feeler.Simulations([scene], timestep=-0.05),
         "a hopeless scene": lambda: run_scene(hopeless, clock),
-        "a hopeless file": lambda: write_file(space, ball, control=True),
+        "control in space": lambda: write_file(space, ball, control=True),
         "a sharp corner": lambda: touch_by_hand(
             plane, ball.replace(feature=SHAPES["hook"]), "rod"
         ),

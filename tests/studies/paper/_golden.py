@@ -19,8 +19,8 @@ TOLERANCES = {
         "24 readings of codes that are nearly 0; another processor moves up to 9 of them",
     ),
     r"^\| (exponential|slower touch) .*fixed bases, sparse": (
-        0.4,
-        0.05,
+        0.2,
+        0.02,
         "the same codes; with another BLAS their spread moves by up to 20 %",
     ),
     r"^\| exponential, default set-up \||default_r2\.exponential|moved by a part in": (
