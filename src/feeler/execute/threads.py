@@ -16,6 +16,7 @@ from threadpoolctl import ThreadpoolController
 from feeler.errors import InvalidInput
 from feeler.records.checked import checked
 
+_MAX_WORKERS = 1024  # [C] more than any machine has cores for
 _GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
 _closing: list[threading.Thread] = []
 
@@ -30,14 +31,19 @@ def count_cores() -> int:
 
 
 def check_workers(workers: int | None) -> int:
-    """The number of workers: one per core by default; anything but a whole number ≥ 1 is
-    refused.
+    """The number of workers: one per core by default; anything but a whole number from 1 to
+    MAX_WORKERS is refused.
     """
     if workers is None:
         return count_cores()
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+    if (
+        isinstance(workers, bool)
+        or not isinstance(workers, int)
+        or not 1 <= workers <= _MAX_WORKERS
+    ):
         raise InvalidInput(
-            f"workers must be a whole number ≥ 1, got {workers!r}; None uses one per core."
+            f"workers must be a whole number ≥ 1 and ≤ {_MAX_WORKERS}, got {str(workers)[:40]};"
+            " None uses one per core."
         )
     return workers
 

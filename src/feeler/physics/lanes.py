@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import wait
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import wraps
 from threading import Event, RLock
 from typing import Annotated, Any
@@ -13,27 +13,18 @@ import numpy as np
 
 from feeler.errors import Doubtful, InvalidInput
 from feeler.execute import ThreadExecutor
+from feeler.physics.clock import MAX_STEPS
 from feeler.physics.contact import DEEP, Contact, describe_sink, list_doubts
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
 from feeler.physics.scene import Scene
+from feeler.physics.snapshot import Snapshot, is_built_alike, list_differences
 from feeler.physics.stepper import Contacts, State, Stepper
 from feeler.records.checked import checked
 from feeler.stimulus.base import Vector, check_number, check_vector, lift, lift_turn
 
 Turn = float | tuple[float, float, float]
 MAX_TURN = 0.1  # rad; [C] the most that a base or an object may turn in one timestep
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Snapshot:
-    """A moment of some lanes, to which they can go back as often as one likes."""
-
-    lane: tuple[int, ...]
-    step: tuple[int, ...]
-    scene: tuple[Scene, ...]
-    failed: tuple[Exception | None, ...]
-    saved: tuple[Any, ...]
 
 
 def _alone(method: Callable) -> Callable:
@@ -52,7 +43,8 @@ class Simulations:
     """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those
     it has alone.
 
-    Threads may share them: while one steps, steers or reads, the others wait.
+    Threads may share them: while one steps, steers or reads, the others wait. Pickled or copied at
+    any moment they go on from there, independently.
 
     Parameters
     ----------
@@ -90,14 +82,19 @@ class Simulations:
             )
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
-        kind = get_engine(engine)
-        self._stride, self._check = kind.stride, kind.check
+        self._engine, self._workers, self._owner = engine, workers, object()
+        self._kind = get_engine(engine)
         for scene in scenes:
-            self._check(scene.contact, self.timestep)
+            self._kind.check(scene.contact, self.timestep)
             self._check_rate(scene, scene.base_velocity, "the base")
-            if self._check is Contact.check_timestep:  # engines that follow the contact
+            if self._kind.check is Contact.check_timestep:  # engines that follow the contact
                 doubts = list_doubts(scene.antenna, scene.contact, scene.speed, self.timestep)
                 self._warn(doubts)
+        self._build(scenes)
+
+    def _build(self, scenes: list[Scene]) -> None:
+        """Put one scene into each lane, at time 0."""
+        kind = self._kind = get_engine(self._engine)
         lanes = 1 if len(scenes) == 1 else kind.lanes
         idle = replace(
             scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None
@@ -107,7 +104,7 @@ class Simulations:
             kind.make(filled[k : k + lanes], self.timestep)
             for k in range(0, len(filled), lanes)
         ]
-        self._lanes, self._n = lanes, len(scenes)
+        self._lanes, self._n, self._began = lanes, len(scenes), list(scenes)
         self._steps = [[0] * lanes for _ in self._steppers]
         self._chunk = count_chunk(filled[:lanes])
         self._look_for_guides()
@@ -115,11 +112,22 @@ class Simulations:
         self._state: State | None = None
         self._stop, self._turn = Event(), RLock()
         self._sunk = [np.zeros(lanes, dtype=bool) for _ in self._steppers]
-        self._pool = (
-            ThreadExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
-        )
+        workers = min(self._workers, len(self._steppers))
+        self._pool = ThreadExecutor(workers) if workers > 1 else None
         if self._pool is not None:
             finalize(self, self._pool.kill)
+
+    @_alone
+    def __getstate__(self) -> dict[str, Any]:
+        kept = ("timestep", "_engine", "_workers", "_owner", "_began", "_sunk")
+        return {"moment": self.snapshot()} | {name: vars(self)[name] for name in kept}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        moment, sunk = state.pop("moment"), state.pop("_sunk")
+        vars(self).update(state)
+        self._build(self._began)
+        self._sunk = [np.array(lanes) for lanes in sunk]
+        self.restore(moment)
 
     def __len__(self) -> int:
         return self._n
@@ -188,6 +196,11 @@ class Simulations:
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep
+        if count > MAX_STEPS:
+            raise InvalidInput(
+                f"{ms:g} ms are {count:.3g} timesteps of {self.timestep:g} ms; one command takes at"
+                f" most {MAX_STEPS:.0e}, {MAX_STEPS * self.timestep:g} ms."
+            )
         whole = round(count)
         if whole < 1 or abs(count - whole) > 1e-6 * count:
             raise InvalidInput(
@@ -304,13 +317,13 @@ class Simulations:
         stepper.move_object(k, o, velocity, turn)
 
     def _check_rate(self, scene: Scene, rate: Sequence[float] | np.ndarray, what: str) -> None:
-        far = self._stride * float(scene.antenna.radius.min())
+        far = self._kind.stride * float(scene.antenna.radius.min())
         dims = 3 if scene.antenna.spatial else 2
         speed, turn = np.hypot.reduce(rate[:dims]), np.hypot.reduce(rate[dims:])
         if self.timestep * speed > far or self.timestep * turn > MAX_TURN:
             raise InvalidInput(
                 f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most"
-                f" {far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a"
+                f" {far / self.timestep:.3g} mm/ms ({self._kind.stride:g} of the antenna's radii in a"
                 f" step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
                 f" {speed:.3g} and {turn:.3g}. Use a smaller timestep or move slower."
             )
@@ -327,32 +340,66 @@ class Simulations:
                 for lane, (_, k) in zip(chosen, found, strict=True)
             ),
             scene=tuple(stepper.scenes[k] for stepper, k in found),
+            began=tuple(self._began[lane] for lane in chosen),
             failed=tuple(self.failed[lane] for lane in chosen),
             saved=tuple(stepper.save(k) for stepper, k in found),
+            engine=self._engine,
+            timestep=self.timestep,
+            owner=self._owner,
         )
 
     @_alone
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to a moment, to the last bit; only the lanes of the snapshot do."""
-        for lane, step, scene, failed, saved in zip(
+        """Go back to a moment, to the last bit; only the lanes of the snapshot do.
+
+        The moment is one of these simulations, or of others with the same engine, timestep and
+        scenes.
+
+        Raises
+        ------
+        InvalidInput
+            A snapshot of something else; the message says what differs, and nothing has changed.
+        """
+        self._check_snapshot(snapshot)
+        for lane, step, scene, began, failed, saved in zip(
             snapshot.lane,
             snapshot.step,
             snapshot.scene,
+            snapshot.began,
             snapshot.failed,
             snapshot.saved,
             strict=True,
         ):
             stepper, k = self._find(lane)
-            if (
-                stepper.scenes[k].antenna is not scene.antenna
-                or stepper.scenes[k].objects is not scene.objects
-            ):
+            if not is_built_alike(stepper.scenes[k], scene):
                 stepper.reset(k, scene)
-            stepper.scenes[k] = scene
+            stepper.scenes[k], self._began[lane] = scene, began
             stepper.load(k, saved)
             self._steps[lane // self._lanes][k], self.failed[lane] = step, failed
         self._state = None
         self._look_for_guides()
+
+    def _check_snapshot(self, snapshot: Snapshot) -> None:
+        """Refuse a snapshot of other simulations, unless these are the same in all that counts."""
+        if snapshot.owner is self._owner:
+            return
+        found = [
+            f"{name} {there} for {here}"
+            for name, there, here in (
+                ("engine", snapshot.engine, self._engine),
+                ("timestep", f"{snapshot.timestep:g} ms", f"{self.timestep:g} ms"),
+            )
+            if there != here
+        ]
+        for lane, began in zip(snapshot.lane, snapshot.began, strict=True):
+            self._find(lane)
+            where = f"in lane {lane} " if self._n > 1 else ""
+            found += [where + words for words in list_differences(self._began[lane], began)]
+        if found:
+            raise InvalidInput(
+                f"the snapshot is of another simulation: it has {'; '.join(found)}. Restore it in"
+                " one that is made as that was."
+            )
 
     @_alone
     def reset(self, lane: int, scene: Scene | None = None) -> None:
@@ -369,9 +416,10 @@ class Simulations:
                 f"a lane keeps its number of {what}: it has {counts[0]}, the new antenna"
                 f" {counts[1]}. Begin new simulations for it."
             )
-        self._check(scene.contact, self.timestep)
+        self._kind.check(scene.contact, self.timestep)
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
+        self._began[lane] = scene
         self._steps[lane // self._lanes][k], self.failed[lane], self._state = 0, None, None
         self._look_for_guides()
 

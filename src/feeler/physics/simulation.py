@@ -110,7 +110,8 @@ class Simulation:
     Of an antenna in space angles and rates are (plane, segment), places, forces and moments have
     three numbers, ``base`` is its place and rotation vector (6,), and turns are angular velocities.
 
-    Threads may share it: while one steps, steers or reads, the others wait.
+    Threads may share it: while one steps, steers or reads, the others wait. Pickled or deep-copied
+    at any moment it goes on from there, independently.
 
     Parameters
     ----------
@@ -328,5 +329,12 @@ class Simulation:
         return self._lanes.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to a moment of this simulation, to the last bit."""
+        """Go back to a moment of this simulation, or of another one made alike, to the last bit.
+
+        Raises
+        ------
+        InvalidInput
+            A snapshot of another antenna, other objects, gravity, contact, base, flow, timestep or
+            engine; the message says what differs, and nothing has changed.
+        """
         self._lanes.restore(snapshot)

@@ -161,7 +161,7 @@ def check_number(value: Any, name: str) -> float:
     """The value as a finite float."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise InvalidInput(f"{name} must be a finite number, got {str(value)[:40]!r}.")
@@ -172,7 +172,7 @@ def check_vector(value: Any, name: str, sizes: tuple[int, ...] = (2,)) -> Any:
     """The value as two finite floats, or as many as one of ``sizes`` says."""
     try:
         vector = tuple(map(float, value))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         vector = ()
     if len(vector) not in sizes or not np.isfinite(vector).all():
         words = " or ".join(_COUNTS[size] for size in sizes)

@@ -179,9 +179,11 @@ class ChainStepper(Stepper):
     def load(self, lane: int, saved: tuple[np.ndarray, ...]) -> None:
         """Put a lane back to where it was saved."""
         t = self.tables
-        grown = (t.place[:, :, lane], t.contacts[lane], t.rows[lane])  # may be longer by now
+        # these may have had more room, or may have more by now
+        grown = (t.place[:, :, lane], t.contacts[lane], t.rows[lane])
         for array, kept in zip(grown, (saved[2], *saved[5:]), strict=True):
-            array[tuple(map(slice, kept.shape))] = kept
+            both = tuple(map(slice, map(min, array.shape, kept.shape)))
+            array[both] = kept[both]
         t.work[:, :, lane], t.base[:, :, lane], t.number[lane], self.drive[:, :, lane] = (
             *saved[:2],
             saved[3],
