@@ -231,8 +231,13 @@ def test_what_lacks_room_is_what_is_not_finished(monkeypatch):
 
 
 def test_how_many_touches_missed_their_accuracy_is_told():
-    tensors = xr.Dataset({"error": ("trial", [0.001, np.inf, 0.05, 0.02])})
-    with pytest.warns(Inaccurate, match=r"2 of 4 touches did not reach accuracy=0\.03"):
+    labels = {name: ("trial", [0.1, 0.2, 0.3, 0.4]) for name in ("location", "speed")}
+    labels |= {"trial": [7, 8, 9, 10], "feature": ("trial", ["ball"] * 4)}
+    tensors = xr.Dataset({"error": ("trial", [0.001, np.inf, 0.05, 0.02])}, labels)
+    words = (
+        r"2 of 4 .* reach accuracy=0\.03 \(8: ball at 0.2 L, 0.2 m/s; 9: .*, 0.05 of the peak\)"
+    )
+    with pytest.warns(Inaccurate, match=words):
         touch._warn(tensors, 0.03)
 
 

@@ -55,6 +55,7 @@ _PLAINLY = {
 _INSTEAD = {
     "n_channels=": "--antenna robot.toml, which feeler robot new --hinges N writes",
     "Use its planar twin, antenna.flatten().": "Name an antenna in the plane.",
+    " or accuracy=0.01": "",
 }
 
 

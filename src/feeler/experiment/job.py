@@ -15,11 +15,11 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
 from feeler.disk.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.errors import StoreError
-from feeler.physics.accuracy import TOGETHER, run_accurately
+from feeler.physics.accuracy import TOGETHER, run_accurately, run_with_error
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
 from feeler.physics.engine import get_engine
-from feeler.physics.run import Result, make_groups, run_group
+from feeler.physics.run import Result, make_groups
 from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.flow import Flow
@@ -259,11 +259,11 @@ def _describe_base(base: BaseMotion | None) -> str:
 def run_lanes(
     scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None
 ) -> list[Result]:
-    """Motions of scenes that fit the lanes of an engine; with ``accuracy`` each timestep is chosen
-    by it, not the clock.
+    """Motions of scenes that fit the lanes of an engine, and what they err by; with ``accuracy``
+    each timestep is chosen by it, not the clock.
     """
     if accuracy is None:
-        return run_group(scenes, clock, engine)
+        return run_with_error(scenes, clock, engine)
     return run_accurately(scenes, clock.duration, clock.sample_interval, engine, accuracy)
 
 

@@ -34,6 +34,8 @@ from feeler.tensors.dataset import choose_quantities
 from feeler.tensors.store import Store, open_store
 from feeler.tensors.stored import read_store
 
+OFF = 0.05  # [C] what a touch may err by, over its peak, without a warning
+_NAMED = 20  # touches in one warning
 DURATION = 380.0  # ms, the size of the slow tensors [P]
 
 _DTYPES = ("float64", "float32")
@@ -77,7 +79,7 @@ def touch(
     accuracy
         In place of ``timestep``: the greatest error allowed, as a share of each touch's peak, such
         as 0.01. Every touch is refined until step doubling says that it holds; what was reached is
-        kept as ``error`` and ``timestep`` (trial).
+        kept as ``error`` and ``timestep`` (trial), infinite where it was not.
     engine
         ``chain-consistent`` (fast and accurate at the default timestep), ``chain`` (fast, MuJoCo's
         equations step for step) or ``mujoco`` (reference).
@@ -96,8 +98,9 @@ def touch(
         ``False`` leaves the numbers of a store on disk until they are used, so that memory stays
         small.
     save
-        Names of the quantities to record (``feeler.tensors.QUANTITIES``); ``angle`` always is, and
-        ``curvature`` is derived from it. Default: all that the engine gives, but the optional ones.
+        Names of the quantities to record (``feeler.tensors.QUANTITIES``); ``angle`` and ``error``
+        always are, and ``curvature`` is derived from ``angle``. Default: all that the engine gives,
+        but the optional ones.
     dtype
         ``float64``, or ``float32`` for half the room.
     workers
@@ -116,7 +119,9 @@ def touch(
     -------
     xarray.Dataset
         ``angle`` [rad] and ``curvature`` [1/mm] (trial, sensor, time), ``tip`` [mm] and ``force``
-        [N] (trial, time, axis).
+        [N] (trial, time, axis), and ``error`` (trial): what the timestep makes the hinge angles err
+        by at most, over the touch's peak, as a run with twice the timestep tells, and where that is
+        too coarse one with half of it. Touches that err by more than 0.05 are warned of.
 
     Raises
     ------
@@ -264,34 +269,50 @@ def _survey(antenna: Antenna, trials: Sequence[Trial]) -> tuple[bool, tuple[str,
     return moved, (__name__, *sorted(shapes))
 
 
-def _choose(
-    save: Sequence[str] | None, moved: bool, accuracy: float | None
-) -> Sequence[str] | None:
-    """What to record: where bases move also how, and with an accuracy what was reached."""
-    more = ["base_pose"] * moved + ["timestep", "error"] * (accuracy is not None)
+def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> list[str]:
+    """What to record: also what each touch errs by, where bases move how, and with an accuracy the
+    timestep that reached it.
+    """
+    more = ["base_pose"] * moved + ["timestep"] * (accuracy is not None) + ["error"]
     chosen = choose_quantities(save)
-    return (
-        [*(chosen if save is None else save), *more]
-        if more
-        else None
-        if save is None
-        else [*save]
-    )
+    return [*(chosen if save is None else save), *more]
 
 
 def _warn(tensors: xr.Dataset, accuracy: float | None) -> None:
-    missed = int((tensors["error"] > accuracy).sum()) if accuracy is not None else 0
-    if missed:
+    missed = tensors["error"].values > (OFF if accuracy is None else accuracy)
+    if missed.any() and accuracy is not None:
         warnings.warn(
-            f"{missed} of {tensors.sizes['trial']} touches did not reach accuracy={accuracy:g}:"
-            " what they are off by is unknown, and their `error` is inf. Leave them out, or use a"
-            " softer contact or a slower object.",
+            f"{missed.sum()} of {missed.size} touches did not reach accuracy={accuracy:g}"
+            f" ({_name_touches(tensors, missed)}): what they are off by is unknown, and their"
+            " `error` is inf. Leave them out, or use a softer contact or a slower object.",
+            Inaccurate,
+            stacklevel=3,
+        )
+    elif missed.any():
+        warnings.warn(
+            f"{missed.sum()} of {missed.size} touches may be off by more than {OFF:.0%} of their"
+            f" peak ({_name_touches(tensors, missed)}), as other timesteps than"
+            f" {tensors.attrs['timestep']:g} ms give something else; their `error` says by how"
+            " much. Use a smaller timestep= or accuracy=0.01, or leave them out.",
             Inaccurate,
             stacklevel=3,
         )
     sink = float(tensors["sink"].max()) if "sink" in tensors else 0.0
     if sink > DEEP:
         warnings.warn(describe_sink(sink), Doubtful, stacklevel=3)
+
+
+def _name_touches(tensors: xr.Dataset, chosen: np.ndarray) -> str:
+    """Number, label and error of each chosen touch, or of the first of many."""
+    found = []
+    for k in np.flatnonzero(chosen)[:_NAMED]:
+        touch = tensors.isel(trial=k)
+        words = f"{touch['feature'].item()} at {float(touch['location']):.3g} L"
+        error = float(touch["error"])
+        by = f", {error:.2g} of the peak" if np.isfinite(error) else ""
+        found.append(f"{int(touch['trial'])}: {words}, {float(touch['speed']):.3g} m/s{by}")
+    more = int(chosen.sum()) - len(found)
+    return "; ".join(found) + (f"; and {more} more" if more else "")
 
 
 def _warn_of_speed(

@@ -323,8 +323,8 @@ class Simulations:
         if self.timestep * speed > far or self.timestep * turn > MAX_TURN:
             raise InvalidInput(
                 f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most"
-                f" {far / self.timestep:.3g} mm/ms ({self._kind.stride:g} of the antenna's radii in a"
-                f" step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
+                f" {far / self.timestep:.3g} mm/ms ({self._kind.stride:g} of the antenna's radii in"
+                f" a step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
                 f" {speed:.3g} and {turn:.3g}. Use a smaller timestep or move slower."
             )
 

@@ -9,8 +9,9 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.physics.lanes import Simulations, Snapshot, Turn
+from feeler.physics.lanes import Simulations, Turn
 from feeler.physics.scene import Scene
+from feeler.physics.snapshot import Snapshot
 from feeler.physics.stepper import MICRO, Contacts
 from feeler.records.checked import checked
 from feeler.records.shown import make_picture

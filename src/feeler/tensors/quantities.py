@@ -172,7 +172,7 @@ for _name, _quantity in {
     ),
     "error": Quantity(
         unit="1",
-        meaning="greatest error over the peak, estimated by halving timestep and contact",
+        meaning="greatest error over the peak, as other timesteps tell (with accuracy= contacts)",
         dims=("trial",),
         make=_take("error"),
         optional=True,
