@@ -212,12 +212,14 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     _draw(antenna, trial, everything, tensors, section)
     facts = _measure(tensors)
     rows = [[f"{name} [{unit}]", value] for name, (value, unit) in facts.items()]
-    section.table(["of this touch", ""], [*rows, ["timestep [ms]", tensors.attrs["timestep"]]])
+    error = float(tensors["error"][0])
+    rows += [["timestep [ms]", tensors.attrs["timestep"]], ["its error, over the peak", error]]
+    section.table(["of this touch", ""], rows)
     write_page(
         out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
     )
     if said.as_json:
-        _tell_machine(trial.label, facts, out / "touch.html")
+        _tell_machine(trial.label, facts, error, out / "touch.html")
         return
     angle, curvature, _ = (value for value, _ in facts.values())
     typer.echo(
@@ -287,11 +289,12 @@ def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
     }
 
 
-def _tell_machine(label: str, facts: dict[str, tuple[float, str]], page: Path) -> None:
+def _tell_machine(
+    label: str, facts: dict[str, tuple[float, str]], error: float, page: Path
+) -> None:
     names = [name.replace(" ", "_") for name in facts]
     values, units = zip(*facts.values(), strict=True)
     plain = ["deg" if unit == "°" else unit for unit in units]
     known = dict(zip(names, values, strict=True))
-    say_json(
-        {"touch": label, **known, "units": dict(zip(names, plain, strict=True)), "page": page}
-    )
+    units = {**dict(zip(names, plain, strict=True)), "error": "1"}
+    say_json({"touch": label, **known, "error": error, "units": units, "page": page})
