@@ -163,6 +163,11 @@ def test_a_snapshot_of_something_else_is_refused_by_name(what):
         other.restore(own.snapshot())
 
 
+def test_what_is_no_snapshot_is_refused():
+    with pytest.raises(InvalidInput, match=r"takes what snapshot\(\) gave, got dict"):
+        make().restore({})
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_another_simulation_that_is_made_alike_takes_it(engine):
     one = make(engine=engine)
@@ -200,6 +205,35 @@ def one_base_y(left, fresh: feeler.Simulation) -> float:
     fresh.restore(left)
     fresh.step(1.0)
     return float(fresh.base[1])
+
+
+@pytest.mark.parametrize(
+    ("engine", "space"),
+    [(e, s) for e in ENGINES if e != "rod" for s in (False, True) if not (s and "rod" in e)],
+)
+def test_a_base_that_leaves_a_path_goes_on_from_where_it_is(engine, space):
+    """The path does not begin at the origin."""
+    time = np.linspace(0.0, 20.0, 41)
+    pose = np.stack([3 + 0.1 * time, 1 - 0.02 * time, 0.2 + 0.01 * time], axis=1)
+    path = feeler.BaseMotion(time=time, pose=pose)
+    simulation = feeler.Simulation(make_antenna(space), base=path, engine=engine)
+    simulation.step(2.0)
+    before = simulation.base
+    assert before[0] == pytest.approx(3.2)
+    simulation.move_base((0.05, 0.0))
+    np.testing.assert_allclose(simulation.base, before, atol=1e-12)
+    moment = simulation.snapshot()
+    simulation.step(1.0)
+    assert simulation.base[0] - before[0] == pytest.approx(0.05, rel=0.3)
+    np.testing.assert_allclose(simulation.base[1:], before[1:], atol=1e-3)
+    after = read_all(simulation)
+    for again in (
+        simulation,
+        make(antenna=make_antenna(space), objects=(), base=path, engine=engine),
+    ):
+        again.restore(moment)
+        again.step(1.0)
+        assert read_all(again) == after
 
 
 def test_lanes_go_back_to_scenes_of_their_own_only():

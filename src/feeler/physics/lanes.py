@@ -287,7 +287,8 @@ class Simulations:
         velocity, turn = read_rate(stepper.scenes[k], velocity, turn)
         self._check_rate(stepper.scenes[k], np.hstack([velocity, turn]), "the base")
         if stepper.scenes[k].follows:
-            stepper.scenes[k] = replace(stepper.scenes[k], base_motion=None)
+            start = tuple(stepper.scenes[k].base_pose.tolist())
+            stepper.scenes[k] = replace(stepper.scenes[k], base=start, base_motion=None)
         stepper.move_base(k, velocity, turn)
 
     @_alone
@@ -381,6 +382,10 @@ class Simulations:
 
     def _check_snapshot(self, snapshot: Snapshot) -> None:
         """Refuse a snapshot of other simulations, unless these are the same in all that counts."""
+        if not isinstance(snapshot, Snapshot):
+            raise InvalidInput(
+                f"restore takes what snapshot() gave, got {type(snapshot).__name__}."
+            )
         if snapshot.owner is self._owner:
             return
         found = [
