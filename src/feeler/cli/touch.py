@@ -296,5 +296,5 @@ def _tell_machine(
     values, units = zip(*facts.values(), strict=True)
     plain = ["deg" if unit == "°" else unit for unit in units]
     known = dict(zip(names, values, strict=True))
-    units = {**dict(zip(names, plain, strict=True)), "error": "1"}
-    say_json({"touch": label, **known, "error": error, "units": units, "page": page})
+    said = {**dict(zip(names, plain, strict=True)), "error": "1"}
+    say_json({"touch": label, **known, "error": error, "units": said, "page": page})
