@@ -31,6 +31,16 @@ def fold_planes(tensors: Tensors) -> Tensors:
     )
 
 
+def refuse_masked(values: Any) -> None:
+    """Refuse a NumPy array of which entries are masked: as plain numbers they would count."""
+    if np.ma.is_masked(values):
+        count = int(np.ma.count_masked(values))
+        raise InvalidInput(
+            f"{count} of {np.size(values)} entries are masked, and would be taken as measured."
+            " Leave such trials out, or fill the gaps: np.ma.filled(X, value)."
+        )
+
+
 @checked
 def rectify(tensors: Tensors) -> Tensors:
     """The tensors with negative values set to 0, as in the published video [D]."""
