@@ -644,15 +644,14 @@ def test_how_far_a_hair_moves_r2_is_said_where_there_is_a_map(monkeypatch, own, 
     assert (said in texts[0]) if said else not texts
 
 
-def test_a_set_up_is_near_the_paper_s_by_what_r2_leaves_unexplained(monkeypatch):
+def test_a_set_up_is_near_the_paper_s_by_what_r2_leaves_unexplained():
     """Left are a fifth, twice and ten times as much as in the paper; a factor of 2.1 is near."""
     r2 = np.array([[0.99, 0.5], [0.9, 0.3], [0.5, 0.2]])
-    family = SimpleNamespace(
-        names=("a", "b"), defined=r2, r2=r2, share=lambda near: near.mean()
+    family = fig3_family.Family(
+        names=("a", "b"), choices=(), r2=r2, offset=np.full((3, 2), np.nan), cases=()
     )
-    monkeypatch.setattr(fig3_family, "_list_offsets", lambda family: {})
     values = fig3_family._list_values(family, {"a": 2.1, "b": 1.01}, {"a": 0.95, "b": 0.6})
-    assert values["wall.family.a"] == pytest.approx(1 / 3)
+    assert values["wall.family.a"]["value"] == pytest.approx(1 / 3)
 
 
 def test_a_profile_s_entropy_is_the_mean_of_its_bases_spread_over_restarts(section):
