@@ -347,6 +347,7 @@ def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(se
     ends = {"estimate": 0.3, "low": 0.2, "high": 0.35}
     data = SimpleNamespace(
         windows={"linear": SimpleNamespace(**parts)},
+        peaks={"constant": 0.02, "linear": 0.112},
         sweeps={noise: {"linear": sweeps} for noise in ("relative", "common")},
         dispersion=SimpleNamespace(
             average={index: {"linear": Interval(**ends)} for index in INDICES},
@@ -368,6 +369,8 @@ def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(se
     section.values |= {f"dispersion.tensor.{index}.linear": {"value": 0.6} for index in INDICES}
     before = {noise: {"linear": cut} for noise in data.sweeps}
     fig5_complete._keep_values(section, data, before)
+    assert "all antennas, 0.112 rad (linear)" in section.blocks[-1]["text"]
+    assert section.values["complete.peak.constant"] == 0.02
     for noise in data.sweeps:
         assert section.values[f"complete.{noise}.linear"]["value"] == pytest.approx(0.8)
         assert section.values[f"cut.{noise}.linear"]["value"] == pytest.approx(0.4)
