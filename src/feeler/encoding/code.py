@@ -18,9 +18,9 @@ from feeler.encoding.convolution import (
     fourier_length,
     invert_spectra,
 )
-from feeler.encoding.inputs import find_scale
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 from feeler.records.checked import checked
+from feeler.tensors.scaling import find_scale
 
 # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
 TRIALS_PER_TASK = 8

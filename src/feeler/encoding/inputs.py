@@ -19,8 +19,6 @@ LABELS = {
 }
 """What figures and tables call each kind of code; ``raw`` is no code at all."""
 _STARTS = ("windows", "random")
-_RANGE = (1e-140, 1e140)
-"""Greatest entries of tensors whose squares, and sums of them, are still numbers."""
 
 
 def as_tensors(X: Any) -> np.ndarray:
@@ -85,25 +83,6 @@ def _check_values(tensors: np.ndarray) -> None:
             " way, as the paper's does; np.concatenate([np.maximum(X, 0), np.maximum(-X, 0)],"
             " axis=1) keeps both ways as twice the sensors."
         )
-
-
-def check_range(tensors: np.ndarray) -> None:
-    """Refuse tensors whose squares are no numbers; a fit lowers a sum of them."""
-    high = tensors.max()
-    if high > 0 and not _RANGE[0] <= high <= _RANGE[1]:
-        raise InvalidInput(
-            f"The greatest entry of the tensors is {high:.3g}; a fit needs it between"
-            f" {_RANGE[0]:g} and {_RANGE[1]:g}, where squares are numbers. Choose another unit, or"
-            " scale them: feeler.tensors.scale_common(X)."
-        )
-
-
-def find_scale(tensors: np.ndarray) -> float:
-    """The power of two below the greatest magnitude, by which division rounds nothing; 1 where all
-    is 0.
-    """
-    high = np.abs(tensors).max(initial=0.0)
-    return float(2.0 ** (np.frexp(high)[1] - 1)) if high > 0 else 1.0
 
 
 def check_settings(estimator: Any) -> None:

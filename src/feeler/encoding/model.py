@@ -20,17 +20,15 @@ from feeler.encoding.inputs import (
     FIXED_CODES,
     as_tensors,
     check_choice,
-    check_range,
     check_settings,
     check_size,
-    find_scale,
 )
 from feeler.encoding.starts import draw_starts, make_generators, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.progress import show_progress
 from feeler.records.shown import show_html
-from feeler.tensors.scaling import label_like, refuse_masked
+from feeler.tensors.scaling import check_squares, find_scale, label_like, refuse_masked
 
 _SHOWN = ("relative_residual_", "stability_", "n_iter_", "n_sensors_in_")
 _OF_FIT = (
@@ -211,7 +209,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         """
         check_settings(self)
         tensors = as_tensors(X)
-        check_range(tensors)
+        check_squares(tensors)
         check_size(tensors, self.n_components, self.n_lags)
         data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
         starts = list(draw_starts(self, tensors, data, components, activations))
@@ -378,7 +376,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         if not 0 <= forget <= 1:
             raise InvalidInput(f"forget must lie between 0 and 1; got {forget!r}.")
         tensors = as_tensors(X)
-        check_range(tensors)
+        check_squares(tensors)
         if learned is None or not learned[0].any():  # silent batches teach no bases
             check_size(tensors, self.n_components, self.n_lags)
             rng = make_generators(self.random_state, 1)[0]

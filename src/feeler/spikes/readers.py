@@ -8,6 +8,7 @@ from scipy.special import logsumexp, softmax
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader, count_until
+from feeler.decoding.told import warn_of_copies
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.records.registry import Registry
@@ -129,6 +130,7 @@ class PoissonReader(Reader):
             raise InvalidInput(
                 f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."
             )
+        warn_of_copies(self, rates, y, everywhere=False)
         self.known_ = (rates + self.floor) * self.step * 1e-3
         self.shape_ = rates.shape[1:]
         self.classes_ = sorted({*y})

@@ -369,7 +369,7 @@ def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(se
     section.values |= {f"dispersion.tensor.{index}.linear": {"value": 0.6} for index in INDICES}
     before = {noise: {"linear": cut} for noise in data.sweeps}
     fig5_complete._keep_values(section, data, before)
-    assert "all antennas, 0.112 rad (linear)" in section.blocks[-1]["text"]
+    assert "all antennas, 0.112 rad (linear)" in section.blocks[-2]["text"]
     assert section.values["complete.peak.constant"] == 0.02
     for noise in data.sweeps:
         assert section.values[f"complete.{noise}.linear"]["value"] == pytest.approx(0.8)

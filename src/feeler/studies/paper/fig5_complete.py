@@ -209,18 +209,18 @@ def _keep_values(
     section: Section, data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]]
 ) -> None:
     """Values of both windows, and a table of the four indices."""
-    rows = keep_dispersion(section, data.dispersion)
-    section.table(
-        ["index", *data.windows],
-        rows,
-        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
-    )
     loudest = max(data.peaks, key=data.peaks.__getitem__)
     section.text(
         "Common noise is a share of the greatest angle of all antennas,"
         f" {data.peaks[loudest]:.3g} rad ({loudest}). The greatest angle of each, in rad: "
         + ", ".join(f"{name} {peak:.3g}" for name, peak in data.peaks.items())
         + "."
+    )
+    rows = keep_dispersion(section, data.dispersion)
+    section.table(
+        ["index", *data.windows],
+        rows,
+        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
     )
     for name, peak in data.peaks.items():
         section.values[f"complete.peak.{name}"] = peak
