@@ -210,7 +210,10 @@ class IdealReader(_Told):
     """
 
     def fit(self, X: Any, y: Labels) -> "IdealReader":
-        """Know tensors (trial, sensor, time) without noise, one label each."""
+        """Know tensors (trial, sensor, time) without noise, one label each.
+
+        Warns where several of one label look like noisy copies: of these it is not ideal.
+        """
         self.known_, labels = self._learn(X, y)
         self.members_ = np.array(
             [[label == name for name in self.classes_] for label in labels]

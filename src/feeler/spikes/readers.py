@@ -122,7 +122,10 @@ class PoissonReader(Reader):
         self.floor = floor
 
     def fit(self, X: Any, y: Labels) -> "PoissonReader":
-        """Know rates (trial, unit, time) [Hz], one label each."""
+        """Know rates (trial, unit, time) [Hz], one label each.
+
+        Warns where several of one label look like drawn spikes: of these it is not ideal.
+        """
         rates = _check_rasters(X)
         if len(rates) != len(y) or len({*y}) < 2:
             raise InvalidInput(f"{len(rates)} touches, {len(y)} labels; give one each, of two.")
