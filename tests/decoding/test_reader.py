@@ -1,9 +1,13 @@
 """One Reader: every registered reader answers the same questions, whole or by a deadline."""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.stats import norm
+from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
 
 from feeler.decoding import (
@@ -18,6 +22,7 @@ from feeler.decoding import (
     make_lda,
     measure_reader,
 )
+from feeler.decoding.clouds import CloudReader
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.reader import count_until
@@ -93,6 +98,98 @@ def test_what_comes_after_the_deadline_changes_no_answer(name):
     other[:, :, 45:] = 7.0
     first, second = (reader.predict_proba(label(x), 30.0) for x in (tensors, other))
     np.testing.assert_array_equal(first, second)
+
+
+MORE = {
+    **ALL,
+    "clouds": CloudReader(5),
+    "ideal, relative": IdealReader(),
+    "templates, relative": TemplateReader(),
+}
+
+
+@pytest.mark.parametrize("name", MORE)
+def test_a_tensor_alone_is_read_as_among_others(name):
+    reader = clone(MORE[name]).fit(*make_touches())
+    rng = np.random.default_rng(2)
+    met = make_touches(seed=3, n_each=1)[0]
+    met = np.concatenate([met, met.mean(axis=0, keepdims=True), 0.01 * met[:1]])
+    met += 0.05 * rng.standard_normal(met.shape)
+    for until in (None, 30.0):
+        together = np.asarray(reader.predict_proba(met, until))
+        for k in range(len(met)):
+            alone = np.asarray(reader.predict_proba(met[k : k + 1], until))
+            np.testing.assert_allclose(alone, together[k : k + 1], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [-300, -160, -30, 130, 160, 300])
+@pytest.mark.parametrize("name", MORE)
+def test_at_any_scale_there_is_an_answer_or_a_word(name, exponent):
+    """Never NaN, and nothing raw; where noise or method has no unit, the answer is the same."""
+    tensors, labels = make_touches()
+    met, scale = make_touches(seed=1)[0], 10.0**exponent
+    expected = np.asarray(clone(MORE[name]).fit(tensors, labels).predict_proba(met))
+    try:
+        found = np.asarray(
+            clone(MORE[name]).fit(scale * tensors, labels).predict_proba(scale * met)
+        )
+    except InvalidInput as error:
+        assert abs(exponent) > 140 or name == "stream"
+        said = (
+            "squares are numbers|more than 1e\\+140 times|with contact, got 0|at most 1e\\+06"
+        )
+        assert re.search(said, str(error))
+        return
+    np.testing.assert_allclose(found.sum(axis=1), 1, rtol=1e-6)
+    if name in ("lda", "clouds", "transfer") or "relative" in name:
+        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["ideal", "templates"])
+def test_a_known_touch_without_noise_of_its_own_is_refused(name):
+    tensors, labels = make_touches()
+    tensors[labels == "b"] = 0.0
+    with pytest.raises(InvalidInput, match=r"relative:0\.1 is 0 in tensor \d.*zero everywhere"):
+        clone(MORE[f"{name}, relative"]).fit(tensors, labels)
+    clone(ALL[name]).fit(tensors, labels)  # a floor goes on
+
+
+def test_noisy_copies_are_no_touches_that_an_ideal_observer_knows():
+    tensors, labels = make_touches(n_each=1)
+    copies = Common(0.05).add(tensors, np.random.default_rng(0), 10)
+    with pytest.warns(
+        UserWarning, match="IdealReader got 10 different tensors of the label 'a'"
+    ):
+        IdealReader(Common(0.05)).fit(copies, np.tile(labels, 10))
+    with pytest.warns(UserWarning, match="look like noisy copies.*fit it on the clean tensors"):
+        IdealReader(Common(0.05)).fit(
+            np.concatenate([make_touches()[0], copies]),
+            np.r_[make_touches()[1], np.tile(labels, 10)],
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        IdealReader(Common(0.05)).fit(*make_touches())  # several touches of one label, smooth
+        IdealReader(Common(0.05)).fit(np.repeat(tensors, 3, axis=0), np.repeat(labels, 3))
+        rng = np.random.default_rng(1)  # codes of few pulses are as rough, and mostly silent
+        pulses = rng.random((12, 3, 80)) * (rng.random((12, 3, 80)) < 0.1)
+        IdealReader(Common(0.05)).fit(pulses, make_touches()[1])
+
+
+@pytest.mark.parametrize("reader", ["lda", "svm", "ideal", "templates"])
+def test_a_sweep_of_codes_of_no_size_says_so(reader):
+    tensors, labels = make_touches()
+    how = {"estimator": reader, "ratios": (0.1,), "n_copies": 4, "n_repeats": 1}
+    with pytest.raises(InvalidInput, match="all codes are 0: nothing to classify"):
+        compute_sweep(0 * tensors, labels, **how)
+    for factor in (1e-300, 1e-200, 1e200, 1e300):
+        with pytest.raises(
+            InvalidInput, match=r"magnitude of the codes is .*squares are numbers"
+        ):
+            compute_sweep(factor * tensors, labels, **how)
+        with pytest.raises(
+            InvalidInput, match=r"magnitude of the codes is .*squares are numbers"
+        ):
+            compute_sweep(tensors, labels, held_out=(factor * tensors, labels), **how)
 
 
 def test_every_registered_reader_is_made_by_its_name():

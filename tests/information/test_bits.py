@@ -10,8 +10,11 @@ from feeler.errors import InvalidInput
 from feeler.information import (
     compute_energies,
     compute_energy,
+    compute_fisher,
     compute_information,
+    compute_told,
     find_noise,
+    find_told,
     measure_information,
     scale_peaks,
 )
@@ -253,3 +256,62 @@ def test_what_is_no_square_of_inner_products_is_refused(energy):
         InvalidInput, match=r"a finite square matrix|two trial axes of one size"
     ):
         measure_information(energy, 1.0)
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-30, 1e150, 1e200, 1e300])
+def test_tensors_and_noise_of_any_unit_tell_the_same(scale):
+    tensors = np.random.default_rng(0).random((5, 4, 10))
+    even, uneven = 0.8, 0.5 + tensors
+    expected = compute_information(tensors, even)
+    assert compute_information(scale * tensors, scale * even).bits == pytest.approx(
+        expected.bits
+    )
+    levels = np.linspace(0.6, 0.9, 5)
+    assert compute_information(scale * tensors, scale * levels).bits == pytest.approx(
+        compute_information(tensors, levels).bits
+    )
+    found, expected = find_noise(scale * tensors), find_noise(tensors)
+    assert found[0] / scale == pytest.approx(expected[0])
+    assert compute_told(scale * tensors, scale * uneven).bits == pytest.approx(
+        compute_told(tensors, uneven).bits
+    )
+    assert find_told(scale * tensors, scale * uneven) == pytest.approx(
+        find_told(tensors, uneven)
+    )
+
+
+@pytest.mark.parametrize("observe", [compute_information, compute_told])
+def test_next_to_no_noise_tells_all_touches_that_differ(observe):
+    """Two of five are the same: log₂ 5 − 2/5 bits, however little noise there is."""
+    one, two, three, four = np.random.default_rng(1).random((4, 5, 20))
+    tensors = np.array([one, two, three, two, four])
+    for sd in (1e-6, 1e-9, 1e-15, 1e-60, 1e-130):
+        found = observe(tensors, np.full((1, 1, 1), sd) if observe is compute_told else sd)
+        assert found.bits == pytest.approx(np.log2(5) - 2 / 5)
+    lost = observe(tensors, np.full((1, 1, 1), 1e130) if observe is compute_told else 1e130)
+    assert lost.bits == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("sd", [1e-300, 1e-200, 1e200, 1e300])
+def test_noise_that_no_number_spans_is_refused(sd):
+    tensors = np.random.default_rng(0).random((5, 4, 10))
+    for ask in (
+        lambda: compute_information(tensors, sd),
+        lambda: compute_information(tensors, np.array([1.0, 1.0, 1.0, 1.0, sd])),
+        lambda: compute_told(tensors, np.full((1, 1, 1), sd)),
+        lambda: measure_information(compute_energy(tensors), sd),
+    ):
+        with pytest.raises(InvalidInput, match="sd must lie between 1e-140 and 1e"):
+            ask()
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e200, 1e300])
+def test_products_that_are_no_numbers_are_refused(scale):
+    tensors = scale * np.random.default_rng(0).random((5, 4, 10))
+    for ask in (
+        lambda: compute_energy(tensors),
+        lambda: compute_energies(tensors, [5, 10]),
+        lambda: compute_fisher(tensors, 1.0),
+    ):
+        with pytest.raises(InvalidInput, match="squares are numbers"):
+            ask()

@@ -30,7 +30,23 @@ def test_readme_holds_the_generated_table(table_maker):
 def test_readme_s_one_result_is_the_measured_one(table_maker):
     result = table_maker.make_result(json.loads(table_maker.RESULTS.read_text()))
     assert "±" in result and "{" not in result
-    assert result in (ROOT / "README.md").read_text(), "run: python docs/make_table.py"
+    for page in table_maker.RESULT_PAGES:
+        assert result in (ROOT / page).read_text(), f"{page}: run python docs/make_table.py"
+
+
+def test_the_one_result_says_whose_signal_the_noise_is_a_share_of(table_maker):
+    """The words follow the numbers: which antenna is loudest, and in which noise one leads."""
+    values = {f"complete.peak.{name}": 0.1 for name in table_maker.ANTENNAS}
+    for noise in ("common", "relative"):
+        for name in table_maker.ANTENNAS:
+            values[f"complete.{noise}.{name}"] = {"value": 0.5, "low": 0.4, "high": 0.6}
+    values["complete.peak.constant"] = 0.2
+    values["complete.relative.exponential"] = {"value": 0.8, "low": 0.7, "high": 0.9}
+    result = table_maker.make_result({"paper": {"values": {"reading": values}}})
+    assert "5 to 30 % of 0.200 rad" in result and "the constant one's:" in result
+    assert "10% to 60% of the exponential antenna's and 10% to 60% of the linear" in result
+    assert "In absolute noise no advantage can be told" in result
+    assert "relative to each touch the gradient of stiffness helps" in result
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Readers of spikes: the ideal observer against brute force, codes, deadlines."""
 
+import warnings
 from itertools import product
 
 import numpy as np
@@ -31,6 +32,60 @@ def test_the_ideal_observer_is_bayes_rule():
     np.testing.assert_allclose(
         reader.predict_proba(counts), by_class / by_class.sum(axis=1, keepdims=True), rtol=1e-10
     )
+
+
+def make_sparse(reader_is_ideal):
+    """Trains of few spikes, one without any, and what was learned; of one train alone most units
+    are silent most of the time.
+    """
+    rng = np.random.default_rng(3)
+    rates = rng.gamma(1.0, 20.0, (3, 1, 1)) * np.exp(-np.arange(40.0) / 15)
+    rates = np.concatenate([rates, rates[::-1, :, ::-1]], axis=1)
+    labels = np.repeat(list("abc"), 12)
+    drawn = rng.poisson(np.repeat(rates, 12, axis=0) * 1e-3 * 5)
+    met = np.concatenate([rng.poisson(rates * 5e-3), np.zeros((1, 2, 40), dtype=int)])
+    return (rates, list("abc"), met) if reader_is_ideal else (drawn, labels, met)
+
+
+@pytest.mark.parametrize("name", ["ideal", "ideal, floor", *SPIKE_CODES])
+def test_a_train_alone_is_read_as_among_others(name):
+    known, labels, met = make_sparse(name.startswith("ideal"))
+    if name.startswith("ideal"):
+        reader = PoissonReader(step=5.0, floor=2.0 * name.endswith("floor"))
+    else:
+        reader = SpikeReader(name, width=3, n_components=3)
+    reader.fit(known, labels)
+    together = np.asarray(reader.predict_proba(met))
+    assert np.ptp(together, axis=0).max() > 0.01
+    for k in range(len(met)):
+        alone = np.asarray(reader.predict_proba(met[k : k + 1]))
+        np.testing.assert_allclose(alone, together[k : k + 1], rtol=1e-9, atol=1e-12)
+
+
+def test_silence_speaks_for_the_touch_of_fewer_spikes():
+    """Of p(no spike | c) = exp(−Σ r_c Δt), by hand."""
+    rates = np.array([[[100.0, 300.0]], [[20.0, 30.0]]])
+    found = (
+        PoissonReader(step=2.0).fit(rates, ["many", "few"]).predict_proba(np.zeros((1, 1, 2)))
+    )
+    expected = np.exp([-0.1, -0.8])  # sorted by label: few, many
+    np.testing.assert_allclose(np.asarray(found)[0], expected / expected.sum(), rtol=1e-12)
+
+
+def test_counts_in_place_of_rates_are_noticed():
+    rates = np.repeat(300.0 * np.exp(-np.arange(60.0) / 20)[None, None], 2, axis=0)
+    rates[1] = rates[1, :, ::-1]
+    labels = np.repeat(["a", "b"], 8)
+    drawn = np.random.default_rng(0).poisson(np.repeat(rates, 8, axis=0) * 1e-3) * 1e3
+    with pytest.warns(
+        UserWarning, match="PoissonReader got 8 .* label 'a' .*no ideal observer"
+    ):
+        PoissonReader().fit(drawn, labels)
+    places = np.array([np.roll(rates[k // 8], 3 * (k % 8), axis=1) for k in range(16)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        PoissonReader().fit(places, labels)
+        PoissonReader().fit(np.repeat(rates, 8, axis=0), labels)
 
 
 def test_its_accuracy_and_bits_are_those_summed_over_all_trains():

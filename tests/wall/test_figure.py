@@ -11,9 +11,20 @@ from feeler.plotting.look import PALETTE
 from feeler.plotting.wall import Shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.studies.paper import fig3
-from feeler.studies.paper.fig3_family import Family, _list_offsets, compute, list_setups, plot
+from feeler.studies.paper.fig3_family import (
+    Family,
+    _describe_nearest,
+    _list_offsets,
+    _list_readings,
+    _list_values,
+    compute,
+    list_readings,
+    list_setups,
+    plot,
+)
 from feeler.studies.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
+from feeler.wall.sensitivity import SETUP_CHOICES
 
 
 @pytest.mark.long
@@ -83,6 +94,64 @@ def test_shares_are_of_the_set_ups_in_which_everything_is_defined(r2, share):
         "value": share,
         "n": 2,
     }
+
+
+TARGETS = {"exponential": 0.985, "linear": 0.924, "constant": 0.704}
+
+
+def make_whole_family(r2_of):
+    """Every declared set-up, with R² as a function of its choices."""
+    postures, measures = list_setups()
+    choices = [
+        (
+            *(getattr(posture, name) for name in SETUP_CHOICES[:-2]),
+            *(measure[name] for name in SETUP_CHOICES[-2:]),
+        )
+        for posture in postures
+        for measure in measures
+    ]
+    r2 = [r2_of(dict(zip(SETUP_CHOICES, choice, strict=True))) for choice in choices]
+    return replace(make_family(r2), choices=tuple(choices))
+
+
+def test_the_readings_are_the_whole_family_and_none_of_it_twice():
+    family = make_whole_family(lambda _: (0.9, 0.8, 0.7))
+    taken = np.array([family.select(reading["choices"]) for reading in list_readings()])
+    np.testing.assert_array_equal(taken.sum(axis=0), 1)
+
+
+def test_what_is_said_by_reading_is_counted_from_the_family():
+    """The order holds where friction is 1; below 30° linear has no R²."""
+
+    def measure(choice):
+        linear = np.nan if choice["inter_antennal_angle"] < 30 else 0.8
+        return (0.9, linear, 0.7 if choice["friction"] == 1 else 0.85)
+
+    values = _list_readings(make_whole_family(measure))
+    assert values["wall.order.rubbing"] == {"value": 0.5, "n": 36}
+    assert values["wall.order.slippery"] == {"value": 0.0, "n": 18}
+    assert not {"wall.order.narrow", "wall.order.narrower"} & {*values}
+
+
+def test_the_nearest_set_up_is_the_one_nearest_in_its_worst_value():
+    """By what R² leaves unexplained; where it lies is said with the choices that vary alone."""
+
+    def measure(choice):
+        if (choice["friction"], choice["tip_heading"]) != (0.3, 165.0):
+            return (0.985, 0.924, 0.1)  # two values met, the third far off
+        return (0.98, 0.91, 0.704 if choice["method"] == "hinge" else 0.6)
+
+    family = make_whole_family(measure)
+    tolerances = dict.fromkeys(TARGETS, 1.5)
+    values = _list_values(family, tolerances, TARGETS)
+    assert [values[f"wall.nearest.{name}"] for name in TARGETS] == [0.98, 0.91, 0.704]
+    words = _describe_nearest(family, TARGETS, tolerances)
+    assert (
+        "friction 0.3, hook share 0.25, tip heading 165, quantity bend, method hinge" in words
+    )
+    assert "R² 0.980 / 0.910 / 0.704" in words and "In 36 of 324 configurations" in words
+    assert "prebend" not in words
+    assert _describe_nearest(make_family([[np.nan] * 3]), TARGETS, tolerances) == ""
 
 
 def test_where_too_little_is_defined_nothing_is_judged():

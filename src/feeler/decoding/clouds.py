@@ -11,7 +11,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
 from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput
-from feeler.tensors.scaling import fold_planes
+from feeler.tensors.scaling import check_squares, fold_planes
 
 _FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
 _FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
@@ -193,6 +193,7 @@ class CloudReader(Reader):
 
     def _flatten(self, X: Any) -> np.ndarray:
         X = np.asarray(X, dtype=float)
+        check_squares(X)
         step = min(self.step, X.shape[2])
         whole = X.shape[2] // step * step
         thin = X[:, :, X.shape[2] - whole :].reshape(len(X), X.shape[1], -1, step).mean(axis=3)

@@ -7,7 +7,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
-from feeler.tensors.scaling import label_like
+from feeler.tensors.scaling import check_squares, label_like
 
 _PRECISION = 1e-12
 
@@ -39,7 +39,7 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         Raises
         ------
         InvalidInput
-            Fewer trials than components.
+            Fewer trials than components, or numbers whose squares are none.
         """
         X = validate_data(self, X, dtype=float, ensure_min_samples=2)
         n, n_entries = X.shape
@@ -49,6 +49,7 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
                 f"{n} training trials cannot give {self.n_components} principal components. "
                 f"Lower n_components to at most {n}, or train on more (copies of) trials."
             )
+        check_squares(X, "training trials")
         self.mean_ = X.mean(axis=0)
         centred = X - self.mean_
         if n <= n_entries:

@@ -21,6 +21,7 @@ from feeler.decoding.watch import Watch
 from feeler.disk.guard import find_limits
 from feeler.errors import FeelerError, InvalidInput
 from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.scaling import check_squares
 
 _FLOOR = 0.004  # [C] rad; least sd of a reading
 _KIND, _VERSION = "StreamDecoder", 1
@@ -142,6 +143,8 @@ class StreamDecoder(Reader):
         ]
         cut = [(touch, label) for touch, label in found if touch is not None]
         self.classes_ = sorted({label for _, label in cut})
+        for touch, _ in cut:
+            check_squares(touch, "touches")
         if len(self.classes_) < 2:
             raise InvalidInput(
                 "a decoder needs touches of at least 2 classes with contact, got"

@@ -20,6 +20,7 @@ from feeler.progress import Advance, show_progress
 from feeler.records.checked import checked
 from feeler.records.shown import Shown
 from feeler.task.noise import NOISES, Noise, parse_noise
+from feeler.tensors.scaling import check_squares
 
 # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
 _LEAST_RATIO = 1e-6
@@ -236,6 +237,8 @@ def _check_sets(
     codes, labels, held_out
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     train, labels = _check_labels(check_tensors(codes, least=1), labels)
+    if not train.any():
+        raise InvalidInput("all codes are 0: nothing to classify. Did any contact take place?")
     if np.unique(labels).size < 2:
         raise InvalidInput(
             f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes."
@@ -245,6 +248,8 @@ def _check_sets(
         if held_out is None
         else _check_labels(check_tensors(held_out[0], least=1), held_out[1])
     )
+    for values in (train, test):
+        check_squares(values, "codes")
     if test.shape[1:] != train.shape[1:]:
         raise InvalidInput(
             f"held-out trials have shape {test.shape[1:]}, training trials {train.shape[1:]}."

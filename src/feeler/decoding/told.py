@@ -3,9 +3,11 @@
 The ideal observer has the exact posterior over known touches in Gaussian noise of known size.
 """
 
+import warnings
 from typing import Any
 
 import numpy as np
+from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
 
 from feeler.decoding.labels import Labels
@@ -13,6 +15,11 @@ from feeler.decoding.reader import Reader, count_until
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.task.noise import Noise, parse_noise
+from feeler.tensors.scaling import SQUARED, find_scale
+
+_ROUGH = 0.2  # correlation of neighbouring samples below which a difference is noise [C]
+_MOST = 0.9  # of the entries in which noisy copies differ at least [C]
+_MOST_COMPARED = 50  # touches of one label that are looked at for noise
 
 
 def fit_class(
@@ -42,6 +49,7 @@ class _Told(Reader):
     """A reader that knows the noise: it is told its size, and learns from clean tensors."""
 
     knows_noise = True
+    sd_: np.ndarray
 
     def __init__(self, noise: str | Noise = "relative:0.1") -> None:
         self.noise = noise
@@ -65,6 +73,64 @@ class _Told(Reader):
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
         return softmax(scores, axis=1)
+
+    def _set_sd(self, known: np.ndarray) -> None:
+        """The noise of known tensors (touch, sensor, time), refused where it is none."""
+        sd = np.broadcast_to(self.noise_.sd(known), known.shape)
+        if not np.all(sd > 0):
+            raise InvalidInput(
+                f"the noise {self.noise_} is 0 in tensor {int(np.argmin(sd.min(axis=(1, 2))))}"
+                " (of classes or touches, from 0): leave out tensors that are zero everywhere, or"
+                " take a noise with a floor, such as 'common' or 'mixed'."
+            )
+        if sd.min() < SQUARED[0] * sd.max():
+            raise InvalidInput(
+                f"the noise {self.noise_} ranges from {sd.min():.3g} to {sd.max():.3g}, which no"
+                " squares span: leave out tensors that are all but zero."
+            )
+        self.sd_ = sd
+        self._check_size(known)
+
+    def _check_size(self, tensors: np.ndarray) -> np.ndarray:
+        """The tensors, if their squares in units of the noise are numbers."""
+        least = float(self.sd_.min())
+        high = np.abs(tensors).max(initial=0.0)
+        if high / SQUARED[1] > least:
+            raise InvalidInput(
+                f"the tensors reach {high:.3g}, the noise is {least:.3g}: more than"
+                f" {SQUARED[1]:g} times as much. Give the noise in the unit of the tensors."
+            )
+        return tensors
+
+
+def warn_of_copies(
+    reader: Any, tensors: np.ndarray, labels: Labels, *, everywhere: bool = True
+) -> None:
+    """Say where tensors (trial, sensor, time) of one label look like noisy copies of each other.
+
+    An ideal observer knows the touches without noise. Several different ones may bear one label, as
+    where the place is not asked for; those differ smoothly in time. Noise does not: next to nothing
+    of what a tensor differs by from its nearest fellow carries over to the next sample. Nor do
+    sparse codes, but they are the same in most entries; Gaussian noise is ``everywhere``.
+    """
+    for name in dict.fromkeys(labels):
+        own = tensors[np.array([label == name for label in labels])][:_MOST_COMPARED]
+        flat = own.reshape(len(own), -1) / find_scale(own)
+        apart = cdist(flat, flat, "sqeuclidean")
+        apart[apart == 0] = np.inf  # itself, and what is the same
+        different = np.isfinite(apart).any(axis=1)
+        off = (flat - flat[apart.argmin(axis=1)])[different].reshape(-1, *tensors.shape[1:])
+        if not off.size or (everywhere and np.mean(off != 0) < _MOST):
+            continue
+        if np.vdot(off[..., 1:], off[..., :-1]) < _ROUGH * np.vdot(off, off):
+            warnings.warn(
+                f"{type(reader).__name__} got {different.sum()} different tensors of the label"
+                f" '{name}' that look like noisy copies. It takes each as known without noise,"
+                " so it is no ideal observer of them: fit it on the clean tensors.",
+                UserWarning,
+                stacklevel=3,
+            )
+            return
 
 
 class TemplateReader(_Told):
@@ -94,13 +160,13 @@ class TemplateReader(_Told):
         tensors, labels = self._learn(X, y)
         self.touches_ = [tensors[labels == name] for name in self.classes_]
         self.means_ = np.stack([own.mean(axis=0) for own in self.touches_])
-        self.sd_ = np.broadcast_to(self.noise_.sd(self.means_), self.means_.shape)
+        self._set_sd(self.means_)
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Logits (trial, class)."""
         self._require(X)
-        tensors = check_tensors(X, least=1)
+        tensors = self._check_size(check_tensors(X, least=1))
         end = None if until is None else count_until(X, until)
         logits = np.empty((len(tensors), len(self.classes_)))
         for k, touches in enumerate(self.touches_):
@@ -144,19 +210,24 @@ class IdealReader(_Told):
     """
 
     def fit(self, X: Any, y: Labels) -> "IdealReader":
-        """Know tensors (trial, sensor, time) without noise, one label each."""
+        """Know tensors (trial, sensor, time) without noise, one label each.
+
+        Warns where several of one label look like noisy copies: of these it is not ideal.
+        """
         self.known_, labels = self._learn(X, y)
         self.members_ = np.array(
             [[label == name for name in self.classes_] for label in labels]
         )
-        self.sd_ = np.broadcast_to(self.noise_.sd(self.known_), self.known_.shape)
+        self._set_sd(self.known_)
+        warn_of_copies(self, self.known_, labels)
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
         """Log-likelihoods (trial, class), up to what all classes share."""
         self._require(X)
         end = None if until is None else count_until(X, until)
-        cut = (part[:, :, :end] for part in (check_tensors(X, least=1), self.known_, self.sd_))
+        tensors = self._check_size(check_tensors(X, least=1))
+        cut = (part[:, :, :end] for part in (tensors, self.known_, self.sd_))
         met, known, sd = (part.reshape(len(part), -1) for part in cut)
         found = weigh_touches(met, known, sd)
         weights = np.broadcast_to(self.members_.T, (len(found), *self.members_.T.shape))
@@ -169,6 +240,7 @@ def weigh_touches(met: np.ndarray, known: np.ndarray, sd: np.ndarray) -> np.ndar
     ``known`` and ``sd`` (touch, entry) are what each touch gives without noise, and its noise.
     """
     centre = known.mean(axis=0)  # less their mean, nearly equal touches keep their digits
-    met, known, weight = met - centre, known - centre, 1 / sd**2
+    unit = find_scale(sd)  # squares of tiny or huge numbers are none
+    met, known, weight = (met - centre) / unit, (known - centre) / unit, (unit / sd) ** 2
     square = met**2 @ weight.T - 2 * met @ (known * weight).T + (known**2 * weight).sum(axis=1)
     return -0.5 * square - np.log(sd).sum(axis=1)

@@ -19,6 +19,7 @@ from feeler.decoding.classifiers import spread_votes
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import NO_CONTACT, Reader
 from feeler.errors import InvalidInput
+from feeler.tensors.scaling import find_scale
 
 # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
 BEFORE, AFTER = 1500, 400
@@ -168,11 +169,12 @@ class TransferClassifier(Reader):
                 f"a classifier needs at least 2 classes, got {len(self.classes_)}."
             )
         number = np.array([self.classes_.index(label) for label in y])
+        unit = find_scale(X)  # single precision spans fewer decades
         copies, index = _add_noisy_copies(
-            X, self.n_copies, self.noise, np.random.default_rng(self.random_state)
+            X / unit, self.n_copies, self.noise, np.random.default_rng(self.random_state)
         )
         self.scale_ = float(np.abs(X).max()) or 1.0
-        self.copies_ = copies.reshape(len(copies), -1) / self.scale_
+        self.copies_ = copies.reshape(len(copies), -1) / (self.scale_ / unit)
         self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr")
         self.svm_.fit(self.copies_ @ self.copies_.T, number[index])
         self.temperature_ = 1.0

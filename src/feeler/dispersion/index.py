@@ -11,7 +11,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.records.record import Record
 from feeler.records.registry import Registry
-from feeler.tensors.scaling import fold_planes, label_like
+from feeler.tensors.scaling import fold_planes, label_like, refuse_masked
 
 BLOCK_SIZE = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
 
@@ -72,6 +72,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
     dims = getattr(tensors, "dims", None)
     if dims is not None and {"trial", "time"} <= set(dims) and dims[0] != "trial":
         tensors = tensors.transpose("trial", ..., "time")
+    refuse_masked(tensors)
     try:
         array = np.asarray(tensors, dtype=float)
     except (ValueError, TypeError, OverflowError) as error:

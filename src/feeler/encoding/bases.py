@@ -126,11 +126,28 @@ def canonicalise(
 
     The activations take over the lengths, so that the reconstruction stays the same.
     """
+    order, length = _find_canon(components)
+    return components[order] / length[:, None, None], activations[:, order] * length[:, None]
+
+
+def canonicalise_sums(
+    components: np.ndarray, seen: np.ndarray, gram: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """The same with the sums over activations that :func:`.learn_batch` goes on from: the data
+    correlated with them (component, sensor, lag), and with each other (component, lag, component,
+    lag).
+    """
+    order, length = _find_canon(components)
+    seen = seen[order] * length[:, None, None]
+    gram = gram[order][:, :, order] * length[:, None, None, None] * length[:, None]
+    return components[order] / length[:, None, None], (seen, gram)
+
+
+def _find_canon(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Order from base to tip, and the length of each basis in that order; 1 for one of zeros."""
     order = np.argsort(locate_components(components), kind="stable")
-    components, activations = components[order], activations[:, order]
-    length = np.sqrt((components**2).sum(axis=(1, 2)))
-    safe = np.where(length > 0, length, 1)
-    return components / safe[:, None, None], activations * safe[:, None]
+    length = np.sqrt((components[order] ** 2).sum(axis=(1, 2)))
+    return order, np.where(length > 0, length, 1.0)
 
 
 @checked

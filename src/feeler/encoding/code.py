@@ -20,6 +20,7 @@ from feeler.encoding.convolution import (
 )
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 from feeler.records.checked import checked
+from feeler.tensors.scaling import find_scale
 
 # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
 TRIALS_PER_TASK = 8
@@ -91,10 +92,20 @@ def encode(
     activations = np.zeros((n_trials, n_components, n_times))
 
     def encode_block(block: slice) -> bool:
+        # each trial about 1, so that squares of very large or small ones stay numbers
+        scales = [find_scale(tensor) for tensor in tensors[block]]
         rows = activations[block]
         seen = np.concatenate(
-            [_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]]
+            [
+                _see_alone(tensor / scale, basis_spectra, length)
+                for tensor, scale in zip(tensors[block], scales, strict=True)
+            ]
         )
+        settled = encode_rows(seen, rows)
+        rows *= np.reshape(scales, (-1, 1, 1))
+        return settled
+
+    def encode_rows(seen: np.ndarray, rows: np.ndarray) -> bool:
         _polish_nonnegative(seen, *ridged, rows, _APPROACH)
         if code == "nonnegative":
             _polish_nonnegative(seen, kernel, fringe, rows, _POLISH)

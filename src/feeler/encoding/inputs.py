@@ -6,7 +6,7 @@ import numpy as np
 
 from feeler.encoding.sparseness import check_sparseness
 from feeler.errors import InvalidInput
-from feeler.tensors.scaling import fold_planes
+from feeler.tensors.scaling import fold_planes, refuse_masked
 
 _CONSTRAINTS = ("trial", "all")
 FIXED_CODES = ("sparse", "ridge", "nonnegative")
@@ -32,7 +32,7 @@ def as_tensors(X: Any) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        Other dims, nothing in it, NaN or infinite entries, negative entries.
+        Other dims, nothing in it, NaN, infinite, masked or negative entries.
     """
     if hasattr(X, "data_vars"):
         if "angle" not in X:
@@ -48,6 +48,7 @@ def as_tensors(X: Any) -> np.ndarray:
                 f"The tensors need the dims trial, sensor, time; got {tuple(X.dims)}."
             )
         X = X.transpose("trial", "sensor", "time").values
+    refuse_masked(X)
     tensors = np.asarray(X)
     if tensors.dtype.kind not in "fiub":
         raise InvalidInput(f"The tensors need numbers; got an array of {tensors.dtype}.")

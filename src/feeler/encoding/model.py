@@ -11,9 +11,9 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.encoding.bases import canonicalise, compute_stability
+from feeler.encoding.bases import canonicalise, canonicalise_sums, compute_stability
 from feeler.encoding.code import encode
-from feeler.encoding.convolution import reconstruct
+from feeler.encoding.convolution import compute_activation_gram, reconstruct
 from feeler.encoding.data import Data
 from feeler.encoding.factorise import Factors, Settings, factorise, learn_batch, open_pool
 from feeler.encoding.inputs import (
@@ -28,9 +28,16 @@ from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.progress import show_progress
 from feeler.records.shown import show_html
-from feeler.tensors.scaling import label_like
+from feeler.tensors.scaling import check_squares, find_scale, label_like, refuse_masked
 
 _SHOWN = ("relative_residual_", "stability_", "n_iter_", "n_sensors_in_")
+_OF_FIT = (
+    *("activations_", "reconstruction_err_", "relative_residual_", "n_iter_", "loss_curve_"),
+    *("stability_", "stability_in_place_", "restarts_", "restart_components_"),
+    "restart_activations_",
+)
+"""What only ``fit`` knows of its tensors; learning from a batch leaves none of it true."""
+_Sums = tuple[np.ndarray | float, np.ndarray | float]
 
 
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
@@ -92,6 +99,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     ----------
     components_ : np.ndarray
         Bases (component, sensor, lag) of unit length, from base to tip by where they act.
+    n_sensors_in_ : int
+        Sensors that the bases were learned on.
     activations_ : np.ndarray
         Activations (trial, component, time) found together with the bases. They are not unique, so
         codes to compare come from ``transform``; ``fit_transform`` returns those too.
@@ -111,8 +120,12 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         Relative residual of each restart, best first.
     restart_components_, restart_activations_ : np.ndarray, list of np.ndarray
         Their bases and activations, in the same order.
-    n_sensors_in_ : int
-        Sensors that the bases were learned on.
+
+    Notes
+    -----
+    ``fit`` and ``fit_stream`` start anew; ``partial_fit`` goes on from whatever came before. All
+    attributes but the first two describe the tensors of one ``fit``, and are absent after
+    ``partial_fit`` and ``fit_stream``.
 
     References
     ----------
@@ -161,10 +174,15 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         rows = [*self.get_params().items()]
         figure = None
         if hasattr(self, "components_"):
-            rows = [(name, getattr(self, name)) for name in _SHOWN] + rows
+            known = [name for name in _SHOWN if hasattr(self, name)]
+            rows = [(name, getattr(self, name)) for name in known] + rows
             figure = self.plot()
         html = show_html(type(self).__name__, rows, figure)
         return {"text/plain": repr(self), "text/html": html}
+
+    def _repr_html_(self) -> str:
+        """The same for what asks for HTML alone."""
+        return self._repr_mimebundle_()["text/html"]
 
     def plot(self) -> Any:
         """The learned bases as pictures: a matplotlib Figure, which notebooks show."""
@@ -191,6 +209,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         """
         check_settings(self)
         tensors = as_tensors(X)
+        check_squares(tensors)
         check_size(tensors, self.n_components, self.n_lags)
         data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
         starts = list(draw_starts(self, tensors, data, components, activations))
@@ -203,7 +222,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
                 advance(next(done), most)
 
             found = list(outer(lambda begun: self._fit_from(data, begun, inner, tell), starts))
-        self._keep(found, tensors, data.energy)
+        self._keep(found, data)
         return self
 
     def fit_transform(self, X, y=None, **starts):
@@ -229,7 +248,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             (trial, component, time); labelled where the tensors are.
         """
         check_is_fitted(self, "components_")
-        tensors = self._check_against_bases(as_tensors(X))
+        tensors = _check_tensors(as_tensors(X), self.components_)
         code = self._choose_code(code)
         with open_pool(_count_threads(self.n_jobs)) as run:
             activations, settled = encode(
@@ -259,6 +278,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def inverse_transform(self, X):
         """Tensors (trial, sensor, time) from activations (trial, component, time)."""
         check_is_fitted(self, "components_")
+        refuse_masked(X)
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
             raise InvalidInput(
@@ -275,32 +295,38 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def score(self, X, y=None):
         """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²."""
         tensors = as_tensors(X)
+        tensors = tensors / find_scale(tensors)  # squares of very small entries would underflow
         energy = np.vdot(tensors, tensors)
         rest = tensors - self.inverse_transform(self.transform(tensors))
         return float(1 - np.vdot(rest, rest) / energy) if energy > 0 else 1.0
 
     def partial_fit(self, X, y=None, *, forget=0.7):
-        """Learn from one batch of tensors (trial, sensor, time).
+        """Learn from one batch of tensors (trial, sensor, time), going on from what was learned.
 
-        With each batch, the sums over earlier ones count ``forget`` times as much.
+        What came before, be it a ``fit``, a ``fit_stream`` or earlier batches, is kept as two sums
+        over its tensors; they count ``forget`` times as much as this batch. An encoder without
+        bases begins with the batch. ``n_restarts`` and ``max_iter`` play no part.
+
+        Raises
+        ------
+        InvalidInput
+            Tensors or parameters that cannot be used; other ``n_components`` or ``n_lags`` than the
+            bases have.
         """
-        check_settings(self)
-        tensors = as_tensors(X)
-        if not hasattr(self, "_sums"):
-            check_size(tensors, self.n_components, self.n_lags)
-            rng = make_generators(self.random_state, 1)[0]
-            start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
-            self._sums: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 0.0)
-            self.components_, self.n_sensors_in_ = start, tensors.shape[1]
-        self._check_against_bases(tensors)
-        with open_pool(_count_threads(self.n_jobs)) as run:
-            self.components_, self._sums = learn_batch(
-                tensors, self.components_, self._sums, Settings.of(self), forget, run
-            )
+        if hasattr(self, "components_"):
+            self._check_shape()
+            learned = self.components_, getattr(self, "_sums", (0.0, 0.0))
+        else:
+            learned = None
+        self._set_bases(*self._learn_batch(X, learned, forget))
         return self
 
     def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7, prepare=None):
         """Learn from tensors that need not fit into memory, a batch of trials at a time.
+
+        It starts anew, from bases drawn once (``n_restarts`` and ``max_iter`` play no part), reads
+        the batches in their order, and ends after ``n_epochs``, converged or not. A batch that is
+        refused leaves the encoder as it was.
 
         Parameters
         ----------
@@ -323,31 +349,71 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
                 "fit_stream needs something with a shape (trial, sensor, time), such as a Zarr"
                 " array."
             )
-        if hasattr(self, "_sums"):
-            del self._sums
-        firsts = [
-            first for _ in range(n_epochs) for first in range(0, source.shape[0], batch_size)
-        ]
+        for name, value in (("batch_size", batch_size), ("n_epochs", n_epochs)):
+            if not isinstance(value, int | np.integer) or value < 1:
+                raise InvalidInput(
+                    f"{name} must be a whole number of at least 1; got {value!r}."
+                )
+        firsts = [*range(0, source.shape[0], batch_size)] * n_epochs
+        if not firsts:
+            raise InvalidInput(f"The source holds no trials: shape {source.shape}.")
+        learned: Any = None
         with show_progress(None, "batches") as advance:
             for k, first in enumerate(firsts, 1):
                 batch = source[first : first + batch_size]
-                self.partial_fit(batch if prepare is None else prepare(batch), forget=forget)
+                learned = self._learn_batch(
+                    batch if prepare is None else prepare(batch), learned, forget
+                )
                 advance(k, len(firsts))
-        self.components_, _ = canonicalise(
-            self.components_, np.zeros((0, self.n_components, 1))
-        )
+        self._set_bases(*learned)
         return self
+
+    def _learn_batch(
+        self, X: Any, learned: tuple[np.ndarray, _Sums] | None, forget: float
+    ) -> tuple[np.ndarray, _Sums]:
+        """Canonical bases and sums after a batch; ``learned``: those before it, None at first."""
+        check_settings(self)
+        if not 0 <= forget <= 1:
+            raise InvalidInput(f"forget must lie between 0 and 1; got {forget!r}.")
+        tensors = as_tensors(X)
+        check_squares(tensors)
+        if learned is None or not learned[0].any():  # silent batches teach no bases
+            check_size(tensors, self.n_components, self.n_lags)
+            rng = make_generators(self.random_state, 1)[0]
+            start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
+            learned = start, (0.0, 0.0)
+        _check_tensors(tensors, learned[0])
+        with open_pool(_count_threads(self.n_jobs)) as run:
+            components, sums = learn_batch(tensors, *learned, Settings.of(self), forget, run)
+        return canonicalise_sums(components, *sums)
+
+    def _set_bases(self, components: np.ndarray, sums: _Sums) -> None:
+        """Set what was learned, without what is known of the tensors of a ``fit`` alone."""
+        for name in _OF_FIT:
+            self.__dict__.pop(name, None)
+        self.components_, self._sums = components, sums
+        self.n_sensors_in_ = components.shape[1]
+
+    def _check_shape(self) -> None:
+        n_components, _, n_lags = self.components_.shape
+        if (n_components, n_lags) != (self.n_components, self.n_lags):
+            raise InvalidInput(
+                f"The encoder has learned {n_components} bases of {n_lags} lags, but n_components"
+                f" is now {self.n_components} and n_lags {self.n_lags}. Set them back to go on, or"
+                " call fit or fit_stream, which start anew."
+            )
 
     def _fit_from(self, data, begun: tuple[np.ndarray, np.ndarray], run, tell) -> Factors:
         return _canonical(factorise(data, *begun, Settings.of(self), run, tell))
 
-    def _keep(self, found: list[Factors], tensors, energy) -> None:
+    def _keep(self, found: list[Factors], data: Data) -> None:
         """Set the learned attributes from the restarts."""
         found = sorted(found, key=lambda factors: factors.losses[-1])
-        best = found[0]
-        self.components_, self.activations_ = best.components, best.activations
+        best, energy = found[0], data.energy
+        gram = compute_activation_gram(best.activations, data.n_lags)
+        self._set_bases(best.components, (data.gather(best.activations), gram))
+        self.activations_ = best.activations
         self.loss_curve_, self.n_iter_ = best.losses, len(best.losses)
-        self.n_sensors_in_ = tensors.shape[1]
         self.reconstruction_err_ = float(np.sqrt(2 * best.losses[-1]))
         self.relative_residual_ = (
             float(np.sqrt(2 * best.losses[-1] / energy)) if energy > 0 else 0.0
@@ -380,19 +446,20 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             )
         return code
 
-    def _check_against_bases(self, tensors: np.ndarray) -> np.ndarray:
-        if tensors.shape[1] != self.n_sensors_in_:
-            raise InvalidInput(
-                f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on"
-                f" {self.n_sensors_in_}. Record the same sensors, or fit again."
-            )
-        n_lags = self.components_.shape[2]
-        if tensors.shape[2] < n_lags:
-            raise InvalidInput(
-                f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the"
-                " bases."
-            )
-        return tensors
+
+def _check_tensors(tensors: np.ndarray, components: np.ndarray) -> np.ndarray:
+    """The tensors, if these bases can be played on them."""
+    _, n_sensors, n_lags = components.shape
+    if tensors.shape[1] != n_sensors:
+        raise InvalidInput(
+            f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on"
+            f" {n_sensors}. Record the same sensors, or fit again."
+        )
+    if tensors.shape[2] < n_lags:
+        raise InvalidInput(
+            f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the bases."
+        )
+    return tensors
 
 
 def _canonical(factors: Factors) -> Factors:

@@ -25,9 +25,12 @@ from scipy.optimize import brentq
 from feeler.errors import InvalidInput
 from feeler.information.energy import compute_energy
 from feeler.records.checked import checked
+from feeler.tensors.scaling import SQUARED, find_scale
 
 _N_DRAWS = 100
 _ROOM = 2_000_000  # [C] likelihood ratios at a time: 16 MB
+_SAME = 1e-7  # of the greatest distance: nearer tensors are one [C]
+_FAINT = -200.0  # nats: single precision makes 0 of the weight of all below
 _SPAN = (1e-6, 1e6)  # of the greatest distance between tensors: where the noise is sought
 
 
@@ -86,8 +89,14 @@ def compute_information(
     Equations in the module's docstring. Takes some 40 ms for 90 tensors of 56 × 380.
     """
     entries = int(np.prod(np.shape(tensors)[1:]))
+    levels = _check_sd(sd, len(tensors), entries)
+    unit = find_scale(np.asarray(tensors, dtype=float))
     return measure_information(
-        compute_energy(tensors), sd, entries=entries, n_draws=n_draws, random_state=random_state
+        compute_energy(tensors / unit),
+        _share(levels, unit),
+        entries=entries,
+        n_draws=n_draws,
+        random_state=random_state,
     )
 
 
@@ -104,9 +113,10 @@ def measure_information(
 
     ``entries`` is D, which is needed where ``sd`` differs.
     """
-    return _measure(
-        _spread(energy), _check_sd(sd, len(energy), entries), entries, n_draws, random_state
-    )
+    coordinates, levels = _spread(energy), _check_sd(sd, len(energy), entries)
+    unit = find_scale(coordinates)
+    check_level(levels, unit)
+    return _measure(coordinates / unit, levels / unit, entries, n_draws, random_state)
 
 
 def _measure(
@@ -115,7 +125,7 @@ def _measure(
     count, rank = coordinates.shape
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
-    distance = np.maximum(square[:, None] + square - 2 * coordinates @ coordinates.T, 0.0)
+    distance, same = merge_same(square[:, None] + square - 2 * coordinates @ coordinates.T)
     # directions without tensors, where noise still tells levels apart
     free = entries - rank if np.ptp(sd) else 0
     size = max(1, _ROOM // (2 * count * count))
@@ -123,7 +133,7 @@ def _measure(
     for first in range(0, n_draws, size):
         z = rng.standard_normal((min(size, n_draws - first), rank))
         rest = rng.chisquare(free, len(z)) if free else 0.0
-        drawn = np.concatenate([z, -z]) @ coordinates.T
+        drawn = (np.concatenate([z, -z]) @ coordinates.T)[:, same]
         total = np.tile(np.einsum("nr,nr->n", z, z) + rest, 2)
         doubt, right = _compare(distance, drawn, total, sd, entries)
         doubts.append(doubt.reshape(2, -1).mean(axis=0))
@@ -135,6 +145,21 @@ def _measure(
         accuracy=accuracy,
         accuracy_error=accuracy_error,
     )
+
+
+def merge_same(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Squared distances (trial, trial) in which those of the same tensors are 0, and for each
+    tensor the first that is the same (trial,).
+
+    Rounding of inner products leaves up to 1e-8 of the greatest distance between tensors that are
+    equal; in less noise than that they would be discriminated.
+    """
+    distance = np.maximum(distance, 0.0)
+    same = distance <= _SAME**2 * distance.max()
+    np.fill_diagonal(same, True)
+    first = same.argmax(axis=1)
+    distance[same] = 0.0
+    return distance[first][:, first], first
 
 
 def _compare(
@@ -149,7 +174,7 @@ def _compare(
         ratio += entries * np.log(share) + total[:, None, None] / 2 * (1 - share**2)
     ratio -= ratio.max(axis=2)[:, :, None]
     # differences from the best: seven digits are far more than the drawn noise leaves
-    ratio = ratio.astype(np.float32)
+    ratio = np.maximum(ratio, _FAINT, out=ratio).astype(np.float32)
     weight = np.exp(ratio)
     whole = weight.sum(axis=2)
     doubt = np.log(whole) - np.einsum("nsk,nsk->ns", weight, ratio) / whole
@@ -173,6 +198,25 @@ def _spread(energy: np.ndarray) -> np.ndarray:
     values, axes = np.linalg.eigh(energy)
     keep = values > 1e-14 * max(values[-1], 0.0)
     return axes[:, keep] * np.sqrt(values[keep])
+
+
+def _share(sd: np.ndarray | float, unit: float) -> np.ndarray:
+    with np.errstate(over="ignore"):  # ∞ is refused
+        return np.asarray(sd) / unit
+
+
+def check_level(sd: np.ndarray | float, unit: float) -> None:
+    """Refuse noise so far from the size of what it covers, about ``unit``, that the squares of its
+    shares are no numbers.
+    """
+    share = _share(sd, unit)
+    low, high = float(np.min(share)), float(np.max(share))
+    if not SQUARED[0] <= low <= high <= SQUARED[1]:
+        raise InvalidInput(
+            f"sd must lie between {SQUARED[0]:g} and {SQUARED[1]:g} of what tensors differ by, got"
+            f" {low:.3g}{f' to {high:.3g}' if high > low else ''} of it: give it in the unit of the"
+            " tensors."
+        )
 
 
 def _check_sd(sd: object, count: int, entries: int) -> np.ndarray:
@@ -210,7 +254,8 @@ def find_noise(
     InvalidInput
         An accuracy at which one could guess, or ≥ 1.
     """
-    coordinates = _spread(compute_energy(tensors))
+    unit = find_scale(np.asarray(tensors, dtype=float))
+    coordinates = _spread(compute_energy(tensors / unit))
     count = len(coordinates)
     if not 1 / count < accuracy < 1:
         raise InvalidInput(
@@ -227,5 +272,5 @@ def find_noise(
     found = brentq(lambda x: measure(x).accuracy - accuracy, low, high, xtol=1e-4)
     step = 0.02
     slope = (measure(found + step).accuracy - measure(found - step).accuracy) / (2 * step)
-    sd = float(np.exp(found))
+    sd = unit * float(np.exp(found))
     return sd, float(sd * measure(found).accuracy_error / abs(slope))

@@ -8,6 +8,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.records.checked import checked
+from feeler.tensors.scaling import check_squares
 
 
 @checked
@@ -23,6 +24,7 @@ def compute_energy(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
         Fewer than two tensors, or values that are not finite.
     """
     flat = _flatten(tensors)
+    check_squares(flat)
     flat = flat - flat.mean(axis=0)
     return flat @ flat.T
 
@@ -37,7 +39,7 @@ def compute_energies(
     longest.
     """
     tensors = np.asarray(tensors, dtype=float)
-    _flatten(tensors)
+    check_squares(_flatten(tensors))
     edges = np.array([start, *ends])
     if edges.min() < 0 or np.any(np.diff(edges) < 0) or edges[-1] > tensors.shape[2]:
         raise InvalidInput(

@@ -6,6 +6,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.records.checked import checked
+from feeler.tensors.scaling import check_squares, find_scale
 
 
 @checked
@@ -34,7 +35,10 @@ def compute_fisher(
         raise InvalidInput(
             "derivatives must be finite; a touch without contact has no information to give."
         )
-    return flat @ flat.T / sd**2
+    unit = find_scale(np.asarray(sd))  # exact: squares of very small numbers would underflow
+    flat = flat / unit
+    check_squares(flat, "derivatives over sd")
+    return flat @ flat.T / (sd / unit) ** 2
 
 
 @checked

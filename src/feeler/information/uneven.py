@@ -21,17 +21,21 @@ from scipy.optimize import brentq
 from scipy.special import logsumexp
 
 from feeler.errors import InvalidInput
-from feeler.information.bits import Information
+from feeler.information.bits import Information, check_level, merge_same
 from feeler.records.checked import checked
+from feeler.tensors.scaling import check_squares, find_scale
 
 _SPAN = (1e-4, 1e4)  # of the greatest weighed distance: where the level is sought
 
 
 class _Weighed(NamedTuple):
-    """Squared distances (sent, candidate), and products with the noise (draw, sent, candidate)."""
+    """Squared distances (sent, candidate), and products with the noise (draw, sent, candidate), of
+    tensors and sd in units of their own; ``units`` are these, of tensors and of sd.
+    """
 
     far: np.ndarray
     drawn: np.ndarray
+    units: tuple[float, float]
 
 
 @checked
@@ -63,7 +67,8 @@ def compute_told(
     InvalidInput
         Fewer than two tensors, an sd of another shape, or one that is not > 0.
     """
-    return _judge(_weigh(tensors, sd, n_draws, random_state), 1.0)
+    weighed = _weigh(tensors, sd, n_draws, random_state)
+    return _judge(weighed, _find_level(weighed))
 
 
 @checked
@@ -90,15 +95,25 @@ def find_told(
 
     if lack(low) <= 0 or lack(high) >= 0:
         return float("nan")
-    return float(np.exp(brentq(lack, low, high, xtol=1e-4)))
+    return float(np.exp(brentq(lack, low, high, xtol=1e-4)) / _find_level(weighed))
+
+
+def _find_level(weighed: _Weighed) -> float:
+    """The unit of the sd over that of the tensors."""
+    known, sd = weighed.units
+    check_level(sd, known)
+    return sd / known
 
 
 def _weigh(
     tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Annotated[int, "≥ 0"]
 ) -> _Weighed:
     known, noise = _flatten(tensors, sd)
+    units = find_scale(known), find_scale(noise)
+    known, noise = known / units[0], noise / units[1]
     mean = np.sqrt(np.mean(noise**2, axis=0))
     known = (known - known.mean(axis=0)) / mean
+    check_squares(known, "tensors over their sd")
     energy = known @ known.T
     square = np.diag(energy)
     share = (noise / mean) ** 2
@@ -110,8 +125,10 @@ def _weigh(
     root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     z = np.random.default_rng(random_state).standard_normal((n_draws, *root.shape[:2]))
     drawn = np.einsum("jkr,njr->njk", root, z, optimize=True)
+    far, first = merge_same(square[:, None] + square - 2 * energy)
+    drawn = drawn[:, :, first]
     drawn -= np.einsum("njj->nj", drawn)[:, :, None].copy()
-    return _Weighed(np.maximum(square[:, None] + square - 2 * energy, 0.0), drawn)
+    return _Weighed(far, drawn, units)
 
 
 def _flatten(tensors: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -280,7 +280,9 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[_Test, str]:
 
 
 def is_array(value: Any) -> bool:
-    """Whether NumPy makes an array of real numbers of it."""
+    """Whether NumPy makes an array of real numbers of it, none of which it would unmask."""
+    if np.ma.is_masked(value):
+        return False
     if not isinstance(value, np.ndarray):
         if value is None or isinstance(value, str | bytes | collections.abc.Mapping):
             return False
@@ -308,6 +310,9 @@ def _say(kind: type) -> str:
 
 
 def _shorten(value: Any) -> str:
+    if np.ma.is_masked(value):
+        count = np.ma.count_masked(value)
+        return f"an array with {count} masked entries; leave those out, or fill them"
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype} and shape {value.shape}"
     text = f"{type(value).__name__} {value!r}".replace("\n", " ")

@@ -8,6 +8,7 @@ from scipy.special import logsumexp, softmax
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader, count_until
+from feeler.decoding.told import warn_of_copies
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.records.registry import Registry
@@ -121,7 +122,10 @@ class PoissonReader(Reader):
         self.floor = floor
 
     def fit(self, X: Any, y: Labels) -> "PoissonReader":
-        """Know rates (trial, unit, time) [Hz], one label each."""
+        """Know rates (trial, unit, time) [Hz], one label each.
+
+        Warns where several of one label look like drawn spikes: of these it is not ideal.
+        """
         rates = _check_rasters(X)
         if len(rates) != len(y) or len({*y}) < 2:
             raise InvalidInput(f"{len(rates)} touches, {len(y)} labels; give one each, of two.")
@@ -129,6 +133,7 @@ class PoissonReader(Reader):
             raise InvalidInput(
                 f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."
             )
+        warn_of_copies(self, rates, y, everywhere=False)
         self.known_ = (rates + self.floor) * self.step * 1e-3
         self.shape_ = rates.shape[1:]
         self.classes_ = sorted({*y})

@@ -12,6 +12,8 @@ from feeler.errors import InvalidInput
 from feeler.records.checked import checked
 from feeler.records.rules import show
 
+SQUARED = (1e-140, 1e140)
+"""Magnitudes whose squares, and sums of them, are numbers."""
 Tensors = TypeVar("Tensors", xr.DataArray, np.ndarray)
 
 
@@ -29,6 +31,35 @@ def fold_planes(tensors: Tensors) -> Tensors:
         .rename(line="sensor")
         .transpose("trial", "sensor", "time")
     )
+
+
+def refuse_masked(values: Any) -> None:
+    """Refuse a NumPy array of which entries are masked: as plain numbers they would count."""
+    if np.ma.is_masked(values):
+        count = int(np.ma.count_masked(values))
+        raise InvalidInput(
+            f"{count} of {np.size(values)} entries are masked, and would be taken as measured."
+            " Leave such trials out, or fill the gaps: np.ma.filled(X, value)."
+        )
+
+
+def find_scale(values: np.ndarray) -> float:
+    """The power of two below the greatest magnitude, by which division rounds nothing; 1 where all
+    is 0.
+    """
+    high = np.abs(values).max(initial=0.0)
+    return float(2.0 ** (np.frexp(high)[1] - 1)) if high > 0 else 1.0
+
+
+def check_squares(values: np.ndarray, name: str = "tensors") -> None:
+    """Refuse what is too small or too large for its squares to be numbers."""
+    high = np.abs(values).max(initial=0.0)
+    if high > 0 and not SQUARED[0] <= high <= SQUARED[1]:
+        raise InvalidInput(
+            f"The greatest magnitude of the {name} is {high:.3g}; it must lie between"
+            f" {SQUARED[0]:g} and {SQUARED[1]:g}, where squares are numbers. Choose another unit,"
+            " or scale them: feeler.tensors.scale_common(X)."
+        )
 
 
 @checked

@@ -1,6 +1,10 @@
 """Every claim has a rule, and every rule can fail."""
 
+import inspect
+import json
 import re
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +13,7 @@ from feeler.report import make_spread
 from feeler.studies.paper.claims import Claim, load_claims, load_effects
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.reproduce import STAGES
+from feeler.studies.paper.stage import Stage
 from feeler.studies.paper.verdicts import (
     EVIDENCE,
     OTHERS,
@@ -19,8 +24,11 @@ from feeler.studies.paper.verdicts import (
     judge_statements,
     summarise_counts,
 )
+from feeler.studies.scale import SCALES
 
 CONTEXT = Context()
+RESULTS = Path(__file__).parents[3] / "benchmarks" / "results" / "reproduce.json"
+STAGE = {stage.name: stage for stage in STAGES}
 
 
 def make_claim(**fields):
@@ -536,6 +544,51 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
         scale == "quick"
         or judged.why == "too little is computed at smoke scale; a run at quick scale judges it"
     )
+
+
+def list_held_back():
+    """Claims that a scale does not judge, though their section is computed in it."""
+    for number, (scale, knobs) in enumerate(SCALES.items()):
+        for claim in load_claims():
+            if number < [*SCALES].index(claim.due) and claim.section not in knobs.kept:
+                yield scale, claim
+
+
+def list_knobs(stage: Stage) -> set[str]:
+    """What of a scale the modules of a stage ask for."""
+    source = "".join(inspect.getsource(import_module(name)) for name in stage.modules)
+    return set(re.findall(r"effort\.(\w+)", source))
+
+
+def test_a_claim_is_held_back_only_where_its_section_computes_less_than_at_paper_scale():
+    """ "Too little is computed" is a false word of a section that computes all."""
+    for scale, claim in list_held_back():
+        stage = STAGE[claim.section]
+        assert "scale" in stage.reads, f"{claim.id}: its section is the same at every scale"
+        knobs = list_knobs(stage) - {"fps"}  # how a movie looks
+        less = [k for k in knobs if getattr(SCALES[scale], k) != getattr(SCALES["paper"], k)]
+        assert less, f"{claim.id}: {scale} scale computes as much of {claim.section} as paper"
+
+
+def test_not_judged_means_that_less_was_counted_than_in_the_measured_run():
+    """Its n is smaller, or it is absent; a value without n is another one."""
+    measured = {
+        scale: {key: value for part in found["values"].values() for key, value in part.items()}
+        for scale, found in json.loads(RESULTS.read_text()).items()
+    }
+    whole = measured["paper"]
+
+    def is_less(key, values):
+        mine, full = values.get(key), whole.get(key)
+        if isinstance(mine, dict) and isinstance(full, dict) and "n" in full:
+            return mine.get("n", 1) < full["n"]
+        return mine is None or mine != full
+
+    for scale, claim in list_held_back():
+        readings = [claim.read_by(name) for name in claim.definitions] or [claim]
+        keys = {key for one in readings for key in (*one.keys, *one.null, *one.twin)}
+        if values := measured[scale]:
+            assert any(is_less(key, values) for key in keys), f"{claim.id} at {scale} scale"
 
 
 @pytest.mark.parametrize(

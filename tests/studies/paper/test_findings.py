@@ -88,6 +88,13 @@ def test_a_headline_needs_its_numbers_and_its_claims():
     assert resting and len(list_headlines(KEYS, judge_all("partly"))) == 3 - len(resting)
 
 
+def test_a_headline_goes_without_the_sentence_that_a_run_cannot_fill():
+    """A run without the linear antenna still says the rest."""
+    values = {key: one for key, one in KEYS.items() if not key.endswith(".linear")}
+    when = list_headlines(values, judge_all("reproduced"))[0]["when"]
+    assert "linear" not in when and "relative to each touch" in when and "{" not in when
+
+
 def test_the_abstract_s_words_stand_beside_their_verdicts():
     shown = list_abstract(judge_all("reproduced", "sparsity-speed"))
     assert [one["verdict"] for one in shown] == ["partly", *["reproduced"] * 5]

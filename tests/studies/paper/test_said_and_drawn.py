@@ -347,6 +347,7 @@ def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(se
     ends = {"estimate": 0.3, "low": 0.2, "high": 0.35}
     data = SimpleNamespace(
         windows={"linear": SimpleNamespace(**parts)},
+        peaks={"constant": 0.02, "linear": 0.112},
         sweeps={noise: {"linear": sweeps} for noise in ("relative", "common")},
         dispersion=SimpleNamespace(
             average={index: {"linear": Interval(**ends)} for index in INDICES},
@@ -368,6 +369,8 @@ def test_what_the_window_cuts_stands_in_its_own_column_and_under_its_own_name(se
     section.values |= {f"dispersion.tensor.{index}.linear": {"value": 0.6} for index in INDICES}
     before = {noise: {"linear": cut} for noise in data.sweeps}
     fig5_complete._keep_values(section, data, before)
+    assert "all antennas, 0.112 rad (linear)" in section.blocks[-2]["text"]
+    assert section.values["complete.peak.constant"] == 0.02
     for noise in data.sweeps:
         assert section.values[f"complete.{noise}.linear"]["value"] == pytest.approx(0.8)
         assert section.values[f"cut.{noise}.linear"]["value"] == pytest.approx(0.4)
@@ -644,15 +647,14 @@ def test_how_far_a_hair_moves_r2_is_said_where_there_is_a_map(monkeypatch, own, 
     assert (said in texts[0]) if said else not texts
 
 
-def test_a_set_up_is_near_the_paper_s_by_what_r2_leaves_unexplained(monkeypatch):
+def test_a_set_up_is_near_the_paper_s_by_what_r2_leaves_unexplained():
     """Left are a fifth, twice and ten times as much as in the paper; a factor of 2.1 is near."""
     r2 = np.array([[0.99, 0.5], [0.9, 0.3], [0.5, 0.2]])
-    family = SimpleNamespace(
-        names=("a", "b"), defined=r2, r2=r2, share=lambda near: near.mean()
+    family = fig3_family.Family(
+        names=("a", "b"), choices=(), r2=r2, offset=np.full((3, 2), np.nan), cases=()
     )
-    monkeypatch.setattr(fig3_family, "_list_offsets", lambda family: {})
     values = fig3_family._list_values(family, {"a": 2.1, "b": 1.01}, {"a": 0.95, "b": 0.6})
-    assert values["wall.family.a"] == pytest.approx(1 / 3)
+    assert values["wall.family.a"]["value"] == pytest.approx(1 / 3)
 
 
 def test_a_profile_s_entropy_is_the_mean_of_its_bases_spread_over_restarts(section):

@@ -23,7 +23,14 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
 from feeler.studies.paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracy
-from feeler.studies.paper.window import SAME, WINDOWS, complete_arrays, measure_window
+from feeler.studies.paper.window import (
+    SAME,
+    WINDOWS,
+    complete_arrays,
+    complete_tensors,
+    measure_window,
+)
+from feeler.tensors import rectify
 
 
 def compute(
@@ -37,8 +44,9 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        ``windows`` by profile, ``dispersion`` of complete touches, and ``sweeps[noise][profile]``
-        of accuracy on tensors.
+        ``windows`` by profile, ``dispersion`` of complete touches, ``sweeps[noise][profile]`` of
+        accuracy on tensors, and ``peaks`` by profile, the greatest angle [rad]: common noise is a
+        share of the greatest of them.
     """
     arrays, labels = complete_arrays(tensors)
     options: dict[str, Any] = {
@@ -60,6 +68,10 @@ def compute(
         windows={name: measure_window(data) for name, data in tensors.items()},
         dispersion=compute_dispersion(arrays, random_state=random_state),
         sweeps=sweeps,
+        peaks={
+            name: float(rectify(complete_tensors(data)["angle"].values).max())
+            for name, data in tensors.items()
+        },
     )
 
 
@@ -197,12 +209,21 @@ def _keep_values(
     section: Section, data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]]
 ) -> None:
     """Values of both windows, and a table of the four indices."""
+    loudest = max(data.peaks, key=data.peaks.__getitem__)
+    section.text(
+        "Common noise is a share of the greatest angle of all antennas,"
+        f" {data.peaks[loudest]:.3g} rad ({loudest}). The greatest angle of each, in rad: "
+        + ", ".join(f"{name} {peak:.3g}" for name, peak in data.peaks.items())
+        + "."
+    )
     rows = keep_dispersion(section, data.dispersion)
     section.table(
         ["index", *data.windows],
         rows,
         f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
     )
+    for name, peak in data.peaks.items():
+        section.values[f"complete.peak.{name}"] = peak
     for noise, sweeps in data.sweeps.items():
         for name, sweep in sweeps.items():
             section.values[f"complete.{noise}.{name}"] = spread_accuracy(sweep)

@@ -27,11 +27,12 @@ def choose_answer(judged: Sequence[Judged]) -> str:
 
 def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, str]]:
     """The first screen's findings whose claims hold and which this run can fill: ``number``,
-    ``words``, ``when`` it is true and the ``section`` that shows it.
+    ``words``, ``when`` it is true and the ``section`` that shows it; sentences that it cannot fill
+    are left out.
     """
     hold, texts = _list_held(judged), ("number", "words", "when", "section")
     found = [
-        {name: fill(one[name], values) for name in texts}
+        {name: fill_sentences(one[name], values) for name in texts}
         for one in read_declared(_STORY)["headline"]
         if hold >= {*one["holds"]}
     ]
@@ -73,7 +74,7 @@ def list_screens(values: Mapping[str, Any]) -> list[dict[str, str]]:
     cannot fill are left out.
     """
     return [
-        one | {"words": " ".join(filter(None, (fill(s, values) for s in _split(one["words"]))))}
+        one | {"words": fill_sentences(one["words"], values)}
         for one in read_declared(_STORY)["screen"]
     ]
 
@@ -106,6 +107,11 @@ def fill(words: str, values: Mapping[str, Any]) -> str:
 
 def _read(value: Any) -> float | None:
     return value.get("value") if isinstance(value, Mapping) else value
+
+
+def fill_sentences(words: str, values: Mapping[str, Any]) -> str:
+    """The text with a run's values in it, without the sentences of which one is missing."""
+    return " ".join(filter(None, (fill(sentence, values) for sentence in _split(words))))
 
 
 def list_findings(values: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -1,0 +1,216 @@
+"""What an encoder says of itself is true of its bases, in whatever order it was asked to learn."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+
+from feeler.encoding import (
+    ConvolutiveNMF,
+    compute_stability,
+    load_encoder,
+    locate_components,
+    match_components,
+    reconstruct,
+    save_encoder,
+)
+from feeler.errors import InvalidInput, StoreError
+
+TENSORS = np.random.default_rng(1).random((6, 5, 30)) ** 4
+
+
+def make(**more):
+    how = {"n_restarts": 2, "max_iter": 4, "random_state": 0, "warn": False, "n_jobs": 1}
+    return ConvolutiveNMF(**{"n_components": 3, "n_lags": 5} | how | more)
+
+
+def resize(model):
+    """To and fro, so that a second time is another change."""
+    n_lags = 5 if model.n_lags == 4 else 4
+    return model.set_params(n_lags=n_lags, n_components=n_lags - 2)
+
+
+OPERATIONS = {
+    "fit": lambda model, _: model.fit(TENSORS),
+    "partial_fit": lambda model, _: model.partial_fit(TENSORS[:2]),
+    "fit_stream": lambda model, _: model.fit_stream(TENSORS, batch_size=4, n_epochs=2),
+    "set_params": lambda model, _: model.set_params(sparseness=0.6, max_iter=3),
+    "resize": lambda model, _: resize(model),
+    "clone": lambda model, _: clone(model),
+    "save, load": lambda model, folder: load_encoder(save_encoder(model, folder / "e.npz")),
+    "pickle": lambda model, _: pickle.loads(pickle.dumps(model)),
+}
+
+
+def list_learned(model):
+    return {key for key in vars(model) if key.endswith("_") and not key.startswith("_")}
+
+
+def check(model):
+    """Every learned attribute belongs to ``components_``, or is absent."""
+    learned = list_learned(model)
+    if not learned:
+        return
+    bases = model.components_
+    np.testing.assert_allclose((bases**2).sum(axis=(1, 2)), 1, rtol=1e-9)
+    assert (np.diff(locate_components(bases)) >= 0).all()
+    assert model.n_sensors_in_ == bases.shape[1]
+    assert model.transform(TENSORS).shape == (6, len(bases), 30)
+    if learned == {"components_", "n_sensors_in_"}:
+        return
+    error = np.linalg.norm(TENSORS - reconstruct(bases, model.activations_))
+    share = error / np.linalg.norm(TENSORS)
+    assert model.reconstruction_err_ == pytest.approx(error)
+    assert model.relative_residual_ == pytest.approx(share)
+    assert model.restarts_[0] == pytest.approx(share)
+    assert np.sqrt(2 * model.loss_curve_[-1]) == pytest.approx(error)
+    assert model.n_iter_ == len(model.loss_curve_)
+    np.testing.assert_array_equal(model.restart_components_[0], bases)
+    for shift, found in ((True, model.stability_), (False, model.stability_in_place_)):
+        expected = compute_stability(list(model.restart_components_), shift=shift)
+        assert found == pytest.approx(expected)
+    if "restart_activations_" in learned:  # too large to be saved
+        np.testing.assert_array_equal(model.restart_activations_[0], model.activations_)
+
+
+def apply(name, model, folder):
+    """The encoder after an operation, or None where it was refused in words."""
+    is_other_size = hasattr(model, "components_") and (
+        (model.n_components, model.n_lags) != model.components_.shape[::2]
+    )
+    before = {key: getattr(model, key) for key in list_learned(model)}
+    try:
+        model = OPERATIONS[name](model, folder)
+    except StoreError as error:
+        assert "fit it before saving" in str(error)
+        assert not before
+        return None
+    except InvalidInput as error:
+        assert "Set them back to go on, or call fit or fit_stream" in str(error)
+        assert (name, is_other_size) == ("partial_fit", True)
+        assert all(getattr(model, key) is value for key, value in before.items())
+        return None
+    assert name != "partial_fit" or not is_other_size
+    check(model)
+    return model
+
+
+@pytest.mark.parametrize("first", OPERATIONS)
+def test_no_order_of_operations_leaves_anything_behind_that_is_not_true(first, tmp_path):
+    """All pairs and triples: the third is asked of a copy of what the pair left."""
+    begun = apply(first, make(), tmp_path)
+    if begun is None:
+        return
+    for second in OPERATIONS:
+        left = apply(second, copy.deepcopy(begun), tmp_path)
+        for third in OPERATIONS if left is not None else ():
+            apply(third, copy.deepcopy(left), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "learn", [("fit",), ("fit_stream",), ("partial_fit", "partial_fit"), ("fit", "partial_fit")]
+)
+@pytest.mark.parametrize("kept", ["pickle", "save, load"])
+def test_a_kept_encoder_goes_on_as_the_encoder_itself(learn, kept, tmp_path):
+    model = make()
+    for name in learn:
+        OPERATIONS[name](model, tmp_path)
+    other = OPERATIONS[kept](model, tmp_path)
+    for one in (model, other):
+        one.partial_fit(TENSORS[3:5])
+    np.testing.assert_array_equal(other.components_, model.components_)
+
+
+@pytest.mark.parametrize("learn", ["fit", "fit_stream"])
+def test_a_small_batch_after_a_fit_does_not_throw_the_fit_away(planted, learn):
+    tensors = planted[0]
+    model = make(n_lags=8, max_iter=100, n_jobs=None)
+    model.fit(tensors) if learn == "fit" else model.fit_stream(tensors, n_epochs=40)
+    before, score = model.components_, model.score(tensors)
+    model.partial_fit(tensors[:2])
+    assert match_components(before, model.components_)[1].min() > 0.97
+    assert model.score(tensors) > score - 0.03
+
+
+def test_batches_that_are_forgotten_at_once_leave_the_bases_of_the_last():
+    """The weight of what came before is the one asked for, after a fit as after batches."""
+    model, other = make().fit(TENSORS), make().fit(TENSORS)
+    apart = []
+    for forget in (0.0, 1.0):
+        one = copy.deepcopy(model).partial_fit(TENSORS[:1], forget=forget)
+        apart.append(match_components(other.components_, one.components_)[1].mean())
+    assert apart[0] < apart[1]
+
+
+def test_silence_at_first_does_not_keep_a_stream_from_learning():
+    quiet = np.concatenate([np.zeros((4, 5, 30)), TENSORS])
+    model = make().fit_stream(quiet, batch_size=4, n_epochs=1)
+    assert (model.components_.sum(axis=(1, 2)) > 0).all()
+    after = make().fit(np.zeros_like(TENSORS)).partial_fit(TENSORS)
+    assert after.score(TENSORS) > 0.1
+
+
+def test_what_is_refused_leaves_the_encoder_as_it_was():
+    model = make().fit(TENSORS)
+    before = dict(vars(model))
+    bad = np.concatenate([TENSORS, -TENSORS])
+    for learn in (model.fit, model.partial_fit, model.fit_stream):
+        with pytest.raises(InvalidInput, match="negative entries"):
+            learn(bad)
+    for wrong in ({"n_epochs": 0}, {"batch_size": 0}):
+        with pytest.raises(InvalidInput, match=f"{next(iter(wrong))} must be a whole number"):
+            model.fit_stream(TENSORS, **wrong)
+    with pytest.raises(InvalidInput, match="holds no trials"):
+        model.fit_stream(TENSORS[:0])
+    with pytest.raises(InvalidInput, match=r"forget must lie between 0 and 1; got 1\.5"):
+        model.partial_fit(TENSORS, forget=1.5)
+    assert vars(model) == before
+
+
+@pytest.mark.parametrize("learn", ["fit", "fit_stream", "partial_fit"])
+@pytest.mark.parametrize("kept", ["pickle", "save, load"])
+def test_however_it_learned_it_shows_itself_in_a_notebook(learn, kept, tmp_path):
+    model = OPERATIONS[learn](make(), tmp_path)
+    for one in (model, OPERATIONS[kept](model, tmp_path)):
+        html = one._repr_html_()
+        assert "data:image/png" in html
+        assert ("relative_residual_" in html) == (learn == "fit")
+        assert one._repr_mimebundle_()["text/html"] == html
+    assert "n_components" in make()._repr_html_()
+
+
+def test_masked_entries_are_refused_wherever_tensors_go_in():
+    masked = np.ma.masked_greater(TENSORS, 0.9)
+    count = int((TENSORS > 0.9).sum())
+    model = make().fit(TENSORS)
+    for take in (model.fit, model.partial_fit, model.fit_stream, model.transform, model.score):
+        with pytest.raises(InvalidInput, match=f"{count} of 900 entries are masked|are masked"):
+            take(masked)
+    with pytest.raises(InvalidInput, match="entries are masked"):
+        model.inverse_transform(np.ma.masked_greater(model.transform(TENSORS), 0.1))
+    np.testing.assert_array_equal(  # nothing is masked: nothing is lost
+        model.transform(np.ma.masked_array(TENSORS)), model.transform(TENSORS)
+    )
+
+
+@pytest.mark.parametrize("exponent", [-300, -160, -139, -30, 30, 139, 150, 200, 300])
+@pytest.mark.parametrize("sparseness", [0.8, None])
+def test_another_unit_gives_the_same_fit_or_a_word_on_it(exponent, sparseness):
+    factor = 10.0**exponent
+    model = make(sparseness=sparseness).fit(TENSORS)
+    other = make(sparseness=sparseness)
+    code = model.transform(factor * TENSORS)
+    np.testing.assert_allclose(code, factor * model.transform(TENSORS), rtol=1e-9)
+    assert model.score(factor * TENSORS) == pytest.approx(model.score(TENSORS), rel=1e-9)
+    if abs(exponent) >= 140:
+        for learn in (other.fit, other.partial_fit, other.fit_stream):
+            with pytest.raises(
+                InvalidInput, match=r"magnitude of the tensors is .*squares are"
+            ):
+                learn(factor * TENSORS)
+        return
+    other.fit(factor * TENSORS)
+    np.testing.assert_allclose(other.components_, model.components_, rtol=1e-6, atol=1e-9)
+    assert other.relative_residual_ == pytest.approx(model.relative_residual_, rel=1e-9)
