@@ -29,6 +29,7 @@ def make_set(seed, speeds=(FAST, SLOW)):
         "size": np.full(len(speed), 1.5),
         "location": place,
         "speed": speed,
+        "side": ["left"] * len(speed),
     }
     return xr.Dataset(
         {"angle": (("trial", "sensor", "time"), rng.normal(size=(len(speed), 3, 8)))},

@@ -14,7 +14,8 @@ from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.records.checked import checked
 from feeler.task.noise import NOISES, Common
-from feeler.tensors.scaling import label_like, rectify
+from feeler.tensors.scaling import label_like
+from feeler.tensors.sides import find_peak
 
 _MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
@@ -146,8 +147,7 @@ def compute_curves(
     fixed = READERS[fixed]() if isinstance(fixed, str) else fixed
     told = getattr(fixed, "knows_noise", False)
     peaks = {
-        kind: max(np.abs(group.codes[kind]).max() for group in groups.values())
-        for kind in kinds
+        kind: find_peak(*(group.codes[kind] for group in groups.values())) for kind in kinds
     }
 
     fewer = replace(plan, n_repeats=plan.control_repeats or plan.n_repeats)
@@ -194,7 +194,7 @@ def compute_curves(
         if kind != "joint":
             codes = {reference: _repeat_code(groups[reference], kind)}
         nulls |= sweep(codes, groups[reference].labels, kind, ())
-    peak = float(max(group.tensors.max() for group in groups.values()))
+    peak = find_peak(*(group.tensors for group in groups.values()))
     baselines = {
         name: compute_baseline(group, plan, peak, random_state)
         for name, group in groups.items()
@@ -242,14 +242,15 @@ def _sweep_before(
     groups, kinds, noises, plan: Plan, random_state, reader
 ) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
-    peak = float(max(group.tensors.max() for group in groups.values()))
+    peak = find_peak(*(group.tensors for group in groups.values()))
     found = {}
     for name in list(groups)[: None if plan.before_all else 1]:
         group = groups[name]
         for kind in kinds:
 
             def encode_noisy(noisy, group=group, kind=kind):
-                return encode_with(rectify(noisy), group.encoder, kind)
+                # noise goes both ways: that half of it is set to 0 is no loss to warn of
+                return encode_with(np.maximum(noisy, 0), group.encoder, kind)
 
             for model in noises if plan.before_all else ("common",):
                 found[Curve(name, kind, model, plan.before_copies, "before")] = compute_sweep(
