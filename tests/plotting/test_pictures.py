@@ -509,7 +509,6 @@ def make_space(monkeypatch, module):
     return antenna, trial, xr.Dataset(coords=coords), points[0], bend
 
 
-@pytest.mark.long
 def test_a_turnable_view_goes_from_the_first_sample_to_the_last_on_the_scale_of_all(
     monkeypatch,
 ):
