@@ -14,7 +14,13 @@ from feeler.stimulus import Box
 from tests.tensors._touches import antenna
 
 TRIALS = [
-    feeler.Trial(feature=Box(half_width=1.0, half_height=1.0), location=0.7, speed=0.4, lead=2.0, side=side)
+    feeler.Trial(
+        feature=Box(half_width=1.0, half_height=1.0),
+        location=0.7,
+        speed=0.4,
+        lead=2.0,
+        side=side,
+    )
     for side in ("left", "right")
 ]
 

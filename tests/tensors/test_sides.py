@@ -165,7 +165,7 @@ def test_a_peak_has_no_sign_and_no_direction():
 
 
 def test_rectify_says_what_it_takes_of_touches_from_the_right(touches):
-    with pytest.warns(Doubtful, match=r"in 2 of 4 trials more than 25%.*mirror_to_left first"):
+    with pytest.warns(Doubtful, match=r"in 2 of 4 trials more than 40%.*mirror_to_left first"):
         rectify(touches["angle"])
     with pytest.warns(Doubtful, match="up to 100% of a trial's signal"):
         rectify(-np.ones((2, 3, 4)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, JointFit, encode_with, fit_null, make_null
@@ -15,7 +16,7 @@ from feeler.dispersion.index import check_tensors
 from feeler.records.checked import checked
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.scaling import label_like
-from feeler.tensors.sides import find_peak
+from feeler.tensors.sides import find_peak, mirror_to_left
 
 _MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
@@ -274,7 +275,8 @@ def _repeat_code(group: Group, kind: str) -> np.ndarray:
 
 
 class PeakEncoder:
-    """Position and time of a tensor's greatest entry, each as a fraction in [0, 1].
+    """Position and time of a tensor's greatest entry, each as a fraction in [0, 1]; of touches
+    whose coordinate ``side`` is "right", of their mirror images (``mirror_to_left``).
 
     A peak is known to its sample only, so a uniform dither of one sample is added: without it the
     copies of a trial would be identical and the classifier's within-class spread 0.
@@ -291,7 +293,8 @@ class PeakEncoder:
 
     def __call__(self, tensors: Any) -> Any:
         """(trial, 2, 1): position along the antenna, time."""
-        array = check_tensors(tensors, least=1)
+        away = mirror_to_left(tensors) if isinstance(tensors, xr.DataArray) else tensors
+        array = check_tensors(away, least=1)
         _, n_sensors, n_samples = array.shape
         peak = np.unravel_index(
             array.reshape(len(array), -1).argmax(axis=1), (n_sensors, n_samples)
