@@ -11,7 +11,7 @@ import xarray as xr
 import feeler
 from feeler.errors import Doubtful, InvalidInput
 from feeler.stimulus import Ball, Triangle
-from feeler.tensors import find_peak, fold_signs, mirror_to_left, rectify
+from feeler.tensors import fold_signs, measure_peak, mirror_to_left, rectify
 from feeler.tensors.posture import compute_bend
 from feeler.tensors.sides import get_bending
 from tests.tensors._touches import antenna
@@ -64,13 +64,13 @@ def make_random(planes=False, seed=0, sides=SIDES, dtype=float):
 def test_touches_from_both_sides_are_one_touch_once_mirrored(touches, quantity):
     given = touches[quantity]
     found = mirror_to_left(given)
-    top = find_peak(given)
+    top = measure_peak(given)
     np.testing.assert_array_equal(found[::2], given[::2])
     np.testing.assert_allclose(found[1::2], given[::2], atol=1e-9 * top)
     assert found["side"].values.tolist() == ["left"] * 4
     assert found.attrs == given.attrs and found.dims == given.dims
     for k in range(4):
-        assert find_peak(given[k]) == pytest.approx(find_peak(given[k - k % 2]), rel=1e-9)
+        assert measure_peak(given[k]) == pytest.approx(measure_peak(given[k - k % 2]), rel=1e-9)
         one = touches.isel(trial=[k])
         np.testing.assert_allclose(
             compute_bend(one, antenna),
@@ -100,12 +100,12 @@ def test_in_space_the_mirror_stands_across_the_approach(x, z, azimuth, share):
         for side in ("left", "right")
     ]
     found = feeler.touch(make_space(x=x, z=z), trials, duration=15.0)["angle"]
-    assert find_peak(found) > 0.01
+    assert measure_peak(found) > 0.01
     left, right = mirror_to_left(found).values
-    np.testing.assert_allclose(right, left, atol=share * find_peak(found))
+    np.testing.assert_allclose(right, left, atol=share * measure_peak(found))
     round_about = trials[0].replace(azimuth=azimuth + 180.0)
     turned = feeler.touch(make_space(x=x, z=z), round_about, duration=15.0)["angle"]
-    assert find_peak(turned) == pytest.approx(find_peak(found[0]), rel=1e-6)
+    assert measure_peak(turned) == pytest.approx(measure_peak(found[0]), rel=1e-6)
 
 
 @pytest.mark.parametrize("planes", [False, True])
@@ -153,15 +153,15 @@ def test_at_each_azimuth_what_bends_away_is_turned_round(azimuth):
 
 
 def test_a_peak_has_no_sign_and_no_direction():
-    assert find_peak(np.array([0.3, -2.7])) == find_peak(np.array([-0.3, 2.7])) == 2.7
-    assert find_peak(np.array([1.0, np.nan]), np.array([[-3.0]])) == 3.0
-    assert find_peak(np.zeros((2, 0))) == 0.0
+    assert measure_peak(np.array([0.3, -2.7])) == measure_peak(np.array([-0.3, 2.7])) == 2.7
+    assert measure_peak(np.array([1.0, np.nan]), np.array([[-3.0]])) == 3.0
+    assert measure_peak(np.zeros((2, 0))) == 0.0
     plane = xr.DataArray(
         [[[[3.0]], [[-4.0]], [[9.0]]]], dims=("trial", "plane", "sensor", "time")
     )
-    assert find_peak(plane) == 5.0  # torsion bends nothing
-    with pytest.raises(InvalidInput, match="find_peak needs at least one tensor"):
-        find_peak()
+    assert measure_peak(plane) == 5.0  # torsion bends nothing
+    with pytest.raises(InvalidInput, match="measure_peak needs at least one tensor"):
+        measure_peak()
 
 
 def test_rectify_says_what_it_takes_of_touches_from_the_right(touches):

@@ -276,14 +276,14 @@ def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any)
 
 def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
     """The peak of each quantity, the same from either side, and its unit."""
-    from feeler.tensors.sides import find_peak
+    from feeler.tensors.sides import measure_peak
     from feeler.tensors.unit import in_unit
 
     force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1)
     return {
-        "peak hinge angle": (find_peak(in_unit(tensors["angle"], "deg")), "°"),
-        "peak curvature": (find_peak(in_unit(tensors["curvature"], "1/mm")), "1/mm"),
-        "peak force": (find_peak(force), "mN"),
+        "peak hinge angle": (measure_peak(in_unit(tensors["angle"], "deg")), "°"),
+        "peak curvature": (measure_peak(in_unit(tensors["curvature"], "1/mm")), "1/mm"),
+        "peak force": (measure_peak(force), "mN"),
     }
 
 

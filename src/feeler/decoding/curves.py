@@ -16,7 +16,7 @@ from feeler.dispersion.index import check_tensors
 from feeler.records.checked import checked
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.scaling import label_like
-from feeler.tensors.sides import find_peak, mirror_to_left
+from feeler.tensors.sides import measure_peak, mirror_to_left
 
 _MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
@@ -148,7 +148,7 @@ def compute_curves(
     fixed = READERS[fixed]() if isinstance(fixed, str) else fixed
     told = getattr(fixed, "knows_noise", False)
     peaks = {
-        kind: find_peak(*(group.codes[kind] for group in groups.values())) for kind in kinds
+        kind: measure_peak(*(group.codes[kind] for group in groups.values())) for kind in kinds
     }
 
     fewer = replace(plan, n_repeats=plan.control_repeats or plan.n_repeats)
@@ -195,7 +195,7 @@ def compute_curves(
         if kind != "joint":
             codes = {reference: _repeat_code(groups[reference], kind)}
         nulls |= sweep(codes, groups[reference].labels, kind, ())
-    peak = find_peak(*(group.tensors for group in groups.values()))
+    peak = measure_peak(*(group.tensors for group in groups.values()))
     baselines = {
         name: compute_baseline(group, plan, peak, random_state)
         for name, group in groups.items()
@@ -243,7 +243,7 @@ def _sweep_before(
     groups, kinds, noises, plan: Plan, random_state, reader
 ) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
-    peak = find_peak(*(group.tensors for group in groups.values()))
+    peak = measure_peak(*(group.tensors for group in groups.values()))
     found = {}
     for name in list(groups)[: None if plan.before_all else 1]:
         group = groups[name]

@@ -13,7 +13,7 @@ from feeler.decoding.plan import Plan
 from feeler.errors import Doubtful, InvalidInput
 from feeler.records.checked import checked
 from feeler.tensors.scaling import MUCH, fold_planes, fold_signs, measure_negative, rectify
-from feeler.tensors.sides import find_peak, find_right, mirror_to_left
+from feeler.tensors.sides import find_right, measure_peak, mirror_to_left
 from feeler.tensors.unit import need
 
 
@@ -89,7 +89,7 @@ def list_groups(
     for data in tensors.values():
         need(data, quantity, "speed")
     arrays = _rectify_all({name: data[quantity] for name, data in tensors.items()})
-    peak = find_peak(*arrays.values())
+    peak = measure_peak(*arrays.values())
     if not peak > 0:
         raise InvalidInput(
             f"no tensor has a {quantity} other than 0: did any contact take place?"

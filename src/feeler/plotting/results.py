@@ -19,7 +19,7 @@ from feeler.plotting.tensor import plot_tensor
 from feeler.plotting.touch import write_touch_movie
 from feeler.records.checked import checked
 from feeler.tensors.quantities import IN_SPACE
-from feeler.tensors.sides import find_peak, get_bending
+from feeler.tensors.sides import get_bending, measure_peak
 from feeler.tensors.unit import in_unit
 
 _DPI = 110
@@ -128,7 +128,7 @@ def plot_trial(
     taken = get_bending(taken) if variable in IN_SPACE else taken  # all that bends
     values = taken.transpose("sensor", "time").values
     ax = Picture(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
-    largest = max(find_peak(values), 1e-12)
+    largest = max(measure_peak(values), 1e-12)
     unit = str(tensors[variable].attrs.get("units", ""))
     image = plot_tensor(
         values,

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from feeler.plotting.look import BOTH_COLOURS, TENSOR_COLOURS
 from feeler.records.checked import checked
-from feeler.tensors.sides import find_peak
+from feeler.tensors.sides import measure_peak
 
 _GID = "tensor"
 _LEVELS = 64  # of a colour scale that a page knows
@@ -23,7 +23,7 @@ def choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
     from 0 to the peak of all tensors; or, where the antenna bends towards the object by more than
     half of that as well, from −peak to peak.
     """
-    top = max(find_peak(*tensors), 1e-9)
+    top = max(measure_peak(*tensors), 1e-9)
     low = min(float(np.nanmin(one, initial=0.0)) for one in tensors)
     if low < -_BOTH * top:
         return Normalize(-top, top), BOTH_COLOURS

@@ -73,7 +73,7 @@ def get_bending(tensors: xr.DataArray) -> xr.DataArray:
 
 
 @checked
-def find_peak(*tensors: xr.DataArray | np.ndarray) -> float:
+def measure_peak(*tensors: xr.DataArray | np.ndarray) -> float:
     """The greatest magnitude in all of the tensors, in their unit, whatever its sign; in space that
     of the vector in both planes (:func:`get_bending`). NaN entries do not count.
 
@@ -83,7 +83,7 @@ def find_peak(*tensors: xr.DataArray | np.ndarray) -> float:
         No tensors.
     """
     if not tensors:
-        raise InvalidInput("find_peak needs at least one tensor.")
+        raise InvalidInput("measure_peak needs at least one tensor.")
     return max(
         float(np.fmax.reduce(np.abs(_get_values(one)), axis=None, initial=0.0))
         for one in tensors
