@@ -29,41 +29,63 @@ def read(pattern, text):
     return [float(number) for number in re.search(pattern.replace("#", NUMBER), text).groups()]
 
 
-@pytest.mark.long
-def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
-    said = run("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path)
-    angle, curvature = read(r"peak hinge angle #°, peak curvature # /mm", said)
-    tensors = load(tmp_path / "tensor.nc")
-    assert angle == pytest.approx(180 / np.pi * float(tensors["angle"].max()), rel=5e-3)
-    assert curvature == pytest.approx(float(tensors["curvature"].max()), rel=5e-3)
-    found = json.loads(
-        run(
-            "touch",
-            "--duration",
-            30,
-            "--timestep",
-            0.05,
-            "--no-movie",
-            "--out",
-            tmp_path,
-            "--json",
+def test_touch_prints_peaks_of_the_tensor_it_wrote_the_same_from_both_sides(tmp_path):
+    """Re-derived from the file, with its own units; on the page too."""
+    asked = ("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--location", 0.7)
+    told = {}
+    for side in ("left", "right"):
+        out = tmp_path / side
+        found = json.loads(run(*asked, "--side", side, "--out", out, "--json"))
+        tensors = load(out / "tensor.nc")
+        assert [tensors[name].attrs["units"] for name in ("angle", "curvature", "force")] == [
+            "rad",
+            "1/mm",
+            "N",
+        ]
+        expected = {
+            "peak_hinge_angle": 180 / np.pi * np.abs(tensors["angle"].values).max(),
+            "peak_curvature": np.abs(tensors["curvature"].values).max(),
+            "peak_force": 1e3 * np.linalg.norm(tensors["force"], axis=-1).max(),
+        }
+        assert found["units"] == {
+            "peak_hinge_angle": "deg",
+            "peak_curvature": "1/mm",
+            "peak_force": "mN",
+        }
+        told[side] = [found[name] for name in expected]
+        assert told[side] == pytest.approx(list(expected.values()), rel=1e-12)
+        page = re.sub("<[^>]+>", " ", (out / "touch.html").read_text(encoding="utf-8"))
+        facts = (
+            r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+timestep"
+            r" \[ms\]\s+#"
         )
-    )
-    assert found["peak_hinge_angle"] == np.degrees(float(tensors["angle"].max()))
-    assert found["peak_curvature"] == float(tensors["curvature"].max())
-    assert found["peak_force"] == 1e3 * np.linalg.norm(tensors["force"], axis=-1).max()
-    assert found["units"] == {
-        "peak_hinge_angle": "deg",
-        "peak_curvature": "1/mm",
-        "peak_force": "mN",
-    }
-    page = re.sub("<[^>]+>", " ", (tmp_path / "touch.html").read_text(encoding="utf-8"))
-    facts = (
-        r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+timestep"
-        r" \[ms\]\s+#"
-    )
-    expected = [found["peak_hinge_angle"], found["peak_curvature"], found["peak_force"], 0.05]
-    assert read(facts, page) == pytest.approx(expected, rel=1e-3)
+        assert read(facts, page) == pytest.approx([*told[side], 0.05], rel=1e-3)
+    assert told["right"] == pytest.approx(told["left"], rel=1e-6)
+    said = run(*asked, "--side", "right", "--out", tmp_path / "right")
+    printed = read(r"peak hinge angle #°, peak curvature # /mm", said)
+    assert printed == pytest.approx(told["left"][:2], rel=5e-3)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_spikes_prints_what_the_file_that_it_wrote_holds(tmp_path, side):
+    asked = ("spikes", "--rate", 200, "--side", side, "--location", 0.6, "--speed", 0.6)
+    found = json.loads(run(*asked, "--out", tmp_path, "--json"))
+    drawn = load(tmp_path / "spikes.nc")
+    times = drawn["spike_time"].transpose("trial", "unit", "event").values
+    silent = np.isnan(times)
+    assert drawn["spike_time"].attrs["units"] == "ms" and drawn["rate"].attrs["units"] == "Hz"
+    assert found["unit"] == {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
+    assert found["units"] == times.shape[1] and found["touches"] == len(times)
+    assert found["units_that_fire"] == pytest.approx(1 - silent.all(axis=2).mean())
+    assert found["spikes_per_touch"] == pytest.approx((~silent).sum() / len(times))
+    rates = drawn["rate"].transpose("trial", "unit", "time").values
+    assert found["greatest_rate"] == pytest.approx(np.median(rates.max(axis=(1, 2))))
+    assert found["greatest_rate"] == pytest.approx(200, rel=1e-6)
+    assert drawn["side"].item() == side
+    # the units of the side to which the object bends the antenna fire most
+    own = drawn["unit_side"].values == (1 if side == "left" else -1)
+    counts = (~silent).sum(axis=2)[0]
+    assert counts[own].sum() > 2 * counts[~own].sum()
 
 
 def test_tracks_prints_degrees_per_second_and_centimetres_per_second():

@@ -12,7 +12,7 @@ from sklearn.base import BaseEstimator
 from feeler.decoding import group_tensors, list_groups, make_null
 from feeler.decoding.codes import configure
 from feeler.decoding.plan import Plan
-from feeler.errors import InvalidInput
+from feeler.errors import Doubtful, InvalidInput
 
 PLAN = Plan(ratios=(0.1,), n_repeats=1, n_restarts=7, null_iter=5)
 SLOW, FAST = 0.06, 0.6
@@ -29,6 +29,7 @@ def make_set(seed, speeds=(FAST, SLOW)):
         "size": np.full(len(speed), 1.5),
         "location": place,
         "speed": speed,
+        "side": ["left"] * len(speed),
     }
     return xr.Dataset(
         {"angle": (("trial", "sensor", "time"), rng.normal(size=(len(speed), 3, 8)))},
@@ -125,3 +126,42 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
 def test_an_encoder_is_given_only_what_it_knows():
     found = configure(Noting(max_iter=3), {"n_restarts": 2, "random_state": 1})
     assert found.get_params() == {"n_restarts": 2, "max_iter": 3}
+
+
+def make_positive(seed, **labels):
+    """A set that bends one way."""
+    made = make_set(seed)
+    made["angle"] = abs(made["angle"]) + 0.1
+    return made.assign_coords({name: ("trial", [value] * 4) for name, value in labels.items()})
+
+
+@pytest.mark.parametrize("rows", [[0, 1, 2, 3], [1, 2], [3]])
+def test_groups_of_touches_from_the_right_are_those_of_their_mirror_images(rows):
+    sets = {"exponential": make_positive(0), "constant": make_positive(1)}
+    mirrored = {}
+    for name, data in sets.items():
+        sides = np.array(["right" if k in rows else "left" for k in range(4)])
+        sign = xr.where(xr.DataArray(sides, dims="trial") == "right", -1.0, 1.0)
+        mirrored[name] = data.assign(angle=sign * data["angle"]).assign_coords(
+            side=("trial", sides)
+        )
+    expected, found = list_groups(sets), list_groups(mirrored)
+    for kind, groups in expected.items():
+        for name, (array, labels) in groups.items():
+            np.testing.assert_array_equal(found[kind][name][0], array)
+            np.testing.assert_array_equal(found[kind][name][1], labels)
+
+
+@pytest.mark.parametrize("labels", [{"side": ""}, {"azimuth": 180.0}])
+def test_of_an_antenna_touched_on_both_sides_groups_lose_neither(labels):
+    """Where no label says which way a trial bends, both ways are kept."""
+    data = make_positive(0, **labels)
+    data["angle"] = data["angle"] * xr.DataArray([1.0, -1.0, 1.0, -1.0], dims="trial")
+    with pytest.warns(Doubtful, match="up to 100% of a touch's signal.*both ways is kept"):
+        listed = list_groups({"exponential": data})["speed"]
+    peak = float(abs(data["angle"]).max())
+    for (array, _), rows in zip(listed.values(), ([3, 2], [1, 0]), strict=True):
+        assert array.shape == (2, 6, 8) and array.min() == 0
+        np.testing.assert_allclose(
+            array[:, :3] - array[:, 3:], data["angle"].values[rows] / peak
+        )

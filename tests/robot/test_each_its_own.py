@@ -16,6 +16,7 @@ from feeler.errors import InvalidInput
 from feeler.robot import (
     Gap,
     Recording,
+    align_recordings,
     comparison,
     factors,
     fit_sensors,
@@ -26,6 +27,7 @@ from feeler.robot import (
     make_robot,
     make_surrogate,
     make_touches,
+    make_training,
     reality,
     repair,
     save_recording,
@@ -39,6 +41,7 @@ from feeler.robot.hinge import Flexures
 from feeler.robot.lessons import Lessons
 from feeler.robot.reality import Touches
 from feeler.robot.samples import _parse_sample, read_samples
+from feeler.robot.touches import find_direction
 from feeler.stimulus import Box, Outline
 
 CLASSES = [("ball", 0.5, 0.1), ("box", 0.6, 0.2), ("ball", 0.9, 0.3)]
@@ -101,6 +104,50 @@ def test_a_recording_is_whole_with_its_last_sample_and_short_of_it_says_by_how_m
     words = f"{AFTER} ms after the first peak are needed; here {held}"
     assert answer.missing == ("" if late >= 0 else words)
     assert tensor.shape == (8, 250 + AFTER)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 0.95])
+def test_a_recording_of_the_other_side_is_judged_by_its_mirror_image(share):
+    """Whatever the antenna swings back by afterwards; and the answer says so."""
+    robot, n = make_robot(), 900
+    time = np.arange(float(n))
+    tip = np.exp(-(((time - 300) / 40.0) ** 2)) - share * np.exp(-(((time - 420) / 40.0) ** 2))
+    values = np.linspace(0.5, 1.5, 8)[:, None] * 0.01 * tip
+    seen: list = []
+    judged = [
+        judge_recording(
+            make_reader(seen=seen), Recording(time=time, values=one), robot, before=250
+        )
+        for one in (values, -values)
+    ]
+    (answer, tensor), (other, mirrored) = judged
+    np.testing.assert_array_equal(mirrored, tensor)
+    assert (answer.mirrored, other.mirrored) == (False, True)
+    assert replace(other, mirrored=False) == answer
+    assert "judged by its mirror image" in str(other) and other.to_plain()["mirrored"]
+    assert "mirror" not in str(answer)
+
+
+@pytest.mark.parametrize("values", [np.zeros(5), np.full(5, np.nan), np.zeros(0)])
+def test_a_tip_that_stays_goes_nowhere(values):
+    assert find_direction(values) == 0
+
+
+def test_a_training_set_of_the_other_side_is_its_mirror_image():
+    trials = make_touches(locations=(0.8,), speeds=(0.27,))
+    left, right = (
+        make_training(trials=[trial.replace(side=side) for trial in trials])
+        for side in ("left", "right")
+    )
+    assert right.labels == left.labels and len(left.labels) == 2
+    np.testing.assert_allclose(right.values, left.values, atol=1e-9)
+    np.testing.assert_array_equal(
+        align_recordings(
+            [Recording(time=np.arange(float(m.shape[1])), values=m) for m in right.motions],
+            before=right.before,
+        ),
+        right.values,
+    )
 
 
 def test_without_contact_nothing_is_missing_and_nothing_is_probable():

@@ -34,7 +34,7 @@ class _Film:
     points : np.ndarray
         (row, joint, 2) [mm]
     angle : np.ndarray
-        (row, segment) [rad]
+        (row, segment) how far each hinge is bent, whichever way [rad]
     speed : np.ndarray
         (row,) [mm/ms]
     belief : np.ndarray
@@ -51,8 +51,8 @@ class _Film:
 
 
 def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
-    """Points (joint, 2) [mm], hinge angles (segment,) [rad] and the antenna of a lane; in space as
-    seen along z.
+    """Points (joint, 2) [mm], how far each hinge is bent, whichever way (segment,) [rad], and the
+    antenna of a lane; in space as seen along z.
     """
     scene = arena.starts[lane].scene
     if arena.state is None or arena.fresh[lane]:
@@ -61,8 +61,9 @@ def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
         angle, base = arena.state.angle[lane], arena.state.base[lane]
     if scene.antenna.spatial:
         points = scene.antenna.shape(angle, base[3:]) + base[:3]
-        return points[:, :2], angle[0], scene.antenna.flatten()
-    return scene.antenna.shape(angle, base[2]) + base[:2], angle, scene.antenna
+        bent = np.linalg.norm(angle[:2], axis=0)
+        return points[:, :2], bent, scene.antenna.flatten()
+    return scene.antenna.shape(angle, base[2]) + base[:2], np.abs(angle), scene.antenna
 
 
 def draw_lane(arena: Arena, lane: int) -> np.ndarray:

@@ -10,7 +10,7 @@ Examples:
 """
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -31,6 +31,7 @@ def export(
         float,
         typer.Option(help="of an antenna in space: turn of the approach about it [degrees]"),
     ] = 0.0,
+    side: Annotated[str, typer.Option(help="left or right")] = "left",
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     control: Annotated[
         bool,
@@ -50,7 +51,8 @@ def export(
             f" {file.with_suffix('.xml').name}."
         )
     shape = parse_feature(feature, size)
-    trial = feeler.Trial(feature=shape, location=location, speed=speed, azimuth=azimuth)
+    where: dict[str, Any] = {"location": location, "azimuth": azimuth, "side": side}
+    trial = feeler.Trial(feature=shape, speed=speed, **where)
     write_mjcf(choose_antenna(antenna), trial, file, control=control)
     typer.echo(
         f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set"

@@ -44,6 +44,7 @@ class _SpikeOptions:
             help="for an antenna in space: side from which it comes [degrees about it]"
         ),
     ] = 0.0
+    side: Annotated[str, typer.Option(help="left or right")] = "left"
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     sensors: Annotated[
         int | None,
@@ -118,9 +119,12 @@ def _make_touches(said: _SpikeOptions) -> Any:
     if said.touches is not None:
         return validate(load(said.touches)).load()
     feature = parse_feature(said.feature, said.size)
-    trial = Trial(
-        feature=feature, location=said.location, speed=said.speed, azimuth=said.azimuth
-    )
+    where: dict[str, Any] = {
+        "location": said.location,
+        "azimuth": said.azimuth,
+        "side": said.side,
+    }
+    trial = Trial(feature=feature, speed=said.speed, **where)
     antenna = choose_antenna(said.antenna)
     duration = trial.lead + antenna.length / said.speed + 100.0
     return touch(antenna, trial, duration=float(round(duration)))

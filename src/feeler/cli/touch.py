@@ -277,15 +277,15 @@ def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any)
 
 
 def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
-    """The greatest of each quantity, and its unit."""
-    from feeler.plotting.touch import take_curvature
+    """The peak of each quantity, the same from either side, and its unit."""
+    from feeler.tensors.sides import measure_peak
     from feeler.tensors.unit import in_unit
 
     force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1)
     return {
-        "peak hinge angle": (in_unit(tensors["angle"], "deg").values.max(), "°"),
-        "peak curvature": (take_curvature(tensors).max(), "1/mm"),
-        "peak force": (force.max(), "mN"),
+        "peak hinge angle": (measure_peak(in_unit(tensors["angle"], "deg")), "°"),
+        "peak curvature": (measure_peak(in_unit(tensors["curvature"], "1/mm")), "1/mm"),
+        "peak force": (measure_peak(force), "mN"),
     }
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, JointFit, encode_with, fit_null, make_null
@@ -14,7 +15,8 @@ from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.records.checked import checked
 from feeler.task.noise import NOISES, Common
-from feeler.tensors.scaling import label_like, rectify
+from feeler.tensors.scaling import label_like
+from feeler.tensors.sides import measure_peak, mirror_to_left
 
 _MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
@@ -146,8 +148,7 @@ def compute_curves(
     fixed = READERS[fixed]() if isinstance(fixed, str) else fixed
     told = getattr(fixed, "knows_noise", False)
     peaks = {
-        kind: max(np.abs(group.codes[kind]).max() for group in groups.values())
-        for kind in kinds
+        kind: measure_peak(*(group.codes[kind] for group in groups.values())) for kind in kinds
     }
 
     fewer = replace(plan, n_repeats=plan.control_repeats or plan.n_repeats)
@@ -194,7 +195,7 @@ def compute_curves(
         if kind != "joint":
             codes = {reference: _repeat_code(groups[reference], kind)}
         nulls |= sweep(codes, groups[reference].labels, kind, ())
-    peak = float(max(group.tensors.max() for group in groups.values()))
+    peak = measure_peak(*(group.tensors for group in groups.values()))
     baselines = {
         name: compute_baseline(group, plan, peak, random_state)
         for name, group in groups.items()
@@ -242,14 +243,15 @@ def _sweep_before(
     groups, kinds, noises, plan: Plan, random_state, reader
 ) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
-    peak = float(max(group.tensors.max() for group in groups.values()))
+    peak = measure_peak(*(group.tensors for group in groups.values()))
     found = {}
     for name in list(groups)[: None if plan.before_all else 1]:
         group = groups[name]
         for kind in kinds:
 
             def encode_noisy(noisy, group=group, kind=kind):
-                return encode_with(rectify(noisy), group.encoder, kind)
+                # noise goes both ways: that half of it is set to 0 is no loss to warn of
+                return encode_with(np.maximum(noisy, 0), group.encoder, kind)
 
             for model in noises if plan.before_all else ("common",):
                 found[Curve(name, kind, model, plan.before_copies, "before")] = compute_sweep(
@@ -273,7 +275,8 @@ def _repeat_code(group: Group, kind: str) -> np.ndarray:
 
 
 class PeakEncoder:
-    """Position and time of a tensor's greatest entry, each as a fraction in [0, 1].
+    """Position and time of a tensor's greatest entry, each as a fraction in [0, 1]; of touches
+    whose coordinate ``side`` is "right", of their mirror images (``mirror_to_left``).
 
     A peak is known to its sample only, so a uniform dither of one sample is added: without it the
     copies of a trial would be identical and the classifier's within-class spread 0.
@@ -290,7 +293,8 @@ class PeakEncoder:
 
     def __call__(self, tensors: Any) -> Any:
         """(trial, 2, 1): position along the antenna, time."""
-        array = check_tensors(tensors, least=1)
+        away = mirror_to_left(tensors) if isinstance(tensors, xr.DataArray) else tensors
+        array = check_tensors(away, least=1)
         _, n_sensors, n_samples = array.shape
         peak = np.unravel_index(
             array.reshape(len(array), -1).argmax(axis=1), (n_sensors, n_samples)

@@ -79,9 +79,9 @@ def _check_values(tensors: np.ndarray) -> None:
         share = float((tensors < 0).mean())
         raise InvalidInput(
             f"The tensors hold negative entries ({share:.1%} of them, the lowest {low:.3g}); the"
-            " factorisation is non-negative. Rectify first: np.maximum(X, 0) keeps bending one"
-            " way, as the paper's does; np.concatenate([np.maximum(X, 0), np.maximum(-X, 0)],"
-            " axis=1) keeps both ways as twice the sensors."
+            " factorisation is non-negative. Rectify first (feeler.tensors): rectify(X) keeps"
+            " bending one way, as the paper's does, of touches from the right after"
+            " mirror_to_left(X); fold_signs(X) keeps both ways as twice the sensors."
         )
 
 

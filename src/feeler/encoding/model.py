@@ -342,7 +342,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             What earlier batches count beside a new one.
         prepare : Callable, optional
             Applied to each batch first, for instance ``feeler.tensors.rectify`` to stored tensors,
-            which are signed.
+            which are signed; with touches from the right, ``lambda X: rectify(mirror_to_left(X))``
+            of a DataArray, which knows their sides.
         """
         if len(getattr(source, "shape", ())) != 3:
             raise InvalidInput(

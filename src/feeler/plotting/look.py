@@ -36,6 +36,7 @@ _SHADES = {"speed": "viridis", "wall distance": "cividis", "bend": "plasma", "hi
 _SPEED, _SPEEDS = " m/s", ("slow", "medium", "fast")
 ANTENNA_COLOURS = ("#5b3a1e", "#d9b48f")  # its line, and its body
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
+BOTH_COLOURS = "RdBu_r"  # of bending both ways, white where there is none
 
 _RC: Any = {
     "figure.dpi": 110,

@@ -18,6 +18,8 @@ from feeler.plotting.bases import plot_bases
 from feeler.plotting.tensor import plot_tensor
 from feeler.plotting.touch import write_touch_movie
 from feeler.records.checked import checked
+from feeler.tensors.quantities import IN_SPACE
+from feeler.tensors.sides import get_bending, measure_peak
 from feeler.tensors.unit import in_unit
 
 _DPI = 110
@@ -119,10 +121,14 @@ def draw_encoder(encoder: Any) -> Picture:
 def plot_trial(
     tensors: xr.Dataset, trial: int = 0, variable: str = "curvature", ax: Axes | None = None
 ) -> Axes:
-    """One trial's (sensor, time) as an image with its colour bar; negative values are drawn too."""
-    values = _take(tensors, trial, variable).transpose("sensor", "time").values
+    """One trial's (sensor, time) as an image with its colour bar: bending away from the object is
+    positive, and negative values are drawn too.
+    """
+    taken = _take(tensors, trial, variable)
+    taken = get_bending(taken) if variable in IN_SPACE else taken  # all that bends
+    values = taken.transpose("sensor", "time").values
     ax = Picture(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
-    largest = max(float(np.nanmax(np.abs(values))), 1e-12)
+    largest = max(measure_peak(values), 1e-12)
     unit = str(tensors[variable].attrs.get("units", ""))
     image = plot_tensor(
         values,

@@ -9,10 +9,25 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator
 
+from feeler.plotting.look import BOTH_COLOURS, TENSOR_COLOURS
 from feeler.records.checked import checked
+from feeler.tensors.sides import measure_peak
 
 _GID = "tensor"
 _LEVELS = 64  # of a colour scale that a page knows
+_BOTH = 0.5  # of the peak; greater bending towards the object is drawn as well [C]
+
+
+def choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
+    """Colour scale for bending away from an object (sensor, time), and the name of its colours:
+    from 0 to the peak of all tensors; or, where the antenna bends towards the object by more than
+    half of that as well, from −peak to peak.
+    """
+    top = max(measure_peak(*tensors), 1e-9)
+    low = min(float(np.nanmin(one, initial=0.0)) for one in tensors)
+    if low < -_BOTH * top:
+        return Normalize(-top, top), BOTH_COLOURS
+    return Normalize(0.0, top), TENSOR_COLOURS
 
 
 @checked
@@ -23,14 +38,21 @@ def plot_tensor(
     norm: Normalize,
     labels: bool = True,
     unit: str = "/mm",
+    colours: str | None = None,
 ) -> AxesImage:
     """One tensor (sensor, time) as an image; ``time`` in ms, colours by ``norm``, whose values are
-    in ``unit``.
+    in ``unit``, on the scale ``colours`` or the style's own.
     """
     step = time[1] - time[0] if len(time) > 1 else 1.0
     extent = (time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5)
     image = ax.imshow(
-        tensor, origin="lower", aspect="auto", extent=extent, norm=norm, interpolation="nearest"
+        tensor,
+        origin="lower",
+        aspect="auto",
+        extent=extent,
+        norm=norm,
+        cmap=colours,
+        interpolation="nearest",
     )
     _remember(image, unit)
     ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))

@@ -22,32 +22,39 @@ from feeler.plotting.look import style
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.plotting.space import SpaceScene, add_space
-from feeler.plotting.tensor import plot_tensor
+from feeler.plotting.tensor import choose_scale, plot_tensor
 from feeler.records.checked import checked
 from feeler.stimulus import Trial, place
 from feeler.tensors.posture import compute_bend, reconstruct_posture
+from feeler.tensors.sides import find_right, get_bending
 from feeler.tensors.unit import in_unit, need
 
 
 @checked
 def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
-    """The curvature of a Dataset's first touch, (sensor, time)."""
+    """The curvature away from the object of a Dataset's first touch, (sensor, time)."""
     values, ax = take_curvature(tensors)[0], figure.subplots()
     time = in_unit(tensors["time"], "ms").values
-    image = plot_tensor(values, time, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
-    total = "plane" in tensors.dims
-    label = (
-        "curvature of both planes [1/mm]" if total else "curvature [1/mm] (negative drawn as 0)"
-    )
-    figure.colorbar(image, ax=ax, label=label)
+    norm, colours = choose_scale(values)
+    image = plot_tensor(values, time, ax, norm, colours=colours)
+    figure.colorbar(image, ax=ax, label=_name_curvature([tensors], norm))
+
+
+def _name_curvature(sets: Sequence[xr.Dataset], norm: Normalize) -> str:
+    """What the colours of some touches mean."""
+    if any("plane" in one.dims for one in sets):
+        return "curvature of both planes [1/mm]"
+    known = all(find_right(one) is not None for one in sets)
+    label = "curvature away from the object [1/mm]" if known else "curvature [1/mm]"
+    return label if norm.vmin else f"{label}\n(negative drawn as 0)"
 
 
 def take_curvature(tensors: xr.Dataset) -> np.ndarray:
-    """Curvature (trial, sensor, time) [1/mm]; in space the length of its vector of both planes."""
+    """Curvature away from the object (trial, sensor, time) [1/mm]; in space the length of its
+    vector of both planes.
+    """
     need(tensors, "curvature")
-    found = in_unit(tensors["curvature"], "1/mm")
-    if "plane" in found.dims:
-        found = (found.isel(plane=slice(2)) ** 2).sum("plane") ** 0.5
+    found = get_bending(in_unit(tensors["curvature"], "1/mm"))
     return found.transpose("trial", "sensor", "time").values
 
 
@@ -61,7 +68,7 @@ class _View:
         antenna: Antenna,
         trial: Trial | None,
         tensors: xr.Dataset,
-        norm: Normalize,
+        scale: tuple[Normalize, str],
         axes: Sequence[Axes],
     ) -> None:
         self.points = reconstruct_posture(tensors, antenna).values[0]
@@ -70,17 +77,21 @@ class _View:
         sensed = np.isin(tensors["segment"].values, antenna.sensors)
         self.tensor = take_curvature(tensors)[0][sensed]
         self.ax, below = axes
+        norm, colours = scale
         self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
-        self.image = plot_tensor(self.tensor, self.time, below, norm)
+        self.image = plot_tensor(self.tensor, self.time, below, norm, colours=colours)
         self.to_come = _ToCome(self.image)
         if self.space is not None:
             return
         reach = antenna.length
+        left, right = _find_width(self.points[..., 0] / reach)
         self.ax.set(
-            xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal"
+            xlim=(left * reach, right * reach),
+            ylim=(-0.06 * reach, 1.1 * reach),
+            aspect="equal",
         )
-        self.antenna = MovingAntenna(antenna, self.ax, norm)
+        self.antenna = MovingAntenna(antenna, self.ax, norm, colours)
         self.patches: list[PathPatch] = []
 
     def move(self, time: float) -> list[Artist]:
@@ -107,6 +118,16 @@ class _View:
         return []
 
 
+def _find_width(x: np.ndarray) -> tuple[float, float]:
+    """Ends of what is shown across, given where the antenna goes, both over its length: more room
+    on the side to which it bends farther, or as much on both.
+    """
+    wide, narrow, left, right = 0.72, 0.2, -float(x.min()), float(x.max())
+    if min(left, right) > narrow:
+        return -wide, wide
+    return (-narrow, wide) if right >= left else (-wide, narrow)
+
+
 class _ToCome:
     """What hides the samples of a tensor that are still to come: the picture itself is drawn once,
     which is many times faster than drawing it anew for every frame.
@@ -128,11 +149,6 @@ class _ToCome:
         return [self.cover, *self.edges]
 
 
-def _find_peak(sets: Sequence[xr.Dataset]) -> float:
-    """Greatest curvature of all [1/mm]."""
-    return max(1e-9, *(float(take_curvature(one).max()) for one in sets))
-
-
 @checked
 def write_touch_movie(
     antenna: Antenna,
@@ -151,12 +167,12 @@ def write_touch_movie(
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
-        norm = Normalize(0.0, _find_peak([tensors]))
+        scale = choose_scale(*take_curvature(tensors))
         left = add_space(figure, left) if antenna.spatial else left
-        view = _View(antenna, trial, tensors, norm, (left, right))
+        view = _View(antenna, trial, tensors, scale, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
         left.set_title("" if trial is None else trial.label, fontsize=8)
-        figure.colorbar(view.image, ax=right, label="curvature [1/mm]")
+        figure.colorbar(view.image, ax=right, label=_name_curvature([tensors], scale[0]))
         return _write([view], path, figure, right.set_title("0 ms"), slower, fps)
 
 
@@ -178,11 +194,12 @@ def write_touches_movie(
     with style():
         figure = Figure(figsize=(4.6, 5.0), layout="constrained")
         axes = figure.subplots(2, len(touches), squeeze=False, height_ratios=(1.25, 1))
-        norm = Normalize(0.0, _find_peak([tensors for _, tensors in touches.values()]))
+        sets = [tensors for _, tensors in touches.values()]
+        scale = choose_scale(*map(take_curvature, sets))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
             column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]
-            views.append(_View(antenna, trial, tensors, norm, column))
+            views.append(_View(antenna, trial, tensors, scale, column))
             column[0].set_title(title, fontsize=9)
         for ax in axes[:, 1:].flat if not antenna.spatial else axes[1, 1:]:
             ax.set(ylabel="", yticklabels=[])
@@ -191,7 +208,7 @@ def write_touches_movie(
             views[0].image,
             ax=axes,
             location="bottom",
-            label="curvature [1/mm]",
+            label=_name_curvature(sets, scale[0]),
             aspect=50,
             pad=0.02,
         )

@@ -20,6 +20,7 @@ from feeler.stimulus import Trial, place
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.solid import list_solids
 from feeler.tensors.posture import compute_bend, reconstruct_posture
+from feeler.tensors.sides import measure_peak
 from feeler.tensors.unit import in_unit
 
 _FRAMES = 100  # [C] moments at most
@@ -55,7 +56,7 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
         np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int)
     )
     bend = compute_bend(tensors, antenna)[frames]
-    top = float(bend.max()) or 1.0
+    top = measure_peak(bend) or 1.0
     edges = _list_lines(trial.shape, np.asarray(placed.origin), placed.axes, antenna.length)
     return {
         "time": time[frames].round(2).tolist(),

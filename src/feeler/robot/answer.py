@@ -1,7 +1,7 @@
 """What a classifier says of one recording, how sure it is, and what the recording's notes say."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from feeler.decoding.transfer import (
     find_first_peak,
 )
 from feeler.robot.recording import Recording
-from feeler.robot.touches import Label, compute_tip
+from feeler.robot.touches import Label, compute_tip, find_direction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +38,9 @@ class Answer:
         learned.
     missing : str
         What of the recording is not there, in words; empty where nothing is.
+    mirrored : bool
+        Whether the tip went to the negative side first, so that the recording's mirror image was
+        judged.
     """
 
     label: Label
@@ -48,6 +51,7 @@ class Answer:
     known: bool
     strangeness: float = 0.0
     missing: str = ""
+    mirrored: bool = False
 
     @property
     def strange(self) -> bool:
@@ -73,6 +77,7 @@ class Answer:
                 f" ({self.probability:.0%}); then {name_touch(self.runner_up)}"
                 f" ({self.runner_up_probability:.0%})"
             )
+        words += "\n  bent to the negative side: judged by its mirror image" * self.mirrored
         words += f"\n  {self.missing}" if self.missing else ""
         if not self.truth:
             return words
@@ -94,6 +99,7 @@ class Answer:
             "unlike_all": self.strange,
             "strangeness": self.strangeness,
             "missing": self.missing,
+            "mirrored": self.mirrored,
             "truth": self.truth,
             "right": self.right,
             "known": self.known,
@@ -106,21 +112,26 @@ def judge_recording(
     """The answer to a repaired recording of angles from rest, and its aligned tensor.
 
     A recording that ends early is judged on the samples that it holds; the answer says what is
-    missing. One that ends before the tip's first peak is aligned on its largest deflection.
+    missing. One that ends before the tip's first peak is aligned on its largest deflection. One
+    whose tip first goes to the negative side is judged by its mirror image, and its tensor is that.
     """
-    tip = compute_tip(antenna, recording.values)
+    tip, values = compute_tip(antenna, recording.values), recording.values
+    mirrored = find_direction(tip) < 0
+    if mirrored:
+        tip, values = -tip, -values
     peak = find_first_peak(tip)
     early = peak < 0 and np.nanmax(tip, initial=0.0) >= MIN_DEFLECTION
     if early:
         peak = int(np.nanargmax(tip))
     held = tip.size - peak - 1 if peak >= 0 else AFTER
-    tensor = align([recording.values], [tip], before=before, peaks=[peak])[0]
+    tensor = align([values], [tip], before=before, peaks=[peak])[0]
     until = None if held >= AFTER else float(before + max(held, 1))
     missing = ""
     if until is not None:
         missing = f"{AFTER} ms after the first peak are needed; here {held}"
         missing += ", and no peak: the largest deflection stands for it" if early else ""
-    return _judge_touch(reader, tensor, recording.labels, until, missing), tensor
+    answer = _judge_touch(reader, tensor, recording.labels, until, missing)
+    return replace(answer, mirrored=mirrored and answer.label != NO_CONTACT), tensor
 
 
 def _judge_touch(

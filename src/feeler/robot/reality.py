@@ -29,6 +29,7 @@ from feeler.robot.touches import (
     ROBOT_SPEEDS,
     Label,
     compute_tip,
+    find_direction,
     get_label,
     make_touches,
     simulate_pairs,
@@ -202,6 +203,7 @@ def align_recordings(
 ) -> np.ndarray:
     """Align repaired angle recordings as :func:`make_training` aligned the simulated touches.
 
+    A touch whose tip first goes to the negative side is mirrored, all channels times −1.
     ``before`` is ``Touches.before`` of the training set.
     """
     return _align(
@@ -212,7 +214,14 @@ def align_recordings(
 
 
 def _align(antenna: Antenna, motions: Sequence[np.ndarray], before: int) -> np.ndarray:
-    return align(motions, [compute_tip(antenna, motion) for motion in motions], before=before)
+    """Touches of the other side as their mirror images."""
+    tips = [compute_tip(antenna, motion) for motion in motions]
+    ways = [-1.0 if find_direction(tip) < 0 else 1.0 for tip in tips]
+    return align(
+        [way * motion for way, motion in zip(ways, motions, strict=True)],
+        [way * tip for way, tip in zip(ways, tips, strict=True)],
+        before=before,
+    )
 
 
 @checked

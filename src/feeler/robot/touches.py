@@ -153,3 +153,16 @@ def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]
         )
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)
     return np.einsum("n,...nt->...t", length, np.sin(heading))
+
+
+@checked
+def find_direction(tip: Annotated[np.ndarray, "time"]) -> int:
+    """The way that a touch pushes the tip, given its trace (time,) [mm] from rest: 1, or −1 for an
+    object from the other side than in :func:`make_touches`; 0 for no motion.
+
+    The sign of the first deflection that is more than half of the greatest: an antenna swings back
+    by up to as much, but later.
+    """
+    size = np.abs(np.nan_to_num(tip))
+    first = int(np.argmax(size > 0.5 * size.max(initial=0.0))) if size.any() else None
+    return 0 if first is None else int(np.sign(tip[first]))

@@ -5,6 +5,7 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.tensors.sides import find_right
 from feeler.tensors.unit import in_unit
 
 
@@ -56,12 +57,15 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
 
 
 def compute_bend(tensors: xr.Dataset, antenna: Antenna) -> np.ndarray:
-    """Curvature of every segment (time, segment) [1/mm] in a Dataset's first touch; in space the
-    length of its vector of both planes.
+    """Curvature away from the object of every segment (time, segment) [1/mm] in a Dataset's first
+    touch (:func:`feeler.tensors.mirror_to_left`); in space the length of its vector of both planes.
     """
     angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", ..., "sensor").values[0]
     bend = spread_angles(angle, antenna, tensors["segment"].values - 1) / antenna.segment_length
-    return np.linalg.norm(bend[:, :2], axis=1) if antenna.spatial else bend
+    if antenna.spatial:
+        return np.linalg.norm(bend[:, :2], axis=1)
+    right = find_right(tensors)
+    return bend if right is None or not np.atleast_1d(right)[0] else -bend
 
 
 def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ from feeler.errors import Doubtful, InvalidInput
 from feeler.experiment.touch import DURATION, touch
 from feeler.records.checked import checked
 from feeler.stimulus.trial import Trial
+from feeler.tensors.sides import measure_peak
 from feeler.tensors.unit import in_unit
 
 COMPARED_CODES = ("sparse", "raw")
@@ -177,8 +178,7 @@ def compare_antennas(
         },
         differences=_compute_differences(curves, random_state),
         peak={
-            name: float(abs(in_unit(data["angle"], "rad")).max())
-            for name, data in tensors.items()
+            name: measure_peak(in_unit(data["angle"], "rad")) for name, data in tensors.items()
         },
     )
 
