@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.stream import measure_early_accuracy
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.robot.link import Link
 from feeler.robot.samples import _parse_sample, open_serial, read_samples
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
@@ -314,8 +315,9 @@ def test_header_notes_and_blank_lines_are_passed_over():
     lines = ["# robot: A\n", "time_ms,hinge1_rad,hinge2_rad\n", "\n", "0,1,2\n", b"1,3,nan\n"]
     samples = list(read_samples(lines, 2))
     assert [time for time, _ in samples] == [0.0, 1.0]
-    with pytest.raises(InvalidInput, match="must be numbers"):
-        list(read_samples(["0,1,2", "a,b,c"], 2))
+    link = Link(2)
+    assert len(list(read_samples(["0,1,2", "a,b,c"], 2, link))) == link.broken == 1
+    assert "a sample must be numbers, got 'a'" in link.fault
 
 
 @settings(max_examples=300, deadline=None)
