@@ -24,6 +24,7 @@ from feeler.cli.robot_options import (
     tell,
 )
 from feeler.cli.say import Json, require_new, say_json
+from feeler.disk.files import write_text
 from feeler.errors import InvalidInput, require_extra
 
 _KEPT = 60_000  # samples that are judged as a whole: a minute at 1 kHz
@@ -143,10 +144,11 @@ def board(
 
     require_new(file)
     text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
-    file.write_text(
+    write_text(
+        file,
         text.replace("CHANNELS = 8", f"CHANNELS = {channels}").replace(
             "RATE = 500", f"RATE = {rate}"
-        )
+        ),
     )
     typer.echo(f"wrote {file}; put your converter into read_channel()")
 

@@ -12,6 +12,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.ticker import MaxNLocator
 
 from feeler.decoding.stream import StreamState
+from feeler.disk.files import write_text
 from feeler.plotting.look import pick_shades
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
@@ -269,9 +270,7 @@ def _write(
 ) -> Path:
     """robot.html with one picture and perhaps a table, robot.png and robot.json."""
     out.mkdir(parents=True, exist_ok=True)
-    (out / "robot.json").write_text(
-        json.dumps(to_json(numbers), indent=1) + "\n", encoding="utf-8"
-    )
+    write_text(out / "robot.json", json.dumps(to_json(numbers), indent=1) + "\n")
     section = Section(name="robot", title=title, folder=out, vector=False)
     section.figure("robot", caption, draw, height=height)
     if table:
