@@ -102,7 +102,7 @@ class Stream:
         )
         self.posterior = np.full(self.n_classes, 1 / self.n_classes)
         self.tensor[:] = np.nan
-        self.strangeness = float("nan")
+        self.strangeness, self._watched = float("nan"), False
         self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
         self.first_time: float | None = None
         self._last: tuple[float, np.ndarray] | None = None
@@ -178,6 +178,8 @@ class Stream:
         before = self.felt
         self.tensor[:, since], self.felt = away, since
         self._ask_watch(before)
+        if self._watched:
+            return
         if self.decoder.model is not None:
             self.posterior = self._ask(self.decoder.model)
             return
@@ -195,11 +197,17 @@ class Stream:
     def _ask_watch(self, before: int) -> None:
         """Ask about the moments that came after sample ``before``; a late sample asks for those
         that it skipped.
+
+        From the first moment on the watch's probabilities are the answer: what is said of a touch
+        and whether it is like any that was learned come from the same clouds.
         """
         watch: Any = getattr(self.decoder, "watch_", None)
         for since in () if watch is None else range(before + 1, self.felt + 1):
-            found = watch.judge(self.tensor[:, : self.felt + 1], since)
-            self.strangeness = self.strangeness if found is None else found
+            found = watch.judge(self.tensor[:, : self.felt + 1], since, self.decoder.classes_)
+            if found is not None:
+                self.strangeness, posterior = found
+                if np.isfinite(posterior).all():
+                    self.posterior, self._watched = posterior, True
 
     def _ask(self, model: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """The model's probabilities for what has been felt so far."""

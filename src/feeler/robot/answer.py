@@ -1,7 +1,7 @@
 """What a classifier says of one recording, how sure it is, and what the recording's notes say."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,8 @@ class Answer:
         learned.
     missing : str
         What of the recording is not there, in words; empty where nothing is.
+    probabilities : dict[Label, float]
+        Of every class; empty without contact.
     """
 
     label: Label
@@ -48,6 +50,7 @@ class Answer:
     known: bool
     strangeness: float = 0.0
     missing: str = ""
+    probabilities: dict[Label, float] = field(default_factory=dict)
 
     @property
     def strange(self) -> bool:
@@ -151,6 +154,9 @@ def _judge_touch(
         known=known,
         strangeness=float(reader.measure_strangeness(tensor[None], until)[0]) if felt else 0.0,
         missing=missing if felt else "",
+        probabilities=dict(zip(reader.classes_, map(float, probability), strict=True))
+        if felt
+        else {},
     )
 
 

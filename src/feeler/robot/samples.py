@@ -71,11 +71,12 @@ def _decode(line: str | bytes) -> str:
 
 
 def take_line(
-    line: str | bytes, n_sensors: int, link: Link
+    line: str | bytes, n_sensors: int, link: Link, time_factor: float = 1.0
 ) -> Sequence[tuple[float | None, np.ndarray]]:
     """The samples that a line adds; ``link`` counts those that were lost, and lines that are none.
 
-    A line that begins with ``$`` is a board's.
+    A line that begins with ``$`` is a board's. ``time_factor`` turns the times of other lines into
+    ms.
     """
     text = _decode(line)
     if text.lstrip().startswith("$"):
@@ -85,11 +86,14 @@ def take_line(
     except InvalidInput as error:
         link.refuse(str(error))
         return []
-    return link.add(time, values)
+    return link.add(None if time is None else time_factor * time, values)
 
 
 def read_samples(
-    lines: Iterable[str | bytes], n_sensors: int, link: Link | None = None
+    lines: Iterable[str | bytes],
+    n_sensors: int,
+    link: Link | None = None,
+    time_factor: float = 1.0,
 ) -> Iterator[tuple[float | None, np.ndarray]]:
     """Samples from lines; blank lines, ``#`` notes and one header line are passed over.
 
@@ -102,7 +106,7 @@ def read_samples(
             continue
         is_header, first = first and _is_header(text), False
         if not is_header:
-            yield from take_line(text, n_sensors, link)
+            yield from take_line(text, n_sensors, link, time_factor)
     yield from link.end()
 
 
