@@ -394,7 +394,7 @@ def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
         "draw_lessons": lambda *_, **__: SimpleNamespace(watch=lambda decoder: decoder),
     }
     plant(monkeypatch, robot, **made)
-    said = json.loads(run("robot", "stream", "-", "--json"))
+    said = json.loads(run("robot", "stream", "-", "--json").splitlines()[-1])
     counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2, "restarts": 1, "outside": 0}
     assert said == {"contact": False, **counts, "unit": "rad", "truth": {}, "whole": None}
 

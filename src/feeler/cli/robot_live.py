@@ -99,8 +99,7 @@ def stream(
         readings = Readings(lines, unit, outside)
         samples = _listen(source, serial, baud, link, n, time_unit)
     else:
-        units = {"unit": unit, "time_unit": time_unit}
-        recording = load_recording(source, **robot.channels, **units)
+        recording = load_recording(source, **robot.channels, unit=unit, time_unit=time_unit)
         if recording.quantity != "angle":
             lines = require(lines, source, recording.quantity)
             recording = recording.to_angles(lines, outside=outside)

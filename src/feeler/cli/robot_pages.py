@@ -166,7 +166,9 @@ def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
 
 
 def write_stream(
-    out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float, np.ndarray, StreamState]]
+    out: Path,
+    classes: Sequence[tuple],
+    kept: Sequence[tuple[float | None, np.ndarray, StreamState]],
 ) -> Path:
     """robot.html, robot.png and robot.json of a decoded stream: what the sensors said, and what was
     thought of it.
