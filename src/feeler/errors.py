@@ -8,6 +8,8 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
+from feeler.terminal import escape
+
 
 class FeelerError(Exception):
     """Base of every error that feeler raises on purpose; the command line turns it into one line
@@ -126,7 +128,7 @@ def say_warnings(
         words = str(message) if ours else f"{_name_library(filename)}: {_cut(str(message))}"
         kind = re.sub(r"[\d.]+", "", words)
         if kind not in known:
-            print(f"feeler: warning: {put(words)}", file=file or sys.stderr)
+            print(f"feeler: warning: {escape(put(words))}", file=file or sys.stderr)
         known.add(kind)
 
     warnings.showwarning = say

@@ -9,6 +9,8 @@ from multiprocessing import parent_process
 from threading import Lock, current_thread, main_thread
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
+from feeler.terminal import escape, get_terminal
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -151,12 +153,16 @@ class ProgressBar:
                 TimeRemainingColumn(),
             )
             self._bar = Progress(
-                *columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream)
+                *columns,
+                TextColumn("{task.fields[rate]}"),
+                console=Console(file=get_terminal(self._stream)),
             )
             self._bar.start()
-            self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
+            self._bar.add_task(
+                escape(self._title), total=total, completed=self._first or 0, rate=""
+            )
         self._bar.update(
-            self._bar.task_ids[0], completed=done, rate=f"{rate:.3g}/s{self._add(done)}"
+            self._bar.task_ids[0], completed=done, rate=escape(f"{rate:.3g}/s{self._add(done)}")
         )
 
     def close(self) -> None:

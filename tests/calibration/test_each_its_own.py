@@ -342,3 +342,23 @@ def test_targets_keep_their_names_beside_their_own_values():
     other = targets.with_values(np.array([0.5, 0.03]))
     assert other.values.tolist() == [0.5, 0.03] and other.spreads.tolist() == [0.02, 0.0]
     assert targets.only("frequency").values.tolist() == [0.02]
+
+
+def test_an_impulse_is_over_once_the_cylinder_has_stopped_pushing(monkeypatch):
+    """What it did at the start does not count; of the longest run the tip's peak counts anyway."""
+    time = np.arange(9.0)
+    deflection = np.sin(time / 3) * np.arange(1, 1 + len(protocol._IMPULSE_POINTS))[:, None]
+
+    def read(first, end, last):
+        force = np.zeros((9, 2))
+        force[0], force[-1] = (0.0, first), (0.0, end)
+        impulse = SimpleNamespace(
+            time=time, deflection=deflection, tip=9 * deflection[0], force=force
+        )
+        monkeypatch.setattr(protocol, "measure_impulse", lambda *_: impulse)
+        return Protocol()._read_impulse(make_small(), None, None, last)
+
+    done = read(0.0, 0.0, last=False)
+    assert done is not None and read(1.0, 0.0, last=False) == done
+    assert read(0.0, 1.0, last=False) is None and read(1.0, 1.0, last=False) is None
+    assert read(0.0, 1.0, last=True) == done

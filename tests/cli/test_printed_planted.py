@@ -32,6 +32,7 @@ from feeler.progress import ProgressBar
 from feeler.report import Section
 from feeler.robot.answer import Answer, name_touch
 from feeler.robot.examples import get_example
+from feeler.robot.link import Link
 from feeler.robot.sensor import SensorCalibration
 from feeler.tensors.formats import load, save
 
@@ -363,15 +364,9 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
             state("touching", 1, 0.5, ("box", 0.9, 0.3)),
         ]
     )
-    running = SimpleNamespace(update=lambda angle, time: next(states))
-    _decode(
-        running,
-        [(t, np.zeros(2)) for t in range(3)],
-        None,
-        every=50,
-        say=_say_state,
-        keep=lambda sample: None,
-    )
+    touch = SimpleNamespace(update=lambda angle, time: next(states), end=lambda: None)
+    samples = [(t, np.zeros(2)) for t in range(3)]
+    _decode(touch, samples, None, every=50, say=_say_state, link=Link(2))
     _say_end(True, 3, "", "")
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [
@@ -385,20 +380,23 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
 
 
 def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
-    def read_samples(lines, n_channels, link):
-        link.lost, link.late, link.broken = 4, 3, 2
+    def read_samples(lines, n_channels, link, factor):
+        link.lost, link.late, link.broken, link.restarts = 4, 3, 2, 1
         return iter(())
 
-    running = SimpleNamespace(missed=7)
+    stream = SimpleNamespace(missed=7)
+    touch = SimpleNamespace(stream=stream, kept=[], end=lambda: None, answer=None)
+    monkeypatch.setattr("feeler.robot.live.LiveTouch", lambda *_: touch)
     monkeypatch.setattr("feeler.robot.samples.read_samples", read_samples)
     made = {
-        "make_decoder": lambda *_, **__: SimpleNamespace(start=lambda: running),
+        "make_decoder": lambda *_, **__: None,
+        "make_classifier": lambda *_, **__: None,
         "draw_lessons": lambda *_, **__: SimpleNamespace(watch=lambda decoder: decoder),
     }
     plant(monkeypatch, robot, **made)
-    said = json.loads(run("robot", "stream", "-", "--json"))
-    counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2}
-    assert said == {"contact": False, **counts, "truth": None, "whole": None}
+    said = json.loads(run("robot", "stream", "-", "--json").splitlines()[-1])
+    counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2, "restarts": 1, "outside": 0}
+    assert said == {"contact": False, **counts, "unit": "rad", "truth": {}, "whole": None}
 
 
 SHARES = {

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.stream import measure_early_accuracy
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.robot.link import Link
 from feeler.robot.samples import _parse_sample, open_serial, read_samples
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
@@ -314,8 +315,9 @@ def test_header_notes_and_blank_lines_are_passed_over():
     lines = ["# robot: A\n", "time_ms,hinge1_rad,hinge2_rad\n", "\n", "0,1,2\n", b"1,3,nan\n"]
     samples = list(read_samples(lines, 2))
     assert [time for time, _ in samples] == [0.0, 1.0]
-    with pytest.raises(InvalidInput, match="must be numbers"):
-        list(read_samples(["0,1,2", "a,b,c"], 2))
+    link = Link(2)
+    assert len(list(read_samples(["0,1,2", "a,b,c"], 2, link))) == link.broken == 1
+    assert "a sample must be numbers, got 'a'" in link.fault
 
 
 @settings(max_examples=300, deadline=None)
@@ -432,3 +434,28 @@ def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
         "timeout": 2.0,
         "closed": True,
     }  # s
+
+
+@pytest.mark.parametrize(("step", "jitter"), [(2.0, 0.0), (2.4, 0.2), (1.5, 0.1), (5.0, 0.3)])
+def test_a_slower_sender_loses_nothing_and_is_understood_as_a_faster_one(step, jitter):
+    """It sends the same touch less often; the answer and its time are those of every sample."""
+    rng, decoder = np.random.default_rng(3), _decoder()
+    touch = TOUCHES[1]
+    time = np.arange(0.0, 299.0, step)
+    time[1:] += rng.uniform(-jitter, jitter, time.size - 1)
+    sent = np.array([np.interp(time, np.arange(300.0), row) for row in touch])
+    stream = decoder.start()
+    states = [stream.update(sent[:, k], 123e3 + time[k]) for k in range(time.size)]
+    assert stream.missed == 0
+    whole = decoder.replay(touch)
+    same = whole[states[-1].sample]
+    assert states[-1].label == same.label
+    assert abs(states[-1].since_contact - same.since_contact) <= 1 + step / 2
+    at = [state.since_contact for state in states if state.probability > 0.8]
+    expected = [state.since_contact for state in whole if state.probability > 0.8]
+    assert abs(at[0] - expected[0]) <= 2 * step + 2
+    lost = np.arange(20, time.size - 20, 10)
+    stream = decoder.start()
+    for k in sorted({*range(time.size)} - {*lost.tolist()}):
+        stream.update(sent[:, k], time[k])
+    assert stream.missed == lost.size

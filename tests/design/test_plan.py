@@ -4,6 +4,7 @@ page, and goes on.
 
 import json
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -355,3 +356,40 @@ def test_each_hinge_is_cut_from_the_thickest_sheet_of_which_a_strip_is_soft_enou
         several += len(fits) > 1
         assert not fits or thickness == max(fits)
     assert several
+
+
+def break_off(path, text, **_):
+    """The process ends in the middle of writing."""
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text[: len(text) // 2])
+    raise KeyboardInterrupt
+
+
+def test_a_ledger_of_looks_is_whole_or_as_it_was_and_loses_none_of_two_searches(
+    tmp_path, monkeypatch
+):
+    path, task = tmp_path / "finals.json", SimpleNamespace(seeds={"final": 3})
+    antennas = [ANTENNA.replace(damping=ANTENNA.damping * (1 + k / 100)) for k in range(24)]
+    with ThreadPoolExecutor(4) as pool:
+        counts = list(pool.map(lambda one: outcome._count_looks(path, task, one), antennas))
+    assert sorted(counts) == list(range(1, 25))
+    before = path.read_text()
+    with monkeypatch.context() as broken:
+        broken.setattr("pathlib.Path.write_text", break_off)
+        with pytest.raises(KeyboardInterrupt):
+            outcome._count_looks(path, SimpleNamespace(seeds={"final": 4}), ANTENNA)
+    assert path.read_text() == before and len(json.loads(before)["3"]) == 24
+    assert outcome._count_looks(path, SimpleNamespace(seeds={"final": 4}), ANTENNA) == 1
+
+
+def test_a_section_is_whole_or_as_it_was(tmp_path, monkeypatch):
+    section = Section(name="a", title="A", folder=tmp_path, values={"x": 1})
+    section.save()
+    before = (tmp_path / "section.json").read_text()
+    section.values["x"] = 2
+    with monkeypatch.context() as broken:
+        broken.setattr("pathlib.Path.write_text", break_off)
+        with pytest.raises(KeyboardInterrupt):
+            section.save()
+    assert (tmp_path / "section.json").read_text() == before
+    assert Section.load(tmp_path).values == {"x": 1}

@@ -1,6 +1,7 @@
 """Faults that fuzzing found, each kept as a case of its own."""
 
 import io
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from feeler.design.plan import TEMPLATE, load_plan
 from feeler.disk.files import read_bytes
 from feeler.errors import InvalidInput
 from feeler.robot.description import load_robot, write_robot
+from feeler.robot.link import Link
 from feeler.robot.samples import _MAX_LINE, read_lines, read_samples
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import load, save
@@ -71,12 +73,15 @@ def test_a_store_passes_the_validator_before_its_numbers_are_read(tmp_path, monk
         load(tmp_path / "back.zarr")
 
 
-def test_bytes_on_standard_input_that_are_no_text_are_refused():
-    with pytest.raises(InvalidInput, match="a sample must be numbers"):
-        list(read_samples(read_lines(io.BytesIO(b"1,2,3\n1,\xff,3\n")), 3))
+def test_bytes_on_standard_input_that_are_no_text_are_counted():
+    link = Link(3)
+    sent = io.BytesIO(b"1,2,3\n1,\xff,3\n4,5,6\n")
+    found = [values.tolist() for _, values in read_samples(read_lines(sent), 3, link)]
+    assert found == [[1, 2, 3], [4, 5, 6]] and link.broken == 1
+    assert "a sample must be numbers" in link.fault
 
 
-def test_a_line_without_end_is_refused_before_it_is_read():
+def test_a_line_without_end_is_counted_before_it_is_read():
     class Endless(io.RawIOBase):
         def readable(self):
             return True
@@ -85,8 +90,18 @@ def test_a_line_without_end_is_refused_before_it_is_read():
             buffer[:] = b"1" * len(buffer)
             return len(buffer)
 
-    with pytest.raises(InvalidInput, match=f"a line of more than {_MAX_LINE} characters"):
-        next(read_samples(read_lines(io.BufferedReader(Endless())), 3))
+    link, pieces = Link(3), islice(read_lines(io.BufferedReader(Endless())), 5)
+    assert list(read_samples(pieces, 3, link)) == [] and link.broken == 5
+    assert f"a line of more than {_MAX_LINE} characters" in link.fault
+
+
+def test_the_end_of_a_line_too_long_is_no_sample():
+    lines = b"1,2,3\n" + 2 * _MAX_LINE * b"," + b"7,8,9\n" + b"4,5,6\n"
+    link = Link(3)
+    found = [
+        values.tolist() for _, values in read_samples(read_lines(io.BytesIO(lines)), 3, link)
+    ]
+    assert found == [[1, 2, 3], [4, 5, 6]] and link.broken == 2
 
 
 @pytest.mark.parametrize("depth", [400, 100_000])

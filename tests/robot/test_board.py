@@ -92,6 +92,15 @@ def test_a_board_that_begins_anew_has_not_gone_round():
     assert [t for t, _ in read_samples(lines, 1, Link(1))][3:] == [5.0, 6.0, 7.0]
 
 
+def test_a_board_that_begins_anew_after_its_clock_went_round_begins_at_its_own_time():
+    at = 0.9 * CLOCK + np.linspace(0, 0.2 * CLOCK, 5)
+    lines = [frame_sample(30_000 + k, t % CLOCK, np.zeros(1)) for k, t in enumerate(at)]
+    lines += [frame_sample(k, 5.0 + k, np.zeros(1)) for k in range(3)]
+    link = Link(1)
+    found = [t for t, _ in read_samples(lines, 1, link)]
+    assert found == pytest.approx([*at, 5.0, 6.0, 7.0]) and link.restarts == 1
+
+
 def test_a_clock_goes_round_more_than_once_and_a_jump_back_is_none():
     time = np.arange(0, 3 * CLOCK, 1000.0)
     np.testing.assert_allclose(unwrap_clock(time % CLOCK), time)

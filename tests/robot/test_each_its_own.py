@@ -39,6 +39,7 @@ from feeler.robot.description import RobotFile
 from feeler.robot.files import ROBOT_FILES, _read
 from feeler.robot.hinge import Flexures
 from feeler.robot.lessons import Lessons
+from feeler.robot.link import Link
 from feeler.robot.reality import Touches
 from feeler.robot.samples import _parse_sample, read_samples
 from feeler.robot.touches import find_direction
@@ -455,11 +456,11 @@ def test_readings_out_of_range_are_told_of_the_hinge_that_has_most_of_them():
 
 
 def test_a_header_is_passed_over_once_and_a_time_is_told_from_a_reading():
-    lines = ["time,a,b", "# note", "", "1.5;2;nan", "3e0 4"]
-    found = [(time, values.tolist()) for time, values in read_samples(lines, 2)]
-    assert found[1] == (None, [3.0, 4.0]) and found[0][0] == 1.5 and found[0][1][0] == 2.0
-    with pytest.raises(InvalidInput, match="a sample must be numbers"):
-        [*read_samples([*lines, "again,b"], 2)]
+    lines, link = ["time,a,b", "# note", "", "1.5;2;nan", "2.5,,3e0", "again,b"], Link(2)
+    found = [(time, values.tolist()) for time, values in read_samples(lines, 2, link)]
+    assert found == [(1.5, [2.0, pytest.approx(np.nan, nan_ok=True)]), (2.5, found[1][1])]
+    assert np.isnan(found[1][1][0]) and found[1][1][1] == 3.0 and link.broken == 1
+    assert [time for time, _ in read_samples(["3e0 4", "5 6"], 2)] == [None, None]
     with pytest.raises(
         InvalidInput, match=r"a sample is 2 numbers, or a time and 2 .* got 4 in '1"
     ):

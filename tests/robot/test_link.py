@@ -3,6 +3,7 @@ counted.
 """
 
 import inspect
+import io
 import os
 import pty
 import re
@@ -16,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feeler.robot.link import CLOCK, WRAP, Link, frame_sample, unwrap_clock
-from feeler.robot.samples import open_serial, read_samples
+from feeler.robot.samples import open_serial, read_lines, read_samples
 
 
 def send(count, first=0):
@@ -77,7 +78,7 @@ def test_a_sound_line_of_other_sensors_is_broken():
 def test_a_board_that_begins_anew_is_followed():
     link = Link(3)
     samples = [sample for line in [*send(5, 30000), *send(5)] for sample in link.take(line)]
-    assert len(samples) == 10 and link.describe() == ""
+    assert len(samples) == 10 and link.describe() == "1 times begun anew"
 
 
 def test_a_clock_that_begins_anew_goes_on_for_hours():
@@ -117,6 +118,105 @@ def test_a_serial_line_that_drops_and_repeats_is_read_as_it_comes():
     assert [at for at, _ in samples] == pytest.approx([2.0 * k for k in range(60)])
     assert (link.lost, link.late, link.broken) == (4, 1, 1)
     assert link.describe() == "4 lost, 1 late or doubled, 1 broken"
+
+
+BANNER = [b"ets Jun  8 2016 00:22:57\n", b"rst:0x1 (POWERON_RESET),boot:0x13\n", b"entry 0x4\n"]
+HOSTILE = [
+    b"\n", b"\0\0\0\n", b",,,\n", b",\n", b"$\n", b"$*00\n", b"*7F\n", b"nan\n", b"\xff\xfe\n",
+    b"1e999,1,2,3\n", b"5,1e16,2,3\n", b"5,inf,2,3\n", b"nan,1,2,3\n", b"5,1_0,2,3\n",
+    "٥,١,٢,٣\n".encode(), "５,１,２,３\n".encode(), b"5,0x1,2,3\n", b"5,1,2\n", b"5,1,2,3,4\n",
+    b"5,--1,2,3\n", b"5,1.2.3,2,3\n", b"5,1e,2,3\n", b"5,.,2,3\n", b"5,\x1b[2J,2,3\n",
+    b"1e15,1,2,3\n", b"-1e15,1,2,3\n", b"7" * 9000 + b",1,2,3\n", *BANNER,
+]  # fmt: skip
+
+
+def write_plain(count):
+    """Lines with a time of seven digits and three readings, each of which says its own number."""
+    values = [(k % 90 + 10) / 100 for k in range(count)]
+    return [
+        b"%.3f,%.2f,%.2f,%.2f\n" % (7e4 + 2.4 * k, v, v + 1, v + 2)
+        for k, v in enumerate(values)
+    ]
+
+
+def spoil(line, after, rng):
+    """A line cut, joined to the next, with a byte gone wrong, or something else altogether."""
+    match rng.integers(5):
+        case 0:
+            return line[: rng.integers(1, 10)] + b"\n"
+        case 1:
+            return line[rng.integers(12, 20) :]
+        case 2:
+            return line[:-1] + after
+        case 3:
+            k = rng.integers(len(line) - 1)
+            return line[:k] + bytes([rng.choice([0, 7, 27, 33, 127, 128, 255])]) + line[k + 1 :]
+    return HOSTILE[rng.integers(len(HOSTILE))]
+
+
+@pytest.mark.parametrize("framed", [False, True])
+def test_thousands_of_broken_lines_end_no_stream_and_none_becomes_a_sample(framed):
+    rng, link = np.random.default_rng(5), Link(3)
+    plain = write_plain(4000)
+    lines = plain
+    if framed:
+        rows = [list(map(float, line.split(b","))) for line in plain]
+        lines = [
+            frame_sample(k, row[0], np.array(row[1:])).encode() + b"\n"
+            for k, row in enumerate(rows)
+        ]
+    bad = set(rng.choice(np.arange(1, 3999), 2000, replace=False).tolist())
+    sent = b"".join(
+        spoil(line, lines[k + 1], rng) if k in bad else line
+        for k, line in enumerate(lines[:-1])
+    )
+    found = list(read_samples(read_lines(io.BytesIO(sent)), 3, link))
+    times = np.array([at for at, _ in found])
+    assert (np.diff(times) > 0).all() and link.restarts == 0
+    for at, values in found:
+        k = round((at - 7e4) / 2.4)
+        assert np.isnan(values).all() or values == pytest.approx(
+            np.array(plain[k].split(b",")[1:], dtype=float)
+        )
+    seen = {round((at - 7e4) / 2.4) for at, values in found if np.isfinite(values).all()}
+    assert seen >= set(range(3999)) - bad  # every whole line is a sample
+    assert link.broken + link.late > 1500 and link.fault
+
+
+def test_a_first_line_that_is_a_number_short_of_its_time_is_not_believed():
+    """The port was opened in mid-line: what is left looks like a sample without, or at, a time."""
+    for torn in (b"505.000,0.5,1.5,2.5\n", b".5,1.5,2.5\n", b"5,1.5,2.5\n"):
+        link = Link(3)
+        found = [time for time, _ in read_samples([torn, *write_plain(5)], 3, link)]
+        assert found == pytest.approx([7e4 + 2.4 * k for k in range(5)]) and link.broken == 1
+
+
+def test_an_empty_cell_is_a_missing_channel_and_moves_no_other():
+    for row in (b"%d,,2,3\n", b"%d,nan,2,3\n"):
+        for at, values in read_samples([row % k for k in range(5, 9)], 3):
+            assert at in range(5, 9) and np.isnan(values[0])
+            assert values[1:].tolist() == [2, 3]
+
+
+@pytest.mark.parametrize("framed", [False, True])
+def test_a_board_that_is_reset_is_heard_again_and_a_late_line_is_not(framed):
+    def send_all(times, first=0):
+        if framed:
+            return [frame_sample(first + k, t, np.full(1, t)) for k, t in enumerate(times)]
+        return [f"{t},{t}" for t in times]
+
+    before, after = np.arange(5e4, 5.1e4, 10.0), np.arange(100.0, 1600.0, 10.0)
+    link = Link(1)
+    lines = [*send_all(before), "ets Jun  8 2016 00:22:57", *send_all(after)]
+    found = [time for time, _ in read_samples(lines, 1, link)]
+    assert link.restarts == 1 and link.broken == 1
+    assert found[:100] == before.tolist() and found[100:] == after[-len(found) + 100 :].tolist()
+    assert len(found) > 200
+    link, times = Link(1), [*np.arange(0.0, 50.0), 47.0, *np.arange(50.0, 60.0)]
+    numbered = [frame_sample(int(t), t, np.full(1, t)) for t in times]
+    sent = numbered if framed else send_all(times)
+    assert [time for time, _ in read_samples(sent, 1, link)] == np.arange(60.0).tolist()
+    assert (link.late, link.broken, link.restarts) == (1, 0, 0)
 
 
 def test_the_sketch_the_library_and_the_studio_speak_at_one_rate():

@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from feeler.cli.page import Verbs, add_verb, list_options, say_in_shell
 from feeler.disk.files import FULL
 from feeler.errors import FeelerError, lacks_memory, say_warnings
+from feeler.terminal import escape, plain_output
 
 _GROUPS = {
     "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),
@@ -46,7 +47,8 @@ class _Verbs(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            with plain_output(sys.argv[1:]):
+                return super().invoke(ctx)
         except KeyboardInterrupt:
             raise _Interrupted from None
 
@@ -88,7 +90,7 @@ def _options(
 def main() -> None:
     """Entry point of the ``feeler`` command."""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), plain_output(sys.argv[1:]):
             say_warnings(put=_put_in_shell)
             _run()
     except SystemExit as end:
@@ -158,7 +160,7 @@ def _explain(error: OSError) -> str:
 
 
 def _fail(message: str, code: int) -> None:
-    print(f"feeler: {message}", file=sys.stderr)
+    print(f"feeler: {escape(message, lines=True)}", file=sys.stderr)
     sys.exit(code)
 
 

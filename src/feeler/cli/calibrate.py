@@ -23,6 +23,7 @@ import typer
 
 from feeler.cli.page import EngineName
 from feeler.cli.say import Json, say_json
+from feeler.disk.files import write_text
 
 _BAD = (
     0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
@@ -254,8 +255,9 @@ def _save(
         lead,
         section,
     )
-    (out / "calibration.json").write_text(
-        json.dumps(to_json(_make_plain(result, hinges)), indent=1) + "\n", encoding="utf-8"
+    write_text(
+        out / "calibration.json",
+        json.dumps(to_json(_make_plain(result, hinges)), indent=1) + "\n",
     )
     kept = "calibration.html, calibration.png, calibration.json, antenna.toml"
     if session_start:

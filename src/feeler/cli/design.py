@@ -17,6 +17,7 @@ from typing import Annotated
 import typer
 
 from feeler.cli.say import Json, require_new, say_json, say_what_stays
+from feeler.disk.files import write_text
 
 
 def design(
@@ -63,7 +64,7 @@ def design(
 
     if new:
         require_new(task)
-        task.write_text(TEMPLATE.format(file=task.name), encoding="utf-8")
+        write_text(task, TEMPLATE.format(file=task.name))
         typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
         return
     plan = load_plan(task)

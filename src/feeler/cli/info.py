@@ -17,6 +17,7 @@ import typer
 from feeler.cli.page import list_options, say_in_shell
 from feeler.cli.say import Json, say_json
 from feeler.errors import FeelerError, InvalidInput
+from feeler.terminal import escape
 
 _NEXT = {
     "tensors": "feeler convert {0} NAME.nwb writes it in another format; feeler validate {0}",
@@ -55,9 +56,9 @@ def info(
     if as_json:
         say_json([{"file": file, "says": lines} for file, lines in found.items()])
     for lines in [] if as_json else found.values():
-        typer.echo(_translate("\n".join(lines)))
+        typer.echo(_translate("\n".join(escape(line) for line in lines)))
     for words in refused:
-        typer.echo(f"feeler: {_translate(words)}", err=True)
+        typer.echo(f"feeler: {escape(_translate(words), lines=True)}", err=True)
     if refused:
         raise typer.Exit(2)
 

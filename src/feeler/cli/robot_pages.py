@@ -12,6 +12,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.ticker import MaxNLocator
 
 from feeler.decoding.stream import StreamState
+from feeler.disk.files import write_text
 from feeler.plotting.look import pick_shades
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
@@ -165,7 +166,9 @@ def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
 
 
 def write_stream(
-    out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float, np.ndarray, StreamState]]
+    out: Path,
+    classes: Sequence[tuple],
+    kept: Sequence[tuple[float | None, np.ndarray, StreamState]],
 ) -> Path:
     """robot.html, robot.png and robot.json of a decoded stream: what the sensors said, and what was
     thought of it.
@@ -269,9 +272,7 @@ def _write(
 ) -> Path:
     """robot.html with one picture and perhaps a table, robot.png and robot.json."""
     out.mkdir(parents=True, exist_ok=True)
-    (out / "robot.json").write_text(
-        json.dumps(to_json(numbers), indent=1) + "\n", encoding="utf-8"
-    )
+    write_text(out / "robot.json", json.dumps(to_json(numbers), indent=1) + "\n")
     section = Section(name="robot", title=title, folder=out, vector=False)
     section.figure("robot", caption, draw, height=height)
     if table:

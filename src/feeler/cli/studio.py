@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from feeler.cli.say import require_new
+from feeler.disk.files import write_text
 from feeler.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -88,6 +89,6 @@ def _write(file: Path, antenna: "AntennaWish") -> None:
             f"{file.parent} is no folder. Make it first, or choose another place."
         )
     text = write_touch_page(TouchWish(antenna=antenna))
-    file.write_text(text, encoding="utf-8")
+    write_text(file, text)
     size = len(text.encode()) / 1000
     typer.echo(f"{file}: {size:.0f} kB; open it in any browser, no server is needed")

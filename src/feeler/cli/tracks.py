@@ -30,6 +30,7 @@ import numpy as np
 import typer
 
 from feeler.cli.say import Json, say_json
+from feeler.disk.files import write_text, writing
 
 _SPEEDS = ("left [°/s] (peaks)", "right [°/s] (peaks)")
 _HEADER = ("trial", *_SPEEDS, "frames bridged (left, right)", "frames missing (left, right)")
@@ -252,7 +253,10 @@ def _save(
     from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)
-    with open(out / "tracks.csv", "w", encoding="utf-8", newline="\n") as table:
+    with (
+        writing(out / "tracks.csv") as part,
+        part.open("w", encoding="utf-8", newline="\n") as table,
+    ):
         table.write("trial,side,time_ms,angle_deg,speed_deg_per_s\n")
         for file, trial, pair in zip(files, trials, result.sweeps, strict=True):
             for side, sweeps in zip(("left", "right"), pair, strict=True):
@@ -261,7 +265,7 @@ def _save(
                     f"{file.name},{side},{t:.6g},{a:.6g},{v:.6g}\n"
                     for t, a, v in zip(*columns, strict=True)
                 )
-    (out / "tracks.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    write_text(out / "tracks.json", json.dumps(found, indent=1) + "\n")
     height = 1.2 + 1.5 * len(trials)
 
     def draw(figure: Any) -> None:

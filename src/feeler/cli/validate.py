@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from feeler.cli.say import Json, say_json
+from feeler.terminal import escape
 
 
 def validate(
@@ -44,6 +45,6 @@ def validate(
     for file, problems in [] if as_json else found.items():
         typer.echo(f"{file}: {'valid' if not problems else f'{len(problems)} problem(s)'}")
         for problem in problems:
-            typer.echo(f"  - {problem}")
+            typer.echo(f"  - {escape(problem)}")
     if any(found.values()):
         raise typer.Exit(1)

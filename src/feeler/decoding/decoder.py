@@ -207,8 +207,9 @@ class StreamDecoder(Reader):
         alarm: float = 0.05,
     ) -> "StreamDecoder":
         """Learn to say while a touch goes on that it is unlike any of these, as
-        ``StreamState.strangeness``; of known touches ``alarm`` are called so. A model file does not
-        hold it.
+        ``StreamState.strangeness``; of known touches ``alarm`` are called so. From the first moment
+        that is asked about (50 samples after contact) the posterior comes from these touches, too.
+        A model file does not hold it.
 
         Parameters
         ----------

@@ -1,5 +1,6 @@
 """One touch as it happens: a sample in, what is known so far out."""
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,9 @@ from feeler.errors import InvalidInput
 
 _MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
 _SURPLUS = 50  # samples too many before a faster sender is refused
+_RECENT = 101  # [C] intervals between samples whose median is what a sender usually leaves
+_SLOW = 1.25  # [C] usual interval over the trained one, from which on the sender is slower
+_SLOWEST = 10.0  # [C] ms between samples, over which the time between is not filled in
 
 
 # [C] samples over which the resting level is followed while nothing touches
@@ -85,7 +89,7 @@ class Stream:
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
         """Samples (sensor, window) since contact, relative to rest; NaN where missing."""
         self.missed = 0
-        """Slots without a sample so far."""
+        """Samples that did not come, of those that the sender's usual interval lets expect."""
         self.reset()
 
     def reset(self) -> None:
@@ -98,14 +102,18 @@ class Stream:
         )
         self.posterior = np.full(self.n_classes, 1 / self.n_classes)
         self.tensor[:] = np.nan
-        self.strangeness = float("nan")
+        self.strangeness, self._watched = float("nan"), False
         self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
         self.first_time: float | None = None
+        self._last: tuple[float, np.ndarray] | None = None
+        self._steps: deque[float] = deque(maxlen=_RECENT)
 
     def update(self, sample: np.ndarray, time: float | None = None) -> StreamState:
         """Take one sample (sensor,) [rad], NaN for a missing channel, and its time [ms] if known.
 
-        With times, late samples leave empty slots (counted in ``missed``) and carry no evidence.
+        With times, a sender slower than the trained time base (at least every 10 ms) has its
+        samples joined by straight lines, as :func:`feeler.robot.repair` does; samples that it lost
+        are counted in ``missed``, and their slots stay empty and carry no evidence.
 
         Raises
         ------
@@ -119,48 +127,59 @@ class Stream:
                 f"a sample is {self.decoder.n_sensors_} finite numbers of at most {_MAX_READING:g},"
                 f" got shape {sample.shape}: {np.array2string(sample.ravel()[:10], precision=3)}."
             )
-        if not self._take_slot(time):
-            return self._state()
-        if self.contact < 0:
-            if not self.finder.see(sample):
-                return self._state()
-            self.contact = self.slot
-        since = self.slot - self.contact
-        if since < self.decoder.window:
-            self._weigh(sample - self.finder.level, since)
+        for slot, values in self._fill(sample, time):
+            self.slot = slot
+            if self.contact < 0 and self.finder.see(values):
+                self.contact = slot
+            since = slot - self.contact
+            if self.contact >= 0 and since < self.decoder.window:
+                self._weigh(values - self.finder.level, since)
         return self._state()
 
-    def _take_slot(self, time: float | None) -> bool:
-        """Move to the slot of this sample; False if the slot is already taken."""
+    def _fill(self, sample: np.ndarray, time: float | None) -> list[tuple[int, np.ndarray]]:
+        """Slots that are known with this sample, and what they hold: none if its own is taken."""
         if time is None:
-            self.slot += 1
-            return True
+            return [(self.slot + 1, sample)]
         if not np.isfinite(time):
             raise InvalidInput(f"a sample's time must be finite, got {time}.")
-        if self.first_time is None:
-            self.first_time, self.slot = time, 0
-            return True
-        slot = round((time - self.first_time) / self.decoder.interval)
-        if slot < self.slot - 1:
+        last, self._last = self._last, (time, sample)
+        if self.first_time is None or last is None:
+            self.first_time = time
+            return [(0, sample)]
+        interval, before = self.decoder.interval, self.slot
+        slot = round((time - self.first_time) / interval)
+        if slot < before - 1:
             raise InvalidInput(
-                f"time runs backwards: slot {self.slot} was followed by a sample at {time:g} ms."
+                f"time runs backwards: slot {before} was followed by a sample at {time:g} ms."
             )
-        if slot <= self.slot:
+        step = time - last[0]
+        if step > 0:
+            self._steps.append(step)
+        if slot <= before:
             self.surplus += 1
-            if self.surplus > _SURPLUS and self.surplus > 0.25 * (self.slot + 1):
+            if self.surplus > _SURPLUS and self.surplus > 0.25 * (before + 1):
                 raise InvalidInput(
-                    f"samples come faster than every {self.decoder.interval:g} ms, which the"
-                    " decoder was trained for. Thin them out, or train with another interval."
+                    f"samples come faster than every {interval:g} ms, which the decoder was trained"
+                    " for. Thin them out, or train with another interval."
                 )
-            return False
-        self.missed += slot - self.slot - 1
-        self.slot = slot
-        return True
+            return []
+        usual = float(np.median(self._steps))
+        if not _SLOW * interval < usual <= _SLOWEST:
+            self.missed += slot - before - 1
+            return [(slot, sample)]
+        self.missed += (lost := max(round(step / usual) - 1, 0))
+        if lost:
+            return [(slot, sample)]
+        share = (self.first_time + interval * np.arange(before + 1, slot + 1) - last[0]) / step
+        between = last[1] + np.minimum(share, 1.0)[:, None] * (sample - last[1])
+        return [*zip(range(before + 1, slot), between, strict=False), (slot, between[-1])]
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
         before = self.felt
         self.tensor[:, since], self.felt = away, since
         self._ask_watch(before)
+        if self._watched:
+            return
         if self.decoder.model is not None:
             self.posterior = self._ask(self.decoder.model)
             return
@@ -178,11 +197,17 @@ class Stream:
     def _ask_watch(self, before: int) -> None:
         """Ask about the moments that came after sample ``before``; a late sample asks for those
         that it skipped.
+
+        From the first moment on the watch's probabilities are the answer: what is said of a touch
+        and whether it is like any that was learned come from the same clouds.
         """
         watch: Any = getattr(self.decoder, "watch_", None)
         for since in () if watch is None else range(before + 1, self.felt + 1):
-            found = watch.judge(self.tensor[:, : self.felt + 1], since)
-            self.strangeness = self.strangeness if found is None else found
+            found = watch.judge(self.tensor[:, : self.felt + 1], since, self.decoder.classes_)
+            if found is not None:
+                self.strangeness, posterior = found
+                if np.isfinite(posterior).all():
+                    self.posterior, self._watched = posterior, True
 
     def _ask(self, model: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """The model's probabilities for what has been felt so far."""

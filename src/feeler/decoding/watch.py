@@ -57,16 +57,21 @@ class Watch:
         self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
         return self
 
-    def judge(self, tensor: np.ndarray, since: int) -> float | None:
-        """How strange samples (sensor, time) are up to ``since``, > 1: unlike any that was learned.
+    def judge(
+        self, tensor: np.ndarray, since: int, classes: Sequence
+    ) -> tuple[float, np.ndarray] | None:
+        """Strangeness of samples (sensor, time) up to ``since``, > 1: unlike any that was learned;
+        and the probability of each of ``classes``.
 
         None between moments, NaN where a channel has no sample. Missing samples are bridged, also
         from those of ``tensor`` that came after ``since``.
         """
         if since + 1 not in self.readers_:
             return None
-        seen = _bridge(tensor)[:, : since + 1]
-        return float(self.readers_[since + 1].measure_strangeness(seen[None])[0]) / self.limit_
+        reader, seen = self.readers_[since + 1], _bridge(tensor)[None, :, : since + 1]
+        probability = dict(zip(reader.classes_, reader.predict_proba(seen)[0], strict=True))
+        strange = float(reader.measure_strangeness(seen)[0]) / self.limit_
+        return strange, np.array([probability.get(label, 0.0) for label in classes])
 
 
 def _bridge(tensor: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from filelock import FileLock
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.file import save_antenna
@@ -19,7 +20,7 @@ from feeler.design.problem import DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import Optimum, optimise
 from feeler.design.task import DesignTask
-from feeler.disk.files import ensure_folder, parse_json, read_bytes
+from feeler.disk.files import ensure_folder, parse_json, read_bytes, write_text
 from feeler.disk.provenance import compute_digest
 from feeler.errors import InvalidInput
 from feeler.records.checked import checked
@@ -156,17 +157,18 @@ def _count_looks(path: Path, task: DesignTask, antenna: Antenna) -> int:
     damaged = InvalidInput(
         f"{path} is damaged; remove it, and take another final seed in the task."
     )
-    try:
-        known = parse_json(read_bytes(path, _MAX_BYTES), str(path)) if path.exists() else {}
-    except InvalidInput as error:
-        raise damaged from error
-    if not all(isinstance(names, list) for names in known.values()):
-        raise damaged  # somebody else's file, perhaps
-    seen = known.setdefault(str(dict(task.seeds)["final"]), [])
-    name = compute_digest(antenna)[:16]
-    if name not in seen:
-        seen.append(name)
-    path.write_text(json.dumps(known), encoding="utf-8")
+    with FileLock(path.with_name(f".{path.name}.lock")):  # another search in the same folder
+        try:
+            known = parse_json(read_bytes(path, _MAX_BYTES), str(path)) if path.exists() else {}
+        except InvalidInput as error:
+            raise damaged from error
+        if not all(isinstance(names, list) for names in known.values()):
+            raise damaged  # somebody else's file, perhaps
+        seen = known.setdefault(str(dict(task.seeds)["final"]), [])
+        name = compute_digest(antenna)[:16]
+        if name not in seen:
+            seen.append(name)
+        write_text(path, json.dumps(known))
     return len(seen)
 
 
@@ -177,9 +179,7 @@ def _keep(found: DesignOutcome, out: Path) -> None:
     )
     sources = {name: Source(tag="C", note=note) for name in ("stiffness", "damping")}
     save_antenna(found.best, out / "antenna.toml", sources)
-    (out / "design.json").write_text(
-        json.dumps(found.to_plain(), indent=1, sort_keys=True), encoding="utf-8"
-    )
+    write_text(out / "design.json", json.dumps(found.to_plain(), indent=1, sort_keys=True))
 
 
 def _describe(one: Score) -> dict[str, Any]:

@@ -108,6 +108,12 @@ def writing(path: str | os.PathLike) -> Iterator[Path]:
             part.unlink(missing_ok=True)
 
 
+def write_text(path: str | os.PathLike, text: str) -> None:
+    """Write a text in UTF-8; the file is whole or stays as it was, see :func:`writing`."""
+    with writing(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
 def ensure_folder(path: str | os.PathLike) -> Path:
     """The folder of this path, made where it is not there yet."""
     try:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from feeler.disk.files import write_text
 from feeler.records.checked import checked
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ class Section:
         text = json.dumps(
             {key: to_json(value) for key, value in arrays.items()}, sort_keys=True
         )
-        (self.folder / f"{name}.json").write_text(text)
+        write_text(self.folder / f"{name}.json", text)
 
     def say_kept(self) -> str:
         """What a reader must know of a section that another run made; "" of this run's own."""
@@ -137,7 +138,7 @@ class Section:
         if "_pictures" in self.__dict__:
             self._pictures.close()
         data = asdict(self) | {"folder": None, "values": to_json(self.values)}
-        (self.folder / MARKER).write_text(json.dumps(data, sort_keys=True, indent=1))
+        write_text(self.folder / MARKER, json.dumps(data, sort_keys=True, indent=1))
 
     @classmethod
     def load(cls, folder: Path) -> "Section":

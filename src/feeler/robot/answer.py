@@ -1,7 +1,7 @@
 """What a classifier says of one recording, how sure it is, and what the recording's notes say."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,8 @@ class Answer:
     mirrored : bool
         Whether the tip went to the negative side first, so that the recording's mirror image was
         judged.
+    probabilities : dict[Label, float]
+        Of every class; empty without contact.
     """
 
     label: Label
@@ -52,6 +54,7 @@ class Answer:
     strangeness: float = 0.0
     missing: str = ""
     mirrored: bool = False
+    probabilities: dict[Label, float] = field(default_factory=dict)
 
     @property
     def strange(self) -> bool:
@@ -162,6 +165,9 @@ def _judge_touch(
         known=known,
         strangeness=float(reader.measure_strangeness(tensor[None], until)[0]) if felt else 0.0,
         missing=missing if felt else "",
+        probabilities=dict(zip(reader.classes_, map(float, probability), strict=True))
+        if felt
+        else {},
     )
 
 

@@ -17,6 +17,14 @@ CLOCK = (
     2**32 / 1000
 )  # ms after which a board's clock of microseconds in 32 bits begins anew (71.6 minutes)
 _MAX_HOLE = 2000  # [C] samples in a row; a longer hole is a board that began anew
+_MAX_LATE = 50  # [C] late samples in a row; more come from a board that began anew
+_MAX_PAUSE = (
+    2000.0  # [C] ms from one plain line to the next; a longer one needs a second witness
+)
+MAX_NUMBER = 1e15  # [C] of any reading or time [ms]; squares of it are still finite
+_LAYOUT = (
+    "it is laid out otherwise than the lines around it (with a time, without, or from `$` on)."
+)
 
 
 def frame_sample(number: int, time: float, values: np.ndarray) -> str:
@@ -34,28 +42,45 @@ def unwrap_clock(time: np.ndarray) -> np.ndarray:
 
 
 class Link:
-    """Takes lines as they come and gives samples in order; what was lost becomes samples of NaN.
+    """Samples in order from lines as they come, whatever happened to them on the way.
+
+    A board's lines are checked by their number and checksum; what was lost becomes samples of NaN.
+    Plain lines have neither. Their layout (with or without a time) and the first time hold once two
+    lines in a row agree, and a time that falls, or rises by more than 2 s, once the next line goes
+    on from it; until then such a line is held back.
 
     Attributes
     ----------
-    lost, late, broken : how many samples never came, came again or too late, and did not add up.
+    lost, late, broken : how many samples never came, came again or too late, and lines that are no
+        sample.
+    restarts : how often the time began anew.
+    fault : what was wrong with the latest broken line; empty where none was broken.
     """
 
     def __init__(self, n_sensors: int) -> None:
-        self.lost = self.late = self.broken = 0
+        self.lost = self.late = self.broken = self.restarts = 0
+        self.fault = ""
         self._n, self._last, self._time, self._turns = n_sensors, -1, 0.0, 0
+        self._again = -1, 0  # number of the latest late sample, and how many came in a row
+        self._timed: bool | None = None  # of plain lines; None as long as it is not known
+        self._held: tuple[float | None, np.ndarray] | None = None
 
     def take(self, line: str) -> list[tuple[float, np.ndarray]]:
         """Samples (time [ms], values) that a line adds: none, one, or one and those lost before."""
         number, time, values = self._read(line.strip())
         if number is None:
-            self.broken += 1
+            self.refuse(f"its checksum, or its number of values, is wrong: {line[:80]!r}.")
             return []
         ahead = 1 if self._last < 0 else (number - self._last) % WRAP
         if ahead == 0 or ahead > WRAP - _MAX_HOLE:
             self.late += 1
-            return []
+            run = self._again[1] + 1 if number == self._again[0] + 1 else 1
+            self._again = number, run
+            if run < _MAX_LATE:
+                return []
+            ahead = WRAP  # so many in a row come from a board that began anew
         if ahead > _MAX_HOLE:  # a board that began anew, and its clock with it
+            self.restarts += time < self._time
             self._turns, self._time = 0, time
         before, missing, time = (
             self._time,
@@ -65,8 +90,67 @@ class Link:
         step = (time - before) / (missing + 1)
         holes = [(before + k * step, np.full(self._n, np.nan)) for k in range(1, missing + 1)]
         self.lost += missing
-        self._last = number
+        self._last, self._again = number, (-1, 0)
         return [*holes, (time, values)]
+
+    def add(
+        self, time: float | None, values: np.ndarray
+    ) -> list[tuple[float | None, np.ndarray]]:
+        """Samples that a plain line adds: none, one, or it and the one held back before it."""
+        if self._last >= 0 or self._timed not in (None, time is not None):
+            self.refuse(_LAYOUT)
+            return []
+        held, self._held = self._held, None
+        if time is None:
+            if self._timed is None and (held is None or held[0] is not None):
+                return self._hold(time, values, held)
+            self._timed = False
+            return [*([] if held is None else [held]), (time, values)]
+        if self._timed:
+            turned = time + (self._turns + (time < self._time - CLOCK / 2)) * CLOCK
+            if 0 < turned - self._time <= _MAX_PAUSE:
+                self._drop(held)
+                return [(self.follow(time), values)]
+        if held is None or held[0] is None or not 0 < time - held[0] <= _MAX_PAUSE:
+            return self._hold(time, values, held)
+        self._timed, before, first = True, self._time, self.follow(held[0])
+        self.restarts += first < before
+        return [(first, held[1]), (self.follow(time), values)]
+
+    def end(self) -> list[tuple[float | None, np.ndarray]]:
+        """The sample held back, where it is the only one; else it goes."""
+        held, self._held = self._held, None
+        if self._timed is None and held is not None and self._last < 0:
+            return [held]
+        self._drop(held)
+        return []
+
+    def refuse(self, fault: str) -> None:
+        """Count a line that is no sample."""
+        self.broken += 1
+        self.fault = fault
+
+    def _hold(
+        self,
+        time: float | None,
+        values: np.ndarray,
+        held: tuple[float | None, np.ndarray] | None,
+    ) -> list[tuple[float | None, np.ndarray]]:
+        self._drop(held)
+        self._held = time, values
+        return []
+
+    def _drop(self, held: tuple[float | None, np.ndarray] | None) -> None:
+        """Count a sample held back that no other goes on from."""
+        if held is None:
+            return
+        time = held[0]
+        if time is None or self._timed is None:
+            self.refuse(_LAYOUT)
+        elif -_MAX_PAUSE <= time + self._turns * CLOCK - self._time <= 0:
+            self.late += 1
+        else:
+            self.refuse(f"its time of {time:g} ms comes after {self._time:g} ms.")
 
     def follow(self, time: float) -> float:
         """The board's time [ms], going on where its clock began anew."""
@@ -76,7 +160,12 @@ class Link:
 
     def describe(self) -> str:
         """What was wrong, in words; empty where nothing was."""
-        parts = [(self.lost, "lost"), (self.late, "late or doubled"), (self.broken, "broken")]
+        parts = [
+            (self.lost, "lost"),
+            (self.late, "late or doubled"),
+            (self.broken, "broken"),
+            (self.restarts, "times begun anew"),
+        ]
         return ", ".join(f"{count} {word}" for count, word in parts if count)
 
     def _read(self, line: str) -> tuple[int | None, float, np.ndarray]:
@@ -93,7 +182,13 @@ class Link:
             )
         except ValueError:
             return bad
-        return (number, time, values) if 0 <= number < WRAP and np.isfinite(time) else bad
+        sound = 0 <= number < WRAP and abs(time) <= MAX_NUMBER and is_sound(values)
+        return (number, time, values) if sound else bad
+
+
+def is_sound(values: np.ndarray) -> bool:
+    """Whether readings are numbers that a sensor may give, or NaN where there is none."""
+    return not (np.abs(values) > MAX_NUMBER).any()
 
 
 def _sum(body: str) -> int:

@@ -204,6 +204,20 @@ def load_recording(
     return recording
 
 
+def find_unit(unit: str) -> tuple[str, float]:
+    """The unit in which channels of ``unit`` are kept, and the factor to it."""
+    if unit not in _UNITS:
+        raise InvalidInput(f"unit of the channels is {unit!r}; valid: {', '.join(_UNITS)}.")
+    return _UNITS[unit]
+
+
+def find_time_factor(unit: str) -> float:
+    """Milliseconds of one ``unit`` of time."""
+    if unit not in _TIME_UNITS:
+        raise InvalidInput(f"time_unit={unit!r} is unknown; valid: {_TIME_VALID}.")
+    return _TIME_UNITS[unit]
+
+
 def _list_left(table: Table, columns: list[int]) -> list[str]:
     """A line of history on the columns that are neither time nor channels, if there are any."""
     left = [

@@ -1,7 +1,7 @@
 """A live board: what the sensors of a real antenna feel, shown while they feel it."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, islice, pairwise
 from threading import Event
 from time import monotonic
@@ -143,19 +143,13 @@ def _read(
 
 def _parse(
     line: bytes, n_channels: int, link: Link
-) -> list[tuple[float | None, np.ndarray]] | None:
+) -> Sequence[tuple[float | None, np.ndarray]] | None:
     """The samples that a line adds, those lost before it among them as NaN; None where it is
     damaged.
     """
     broken = link.broken
-    try:
-        samples = take_line(line, n_channels, link)
-    except InvalidInput:
-        return None
-    sound = link.broken == broken and all(
-        time is None or np.isfinite(time) for time, _ in samples
-    )
-    return samples if sound else None
+    samples = take_line(line, n_channels, link)
+    return samples if samples or link.broken == broken else None
 
 
 def _strip_frame(line: bytes) -> bytes:

@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler.disk.files import write_text
 from feeler.plotting.look import PALETTE
 from feeler.records.checked import checked
 from feeler.report import Section, write_page
@@ -57,7 +58,7 @@ def write_active(
     measured.to_dataframe().reset_index().to_csv(
         out / "active.csv", index=False, float_format="%.6g"
     )
-    (out / "active.json").write_text(json.dumps(to_json(measured.to_dict())), encoding="utf-8")
+    write_text(out / "active.json", json.dumps(to_json(measured.to_dict())))
     return write_page(
         out / "active.html", "How to move in order to know", CONTEST_LEAD, section
     )

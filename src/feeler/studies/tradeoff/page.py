@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from feeler.disk.files import ensure_folder
+from feeler.disk.files import ensure_folder, write_text
 from feeler.errors import InvalidInput
 from feeler.records.checked import checked
 from feeler.report import Section, write_page
@@ -53,9 +53,9 @@ def write_tradeoff(
     section.text(conditions)
     table = xr.concat([_tabulate(data) for data in measured.values()], "row", data_vars="all")
     table.to_dataframe().to_csv(out / "tradeoff.csv", index=False, float_format="%.6g")
-    (out / "tradeoff.json").write_text(
+    write_text(
+        out / "tradeoff.json",
         json.dumps({name: to_json(data.to_dict()) for name, data in measured.items()}),
-        encoding="utf-8",
     )
     n = study.task.n_classes
     one = "One set of touches was drawn, so nothing says how far another one would differ."
