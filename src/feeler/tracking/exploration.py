@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from feeler.records.checked import checked
 from feeler.records.record import OneOf
 from feeler.tracking.angle import SIDES, compute_antenna_angle
 from feeler.tracking.plausible import find_doubts, leave_out_errors
-from feeler.tracking.speed import MAX_GAP, MIN_PROMINENCE, Sweeps, bridge_gaps, find_sweeps
+from feeler.tracking.speed import MAX_GAP, MIN_PROMINENCE, Sweeps, find_sweeps
 from feeler.tracking.tracks import Tracks
 
 _MAX_LOSS = 0.05  # [C] of the speed that a chosen low-pass may take away without a remark
@@ -141,7 +142,10 @@ def measure_exploration(
         warnings.warn(words, Doubtful, stacklevel=3)
     tips = (landmarks or {}).get("tips", ("left", "right"))
     missing = [
-        [side.missing / side.angle.size if tip else np.nan for tip, side in zip(tips, pair, strict=True)]
+        [
+            side.missing / side.angle.size if tip else np.nan
+            for tip, side in zip(tips, pair, strict=True)
+        ]
         for pair in sweeps
     ]
     return Exploration(
@@ -227,7 +231,7 @@ def _bridge_body(
     for name in {head, abdomen, *bases} - {""}:
         place = position[:, tracks.landmarks.index(name)]
         seen = np.flatnonzero(np.isfinite(place).all(axis=1))
-        for start, stop in zip(seen[:-1], seen[1:], strict=True):
+        for start, stop in pairwise(seen):
             lost = stop - start - 1
             moved = np.linalg.norm(place[stop] - place[start])
             if lost and (lost <= max_gap or (lost <= longest and moved <= near)):

@@ -84,6 +84,7 @@ def find_doubts(
             f"the antennae point backwards in {min(backward):.0%} of the frames: are {head} and"
             f" {abdomen} exchanged?"
         )
+        return doubts  # which turns the sides round as well
     inward = [float(np.mean(np.sin(row) < 0)) for row in shown]
     if flat and all(tips) and len(inward) == 2 and min(inward) > 0.5:
         doubts.append(

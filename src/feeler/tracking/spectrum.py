@@ -5,7 +5,9 @@ from scipy.signal import periodogram
 
 MIN_FRAMES = 10  # frames of the shortest stretch that is filtered
 _N_CANDIDATES = 100
-_HIGHEST = 0.48  # [C] highest cut-off, as a share of the frame rate (1/2 is the Nyquist frequency)
+_HIGHEST = (
+    0.48  # [C] highest cut-off, as a share of the frame rate (1/2 is the Nyquist frequency)
+)
 _MOTION = 1.5  # [C] the motion lies below this multiple of the best cut-off
 
 
@@ -38,14 +40,20 @@ class MotionSpectrum:
         if not pieces:
             return
         spectra = [
-            [values[1:-1] for values in periodogram(piece, 1 / interval, "hann", detrend="linear")]
+            [
+                values[1:-1]
+                for values in periodogram(piece, 1 / interval, "hann", detrend="linear")
+            ]
             for piece in pieces
         ]
         frequency = self._f = np.concatenate([f for f, _ in spectra])
         self._power = np.concatenate([power for _, power in spectra])
         # a density becomes a variance by the width of a bin; long stretches count more
         self._weight = (2 * np.pi * frequency) ** 2 * np.concatenate(
-            [np.full(f.size, piece.size * f[0]) for (f, _), piece in zip(spectra, pieces, strict=True)]
+            [
+                np.full(f.size, piece.size * f[0])
+                for (f, _), piece in zip(spectra, pieces, strict=True)
+            ]
         )
         density = float(np.median(self._power[frequency > 0.25 / interval]) / np.log(2))
         self.noise = float(np.sqrt(0.5 * density / interval))
@@ -64,7 +72,9 @@ class MotionSpectrum:
 
     def _compute_gain(self, cutoff: float) -> np.ndarray:
         """Gain of :func:`feeler.tracking.speed.smooth` at the spectrum's frequencies."""
-        warp = np.tan(np.pi * self._f * self._interval) / np.tan(np.pi * cutoff * self._interval)
+        warp = np.tan(np.pi * self._f * self._interval) / np.tan(
+            np.pi * cutoff * self._interval
+        )
         return 1 / (1 + warp**4)
 
     def find_loss(self, cutoff: float) -> tuple[float, float]:
