@@ -1,5 +1,7 @@
 """Tracking errors that geometry and speed give away: exchanged landmarks, jumps, wrong names."""
 
+from itertools import permutations
+
 import numpy as np
 from scipy.ndimage import median_filter
 
@@ -12,6 +14,7 @@ _EXCHANGED = 0.5  # shortening of both landmarks' paths if their names are excha
 _JUMP = (0.25, 1.0)  # least and largest step that counts as a jump
 _MAX_SPEED = np.deg2rad(5.0)  # [C] rad/ms; no antenna or whisker is as fast as 5000 °/s
 _TIMES = 8.0  # [C] over what is usual in the neighbourhood
+_TIMES_LARGEST = 2.5  # [C] over what is largest there, for one frame
 _NEAR = 8  # [C] frames of a neighbourhood, before and after
 _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
 
@@ -155,7 +158,7 @@ def _find_excursions(
     wrong = np.zeros(len(path), dtype=bool)
     last = len(path) - 1
     for k in np.flatnonzero(jump) + 1:  # the first place after the jump
-        if wrong[k]:
+        if wrong[k] or wrong[k - 1]:  # within an excursion, or the jump back from it
             continue
         stop = int(np.searchsorted(frame, frame[k] + _LONGEST / interval, side="right"))
         back = np.linalg.norm(path[k:stop] - path[k - 1], axis=1) < 0.5 * step[k - 1]
@@ -169,15 +172,22 @@ def _find_excursions(
 
 
 def _find_spikes(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarray:
-    """Whether a place (row, axis) lies off the cubic through two places before and two after."""
+    """Whether a place (row, axis), seen in ``frame`` (row,), lies off the cubic through two places
+    before and two after.
+    """
+    offset = np.stack([np.roll(frame, -k) - frame for k in (-2, -1, 1, 2)])[:, 2:-2]
+    weight = np.ones(offset.shape)  # Lagrange's, at the frame itself
+    for j, k in permutations(range(4), 2):
+        weight[j] *= -offset[k] / (offset[j] - offset[k])
+    around = np.stack([path[:-4], path[1:-3], path[3:-1], path[4:]])
     off = np.zeros(len(path))
-    middle = (
-        4 * (path[1:-3] + path[3:-1]) - (path[:-4] + path[4:])
-    ) / 6  # the cubic's value at even times
-    even = frame[4:] - frame[:-4] == 4
-    off[2:-2] = np.where(even, np.linalg.norm(path[2:-2] - middle, axis=1), 0.0)
-    around = np.max([np.roll(off, k) for k in (-2, -1, 1, 2)], axis=0)
-    return (off > _SPIKE * length) & (off > _TIMES * _find_usual(off)) & (off > around)
+    off[2:-2] = np.linalg.norm(path[2:-2] - np.sum(weight[:, :, None] * around, axis=0), axis=1)
+    off[2:-2][offset[3] - offset[0] > _NEAR] = 0.0
+    beside = np.max([np.roll(off, k) for k in (-2, -1, 1, 2)], axis=0)
+    away = [k for k in range(-_NEAR, _NEAR + 1) if abs(k) > 2]
+    others = np.max([np.roll(off, k) for k in away], axis=0)
+    odd = (off > _TIMES * _find_usual(off)) | (off > _TIMES_LARGEST * others)
+    return (off > _SPIKE * length) & odd & (off > beside)
 
 
 def _find_usual(values: np.ndarray) -> np.ndarray:

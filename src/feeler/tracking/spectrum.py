@@ -8,6 +8,10 @@ _N_CANDIDATES = 100
 _HIGHEST = (
     0.48  # [C] highest cut-off, as a share of the frame rate (1/2 is the Nyquist frequency)
 )
+_ABOVE = 4.0  # [C] highest cut-off over the highest frequency of the motion
+_OCTAVES = 1 / 3  # [C] width of the bands in which the motion is told from the noise
+_OVER = 2.0  # [C] times the noise's power that a band with motion has on top of it
+_CHANCE = 6.0  # [C] sd by which a band with motion is louder than noise would be by chance
 _MOTION = 1.5  # [C] the motion lies below this multiple of the best cut-off
 
 
@@ -18,7 +22,8 @@ class MotionSpectrum:
     is fast enough sees no motion. The best cut-off minimises Stein's unbiased estimate of the
     squared error of the angular speed, Σ (2πf)² [(1 − G)² P + (2 G − 1) N], with P the periodogram
     and G the gain of the filter: what the filter takes from the motion, and what it leaves of the
-    noise (Stein 1981, Ann Stat 9:1135).
+    noise (Stein 1981, Ann Stat 9:1135). It is at most four times the highest frequency at which
+    the motion stands out of the noise, because noise that is not quite white would raise it.
 
     Attributes
     ----------
@@ -58,6 +63,7 @@ class MotionSpectrum:
         density = float(np.median(self._power[frequency > 0.25 / interval]) / np.log(2))
         self.noise = float(np.sqrt(0.5 * density / interval))
         lowest = min(3 / (interval * max(piece.size for piece in pieces)), 0.5 * highest)
+        highest = max(lowest, min(highest, _ABOVE * _find_edge(spectra, density)))
         candidates = np.geomspace(lowest, highest, _N_CANDIDATES)[::-1]
         error = [
             np.sum(self._weight * ((1 - gain) ** 2 * self._power + (2 * gain - 1) * density))
@@ -86,3 +92,15 @@ class MotionSpectrum:
         gain = self._compute_gain(cutoff)
         kept = np.clip((gain**2 @ self._motion) / self._motion.sum(), 0, 1)
         return float(1 - np.sqrt(kept)), float(self._f[np.argmax((1 - gain**2) * self._motion)])
+
+
+def _find_edge(spectra: list[list[np.ndarray]], density: float) -> float:
+    """Highest frequency [kHz] of a band with motion; 0 without one."""
+    frequency = np.concatenate([f for f, _ in spectra])
+    power = np.concatenate([p for _, p in spectra])
+    band = np.floor(np.log2(frequency / frequency.min()) / _OCTAVES).astype(int)
+    count = np.bincount(band)
+    mean = np.bincount(band, power) / np.maximum(count, 1)
+    least = 1 + np.maximum(_OVER, _CHANCE / np.sqrt(np.maximum(count, 1)))
+    loud = np.flatnonzero(mean > least * density)
+    return float(frequency[band == loud[-1]].max()) if loud.size else 0.0

@@ -19,6 +19,7 @@ _ORDER = 2  # [P] second-order Butterworth
 CUTOFF = 6e-3
 MAX_GAP = 5  # [C] frames that are bridged
 _MAX_CYCLE = 0.25  # [C] of a cycle: peaks within a longer bridged gap are not measured
+_AT_ENDS = 0.5  # [C] periods of the cut-off: peaks nearer to a stretch's ends are not counted
 _FINE = 8  # times between frames at which peaks of the speed are looked for
 _MIN_NOISES = 3.0  # [C] sd of the speed's noise by which a peak rises at least
 MIN_PROMINENCE = (
@@ -186,7 +187,8 @@ def find_sweeps(
     Returns
     -------
     Sweeps
-        A peak lies between frames, on the spline through the filtered angle.
+        Peaks within half a period of the cut-off from the ends of a stretch are not counted: noise
+        makes false ones there. A peak lies between frames, on the spline through the filtered angle.
 
     Raises
     ------
@@ -206,8 +208,10 @@ def find_sweeps(
     times, peaks = [], []
     for run in find_runs(smoothed):
         place, height = _find_peaks(smoothed[run], interval, least)
-        times.append((run.start + place) * interval)
-        peaks.append(height)
+        # nearer to an end than half a period of the cut-off, the filter has one side alone
+        inner = np.minimum(place, run.stop - 1 - run.start - place) * interval * cutoff > _AT_ENDS
+        times.append((run.start + place[inner]) * interval)
+        peaks.append(height[inner])
     time, peak = np.concatenate([[], *times]), np.concatenate([[], *peaks])
     measured = ~_find_long(is_bridged, interval, spectrum.frequency)[
         np.round(time / interval).astype(int)
