@@ -211,7 +211,7 @@ def test_a_row_twice_and_text_in_the_place_of_a_number_are_refused(tmp_path):
         load_tracks(tmp_path / "t.csv", frame_rate=RATE)
 
 
-def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(
+def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_left_out(
     tmp_path,
 ):
     names, position, likelihood = plant(np.random.default_rng(1), 0.03)
@@ -220,7 +220,11 @@ def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_
         load_tracks(tmp_path / "t.csv", frame_rate=RATE, min_likelihood=m) for m in (0.6, 0.0)
     )
     assert measure_exploration([clean], max_gap=5).mean < 0.96 * SPEED
-    assert measure_exploration([all_of_them], landmarks=BASES).n_peaks.sum() != 40
+    found = measure_exploration([all_of_them], landmarks=BASES)
+    np.testing.assert_allclose(found.mean_peak, SPEED, rtol=0.02)
+    assert found.left_out[0]["left_tip jumps"] > 20
+    wrong = measure_exploration([all_of_them], landmarks=BASES, outliers="keep", cutoff="paper")
+    assert np.abs(wrong.mean_peak / SPEED - 1).max() > 0.05
 
 
 def test_gaps_stay_in_the_tracks_and_short_ones_are_bridged_unless_told_otherwise(tmp_path):

@@ -178,6 +178,12 @@ def _read_settings(file: Any) -> dict[str, Any]:
     return settings if isinstance(settings, dict) else {}
 
 
+def holds_poses(file: Any) -> bool:
+    """Whether an NWB file has a pose estimation with landmarks."""
+    films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
+    return any(_find(film, "PoseEstimationSeries") for film in films.values())
+
+
 def _order_landmarks(file: Any, films: Any, titles: list[str]) -> tuple[list[str], list[str]]:
     """Names of the landmarks, and of their series, in the skeleton's order: HDF5 sorts by name."""
     held = [film["nodes"] for film in films.values() if "nodes" in film]

@@ -77,10 +77,16 @@ def leave_out_errors(
 def find_doubts(
     angle: np.ndarray, *, tips: tuple[str, str], head: str, abdomen: str, flat: bool
 ) -> list[str]:
-    """Questions about the landmarks' names, from angles (side, frame) [rad]."""
+    """Questions about the landmarks' names and tracks, from angles (side, frame) [rad]."""
     turned = [row[np.isfinite(row)] for row in angle]
     shown = [np.angle(np.exp(1j * row)) for row in turned if row.size]
     doubts = []
+    for tip, row in zip(tips, angle, strict=True):
+        if wild := int(np.sum(np.abs(np.diff(row)) > np.pi / 2)):
+            doubts.append(
+                f"the angle of {tip} still jumps by more than 90° in {wild} frames: its track holds"
+                " errors that were not left out, and its peak speeds are not to be trusted."
+            )
     backward = [float(np.mean(np.abs(row) > np.pi / 2)) for row in shown]
     if min(backward) > 0.5:
         doubts.append(

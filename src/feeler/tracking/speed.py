@@ -188,7 +188,8 @@ def find_sweeps(
     -------
     Sweeps
         Peaks within half a period of the cut-off from the ends of a stretch are not counted: noise
-        makes false ones there. A peak lies between frames, on the spline through the filtered angle.
+        makes false ones there. A peak lies between frames, on the spline through the filtered
+        angle.
 
     Raises
     ------
@@ -209,7 +210,9 @@ def find_sweeps(
     for run in find_runs(smoothed):
         place, height = _find_peaks(smoothed[run], interval, least)
         # nearer to an end than half a period of the cut-off, the filter has one side alone
-        inner = np.minimum(place, run.stop - 1 - run.start - place) * interval * cutoff > _AT_ENDS
+        inner = (
+            np.minimum(place, run.stop - 1 - run.start - place) * interval * cutoff > _AT_ENDS
+        )
         times.append((run.start + place[inner]) * interval)
         peaks.append(height[inner])
     time, peak = np.concatenate([[], *times]), np.concatenate([[], *peaks])

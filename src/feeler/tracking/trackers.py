@@ -25,6 +25,9 @@ from feeler.tensors.table import MAX_BYTES, Table, parse_table
 from feeler.tracking.clock import count_frames, spread_frames
 
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "space": (0, 1, 2)}
+# [C] frames per second; slower than any film of a moving animal. Converters that have not seen the
+# film write 1
+PLACEHOLDER = 2.0
 OWN_UNIT = (
     "own unit"  # of places in space: that of the cameras' calibration, which no file says
 )
@@ -288,7 +291,8 @@ def _read_hdf5_file(
             (places, scores), more = spread_frames(frame, source, places, scores)
             notes |= more
         if rate is None and not wrong:
-            rate, timed = 1e3 / step, "its times"
+            rate = 1e3 / step
+            timed = "its times" if rate > PLACEHOLDER else ""  # converters count frames so
     return Found(
         names=tuple(about["names"]),
         position=places,

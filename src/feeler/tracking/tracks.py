@@ -12,16 +12,13 @@ from feeler.records.checked import checked
 from feeler.records.record import ALLOW_NAN, Gt, Len, Record, Unit
 from feeler.tensors.table import Table
 from feeler.tracking.clock import read_clock, spread_frames
-from feeler.tracking.trackers import OWN_UNIT, Found, project, read_tracker
+from feeler.tracking.trackers import OWN_UNIT, PLACEHOLDER, Found, project, read_tracker
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
 _ORIGINS = ("top-left", "bottom-left")
 MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
 _MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
-# [C] frames per second; slower than any film of a moving animal. Converters that have not seen the
-# film write 1
-_PLACEHOLDER = 2.0
 _SAME_RATE = 0.02  # [C] by which a frame rate may differ from the one that times say
 _AWAY = 0.05  # [C] of all landmarks' extent, by which (0, 0) is no place that was tracked
 
@@ -302,7 +299,7 @@ def _check_rate(found: Found, name: str) -> float:
         )
     if found.frame_rate is None:
         raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
-    if not _PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
+    if not PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
         raise InvalidInput(
             f"{name} claims {found.frame_rate:.4g} frames/s, which no film of a moving animal has;"
             f" {advice}"
