@@ -45,8 +45,18 @@ _HEADER = (
     "frames bridged (left, right)",
     "frames missing (left, right)",
 )
-_COLUMNS = ("trial", "side", "time_ms", "angle_deg", "speed_deg_per_s", "frame", "bridged")
-_COLUMNS += ("frame_rate", "cutoff_hz", "cutoff_choice")
+_COLUMNS = (
+    "trial",
+    "side",
+    "time_ms",
+    "angle_deg",
+    "speed_deg_per_s",
+    "frame",
+    "bridged",
+    "frame_rate",
+    "cutoff_hz",
+    "cutoff_choice",
+)
 _CONSTANT = (
     "tip",
     "base",
@@ -342,10 +352,10 @@ def _describe(
                 "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
             }
         )
-    mean, lateral = (_drop_nan([value])[0] for value in (result.mean, result.lateral_speed))
+    overall, lateral = _drop_nan([result.mean, result.lateral_speed])
     return {
         "trials": rows,
-        "mean": None if mean is None else float(np.rad2deg(mean) * 1e3),
+        "mean": None if overall is None else float(np.rad2deg(overall) * 1e3),
         "lateral_speed": lateral,
         "length": result.length,
         "source": result.source,

@@ -164,9 +164,10 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         if series[0][title]["data"].shape[1] < n_axes
     ]
     about["unit"] = "mm" if _read_metres(first) else "px"
+    clock = {}
     if "starting_time" in first:
-        about["frame_rate"] = float(first["starting_time"].attrs["rate"])
-    return {**about, "flat": flat, "settings": _read_settings(file)}, arrays
+        clock = {"frame_rate": float(first["starting_time"].attrs["rate"])}
+    return {**about, **clock, "flat": flat, "settings": _read_settings(file)}, arrays
 
 
 def _read_settings(file: Any) -> dict[str, Any]:

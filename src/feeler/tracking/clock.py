@@ -111,11 +111,8 @@ def read_clock(table: Table, given: float | None) -> Clock:
         return Clock(frame=frame, wrong=f"column {column!r} holds text")
     time = table.column(column)
     counted, step, wrong = count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
-    if wrong and frame is not None:  # times that are rounded or jump, beside numbers that count
-        wrong = f"{wrong} in column {column!r}"
-        return Clock(frame=frame, wrong=wrong)
-    if wrong:
-        return Clock(wrong=f"{wrong} in column {column!r}")
+    if counted is None:
+        return Clock(frame=frame, wrong=f"{wrong} in column {column!r}")
     if frame is not None:
         step *= counted[-1] / max(frame[-1] - frame[0], 1)
     rate = 1e3 / step

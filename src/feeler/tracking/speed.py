@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -154,7 +154,7 @@ def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
     return speed
 
 
-def _differentiate(values: np.ndarray):  # type: ignore[no-untyped-def]
+def _differentiate(values: np.ndarray) -> Any:
     """Derivative of the spline through values (frame,), a function of the frame."""
     order = min(5, values.size - 1)
     return make_interp_spline(np.arange(values.size), values, k=order).derivative()

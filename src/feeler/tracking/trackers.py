@@ -285,14 +285,14 @@ def _read_hdf5_file(
     notes, rate, timed = _take_notes(about, k), about.get("frame_rate"), ""
     if "times" in arrays:
         frame, step, wrong = count_frames(np.array(arrays["times"][k, :n], dtype=float) * 1e3)
-        if wrong:
+        if frame is None:
             notes |= {"clock": wrong}
         else:
             (places, scores), more = spread_frames(frame, source, places, scores)
             notes |= more
-        if rate is None and not wrong:
-            rate = 1e3 / step
-            timed = "its times" if rate > PLACEHOLDER else ""  # converters count frames so
+            if rate is None:
+                rate = 1e3 / step
+                timed = "its times" if rate > PLACEHOLDER else ""  # converters count frames so
     return Found(
         names=tuple(about["names"]),
         position=places,
