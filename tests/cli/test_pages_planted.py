@@ -231,25 +231,35 @@ def test_a_table_of_tracks_counts_its_frames():
         "n_peaks": [7, 0],
         "bridged": [12, 13],
         "missing": [34, 35],
+        "n_frames": 500,
+        "frame_rate": 100.0,
+        "cutoff": [12.0, 13.0],
+        "unmeasured": [0, 0],
+        "left_out": {"tip jumps": 6},
+        "notes": {},
+        "remarks": ["the film is slow"],
     }
     row |= {"doubted": {"tip": 5}, "error": [1.5, None]}
+    settings = {"tips": ("a", "b"), "cutoff": "auto", "max_gap": 5, "min_likelihood": 0.6}
     found = {
         "trials": [row],
         "mean": 81.25,
         "length": 50.0,
         "lateral_speed": 0.0709,
-        "source": "mine",
+        "source": "tracked",
+        "settings": settings,
     }
     words = tracks._write_words(found)
-    assert re.search(r"a\.csv +81\.25 \( +7\) +nan \( +0\) +12, 13 +34, 35\n", words)
+    assert re.search(r"a\.csv +81\.25 \( +7\) +none \( +0\) +12, 13 +34, 35\n", words)
     assert (
-        "likelihood is too low: tip 5" in words
+        "likelihood is too low (below 0.6): tip 5" in words
         and "standard error: left 1.5, right none °/s" in words
     )
-    assert (
-        "81.25 °/s; with an antenna of 50 mm that is 7.09 cm/s sideways. Tracks: mine." in words
-    )
-    assert "these means are biased" in words
+    assert "81.25 °/s; with an antenna of 50 mm that is 7.09 cm/s sideways." in words
+    assert "100 frames/s; low-pass: left 12 Hz, right 13 Hz (from the spectrum)" in words
+    assert "tip jumps (6)" in words and "note: the film is slow" in words
+    lost = found | {"mean": None, "lateral_speed": None}
+    assert "No mean over trials and sides: 7% of the right" in tracks._write_words(lost)
     assert tracks._list_cells(row) == ["a.csv", "81.2 ± 1.5 (7)", "none", "12, 13", "34, 35"]
 
 

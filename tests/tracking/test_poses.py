@@ -203,10 +203,22 @@ def test_landmarks_with_and_without_z_are_read_together(tmp_path):
 
 
 def test_frames_that_are_not_evenly_spaced_are_said(tmp_path):
-    write_ndx(tmp_path / "u.nwb", (2,), np.delete(np.arange(30) / 25.0, [7, 8]))
-    with pytest.raises(InvalidInput, match=r"no even clock: its frames are 40 to 120 ms apart"):
+    times = np.arange(30) / 25.0
+    times[7:] += 0.02  # half a frame
+    write_ndx(tmp_path / "u.nwb", (2,), times)
+    with pytest.raises(InvalidInput, match=r"no even clock: its frames are 40 to 60 ms apart"):
         load_tracks(tmp_path / "u.nwb")
-    assert load_tracks(tmp_path / "u.nwb", frame_rate=25).n_frames == 28
+    assert load_tracks(tmp_path / "u.nwb", frame_rate=25).n_frames == 30
+
+
+def test_frames_that_are_left_out_of_the_times_are_gaps(tmp_path):
+    write_ndx(tmp_path / "u.nwb", (2,), np.delete(np.arange(30) / 25.0, [7, 8]))
+    tracks = load_tracks(tmp_path / "u.nwb")
+    assert tracks.n_frames == 30 and tracks.interval == pytest.approx(40.0)
+    assert np.flatnonzero(np.isnan(tracks.of("p0")[:, 0])).tolist() == [7, 8]
+    assert "2 of 30 frames" in tracks.notes["left out"]
+    with pytest.raises(InvalidInput, match="contradicts its times, by which there are 25"):
+        load_tracks(tmp_path / "u.nwb", frame_rate=60)
 
 
 def test_each_film_begins_a_pause_after_the_one_before_has_ended(tmp_path, trials):

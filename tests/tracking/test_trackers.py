@@ -25,6 +25,7 @@ from feeler.tracking import (
     measure_posture,
     trackers,
 )
+from feeler.tracking.clock import spread_frames
 from feeler.tracking.trackers import PLANES, Found, project
 from feeler.tracking.tracks import Tracks, _doubt
 
@@ -210,7 +211,7 @@ def test_a_row_twice_and_text_in_the_place_of_a_number_are_refused(tmp_path):
         load_tracks(tmp_path / "t.csv", frame_rate=RATE)
 
 
-def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(
+def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_left_out(
     tmp_path,
 ):
     names, position, likelihood = plant(np.random.default_rng(1), 0.03)
@@ -219,14 +220,20 @@ def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_
         load_tracks(tmp_path / "t.csv", frame_rate=RATE, min_likelihood=m) for m in (0.6, 0.0)
     )
     assert measure_exploration([clean], max_gap=5).mean < 0.96 * SPEED
-    assert measure_exploration([all_of_them], landmarks=BASES).n_peaks.sum() != 40
+    found = measure_exploration([all_of_them], landmarks=BASES)
+    np.testing.assert_allclose(found.mean_peak, SPEED, rtol=0.02)
+    assert found.left_out[0]["left_tip jumps"] > 20
+    wrong = measure_exploration([all_of_them], landmarks=BASES, outliers="keep", cutoff="paper")
+    assert np.abs(wrong.mean_peak / SPEED - 1).max() > 0.05
 
 
-def test_gaps_stay_unless_bridging_is_asked_for(tmp_path):
+def test_gaps_stay_in_the_tracks_and_short_ones_are_bridged_unless_told_otherwise(tmp_path):
     write_deeplabcut(tmp_path / "t.csv", *plant(np.random.default_rng(1), 0.03))
     tracks = load_tracks(tmp_path / "t.csv", frame_rate=RATE)
     assert np.isnan(tracks.position).any()
-    assert measure_exploration([tracks], landmarks=BASES).sweeps[0][0].bridged == 0
+    assert measure_exploration([tracks], landmarks=BASES).sweeps[0][0].bridged > 0
+    none = measure_exploration([tracks], landmarks=BASES, max_gap=0)
+    assert none.sweeps[0][0].bridged == 0
 
 
 @pytest.mark.parametrize("ending", ["csv", "h5"])
@@ -309,10 +316,22 @@ def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
         load_tracks(tmp_path / "hole.csv", frame_rate=30)
 
 
-def test_two_frames_with_one_missing_between_them_are_refused():
-    with pytest.raises(InvalidInput, match="frames missing"):
-        trackers._check_frames(np.array([4, 6]), "a.csv")
-    trackers._check_frames(np.array([4]), "a.csv")
+@pytest.mark.parametrize("numbers", [[4, 4], [6, 4], [4, 5.5], [4, np.nan]])
+def test_frames_that_do_not_rise_by_whole_numbers_are_refused(numbers):
+    with pytest.raises(InvalidInput, match=r"a\.csv: frame numbers must rise"):
+        spread_frames(np.array(numbers), "a.csv", np.zeros((2, 1, 2)))
+
+
+def test_frames_that_are_left_out_are_gaps():
+    places = np.arange(8.0).reshape(4, 1, 2)
+    (wide, none), notes = spread_frames(np.array([4.0, 6, 7, 9]), "a.csv", places, None)
+    assert none is None and notes == {"left out": "2 of 6 frames, which count as not seen"}
+    np.testing.assert_array_equal(wide[[0, 2, 3, 5]], places)
+    assert np.isnan(wide[[1, 4]]).all()
+    (same,), notes = spread_frames(np.array([4.0]), "a.csv", places[:1])
+    assert same is not wide and not notes
+    with pytest.raises(InvalidInput, match="Split it where frames are left out"):
+        spread_frames(np.array([0.0, 1e12]), "a.csv", places[:2])
 
 
 def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():

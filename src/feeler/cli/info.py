@@ -9,6 +9,7 @@ Examples:
   feeler walkDLC.h5                                    a file alone asks the same
 """
 
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -105,7 +106,44 @@ def list_rooms() -> dict[str, Any]:
     from feeler.tensors.kinds import PLAIN_TABLES
     from feeler.tracking.files import TRACK_FILES
 
-    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **_name_results(), **PLAIN_TABLES}
+    named = {**_name_traces(), **_name_results(), **PLAIN_TABLES}
+    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **named}
+
+
+def _name_traces() -> dict[str, Any]:
+    """Tables that ``feeler calibrate`` reads, by its own reader."""
+    from feeler.tensors.formats import Format
+    from feeler.tensors.kinds import PLAIN_TABLES
+
+    def load(path: Path, limits: Any, trusted: bool) -> list[str]:
+        from feeler.calibration import load_traces
+        from feeler.tensors.table import read_table
+
+        columns = read_table(path).columns
+        if channel := next((name for name in columns if re.match(r"hinge\d", name)), None):
+            raise InvalidInput(f"{path.name} has a channel {channel!r} of a robot.")
+        counted = "frame" in columns and not {"time_ms", "time_s"} & {*columns}
+        found = load_traces(
+            path,
+            frame_rate=1e3 if counted else None,
+            release="found" if counted else "first",
+        )
+        rate = " --frame-rate RATE" if counted else ""
+        clock = "frames" if counted else f"samples, 1 every {found.time[1]:.4g} ms"
+        return [
+            f"traces      {', '.join(found.names[:12])}",
+            f"since       the release: {found.time.size} {clock}",
+            f"next        feeler calibrate --data {path.name}{rate}",
+        ]
+
+    form = Format(
+        words="traces of released antennae",
+        kind="traces",
+        detect=PLAIN_TABLES["table"].detect,
+        load=load,
+        tell=list,
+    )
+    return {"traces": form}
 
 
 def _name_results() -> dict[str, Any]:

@@ -6,6 +6,7 @@ first.
 """
 
 import io
+import json
 import os
 import pickle
 import re
@@ -112,6 +113,9 @@ def _take_movement(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     )
     if "fps" in file.attrs and np.isfinite(file.attrs["fps"]):
         about["frame_rate"] = float(np.ravel(file.attrs["fps"])[0])
+    seconds = _decode(file.attrs.get("time_unit", "")) == "seconds"
+    if "time" in file and (seconds or "frame_rate" in about):
+        arrays["times"] = np.tile(file["time"][:], (len(arrays["position"]), 1))
     return about, arrays
 
 
@@ -130,14 +134,25 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     frames = [min(len(one["data"]) for one in film.values()) for film in series]
     n_axes = max(one["data"].shape[1] for film in series for one in film.values())
     shape = len(films), max(frames), len(titles)
-    arrays = {"position": np.full((*shape, n_axes), np.nan), "likelihood": np.ones(shape)}
+    arrays = {
+        "position": np.full((*shape, n_axes), np.nan),
+        "likelihood": np.full(shape, np.nan),
+    }
+    arrays["times"] = np.full(shape[:2], np.nan)
     for k, (film, n) in enumerate(zip(series, frames, strict=True)):
         for j, one in enumerate(film[title] for title in titles):
             place = one["data"][:n] * (1e3 * _read_metres(one) or 1.0)
             arrays["position"][k, :n, j, : place.shape[1]] = place
             if "confidence" in one:
                 arrays["likelihood"][k, :n, j] = one["confidence"][:n]
+        one = next(iter(film.values()))
+        if "timestamps" in one:
+            arrays["times"][k, :n] = one["timestamps"][:n]
     first = next(iter(series[0].values()))
+    if "starting_time" in first:
+        del arrays["times"]
+    if np.isnan(arrays["likelihood"]).all():
+        del arrays["likelihood"]
     about = {"kind": "ndx-pose", "names": names, "individuals": [*films], "frames": frames}
     about["sources"] = [
         _decode(film["description"][()]) if "description" in film else ""
@@ -149,7 +164,25 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         if series[0][title]["data"].shape[1] < n_axes
     ]
     about["unit"] = "mm" if _read_metres(first) else "px"
-    return {**about, "flat": flat, **_read_rate(first)}, arrays
+    clock = {}
+    if "starting_time" in first:
+        clock = {"frame_rate": float(first["starting_time"].attrs["rate"])}
+    return {**about, **clock, "flat": flat, "settings": _read_settings(file)}, arrays
+
+
+def _read_settings(file: Any) -> dict[str, Any]:
+    """What feeler measured the poses with, from its notes on data collection and analysis."""
+    try:
+        settings = json.loads(_decode(file["general/data_collection"][()]))["feeler tracks"]
+    except (KeyError, ValueError, TypeError):
+        return {}
+    return settings if isinstance(settings, dict) else {}
+
+
+def holds_poses(file: Any) -> bool:
+    """Whether an NWB file has a pose estimation with landmarks."""
+    films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
+    return any(_find(film, "PoseEstimationSeries") for film in films.values())
 
 
 def _order_landmarks(file: Any, films: Any, titles: list[str]) -> tuple[list[str], list[str]]:
@@ -172,21 +205,6 @@ def name_series(landmarks: Sequence[str]) -> list[str]:
             plain += "_"
         found.append(plain)
     return found
-
-
-def _read_rate(series: Any) -> dict[str, Any]:
-    """Frames per second, and what is odd about the series' clock."""
-    if "starting_time" in series:
-        return {"frame_rate": float(series["starting_time"].attrs["rate"])}
-    steps = np.diff(series["timestamps"][:])
-    if not steps.size or not (np.isfinite(steps) & (steps > 0)).all():
-        return {"clock": "its times do not rise"}
-    step = float(np.median(steps))
-    if np.ptp(steps) > 0.5 * step:
-        return {
-            "clock": f"its frames are {steps.min() * 1e3:.4g} to {steps.max() * 1e3:.4g} ms apart"
-        }
-    return {"frame_rate": 1 / float(steps.mean())}
 
 
 def _read_metres(series: Any) -> float:

@@ -14,10 +14,9 @@ from feeler.errors import InvalidInput
 
 _MAX_MEMBERS = 10_000
 DESCRIPTION = "feeler_description"
-_NO_TENSORS = (
-    "this NWB file holds no tensors by feeler. Poses are read by feeler tracks, other series with"
-    " pynwb."
-)
+_NO_TENSORS = "this NWB file holds no tensors by feeler."
+_POSES = "Poses are read by feeler tracks, other series with pynwb."
+_NO_POSES = "It holds no poses (ndx-pose) either; read its series with pynwb."
 _Answer = tuple[dict[str, Any], dict[str, Any]]
 
 
@@ -27,7 +26,9 @@ def read_hdf5(path: str) -> _Answer:
 
     file = h5py.File(path, "r")
     if "nwb_version" in file.attrs and "notes" not in file.get("general", ()):
-        raise InvalidInput(_NO_TENSORS)
+        from feeler.tensors.poses import holds_poses
+
+        raise InvalidInput(f"{_NO_TENSORS} {_POSES if holds_poses(file) else _NO_POSES}")
     _refuse_links(file, set())
     if "nwb_version" in file.attrs:
         return _read_nwb(file)
@@ -98,7 +99,7 @@ def _read_nwb(file: Any) -> _Answer:
         content = json.loads(file["general/notes"].asstr()[()])
         numbers, series = content["numbers"], content["series"]
     except (KeyError, ValueError, TypeError, AttributeError) as error:
-        raise InvalidInput(_NO_TENSORS) from error
+        raise InvalidInput(f"{_NO_TENSORS} {_NO_POSES}") from error
     arrays = {
         name: np.array([float(x) if isinstance(x, str) else x for x in item])
         for name, item in numbers.items()

@@ -8,16 +8,26 @@ import numpy as np
 from feeler.disk.guard import Limits
 from feeler.errors import InvalidInput
 from feeler.tensors.formats import Format
+from feeler.tensors.heading import find_heading
 from feeler.tensors.kinds import HDF5
 from feeler.tensors.table import Table
-from feeler.tracking.trackers import Found, read_tracker
+from feeler.tracking.trackers import PLACEHOLDER, Found, read_tracker
 from feeler.tracking.tracks import MIN_LIKELIHOOD, read_landmarks
 
-_HEADER = re.compile(
-    rb"(?m)^\s*\"?scorer\"?[,;\t]|pt\d+_cam\d+_X|[_. ]x[,;\t][^,;\t\n]*[_. ]y\b|_ncams",
-    re.IGNORECASE,
-)
+_SCORER = re.compile(rb"(?m)^\s*\"?scorer\"?[,;\t]")
 _MAX_NAMES = 12
+
+
+def _is_tracks(path: Path, start: bytes) -> bool:
+    """Whether a file may hold landmarks: HDF5, or a table with a column x and y of one point."""
+    if start.startswith(HDF5) or _SCORER.search(start.removeprefix(b"\xef\xbb\xbf")):
+        return True
+    if b"\0" in start:
+        return False
+    heading = find_heading(enumerate(start.decode("utf-8-sig", "ignore").split("\n"), 1))
+    names = [] if heading is None else [name.lower() for name in heading.names]
+    points = [name[:-1] for name in names if re.search(r"[_. ]x$", name)]
+    return any(f"{point}y" in names for point in points)
 
 
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
@@ -31,6 +41,8 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     rate = "not in the file (--frame-rate)"
     if found.frame_rate is not None:
         rate = f"{found.frame_rate:g} frames/s, as the file claims (--frame-rate mends it)"
+    if found.timed:
+        rate = f"{found.frame_rate:.4g} frames/s, by {found.timed}"
     lines = [
         f"by          {found.software or 'no tracker that is named'}",
         f"landmarks   {_list(found.names)}",
@@ -77,12 +89,17 @@ def _suggest(path: Path, found: Found) -> str:
         words.append(f"--tips {','.join(tips) if any(tips) else 'LEFT,RIGHT'}")
     if not {"head", "abdomen"} <= {*found.names}:
         words.append("--body HEAD,ABDOMEN")
-    if found.frame_rate is None or found.frame_rate <= 2:
+    if found.frame_rate is None or found.frame_rate <= PLACEHOLDER:
         words.append("--frame-rate RATE")
     if found.position.shape[2] == 3:
         words.append("--plane space")
     if len(found.individuals) > 1:
         words.append(f"--individual {found.individuals[0]}")
+    if len(found.names) < 3:
+        words.append(
+            f"(which needs a tip, head and abdomen, or three --points; here are {len(found.names)}"
+            " landmarks. feeler calibrate --data takes a column frame and how far tips are aside)"
+        )
     return " ".join(words)
 
 
@@ -90,7 +107,7 @@ TRACK_FILES = {
     "tracks": Format(
         words="tracks of landmarks",
         kind="tracks",
-        detect=lambda path, start: start.startswith(HDF5) or _HEADER.search(start) is not None,
+        detect=_is_tracks,
         load=_load,
         tell=list,
     ),

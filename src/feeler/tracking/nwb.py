@@ -2,8 +2,9 @@
 needs the extra ``nwb``.
 """
 
+import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
@@ -25,9 +26,11 @@ def save_poses(
     identifier: str,
     edges: Sequence[tuple[str, str]] = (),
     subject: str = "",
+    settings: Mapping[str, Any] | None = None,
 ) -> None:
     """Write films of one animal as NWB: a table of trials, and for each a ``PoseEstimation`` with a
-    series per landmark.
+    series per landmark, its places as the tracker gave them (``Tracks.unfiltered``) and, where it
+    gave one, its likelihood as ``confidence``.
 
     All films share the session's clock: each begins 1 s after the one before has ended, because
     tracks do not hold when they were filmed. ``load_tracks(path, individual="trial_000000")`` reads
@@ -41,6 +44,9 @@ def save_poses(
         As :func:`feeler.tensors.nwb.save_nwb` has them.
     edges
         Which landmarks are joined, for instance neighbours along a flagellum.
+    settings
+        What the films were measured with (plain data), kept as JSON in ``data_collection``;
+        ``load_tracks`` gives it back as ``Tracks.settings``.
 
     Raises
     ------
@@ -63,6 +69,7 @@ def save_poses(
         words=f"feeler: {', '.join(sorted({one.source for one in trials}))} landmarks",
         about=f"{len(trials)} films of tracked landmarks; missing places are NaN",
         subject=make_subject(subject),
+        data_collection=json.dumps({"feeler tracks": dict(settings)}) if settings else None,
     )
     from ndx_pose import Skeleton, Skeletons
 
@@ -93,19 +100,27 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
     unit: dict[str, Any] = {"unit": "pixels" if tracks.unit == "px" else "unknown"}
     if tracks.unit == "mm":
         unit = {"unit": "meters", "conversion": 1e-3}
-    flat = tracks.position.shape[2] == 2
+    whole = tracks.position if tracks.unfiltered is None else tracks.unfiltered
+    flat = whole.shape[2] == 2
     frame = "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
     series = [
         PoseEstimationSeries(
             name=title,
-            data=tracks.of(name) * ((1.0, -1.0) if flat else 1.0),
+            data=place * ((1.0, -1.0) if flat else 1.0),
             reference_frame=frame if flat else "that of the cameras' calibration",
             description=f"place of {name}; NaN where it was not seen",
             starting_time=begin,
             rate=float(np.round(1e3 / tracks.interval, 6)),
             **unit,
+            **sure,
         )
-        for name, title in zip(tracks.landmarks, name_series(tracks.landmarks), strict=True)
+        for name, title, place, sure in zip(
+            tracks.landmarks,
+            name_series(tracks.landmarks),
+            np.moveaxis(whole, 1, 0),
+            _list_confidence(tracks),
+            strict=True,
+        )
     ]
     return PoseEstimation(
         name=title,
@@ -114,3 +129,11 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
         source_software=tracks.notes.get("software", "unknown"),
         skeleton=skeleton,
     )
+
+
+def _list_confidence(tracks: Tracks) -> list[dict[str, Any]]:
+    """What a series says of its landmark's likelihood."""
+    if tracks.likelihood is None:
+        return [{} for _ in tracks.landmarks]
+    words = "likelihood by the tracker; NaN where it gave none"
+    return [{"confidence": row, "confidence_definition": words} for row in tracks.likelihood.T]

@@ -22,8 +22,12 @@ from feeler.tensors.heading import split_line
 from feeler.tensors.kinds import HDF5
 from feeler.tensors.poses import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table
+from feeler.tracking.clock import count_frames, spread_frames
 
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "space": (0, 1, 2)}
+# [C] frames per second; slower than any film of a moving animal. Converters that have not seen the
+# film write 1
+PLACEHOLDER = 2.0
 OWN_UNIT = (
     "own unit"  # of places in space: that of the cameras' calibration, which no file says
 )
@@ -43,6 +47,11 @@ class Found:
         (frame, landmark), where the tracker gives one.
     frame_rate : float | None
         Frames per second, where the file holds it.
+    timed : str
+        Whence the frame rate is measured, where the file holds a time for each frame; empty where
+        it is a number that the file claims.
+    settings : dict
+        What the places were measured with when feeler wrote them.
     """
 
     names: tuple[str, ...]
@@ -53,6 +62,8 @@ class Found:
     unit: str = "px"
     individuals: tuple[str, ...] = ()
     notes: dict[str, str] = field(default_factory=dict)
+    timed: str = ""
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def read_tracker(
@@ -142,7 +153,7 @@ def _gather(
     position = values[:, [[place[part, axis] for axis in axes] for part in parts]]
     given = all((part, "likelihood") in place for part in parts)
     likelihood = values[:, [place[part, "likelihood"] for part in parts]] if given else None
-    _check_frames(frame, source)
+    (position, likelihood), notes = spread_frames(frame, source, position, likelihood)
     return Found(
         names=parts,
         position=position,
@@ -150,15 +161,8 @@ def _gather(
         software="DeepLabCut",
         unit="px" if axes == "xy" else OWN_UNIT,
         individuals=tuple(name for name in individuals if name),
+        notes=notes,
     )
-
-
-def _check_frames(frame: np.ndarray, source: str) -> None:
-    if not np.all(np.diff(frame) == 1):
-        raise InvalidInput(
-            f"{source}: frame numbers do not rise one by one; there are frames missing. Fill them"
-            " with NaN."
-        )
 
 
 def _choose(
@@ -183,23 +187,25 @@ def _read_sleap(table: Table, text: str, **asked: Any) -> Found:
     cells = (split_line(lines[number - 1], ",")[column] for number in table.line)
     track = np.array([cell or "track_0" for cell in cells])
     mine = track == _choose([*dict.fromkeys(track.tolist())], table.source, **asked)
-    frame = table.column("frame_idx")[mine].astype(int)
+    frame = table.column("frame_idx")[mine]
     if not frame.size or np.unique(frame).size < frame.size:
         raise InvalidInput(
             f"{table.source}: every frame of a track needs one row, and no more."
         )
     names = tuple(name[:-2] for name in table.columns if name.endswith(".x"))
-    parts = np.full((np.ptp(frame) + 1, len(names), 3), np.nan)
-    for k, name in enumerate(names):
-        for axis, what in enumerate(("x", "y", "score")):
-            parts[frame - frame.min(), k, axis] = table.column(f"{name}.{what}")[mine]
+    columns = [[f"{name}.{what}" for what in ("x", "y", "score")] for name in names]
+    rows = np.array([[table.column(one)[mine] for one in three] for three in columns])
+    order = np.argsort(frame)
+    (parts,), notes = spread_frames(
+        frame[order], table.source, np.moveaxis(rows, 2, 0)[order].astype(float)
+    )
     return Found(
         names=names,
         position=parts[:, :, :2],
         likelihood=parts[:, :, 2],
         software="SLEAP",
         individuals=tuple(dict.fromkeys(track.tolist())),
-        notes={"first frame": f"{frame.min()} of the film"} if frame.min() else {},
+        notes=notes | ({"first frame": f"{frame.min():g} of the film"} if frame.min() else {}),
     )
 
 
@@ -210,13 +216,16 @@ def _read_anipose(table: Table) -> Found:
     names = tuple(
         name.removesuffix("_ncams") for name in table.columns if name.endswith("_ncams")
     )
-    _check_frames(table.column("fnum"), table.source)
     position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
     likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
+    (position, likelihood), notes = spread_frames(
+        table.column("fnum"), table.source, position.transpose(2, 0, 1), likelihood
+    )
     return Found(
         names=names,
-        position=position.transpose(2, 0, 1),
+        position=position,
         likelihood=likelihood,
+        notes=notes,
         software="Anipose",
         unit=OWN_UNIT,
     )
@@ -272,14 +281,28 @@ def _read_hdf5_file(
         raise InvalidInput(f"{source}: its names do not fit places of shape {position.shape}.")
     k = individuals.index(_choose(individuals, source, **asked))
     n = about["frames"][k] if "frames" in about else None
+    places, scores = position[k, :n], None if score is None else score[k, :n].astype(float)
+    notes, rate, timed = _take_notes(about, k), about.get("frame_rate"), ""
+    if "times" in arrays:
+        frame, step, wrong = count_frames(np.array(arrays["times"][k, :n], dtype=float) * 1e3)
+        if frame is None:
+            notes |= {"clock": wrong}
+        else:
+            (places, scores), more = spread_frames(frame, source, places, scores)
+            notes |= more
+            if rate is None:
+                rate = 1e3 / step
+                timed = "its times" if rate > PLACEHOLDER else ""  # converters count frames so
     return Found(
         names=tuple(about["names"]),
-        position=position[k, :n],
-        likelihood=None if score is None else score[k, :n].astype(float),
+        position=places,
+        likelihood=scores,
         unit=about.get("unit", "px") if n_axes == 2 or about.get("unit") == "mm" else OWN_UNIT,
         individuals=tuple(individuals),
-        notes=_take_notes(about, k),
-        frame_rate=about.get("frame_rate"),
+        notes=notes,
+        frame_rate=rate,
+        timed=timed,
+        settings=about.get("settings", {}),
         software=kind,
     )
 
@@ -287,7 +310,6 @@ def _read_hdf5_file(
 def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
     """What the file says beside the numbers, and what is odd about it."""
     notes = {"source": about["sources"][animal]} if "sources" in about else {}
-    notes |= {"clock": about["clock"]} if "clock" in about else {}
     if about.get("flat"):
         notes["without z"] = ", ".join(about["flat"])
     return notes

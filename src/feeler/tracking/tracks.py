@@ -3,7 +3,7 @@
 import os
 import re
 from dataclasses import field, replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -11,16 +11,16 @@ from feeler.errors import InvalidInput
 from feeler.records.checked import checked
 from feeler.records.record import ALLOW_NAN, Gt, Len, Record, Unit
 from feeler.tensors.table import Table
-from feeler.tracking.trackers import OWN_UNIT, Found, project, read_tracker
+from feeler.tracking.clock import read_clock, spread_frames
+from feeler.tracking.trackers import OWN_UNIT, PLACEHOLDER, Found, project, read_tracker
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
 _ORIGINS = ("top-left", "bottom-left")
 MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
 _MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
-# [C] frames per second; slower than any film of a moving animal. Converters that have not seen the
-# film write 1
-_PLACEHOLDER = 2.0
+_SAME_RATE = 0.02  # [C] by which a frame rate may differ from the one that times say
+_AWAY = 0.05  # [C] of all landmarks' extent, by which (0, 0) is no place that was tracked
 
 
 class Tracks(Record):
@@ -38,8 +38,14 @@ class Tracks(Record):
     source : str
         ``tracked``, or ``synthetic`` for made-up motion.
     doubted : dict[str, int]
-        Landmark → frames that were made NaN because the tracker's likelihood was below the
-        threshold.
+        Landmark → frames that were made NaN because the tracker's likelihood was below
+        ``min_likelihood``.
+    likelihood : np.ndarray | None
+        (frame, landmark) as the tracker gave it; NaN where it gave none.
+    unfiltered : np.ndarray | None
+        Positions as ``position``, with those that are doubted; None where none is.
+    settings : dict[str, Any]
+        What feeler measured these tracks with, where they come from an NWB file that it wrote.
 
     Raises
     ------
@@ -55,6 +61,10 @@ class Tracks(Record):
     source: str = "tracked"
     notes: dict[str, str] = field(default_factory=dict)
     doubted: dict[str, int] = field(default_factory=dict)
+    likelihood: Annotated[np.ndarray, "frame landmark", ALLOW_NAN] | None = None
+    unfiltered: Annotated[np.ndarray, "frame landmark axis", ALLOW_NAN] | None = None
+    min_likelihood: float = MIN_LIKELIHOOD
+    settings: dict[str, Any] = field(default_factory=dict)
 
     def _check(self) -> None:
         names = self.landmarks
@@ -86,7 +96,8 @@ class Tracks(Record):
             raise InvalidInput(
                 f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}."
             )
-        return self.replace(position=self.position / pixels_per_mm, unit="mm")
+        whole = None if self.unfiltered is None else self.unfiltered / pixels_per_mm
+        return self.replace(position=self.position / pixels_per_mm, unfiltered=whole, unit="mm")
 
     def of(self, landmark: str) -> np.ndarray:
         """Positions (frame, axis) of one landmark; the error lists the names there are."""
@@ -106,7 +117,7 @@ def load_tracks(
     origin: str = "top-left",
     camera: int = 1,
     first_pixel: float | None = None,
-    min_likelihood: float = MIN_LIKELIHOOD,
+    min_likelihood: float | None = None,
     individual: str | None = None,
     plane: str | None = None,
 ) -> Tracks:
@@ -115,16 +126,20 @@ def load_tracks(
 
     A table has columns ``NAME_x, NAME_y`` per landmark, in space ``NAME_z`` too, and, if it likes,
     ``NAME_likelihood``.
-    Places whose likelihood is below ``min_likelihood`` become NaN and are counted in ``doubted``;
-    nothing is filled in.
+    Places whose likelihood is below ``min_likelihood`` become NaN and are counted in ``doubted``,
+    and so do places at exactly (0, 0) that are far from those before and after, by which some
+    programs mark a lost point (``notes``). Frames that the file leaves out, by its frame numbers or
+    times, are NaN; nothing is filled in.
 
     Parameters
     ----------
     path
         The tracker's file; what wrote it is seen by its content.
     frame_rate
-        Frames per second of the film; needed unless the file holds it (movement, NWB) and it is
-        more than 2, which converters write that have not seen the film.
+        Frames per second of the film; needed unless the file holds it (movement, NWB, a column
+        ``time_s`` or ``time_ms``) and it is more than 2, which converters write that have not seen
+        the film. It may mend a number that the file claims, which ``notes`` then say, but not
+        contradict the times of a table or NWB file.
     landmarks
         What DLTdv's or sleap-anipose's points 1, 2, … are; default of DLTdv: left_tip, right_tip,
         head, abdomen for four points [C]. Of other files: which landmarks to take, default all.
@@ -137,8 +152,8 @@ def load_tracks(
         Coordinate of the first pixel's centre; default 1 for DLTdv (MATLAB counts from 1), 0 for
         other tables.
     min_likelihood
-        Least likelihood (score, confidence) that counts as seen; 0 takes all. 0.6 is DeepLabCut's
-        and movement's default.
+        Least likelihood (score, confidence) that counts as seen; 0 takes all. Default: that of the
+        run that wrote the file, if it was feeler, else 0.6, DeepLabCut's and movement's default.
     individual
         Which animal of a file with several, or which trial of an NWB file.
     plane
@@ -149,10 +164,16 @@ def load_tracks(
     -------
     Tracks
         y upwards. With ``top-left`` y is the negative of the file's, which changes no angle.
+
+    Raises
+    ------
+    InvalidInput
+        A file that holds no such tracks, no frame rate or one that contradicts its times, or an
+        option out of range.
     """
     if origin not in _ORIGINS:
         raise InvalidInput(f"unknown origin {origin!r}; valid: {', '.join(_ORIGINS)}.")
-    if not 0 <= min_likelihood <= 1:
+    if min_likelihood is not None and not 0 <= min_likelihood <= 1:
         raise InvalidInput(f"min_likelihood must lie in [0, 1], got {min_likelihood}.")
     if frame_rate is not None and not 0 < frame_rate <= _MAX_FRAME_RATE:  # also refuses NaN
         raise InvalidInput(
@@ -162,39 +183,111 @@ def load_tracks(
     first = first_pixel or 0.0
     if isinstance(found, Table):
         first = float(_is_dltdv(found)) if first_pixel is None else first_pixel
-        found = read_landmarks(found, camera, landmarks)
+        found = read_landmarks(found, camera, landmarks, frame_rate)
     elif landmarks is not None:
         found = _select(found, landmarks)
     found = project(found, plane, name)
-    frame_rate = frame_rate or _check_rate(found, name)
+    frame_rate, notes = _choose_rate(found, frame_rate, name)
+    found, lost = _leave_out_zeros(found)
+    if min_likelihood is None:
+        kept = found.settings.get("min_likelihood")
+        min_likelihood = kept if isinstance(kept, float) and 0 <= kept <= 1 else MIN_LIKELIHOOD
     position, doubted = _doubt(found, min_likelihood)
-    position = position - first
+    turn = np.ones(position.shape[2])
     if origin == "top-left" and plane is None:
-        position = position * (1.0, -1.0)
+        turn[1] = -1.0
     source = "synthetic" if "synthetic" in found.notes.get("source", "").lower() else "tracked"
-    notes = {**found.notes, **({"software": found.software} if found.software else {})}
+    notes = {**found.notes, **notes, **lost}
+    notes |= {"software": found.software} if found.software else {}
     return Tracks(
-        position=position,
+        position=(position - first) * turn,
         landmarks=found.names,
         interval=1e3 / frame_rate,
         unit=found.unit,
         source=source,
         notes=notes,
         doubted=doubted,
+        likelihood=found.likelihood,
+        unfiltered=(found.position - first) * turn if doubted else None,
+        min_likelihood=min_likelihood,
+        settings=found.settings,
     )
 
 
 def read_landmarks(
-    table: Table, camera: int = 1, landmarks: tuple[str, ...] | None = None
+    table: Table,
+    camera: int = 1,
+    landmarks: tuple[str, ...] | None = None,
+    frame_rate: float | None = None,
 ) -> Found:
-    """Landmarks of a plain or DLTdv table, as in the file."""
-    if _is_dltdv(table):
-        return _take_dltdv(table, camera, landmarks)
-    return _take_named(table, landmarks)
+    """Landmarks of a plain or DLTdv table, as in the file, with the clock of its columns."""
+    take = (
+        _take_dltdv(table, camera, landmarks)
+        if _is_dltdv(table)
+        else _take_named(table, landmarks)
+    )
+    clock = read_clock(table, frame_rate)
+    notes = {**take.notes, **({"clock": clock.wrong} if clock.wrong else {})}
+    position, likelihood = take.position, take.likelihood
+    if clock.frame is not None:
+        (position, likelihood), more = spread_frames(
+            clock.frame, table.source, position, likelihood
+        )
+        notes |= more
+    return replace(
+        take,
+        position=position,
+        likelihood=likelihood,
+        notes=notes,
+        frame_rate=clock.rate,
+        timed=clock.timed,
+    )
 
 
 def _is_dltdv(table: Table) -> bool:
     return any(re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in table.columns)
+
+
+def _choose_rate(found: Found, given: float | None, name: str) -> tuple[float, dict[str, str]]:
+    """Frames per second, and a note where the file claims another number than the given one."""
+    own = found.frame_rate
+    if given is None:
+        return _check_rate(found, name), {}
+    if own is None or abs(given - own) <= _SAME_RATE * abs(own):
+        return given, {}
+    if found.timed:
+        raise InvalidInput(
+            f"{name}: frame_rate={given:g} contradicts {found.timed}, by which there are"
+            f" {own:.4g} frames/s. Leave frame_rate= out or, if these are not the times at which"
+            " the frames were filmed, that column."
+        )
+    return given, {"frame rate": f"{given:g} frames/s as given; the file claims {own:.4g}"}
+
+
+def _leave_out_zeros(found: Found) -> tuple[Found, dict[str, str]]:
+    """The same without places at (0, 0) that only mark a lost point, and a note of how many."""
+    position = found.position.astype(float)
+    zero = (position == 0).all(axis=2)
+    seen = position[np.isfinite(position).all(axis=2) & ~zero]
+    if not zero.any() or not len(seen):
+        return found, {}
+    extent = np.ptp(seen, axis=0).max()
+    counts = {}
+    for k, name in enumerate(found.names):
+        known = np.flatnonzero(np.isfinite(position[:, k]).all(axis=1) & ~zero[:, k])
+        if not zero[:, k].any() or known.size < 2:
+            continue
+        usual = np.linalg.norm(np.diff(position[known, k], axis=0), axis=1)
+        edge = known[np.isin(known + 1, np.flatnonzero(zero[:, k]))]
+        edge = np.union1d(edge, known[np.isin(known - 1, np.flatnonzero(zero[:, k]))])
+        away = np.linalg.norm(position[edge, k], axis=1)
+        if away.size and np.median(away) > max(_AWAY * extent, 3 * np.percentile(usual, 90)):
+            counts[name] = int(zero[:, k].sum())
+            position[zero[:, k], k] = np.nan
+    if not counts:
+        return found, {}
+    words = ", ".join(f"{name} {n}" for name, n in counts.items())
+    return replace(found, position=position), {"(0, 0)": f"counts as not seen, frames: {words}"}
 
 
 def _check_rate(found: Found, name: str) -> float:
@@ -206,7 +299,7 @@ def _check_rate(found: Found, name: str) -> float:
         )
     if found.frame_rate is None:
         raise InvalidInput(f"{name} does not say how many frames a second; {advice}")
-    if not _PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
+    if not PLACEHOLDER < found.frame_rate <= _MAX_FRAME_RATE:
         raise InvalidInput(
             f"{name} claims {found.frame_rate:.4g} frames/s, which no film of a moving animal has;"
             f" {advice}"
@@ -309,11 +402,12 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
         ]
         for n in names
     ]
-    seen = [table.column(columns[0]) if columns else np.ones(len(position)) for columns in sure]
+    blank = np.full(len(position), np.nan)
+    seen = [table.column(columns[0]) if columns else blank for columns in sure]
     return Found(
         names=names,
         position=position,
-        likelihood=np.stack(seen, axis=1),
+        likelihood=np.stack(seen, axis=1) if any(sure) else None,
         notes=table.notes,
         unit="px" if axes == "XY" else OWN_UNIT,
     )

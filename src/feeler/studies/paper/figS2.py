@@ -12,7 +12,7 @@ from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
-from feeler.tracking.speed import MAX_GAP
+from feeler.tracking.speed import CUTOFF, MAX_GAP
 
 _PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
 _SPREAD = np.deg2rad(
@@ -44,7 +44,7 @@ def compute(
         tracks = [
             make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted
         ]
-    exploration = measure_exploration(tracks, max_gap=MAX_GAP)
+    exploration = measure_exploration(tracks, cutoff=CUTOFF, max_gap=MAX_GAP)
     return SimpleNamespace(trial=tracks[0], exploration=exploration, planted=planted)
 
 

@@ -1,0 +1,301 @@
+"""Filmed motions of known speed come back, whatever the frame rate, the rhythm and the faults of
+the track; what cannot be mended is named.
+"""
+
+import json
+import warnings
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from feeler.cli.app import app
+from feeler.errors import Doubtful, InvalidInput
+from feeler.tracking import LANDMARKS, Tracks, load_tracks, measure_exploration, save_poses
+
+SWING, LENGTH = np.deg2rad(20.0), 150.0  # rad, px
+
+
+def film(frequency, frame_rate, *, seed=0, noise=0.3, offset=45.0, n_cycles=8):
+    """Both tips swing by 20° about ``offset``, at ``frequency`` [Hz]; positions, y upwards."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(int(max(4.0, n_cycles / frequency) * frame_rate)) / frame_rate
+    position = np.full((time.size, 4, 2), [200.0, 300.0])
+    position[:, 3, 1] -= 100.0
+    for side, outward in ((0, -1.0), (1, 1.0)):
+        phase = rng.uniform(0, 2 * np.pi)
+        angle = np.deg2rad(offset) + SWING * np.sin(2 * np.pi * frequency * time + phase)
+        out = np.stack([outward * np.sin(angle), np.cos(angle)], axis=1)
+        position[:, side] += LENGTH * out
+    return position + rng.normal(0, noise, position.shape)
+
+
+def make(position, frame_rate):
+    return Tracks(position=position, landmarks=LANDMARKS, interval=1e3 / frame_rate)
+
+
+def speeds(position, frame_rate, frequency, **how):
+    """Mean peak speed of each side, in parts of the true one."""
+    found = measure_exploration([make(position, frame_rate)], **how)
+    return found.mean_peak[0] / (SWING * 2e-3 * np.pi * frequency), found
+
+
+@pytest.mark.parametrize(
+    ("frequency", "frame_rate"),
+    [
+        (0.5, 30),
+        (0.5, 500),
+        (2, 50),
+        (2, 500),
+        (8, 50),
+        (8, 100),
+        (8, 500),
+        (12, 100),
+        (20, 500),
+    ],
+)
+def test_a_swing_has_its_speed_at_every_rhythm_and_frame_rate(frequency, frame_rate):
+    for noise in (0.0, 0.3, 1.0):
+        ratio, found = speeds(film(frequency, frame_rate, noise=noise), frame_rate, frequency)
+        np.testing.assert_allclose(ratio, 1.0, atol=0.05)
+        assert all(side.cutoff > frequency * 1e-3 for side in found.sweeps[0])
+        assert not found.remarks[0] and not found.left_out[0]
+
+
+def test_a_low_pass_that_takes_the_motion_away_says_so():
+    """Two passes of second order at 6 Hz leave 1/(1 + (8/6)⁴) of 8 Hz."""
+    position = film(8, 500)
+    with pytest.warns(Doubtful, match="takes away 7.% of the speed of left_tip.* at 8 Hz"):
+        ratio, _ = speeds(position, 500, 8, cutoff="paper")
+    np.testing.assert_allclose(ratio, 1 / (1 + (8 / 6) ** 4), rtol=0.03)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Doubtful)
+        speeds(film(0.5, 30), 30, 0.5, cutoff="paper")
+        speeds(position, 500, 8, cutoff=60e-3)
+    with pytest.raises(InvalidInput, match=r"must be auto .*, paper .* or a number, got 'low'"):
+        speeds(position, 500, 8, cutoff="low")
+
+
+def test_a_film_that_is_too_slow_for_the_motion_says_so():
+    with pytest.warns(Doubtful, match=r"20 Hz, which the film shows in 2\.5 frames a cycle"):
+        speeds(film(20, 50), 50, 20)
+
+
+def lose_body(position):
+    position[::15, 3] = np.nan
+    position[100:140, 3] = np.nan
+    position[7::15, 2] = np.nan
+
+
+def lose_tips(position):
+    position[::13, 0] = position[5::17, 1] = np.nan
+    position[60:63, 0] = np.nan
+
+
+def exchange(position):
+    for start in (40, 90, 150):
+        position[start : start + 4, [0, 1]] = position[start : start + 4, [1, 0]]
+
+
+def turn_round(position):
+    position[50:53, [2, 3]] = position[50:53, [3, 2]]
+
+
+def jump(position):
+    position[33, 0] = [900.0, 900.0]
+    position[80, 1] = [250.0, 300.0]
+    position[120:123, 3] = [0.0, 20.0]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "named"),
+    [
+        (lose_body, ()),
+        (lose_tips, ()),
+        (exchange, ("left_tip and right_tip exchanged",)),
+        (turn_round, ("head and abdomen exchanged",)),
+        (jump, ("left_tip too far from its base", "right_tip jumps", "abdomen jumps")),
+    ],
+)
+@pytest.mark.parametrize(("frequency", "frame_rate"), [(2, 100), (8, 100), (8, 500)])
+def test_faults_of_the_track_change_the_speed_little_and_are_named(
+    spoil, named, frequency, frame_rate
+):
+    position = film(frequency, frame_rate, n_cycles=16)
+    spoil(position)
+    ratio, found = speeds(position, frame_rate, frequency)
+    np.testing.assert_allclose(ratio, 1.0, atol=0.05)
+    assert set(found.left_out[0]) == set(named)
+    assert np.all(found.error / found.mean_peak < 0.05)
+    assert np.all(found.n_peaks >= 0.8 * 2 * frequency * len(position) / frame_rate)
+
+
+def test_one_trial_is_measured_alone_as_among_others():
+    trials = [make(film(2, 100, seed=k), 100) for k in range(3)]
+    together = measure_exploration(trials)
+    for k, trial in enumerate(trials):
+        alone = measure_exploration([trial])
+        np.testing.assert_array_equal(alone.mean_peak[0], together.mean_peak[k])
+        np.testing.assert_array_equal(alone.error[0], together.error[k])
+
+
+def test_a_mirrored_film_has_its_sides_exchanged():
+    position = film(2, 100)
+    mirrored = position[:, [1, 0, 2, 3]] * [-1.0, 1.0]
+    one, other = (measure_exploration([make(p, 100)]).mean_peak for p in (position, mirrored))
+    np.testing.assert_allclose(one, other[:, ::-1], rtol=1e-9)
+
+
+def test_names_that_contradict_the_geometry_are_asked_about():
+    tracks = make(film(2, 100), 100)
+    with pytest.warns(Doubtful, match="point backwards in .* are abdomen and head exchanged"):
+        measure_exploration([tracks], landmarks={"head": "abdomen", "abdomen": "head"})
+    with pytest.warns(Doubtful, match="right_tip lies on the right and left_tip on the left"):
+        measure_exploration([tracks], landmarks={"tips": ("right_tip", "left_tip")})
+
+
+def test_one_peak_has_no_error_and_much_missing_no_mean():
+    position = film(0.5, 50, noise=0.0)
+    few = measure_exploration([make(position[:60], 50)])
+    assert (few.n_peaks == 1).any() and np.isnan(few.error[few.n_peaks < 2]).all()
+    position[300:500, 0] = np.nan
+    lost = measure_exploration([make(position, 50)])
+    assert np.isnan(lost.mean) and np.isfinite(lost.mean_peak).all()
+    position[:, 3] = np.nan
+    position[::50, 3] = 1.0
+    with pytest.raises(InvalidInput, match=r"no sweep .* have no angle.*: abdomen 784"):
+        measure_exploration([make(position, 50)], outliers="keep", max_gap=0)
+
+
+def write(path, position, time=None, likelihood=None, name="time_s"):
+    """A table as trackers write it, y downwards."""
+    columns = {} if time is None else {name: time}
+    for k, landmark in enumerate(LANDMARKS):
+        columns |= {
+            f"{landmark}_x": position[:, k, 0],
+            f"{landmark}_y": 600 - position[:, k, 1],
+        }
+        if likelihood is not None:
+            columns[f"{landmark}_likelihood"] = likelihood[:, k]
+    np.savetxt(
+        path, np.stack([*columns.values()], axis=1), "%.10g", ",", header=",".join(columns),
+        comments="",
+    )  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [
+        ("time_s", 1.0),
+        ("time_ms", 1e3),
+        ("Time (ms)", 1e3),
+        ("timestamp [s]", 1.0),
+        ("time", 1.0),
+    ],
+)
+def test_the_times_of_a_table_are_its_clock(tmp_path, name, scale):
+    position = film(2, 100)
+    time = np.arange(len(position)) / 100
+    path = write(tmp_path / "t.csv", position, time * scale + 3, name=name)
+    assert load_tracks(path).interval == pytest.approx(10.0)
+    assert load_tracks(path, frame_rate=100).interval == 10.0
+    with pytest.raises(InvalidInput, match=f"frame_rate=30 contradicts column '{name[:4]}"):
+        load_tracks(path, frame_rate=30)
+    kept = np.delete(np.arange(len(position)), [5, 6, 50])
+    path = write(tmp_path / "less.csv", position[kept], time[kept] * scale, name=name)
+    found = load_tracks(path)
+    assert found.n_frames == len(position) and found.interval == pytest.approx(10.0)
+    assert np.flatnonzero(np.isnan(found.of("head")[:, 0])).tolist() == [5, 6, 50]
+    assert found.notes["left out"].startswith("3 of")
+
+
+def test_times_that_are_rounded_to_milliseconds_are_even_and_others_are_not(tmp_path):
+    position = film(2, 30)
+    time = np.arange(len(position)) / 30
+    rounded = load_tracks(write(tmp_path / "t.csv", position, np.round(time, 3)))
+    assert rounded.n_frames == len(position)
+    assert rounded.interval == pytest.approx(1e3 / 30, rel=1e-3)
+    uneven = time + 0.4 / 30 * (np.arange(len(time)) % 3)
+    with pytest.raises(
+        InvalidInput, match=r"has no even clock: its frames are .* apart in column"
+    ):
+        load_tracks(write(tmp_path / "u.csv", position, uneven))
+
+
+def test_frame_numbers_that_jump_are_gaps(tmp_path):
+    position = film(2, 100)
+    kept = np.delete(np.arange(len(position)), np.arange(3, len(position), 10))
+    path = write(tmp_path / "t.csv", position[kept], kept, name="frame")
+    found = load_tracks(path, frame_rate=100)
+    assert found.n_frames >= len(position) - 1
+    ratio = measure_exploration([found]).mean_peak / (SWING * 2e-3 * np.pi * 2)
+    np.testing.assert_allclose(ratio, 1.0, atol=0.05)
+
+
+def test_zeros_for_lost_points_are_no_places_but_a_landmark_at_the_origin_is(tmp_path):
+    position = film(2, 100)
+    clean = measure_exploration([make(position, 100)]).mean
+    position[20:23, 0] = position[70:72, 1] = [0.0, 600.0]  # (0, 0) in the file
+    found = load_tracks(write(tmp_path / "t.csv", position), frame_rate=100)
+    assert found.notes["(0, 0)"] == "counts as not seen, frames: left_tip 3, right_tip 2"
+    assert measure_exploration([found]).mean == pytest.approx(clean, rel=0.01)
+    still = film(2, 100) - [200.0, -300.0]  # head at the file's origin
+    still[:, 2] = [0.0, 600.0]
+    assert "(0, 0)" not in load_tracks(write(tmp_path / "s.csv", still), frame_rate=100).notes
+
+
+def run(*words):
+    said = CliRunner().invoke(app, ["tracks", *map(str, words)])
+    assert said.exit_code == 0, said.output + str(said.exception)
+    return said.output
+
+
+def test_an_nwb_file_gives_the_same_number_again_and_keeps_what_the_tracker_gave(tmp_path):
+    position = film(2, 100)
+    likelihood = np.random.default_rng(1).uniform(0.2, 1.0, position.shape[:2])
+    path = write(tmp_path / "t.csv", position, likelihood=likelihood)
+    out = tmp_path / "out"
+    how = ("--min-likelihood", 0.3, "--max-gap", 7, "--cutoff", 9.5)
+    start = datetime(2026, 5, 1, tzinfo=UTC).isoformat()
+    run(path, "--frame-rate", 100, *how, "--out", out, "--session-start", start)
+    found = json.loads((out / "tracks.json").read_text())
+    again = json.loads(run(out / "tracks.nwb", "--json"))
+    assert again["trials"][0]["mean_peak"] == pytest.approx(found["trials"][0]["mean_peak"])
+    assert again["trials"][0]["doubted"] == found["trials"][0]["doubted"] != {}
+    whole = load_tracks(out / "tracks.nwb", min_likelihood=0)
+    np.testing.assert_allclose(whole.position * [1, -1], position * [1, -1] + [0, 600])
+    np.testing.assert_allclose(whole.likelihood, likelihood, rtol=1e-6)
+    for settings in (found["settings"], whole.settings):
+        assert (settings["min_likelihood"], settings["max_gap"]) == (0.3, 7)
+        assert settings["cutoff"] == 9.5 and settings["tips"] == ["left_tip", "right_tip"]
+        assert settings["feeler"]
+    table = np.genfromtxt(
+        out / "tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
+    assert set(table["cutoff_hz"]) == {9.5} and set(table["frame_rate"]) == {100}
+    assert set(table["min_likelihood"]) == {0.3} and set(table["max_gap"]) == {7}
+    page = (out / "tracks.html").read_text(encoding="utf-8")
+    assert "How it was measured" in page and "9.5" in page and "min_likelihood" in page
+
+
+def test_tracks_without_a_likelihood_get_none_in_nwb(tmp_path):
+    tracks = make(film(2, 100), 100)
+    save_poses([tracks], tmp_path / "a.nwb", session_start=datetime.now(UTC), identifier="x")
+    assert load_tracks(tmp_path / "a.nwb").likelihood is None
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_single_tip_is_measured_on_its_side(tmp_path, side):
+    path = write(tmp_path / "t.csv", film(2, 100), np.arange(400) / 100)
+    both = json.loads(run(path, "--json"))["trials"][0]
+    said = run(path, "--tips", f"{side}_tip")
+    assert f"{side} °/s (peaks)" in said and "nan" not in said
+    other = "left" if side == "right" else "right"
+    assert other not in said and "mm" not in said
+    one = json.loads(run(path, "--tips", f"{side}_tip", "--json"))
+    k = ("left", "right").index(side)
+    assert one["trials"][0]["mean_peak"][k] == pytest.approx(both["mean_peak"][k])
+    assert one["trials"][0]["mean_peak"][1 - k] is None
+    assert one["length"] is one["lateral_speed"] is None
