@@ -65,8 +65,9 @@ def touch(world: Scene) -> xr.Dataset:
 
 
 def take_quantities(dataset: xr.Dataset) -> Answer:
-    """Every quantity that a Dataset has, but for the seeds, which belong to places in a set."""
-    names = [n for n in tensors.QUANTITIES if n in dataset.variables and n != "seed"]
+    """Every quantity of a Dataset; but seeds belong to places in a set, and a base has words."""
+    left_out = ("seed", "base")
+    names = [n for n in tensors.QUANTITIES if n in dataset.variables and n not in left_out]
     found = {name: dataset[name].reset_coords(drop=True) for name in names}
     return found | {f"{n} unit": str(dataset[n].attrs.get("units", "")) for n in names}
 
@@ -74,7 +75,7 @@ def take_quantities(dataset: xr.Dataset) -> Answer:
 def draw_picture(dataset: xr.Dataset) -> Answer:
     """What a picture of each touch shows: its greatest number, and that of its colour scale."""
     rows = []
-    for k in range(min(dataset.sizes["trial"], 5)):
+    for k in range(dataset.sizes["trial"]):
         plotting.plot_touch(dataset.isel(trial=[k]), figure := Figure())
         image = figure.axes[0].images[0]
         rows.append([np.abs(np.asarray(image.get_array())).max(), np.abs(image.get_clim()).max()])
@@ -91,23 +92,16 @@ def draw_turnable(world: Scene) -> Answer:
 
 
 def ask_touch(world: Scene) -> Answer:
-    """``feeler touch --json`` for touches from the left and from the right."""
-    said: Answer = {}
+    """``feeler touch --json`` for the first touch; a peak may carry its side's sign."""
+    trial = world.trials[0]
+    words = ["--feature", trial.feature.kind, "--size", trial.feature.radius, "--antenna", "it.toml"]
+    for name in ("location", "speed", "approach", "side", "friction"):
+        words += [f"--{name}", getattr(trial, name)]
+    words += ["--duration", world.options["duration"], "--no-movie", "--json"]
     with tempfile.TemporaryDirectory() as folder:
-        feeler.save_antenna(world.antenna, Path(folder, "own.toml"))
-        for k in (0, 2):
-            trial = world.trials[k]
-            sizes = trial.feature.to_plain()
-            words = ["--feature", trial.feature.kind, "--size", sizes.get("radius", 2.0)]
-            if trial.feature.kind == "box":
-                words[1] = "box:half_height=1.5"
-            for name in ("location", "speed", "approach", "side", "friction"):
-                words += [f"--{name}", getattr(trial, name)]
-            words += ["--antenna", "own.toml", "--duration", 40, "--no-movie", "--json"]
-            said |= {f"{k} {name}": value for name, value in
-                     read_json(run("touch", *map(str, words), cwd=folder)).items()}  # fmt: skip
-    # the number of a peak may carry its side's sign
-    return {k: abs(v) if isinstance(v, float) else v for k, v in said.items() if "touch" not in k}
+        feeler.save_antenna(world.antenna, Path(folder, "it.toml"))
+        said = read_json(run("touch", *map(str, words), cwd=folder))
+    return {k: abs(v) if isinstance(v, float) else v for k, v in said.items() if k != "touch"}
 
 
 # ---- simulations in the hand -------------------------------------------------------------------
@@ -132,7 +126,12 @@ def read_shown(world: Hand) -> Answer:
         for key, item in parts.items():
             dims = ("object" if key in BY_OBJECT else "row", "axis")
             found[key] = label(item, *dims[: np.ndim(item)])
-    return found
+    order = np.argsort(found["contacts.place"].values)  # contacts by where they are
+    return {
+        name: item[order] if name.startswith("contacts.") else item
+        for name, item in found.items()
+        if name != "contacts.object"
+    }
 
 
 # ---- arrays of touches -------------------------------------------------------------------------
@@ -141,9 +140,9 @@ FEW = {"cnn": {"max_epochs": 2, "device": "cpu"}, "stream": {"window": 40, "max_
 
 
 def measure_index(name: str, world: Touches) -> Answer:
-    index, scaled = dispersion.INDICES[name], dispersion.scale_common(world.clean).values
-    more = {"data_range": (float(scaled.min()), float(scaled.max()))} if index.needs_range else {}
-    every = slice(None)
+    index, scaled = dispersion.INDICES[name], (world.ask / abs(world.clean).max()).values
+    more = {"data_range": (-1.5, 1.5)} if index.needs_range else {}
+    every = slice(0, len(scaled))
     return {name: label(index.make(scaled, **more)(every, every), "trial", "other trial")}
 
 
@@ -172,14 +171,15 @@ def fit_encoder(sparseness: float | None = 0.7) -> encoding.ConvolutiveNMF:
 
 def encode_touches(code: str, world: Touches) -> Answer:
     found = fit_encoder().transform(abs(world.ask).values, code=code)
-    return {code: label(found / (np.abs(found).max() or 1.0), "trial", "component", "time")}
+    scale = float(abs(world.clean).max())
+    return {code: label(found / scale, "trial", "component", "time")}
 
 
 def describe_noise(name: str, world: Touches) -> Answer:
     """The level of a noise over the greatest magnitude of all touches."""
     model = decoding.NOISES[name]
     noise = model(size=0.1 if model.is_share and name != "common" else world.noise)
-    level = np.broadcast_to(noise.sd(world.clean.values), world.clean.shape)
+    level = np.broadcast_to(noise.sd(world.ask.values), world.ask.shape)
     return {name: label(level / np.abs(world.clean.values).max(), "trial", "sensor", "time")}
 
 
@@ -190,21 +190,29 @@ def _clean(measure: Any) -> Any:
 MEASURES = {
     "compute_information": _clean(lambda x, sd: vars(information.compute_information(x, sd))),
     "compute_told": _clean(
-        lambda x, sd: vars(information.compute_told(x, np.full(len(x), sd)))
+        lambda x, sd: vars(information.compute_told(x, np.full((len(x), 1, 1), sd)))
     ),
     "find_noise": _clean(lambda x, sd: np.array(information.find_noise(x)) / sd),
-    "find_told": _clean(lambda x, sd: information.find_told(x, np.full(len(x), sd))),
-    "compute_energy": _clean(lambda x, sd: information.compute_energy(x / sd)),
-    "compute_energies": _clean(lambda x, sd: information.compute_energies(x / sd, [20, 60])),
+    "find_told": _clean(lambda x, sd: information.find_told(x, np.full((len(x), 1, 1), sd))),
+    "compute_energy": _clean(
+        lambda x, sd: label(information.compute_energy(x / sd), "trial", "other trial")
+    ),
+    "compute_energies": _clean(
+        lambda x, sd: label(
+            information.compute_energies(x / sd, [20, 60]), "end", "trial", "other trial"
+        )
+    ),
     "compute_fisher": _clean(lambda x, sd: information.compute_fisher(x[:3], sd)),
-    "scale_peaks": _clean(lambda x, sd: information.scale_peaks(x)),
+    "scale_peaks": _clean(
+        lambda x, sd: label(information.scale_peaks(x), "trial", "sensor", "time")
+    ),
 }
 """Information measures; none has a registry, so that what is new is asked for by name."""
 
 
 def measure(name: str, world: Touches) -> Answer:
     found = MEASURES[name](world)
-    return dict(found) if isinstance(found, dict) else {name: np.asarray(found)}
+    return dict(found) if isinstance(found, dict) else {name: found}
 
 
 def ask_spikes(code: str, world: Trains) -> Answer:
@@ -232,7 +240,7 @@ def answer_file(command: str, world: Record, *words: str) -> Answer:
 def excite(world: Record) -> Answer:
     """Rates of sensilla on both sides together."""
     places = world.dataset["position"].values
-    rates = spikes.place_sensilla(places, 30.0).encode(world.dataset)["rate"]
+    rates = spikes.place_sensilla(places, 5.0).encode(world.dataset)["rate"]
     return {"rate": rates.sum("unit").reset_coords(drop=True)}
 
 
@@ -373,7 +381,6 @@ PRODUCERS = [
     Producer(name="groups of an encoder", of=Record, make=group),
     Producer(name="plot_touch", of=Record, make=lambda w: draw_picture(w.dataset)),
     Producer(name="sensilla", of=Record, make=excite),
-    Producer(name="info --json", of=Record, make=lambda w: answer_file("info", w)),
     Producer(name="validate --json", of=Record, make=lambda w: answer_file("validate", w)),
     *(Producer(name=n, of=Bases, make=bind(compare_bases, n)) for n in BASES),
     Producer(name="tracks --json", of=Film, make=ask_tracks),

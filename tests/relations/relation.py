@@ -38,6 +38,8 @@ class Change:
         Of numbers, as a share of the greatest.
     refusal
         What the message says, where the change is not to be answered at all.
+    or_refusal
+        What the message says, where the change may be refused in words, but not answered wrongly.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Change:
     look: Callable[[Answer], Answer] = same
     tolerance: float = 1e-9
     refusal: str = ""
+    or_refusal: str = ""
     long: bool = False
 
 

@@ -4,6 +4,7 @@ Read CHANGES and PRODUCERS: each that fits is multiplied with each. What does no
 here once, with the reason.
 """
 
+import re
 import warnings
 from fnmatch import fnmatch
 from functools import cache, partial
@@ -35,6 +36,7 @@ WORLDS = {
        for name in ENGINES if name not in (DEFAULT_ENGINE, *worlds.RODS)},
     **{f"scene by {name}": (Scene, partial(worlds.make_wall, name)) for name in worlds.RODS},
     "scene in space": (Scene, worlds.make_spatial),
+    "scene in space by chain": (Scene, partial(worlds.make_spatial, engine="chain", timestep=0.02)),
     "hand": (Hand, worlds.make_hand),
     "hand with its speed told": (Hand, partial(worlds.make_hand, contact=worlds.TOLD_SPEED)),
     "touches": (Touches, worlds.make_touches),
@@ -52,6 +54,39 @@ WORLDS = {
 """One of each kind, and awkward ones; made when first asked for."""
 
 NOT_APPLICABLE = {
+    "scene/*/turnable view": "only what is in space can be turned by hand",
+    "scene by*/turnable view": "only what is in space can be turned by hand",
+    "scene*/[!m]*/touch --json": "it takes one touch, with the antenna's own contact",
+    "scene by*/mirror/touch --json": "the same command",
+    "scene in space/mirror/touch --json": "as in the plane, at ten times the price",
+    "scene*/every second sample/plot_touch": "a peak may fall between the samples",
+    "scene/half the speed*": "what has inertia is another touch then",
+    "scene by [!r]*/half the speed*": "what has inertia is another touch then",
+    "scene by rod-inertia/half the speed*": "what has inertia is another touch then",
+    "scene in space/half the speed*": "what has inertia is another touch then",
+    "scene/by MuJoCo*": "it steps otherwise; the engine chain does so as MuJoCo",
+    "scene in space/by MuJoCo*": "it steps otherwise; the engine chain does so as MuJoCo",
+    "scene by [!c]*/by MuJoCo*": "it is MuJoCo, or has other equations",
+    "scene in space by chain/half the speed*": "what has inertia is another touch then",
+    "hand/told later/*": "whose contact reckons with the speed at the start",
+    "touches/mirror/scale_peaks": "it gives the touches themselves",
+    "touches/alone/compute_*": "a measure of the set",
+    "touches/alone/find_*": "a measure of the set",
+    "touches/alone/scale_peaks": "of known touches, which stay",
+    "touches/append silent trials/compute_*": "of known touches, which stay",
+    "touches/append silent trials/find_*": "of known touches, which stay",
+    "touches/append silent trials/scale_peaks": "of known touches, which stay",
+    "touches/permute trials/compute_[!e]*": "it draws noise in the order of the trials",
+    "touches/permute trials/find_*": "it draws noise in the order of the trials",
+    "touches/permute sensors/code *": "the bases know the sensors by their order",
+    "touches/permute sensors/ssim": "it compares neighbours",
+    "touches/permute sensors/compute_information": "it draws noise in the order of the sensors",
+    "touches/permute sensors/*_told": "it draws noise in the order of the sensors",
+    "touches/amplitude*/reader stream": "it notices contact by an angle in rad",
+    "touches/amplitude*/reader svm": "scikit-learn takes so small a spread for none",
+    "trains/mirror/*": "counts have no sign; sides are units of their own",
+    "trains/amplitude*": "counts are whole numbers",
+    "record/reload from csv/[!q]*": "a CSV holds one variable of one trial",
     "bases/filter in time/[!l]*": "a filter moves no basis along the antenna; its shape is another",
     "lines/after another session/*": "only framed lines say that a board began anew",
     "framed lines/other separators/*": "the sum of a frame's bytes covers its commas",
@@ -61,7 +96,7 @@ NOT_APPLICABLE = {
 }
 """Cells that say nothing, and why."""
 
-LONG = ("scene by mujoco/*", "scene in space/*", "wish with a study/*", "scene by rod*")
+LONG = ("scene by mujoco/*", "scene in space*", "wish with a study/*", "scene by rod*")
 """Worlds that take seconds."""
 
 
@@ -103,10 +138,15 @@ def test_relation(make, change, producer):
     world = make_world(make)
     if change.refusal:
         with pytest.raises(InvalidInput, match=change.refusal):
-            producer.make(change_world(change, world))
+            ask(producer, change_world(change, world))
         return
     wanted = change.expect(ask(producer, world))
-    found = change.look(ask(producer, change_world(change, world)))
+    try:
+        found = change.look(ask(producer, change_world(change, world)))
+    except InvalidInput as error:
+        if change.or_refusal and re.search(change.or_refusal, str(error)):
+            return
+        raise
     assert_same(found, wanted, change.tolerance)
 
 
