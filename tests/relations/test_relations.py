@@ -56,9 +56,12 @@ WORLDS = {
 NOT_APPLICABLE = {
     "scene/*/turnable view": "only what is in space can be turned by hand",
     "scene by*/turnable view": "only what is in space can be turned by hand",
+    "scene in space*/[!e]*/turnable view": "it is drawn from the quantities, frame by frame",
+    "scene in space by chain/every*/turnable view": "as by the default engine",
+    "scene by rod*/units of length*": "its surfaces sink in by an absolute length",
     "scene*/[!m]*/touch --json": "it takes one touch, with the antenna's own contact",
     "scene by*/mirror/touch --json": "the same command",
-    "scene in space/mirror/touch --json": "as in the plane, at ten times the price",
+    "scene in space*/mirror/touch --json": "as in the plane, at ten times the price",
     "scene*/every second sample/plot_touch": "a peak may fall between the samples",
     "scene/half the speed*": "what has inertia is another touch then",
     "scene by [!r]*/half the speed*": "what has inertia is another touch then",

@@ -10,6 +10,7 @@ import xarray as xr
 
 import feeler
 from feeler.antenna import Antenna
+from feeler.antenna.follicle import Follicle
 from feeler.physics.contact import CONTACTS
 
 
@@ -264,9 +265,16 @@ def make_wall(engine: str) -> Scene:
 
 
 def make_spatial(**options: Any) -> Scene:
-    """An antenna in space whose base gives way in its follicle."""
+    """An antenna in space on a base that gives way in its follicle."""
+    plane = make_antenna(12)
+    antenna = plane.replace(
+        stiffness=np.stack([plane.stiffness, 0.7 * plane.stiffness]),
+        damping=np.stack([plane.damping, plane.damping]),
+        rest_angle=np.zeros((2, 12)),
+        follicle=Follicle(stiffness=(2.0, 5.0, 3.0), damping=(5.0, 9.0, 4.0)),
+    )
     still = tuple(replace_speed(trial, trial.speed) for trial in TRIALS)
-    return replace(make_scene(feeler.presets.make_preset("rat-whisker"), **options), trials=still)
+    return replace(make_scene(antenna, **options), trials=still)
 
 
 TOLD_SPEED = replace(CONTACTS["smooth"], speed=1.0)
