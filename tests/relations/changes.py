@@ -13,11 +13,24 @@ import numpy as np
 import xarray as xr
 
 import feeler
-from feeler.physics.engine import ENGINES
 from feeler.tensors import QUANTITIES
 from feeler.tensors.formats import FORMATS
 from tests.relations.relation import Answer, Change, on_arrays, pick
-from tests.relations.worlds import Animals, Bases, Film, Hand, Lines, Record, Scene, Touches, Trains, Wish, frame
+from tests.relations.worlds import (
+    Animals,
+    Bases,
+    Calls,
+    Film,
+    Hand,
+    Lines,
+    Named,
+    Record,
+    Release,
+    Scene,
+    Touches,
+    Wish,
+    frame,
+)
 
 # ---- the mirror image -------------------------------------------------------------------------
 
@@ -163,7 +176,9 @@ def measure_in(time: float = 1.0, length: float = 1.0, mass: float = 1.0):
 def slow_down(world: Scene) -> Scene:
     """Half the speed for twice the time, of the same antenna."""
     trials = tuple(t.replace(speed=t.speed / 2, lead=t.lead * 2) for t in world.trials)
-    doubled = {k: 2 * world.options.get(k, 1.0) for k in ("duration", "sample_interval", "timestep")}
+    doubled = {
+        k: 2 * world.options.get(k, 1.0) for k in ("duration", "sample_interval", "timestep")
+    }
     return replace(world, trials=trials, options={**world.options, **doubled})
 
 
@@ -355,9 +370,7 @@ def mirror_record(world: Record) -> Record:
 
 def move_film(world: Film) -> Film:
     """The same film, with the camera turned and moved."""
-    return replace(
-        world, columns={k: v @ ROTATION.T + 500 for k, v in world.columns.items()}
-    )
+    return replace(world, columns={k: v @ ROTATION.T + 500 for k, v in world.columns.items()})
 
 
 def mirror_film(world: Film) -> Film:
@@ -436,9 +449,12 @@ def reverse_columns(world: Film) -> Film:
 
 def interrupt(*lines: bytes, at: int = 5) -> Any:
     """Something between two samples that is no sample."""
-    return lambda world: replace(
-        world, lines=(*world.lines[:at], *lines, *world.lines[at:])
-    )
+    return lambda world: replace(world, lines=(*world.lines[:at], *lines, *world.lines[at:]))
+
+
+def map_release(world: Release, by: float) -> Release:
+    columns = {k: v if k == "time" else v * by for k, v in world.columns.items()}
+    return replace(world, columns=columns)
 
 
 def after_a_session(world: Lines) -> Lines:
@@ -558,6 +574,24 @@ CHANGES = [
     Change(name="mirror", of=Wish, tolerance=1e-5,
            apply=lambda w: replace(w, wish={**w.wish, "side": "right"}),
            expect=on_arrays(lambda name, item: -item if name == "angle" else item)),
+    # encoders: the order of calls
+    *(Change(name=f"{what} in between", of=Calls,
+             apply=lambda w, what=what: replace(w, calls=(w.calls[0], what, *w.calls[1:])))
+      for what in ("pickle", "save")),
+    *(Change(name=f"{what} after it", of=Calls, tolerance=0.05,
+             apply=lambda w, what=what: replace(w, calls=(*w.calls, what)))
+      for what in ("partial_fit", "fit_stream")),
+    # antennas by name; releases
+    Change(name="alone", of=Named, expect=lambda a: {
+               k: v for k, v in a.items() if k.startswith("linear")},
+           apply=lambda w: replace(w, names=("linear",))),
+    Change(name="permute antennas", of=Named,
+           apply=lambda w: replace(w, names=w.names[::-1])),
+    *(Change(name=f"time as {clock}", of=Release, tolerance=1e-6,
+             apply=lambda w, clock=clock: replace(w, clock=clock))
+      for clock in ("time_s", "frame")),
+    Change(name="mirror", of=Release, tolerance=1e-6, apply=lambda w: map_release(w, -1.0)),
+    Change(name="other units", of=Release, tolerance=1e-6, apply=lambda w: map_release(w, 40.0)),
     # animals that are calibrated
     Change(name="alone", of=Animals, expect=pick([0], "trial"),
            apply=lambda w: replace(w, antennas=w.antennas[:1])),

@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import pickle
 import pkgutil
 import tempfile
 import time
@@ -25,10 +26,13 @@ from tests.relations.relation import Answer, Producer, flatten, read_json
 from tests.relations.worlds import (
     Animals,
     Bases,
+    Calls,
     Film,
     Hand,
     Lines,
+    Named,
     Record,
+    Release,
     Scene,
     Touches,
     Trains,
@@ -78,7 +82,9 @@ def draw_picture(dataset: xr.Dataset) -> Answer:
     for k in range(dataset.sizes["trial"]):
         plotting.plot_touch(dataset.isel(trial=[k]), figure := Figure())
         image = figure.axes[0].images[0]
-        rows.append([np.abs(np.asarray(image.get_array())).max(), np.abs(image.get_clim()).max()])
+        rows.append(
+            [np.abs(np.asarray(image.get_array())).max(), np.abs(image.get_clim()).max()]
+        )
     return {"picture": label(rows, "trial", "shown")}
 
 
@@ -94,7 +100,14 @@ def draw_turnable(world: Scene) -> Answer:
 def ask_touch(world: Scene) -> Answer:
     """``feeler touch --json`` for the first touch; a peak may carry its side's sign."""
     trial = world.trials[0]
-    words = ["--feature", trial.feature.kind, "--size", trial.feature.radius, "--antenna", "it.toml"]
+    words = [
+        "--feature",
+        trial.feature.kind,
+        "--size",
+        trial.feature.radius,
+        "--antenna",
+        "it.toml",
+    ]
     for name in ("location", "speed", "approach", "side", "friction"):
         words += [f"--{name}", getattr(trial, name)]
     words += ["--duration", world.options["duration"], "--no-movie", "--json"]
@@ -112,7 +125,11 @@ BY_OBJECT = ("place", "forward", "force", "work.objects")
 
 @cache
 def drive(world: Hand) -> feeler.Simulation:
-    return world.drive(build(world))
+    simulation = build(world)
+    if world.drive is not None:
+        return world.drive(simulation)
+    simulation.step(24.0)
+    return simulation
 
 
 def read_shown(world: Hand) -> Answer:
@@ -227,14 +244,16 @@ def ask_spikes(code: str, world: Trains) -> Answer:
 def group(world: Record) -> Answer:
     """The encoders' input: groups of touches in one order, on one scale."""
     found = decoding.list_groups({"exponential": world.dataset})
-    return {f"{c} {g}": values for c, groups in found.items() for g, (values, _) in groups.items()}
+    return {
+        f"{c} {g}": values for c, groups in found.items() for g, (values, _) in groups.items()
+    }
 
 
 def answer_file(command: str, world: Record, *words: str) -> Answer:
     with tempfile.TemporaryDirectory() as folder:
         feeler.save(world.dataset, Path(folder, "set.nc"))
-        found = read_json(run(command, "set.nc", *words, "--json", cwd=folder))
-    return {name: value for name, value in found.items() if "encoding" not in name}
+        files = ["--touches"] * (command == "spikes") + ["set.nc"]
+        return read_json(run(command, *files, *words, "--json", cwd=folder))
 
 
 def excite(world: Record) -> Answer:
@@ -313,6 +332,70 @@ def ask_tracks(world: Film) -> Answer:
         return read_json(run("tracks", *files, *words, "--json", cwd=folder))
 
 
+def ask_release(world: Release) -> Answer:
+    """``feeler calibrate --data --by targets --json``."""
+    columns = dict(world.columns)
+    time_ms = columns.pop("time")
+    clock = time_ms / {"time_ms": 1.0, "time_s": 1000.0, "frame": 0.5}[world.clock]
+    rows = np.column_stack([clock, *columns.values()])
+    text = "\n".join(",".join(f"{v:.12g}" for v in row) for row in rows)
+    words = [
+        "--data",
+        "film.csv",
+        "--by",
+        "targets",
+        "--evaluations",
+        "12",
+        "--release",
+        "first",
+    ]
+    words += ["--frame-rate", "2000"] if world.clock == "frame" else []
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "film.csv").write_text(f"{','.join([world.clock, *columns])}\n{text}\n")
+        found = read_json(run("calibrate", *words, "--json", cwd=folder))
+    return {k: v for k, v in found.items() if isinstance(v, float) and "second" not in k}
+
+
+def ask_wall(world: Named) -> Answer:
+    words = ["--near", "10", "--far", "12", "--steps", "2", "--json"]
+    with tempfile.TemporaryDirectory() as folder:
+        return read_json(run("wall", *world.names, *words, cwd=folder))
+
+
+# ---- encoders ----------------------------------------------------------------------------------
+
+
+def learn(world: Calls) -> Answer:
+    """How well an encoder explains what it learned from, after calls in this order."""
+    from tests.relations.worlds import make_touches
+
+    known = tensors.rectify(make_touches().clean).values
+    encoder = clone(fit_encoder())
+    for call in world.calls:
+        if call in ("fit", "partial_fit", "fit_stream"):
+            getattr(encoder, call)(known)
+        elif call == "pickle":
+            encoder = pickle.loads(pickle.dumps(encoder))
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                path = encoding.save_encoder(encoder, Path(folder, "it"))
+                encoder = encoding.load_encoder(path, trusted=True)
+    stale = [  # what is there belongs to the bases as they are now
+        name
+        for name in ("activations_",)
+        if hasattr(encoder, name)
+        and not np.isclose(
+            np.linalg.norm(
+                known - encoding.reconstruct(encoder.components_, encoder.activations_)
+            )
+            / np.linalg.norm(known),
+            encoder.relative_residual_,
+            rtol=1e-3,
+        )
+    ]
+    return {"score": float(encoder.score(known)), "stale": str(stale)}
+
+
 # ---- boards, animals, studio -------------------------------------------------------------------
 
 
@@ -320,7 +403,10 @@ def listen(world: Lines) -> Answer:
     """Times and values of samples as they arrive."""
     read = find("feeler.robot", "read_samples")
     found = list(read([*world.before, *world.lines], world.n_sensors))[len(world.before) :]
-    return {"time": np.array([t for t, _ in found], float), "value": np.array([v for _, v in found])}
+    return {
+        "time": np.array([t for t, _ in found], float),
+        "value": np.array([v for _, v in found]),
+    }
 
 
 def experiment(world: Animals) -> Answer:
@@ -347,13 +433,17 @@ def converse(world: Wish) -> Answer:
     if wrong:
         pytest.fail(f"the studio refused: {wrong[0]}")
     pieces = [arrays for header, arrays in heard if header.get("part") == "piece"]
-    found = {name: label(np.concatenate([p[name] for p in pieces]), "time", *"ab"[: pieces[0][name].ndim - 1])
-             for name in ("angle", "contact")}  # fmt: skip
+    found: Answer = {}
+    for name in ("angle", "contact"):
+        whole = np.concatenate([arrays[name] for arrays in pieces])
+        found[name] = label(whole, "time", *"ab"[: whole.ndim - 1])
     for header, arrays in heard:
         if header["type"] == "reading":
             found["posterior"] = label(arrays["posterior"], "time", "class")
             found["code"] = label(arrays["code"], "component", "time")
-            found |= {f"said {k}": v for k, v in flatten(header).items() if k not in ("id", "slot")}
+            found |= {
+                f"said {k}": v for k, v in flatten(header).items() if k not in ("id", "slot")
+            }
     return found
 
 
@@ -381,11 +471,16 @@ PRODUCERS = [
     Producer(name="groups of an encoder", of=Record, make=group),
     Producer(name="plot_touch", of=Record, make=lambda w: draw_picture(w.dataset)),
     Producer(name="sensilla", of=Record, make=excite),
+    Producer(name="spikes --json", of=Record,
+             make=lambda w: answer_file("spikes", w, "--gain", "5")),
     Producer(name="validate --json", of=Record, make=lambda w: answer_file("validate", w)),
     *(Producer(name=n, of=Bases, make=bind(compare_bases, n)) for n in BASES),
     Producer(name="tracks --json", of=Film, make=ask_tracks),
     Producer(name="samples of a board", of=Lines, make=listen),
     Producer(name="measured animals", of=Animals, make=experiment),
     Producer(name="studio", of=Wish, make=converse),
+    Producer(name="encoder", of=Calls, make=learn),
+    Producer(name="wall --json", of=Named, make=ask_wall),
+    Producer(name="calibrate --json", of=Release, make=ask_release),
 ]  # fmt: skip
 """One list: a new quantity, index, classifier, code or noise is in it as soon as it is known."""

@@ -1,7 +1,7 @@
 """What a relation is: a world, a change of it, and a producer of which the answer is then known.
 
-A cell of the table says ``make(apply(world)) == expect(make(world))``, or names the refusal. A world
-is one of those in worlds.py; an answer is a dict of labelled arrays, numbers and words.
+A cell of the table says ``make(apply(world)) == expect(make(world))``, or names the refusal. Worlds
+are in worlds.py; an answer is a dict of labelled arrays, numbers and words.
 """
 
 import json
@@ -63,7 +63,9 @@ class Producer:
     long: bool = False
 
 
-def on_arrays(change: Callable[[str, xr.DataArray], xr.DataArray]) -> Callable[[Answer], Answer]:
+def on_arrays(
+    change: Callable[[str, xr.DataArray], xr.DataArray],
+) -> Callable[[Answer], Answer]:
     """What changes each labelled array of an answer, by its name, and nothing else."""
     return lambda answer: {
         name: change(name, item) if isinstance(item, xr.DataArray) else item

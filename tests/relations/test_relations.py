@@ -8,22 +8,30 @@ import re
 import warnings
 from fnmatch import fnmatch
 from functools import cache, partial
+from importlib import import_module
 
+import numpy as np
 import pytest
+import typer
 
+import feeler
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
+from tests.cli._command import run
 from tests.relations import worlds
 from tests.relations.changes import CHANGES
 from tests.relations.producers import PRODUCERS
-from tests.relations.relation import assert_same
+from tests.relations.relation import assert_same, read_json
 from tests.relations.worlds import (
     Animals,
     Bases,
+    Calls,
     Film,
     Hand,
     Lines,
+    Named,
     Record,
+    Release,
     Scene,
     Touches,
     Trains,
@@ -48,6 +56,10 @@ WORLDS = {
     "lines": (Lines, worlds.make_lines),
     "framed lines": (Lines, partial(worlds.make_lines, framed=True)),
     "animals": (Animals, worlds.make_animals),
+    "fitted": (Calls, partial(worlds.Calls, calls=("fit",))),
+    "learning on": (Calls, partial(worlds.Calls, calls=("fit", "partial_fit"))),
+    "named": (Named, worlds.Named),
+    "release": (Release, worlds.make_release),
     "wish": (Wish, worlds.make_wish),
     "wish with a study": (Wish, partial(worlds.make_wish, study=True)),
 }  # fmt: skip
@@ -90,6 +102,10 @@ NOT_APPLICABLE = {
     "trains/mirror/*": "counts have no sign; sides are units of their own",
     "trains/amplitude*": "counts are whole numbers",
     "record/reload from csv/[!q]*": "a CSV holds one variable of one trial",
+    "record/permute trials/spikes --json": "a train is drawn by the number of its trial",
+    "record/mirror/spikes --json": "a train is drawn by the number of its unit",
+    "record/reload from [!n]*/spikes --json": "it reads Datasets as every other command",
+    "record/reload from nwb/spikes --json": "it reads Datasets as every other command",
     "bases/filter in time/[!l]*": "a filter moves no basis along the antenna; its shape is another",
     "lines/after another session/*": "only framed lines say that a board began anew",
     "framed lines/other separators/*": "the sum of a frame's bytes covers its commas",
@@ -99,7 +115,13 @@ NOT_APPLICABLE = {
 }
 """Cells that say nothing, and why."""
 
-LONG = ("scene by mujoco/*", "scene in space*", "wish with a study/*", "scene by rod*")
+LONG = (
+    "scene by mujoco/*",
+    "scene in space*",
+    "wish with a study/*",
+    "scene by rod*",
+    "release/*",
+)
 """Worlds that take seconds."""
 
 
@@ -158,3 +180,104 @@ def test_what_does_not_apply_is_still_asked_for():
     cells = [f"{w}/{c.name}/{p.name}" for w in WORLDS for c in CHANGES for p in PRODUCERS]
     unused = [p for p in NOT_APPLICABLE if not any(fnmatch(cell, p) for cell in cells)]
     assert unused == []
+
+
+SAYS = {
+    "touch --location 0.8 --speed 0.4 --side right --duration 40 --no-movie --out o": (
+        "o/tensor.nc",
+        {
+            "peak_hinge_angle": lambda d: np.rad2deg(abs(d["angle"]).max()),
+            "peak_curvature": lambda d: abs(d["curvature"]).max(),
+            "peak_force": lambda d: 1e3 * (d["force"] ** 2).sum("axis").max() ** 0.5,
+        },
+    ),
+    "spikes --touches set.nc --gain 5 --out o": (
+        "o/spikes.nc",
+        {
+            "units": lambda d: d.sizes["unit"],
+            "spikes_per_touch": lambda d: d["spike_time"].count() / d.sizes["trial"],
+            "units_that_fire": lambda d: d["spike_time"].notnull().any("event").mean(),
+            "greatest_rate": lambda d: d["rate"].max(("unit", "time")).median(),
+        },
+    ),
+}
+"""What commands say, each number from the file that the same command wrote."""
+
+
+@pytest.mark.parametrize("words", SAYS)
+def test_a_command_says_what_its_file_holds(words, tmp_path):
+    feeler.save(make_world(worlds.make_record).dataset, tmp_path / "set.nc")
+    said = read_json(run(*words.split(), "--json", cwd=tmp_path))
+    file, numbers = SAYS[words]
+    held = feeler.load(tmp_path / file)
+    for name, compute in numbers.items():
+        assert abs(said[name]) == pytest.approx(float(compute(held)), rel=1e-6), name
+
+
+def draw_touch(seed):
+    """A random sensible touch: segments, taper, stiffness, damping, shape, speed and place."""
+    rng = np.random.default_rng(seed)
+    n, length = int(rng.integers(8, 40)), rng.uniform(15, 60)
+    radius = np.linspace(1, rng.uniform(0.2, 1), n) * rng.uniform(0.1, 0.4)
+    mass = 1.2e-3 * np.pi * radius**2 * length / n
+    stiffness = rng.uniform(0.2, 2) * np.exp(-rng.uniform(0, 6) * np.linspace(0, 1, n))
+    antenna = worlds.make_antenna(
+        n, length, radius=radius, segment_mass=mass, stiffness=stiffness,
+        damping=stiffness * rng.uniform(0.1, 20),
+    )  # fmt: skip
+    size = rng.uniform(1, 3)
+    shapes = (feeler.Ball(radius=size), feeler.Box(half_width=size, half_height=size),
+              feeler.Triangle(half_width=size))  # fmt: skip
+    trial = feeler.Trial(
+        feature=shapes[rng.integers(3)],
+        location=rng.uniform(0.3, 0.98),
+        speed=float(np.exp(rng.uniform(*np.log([0.03, 2])))),
+        approach=rng.uniform(60, 120),
+        friction=rng.uniform(0, 1),
+        side=("left", "right")[rng.integers(2)],
+    )
+    return antenna, trial
+
+
+SEEDS = [pytest.param(k, marks=pytest.mark.long if k % 8 else ()) for k in range(200)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
+    """Within 5 % of the peak of the same touch at a tenth of the timestep, or named."""
+    antenna, trial = draw_touch(seed)
+    duration = float(round(trial.lead + min(60.0, 8.0 / trial.speed)))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
+        doubts = len(said)
+        fine = feeler.touch(
+            antenna, trial, duration=duration, all_hinges=True,
+            timestep=found.attrs["timestep"] / 10,
+        )  # fmt: skip
+    off = float(abs(found["angle"] - fine["angle"]).max() / abs(fine["angle"]).max())
+    assert off <= 0.05 or doubts, f"off by {100 * off:.1f} % of the peak without a word"
+
+
+ASKED = {"touch", "spikes", "tracks", "calibrate", "wall", "validate"}
+"""Commands with JSON that PRODUCERS or SAYS ask."""
+NOT_ASKED = {
+    "info": "it says what a file is, in words",
+    "compare": "minutes; what it computes is asked as groups, codes, indices and classifiers",
+    "tradeoff": "minutes; as compare",
+    "active": "minutes; its observer is the ideal one",
+    "design": "minutes; it minimises a score of the same classifiers",
+    "follow": "a closed loop, in which no change has a known answer",
+    "robot": "its recordings, sensors and decoders are asked in tests/robot; its lines are here",
+}
+
+
+def test_each_command_with_json_is_asked_or_says_why_not():
+    commands = typer.main.get_command(import_module("feeler.cli.app").app).commands
+    known = {name for name, command in commands.items() if speaks_json(command)}
+    assert known == ASKED | NOT_ASKED.keys()
+
+
+def speaks_json(command):
+    inner = getattr(command, "commands", {}).values()
+    return any("--json" in p.opts for p in command.params) or any(map(speaks_json, inner))

@@ -14,7 +14,6 @@ from feeler.antenna.follicle import Follicle
 from feeler.physics.contact import CONTACTS
 
 
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
     """An antenna, the trials that touch it, and how they are simulated."""
@@ -32,7 +31,7 @@ class Hand:
     objects: tuple[feeler.Object, ...]
     base: feeler.BaseMotion
     options: dict[str, Any] = field(default_factory=dict)
-    drive: Any = staticmethod(lambda simulation: simulation.step(24.0) or simulation)
+    drive: Any = None  # default: 24 ms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,6 +100,28 @@ class Wish:
     study: bool = False
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Calls:
+    """An encoder, and the calls by which it learns from the same tensors."""
+
+    calls: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Named:
+    """Antennas that a command compares, by name."""
+
+    names: tuple[str, ...] = ("exponential", "linear", "constant")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Release:
+    """Free responses of animals: displacements [mm] at times [ms], and how the file has them."""
+
+    columns: dict[str, np.ndarray]
+    clock: str = "time_ms"
+
+
 def make_antenna(n: int = 16, length: float = 30.0, **more: Any) -> Antenna:
     """A tapering antenna of a few segments, stiff at the base."""
     s = np.linspace(0, 1, n)
@@ -121,7 +142,11 @@ BOX = feeler.Box(half_width=2.0, half_height=1.5)
 TRIALS = (
     feeler.Trial(feature=feeler.Ball(radius=1.53), location=0.5, speed=0.6),
     feeler.Trial(
-        feature=feeler.Triangle(half_width=2.0), location=0.7, speed=0.4, approach=70, friction=0.3
+        feature=feeler.Triangle(half_width=2.0),
+        location=0.7,
+        speed=0.4,
+        approach=70,
+        friction=0.3,
     ),
     feeler.Trial(feature=BOX, location=0.8, speed=0.5, side="right", friction=0.4),
     feeler.Trial(
@@ -239,7 +264,9 @@ def make_film(*, doubted: bool = False) -> Film:
 def make_lines(*, framed: bool = False) -> Lines:
     """Samples of three sensors, a time first; or framed, with a number and a sum, as a board's."""
     values = np.random.default_rng(7).uniform(0, 1, (12, 3)).round(4)
-    return Lines(lines=tuple(frame(k, k, v) if framed else plain(k, v) for k, v in enumerate(values)))
+    return Lines(
+        lines=tuple(frame(k, k, v) if framed else plain(k, v) for k, v in enumerate(values))
+    )
 
 
 def plain(time: float, values: Any) -> bytes:
@@ -283,7 +310,9 @@ TOLD_SPEED = replace(CONTACTS["smooth"], speed=1.0)
 def make_record() -> Record:
     """Touches of both sides at two speeds, with all labels, as they are stored."""
     antenna = make_antenna(name="exponential")
-    trials = [replace_speed(t, v) for v in (0.3, 0.6) for t in (TRIALS[0], TRIALS[1], TRIALS[4])]
+    trials = [
+        replace_speed(t, v) for v in (0.3, 0.6) for t in (TRIALS[0], TRIALS[1], TRIALS[4])
+    ]
     return Record(dataset=feeler.touch(antenna, trials, duration=40.0))
 
 
@@ -305,3 +334,13 @@ def make_wish(*, study: bool = False) -> Wish:
     """A box that is dragged against the studio's antenna."""
     wish = {"kind": "box", "size": 1.5, "location": 0.7, "speed": 0.3, "duration": 60.0}
     return Wish(wish=wish, study=study)
+
+
+def make_release() -> Release:
+    """Two animals that swing after they were let go."""
+    t = np.arange(0, 120, 0.5)
+    columns = {
+        name: size * np.exp(-t / fade) * np.cos(2 * np.pi * rate * t)
+        for name, size, rate, fade in (("a1", 1.0, 0.040, 20.0), ("a2", 0.7, 0.055, 15.0))
+    }
+    return Release(columns={"time": t, **columns})
