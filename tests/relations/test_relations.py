@@ -220,7 +220,9 @@ def draw_touch(seed):
     n, length = int(rng.integers(8, 40)), rng.uniform(15, 60)
     radius = np.linspace(1, rng.uniform(0.2, 1), n) * rng.uniform(0.1, 0.4)
     mass = 1.2e-3 * np.pi * radius**2 * length / n
-    stiffness = rng.uniform(0.2, 2) * np.exp(-rng.uniform(0, 6) * np.linspace(0, 1, n))
+    stiffness = np.exp(rng.uniform(*np.log([0.05, 2]))) * np.exp(
+        -rng.uniform(0, 6) * np.linspace(0, 1, n)
+    )
     antenna = worlds.make_antenna(
         n, length, radius=radius, segment_mass=mass, stiffness=stiffness,
         damping=stiffness * rng.uniform(0.1, 20),
@@ -239,14 +241,14 @@ def draw_touch(seed):
     return antenna, trial
 
 
-SEEDS = [pytest.param(k, marks=pytest.mark.long if k % 8 else ()) for k in range(200)]
+SEEDS = [pytest.param(k, marks=pytest.mark.long if k % 20 != 14 else ()) for k in range(200)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
     """Within 5 % of the peak of the same touch at a tenth of the timestep, or named."""
     antenna, trial = draw_touch(seed)
-    duration = float(round(trial.lead + min(60.0, 8.0 / trial.speed)))
+    duration = float(round(trial.lead + min(100.0, 25.0 / trial.speed)))
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
