@@ -1,0 +1,486 @@
+"""Everything that gives users numbers, found in feeler's own registries where there is one."""
+
+import inspect
+import json
+import pickle
+import pkgutil
+import tempfile
+import time
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from sklearn.base import clone
+
+import feeler
+from feeler import decoding, dispersion, encoding, information, plotting, spikes, tensors
+from feeler.studio import Session
+from tests.cli._command import run
+from tests.relations.changes import build
+from tests.relations.relation import Answer, Producer, flatten, read_json
+from tests.relations.worlds import (
+    Animals,
+    Bases,
+    Calls,
+    Film,
+    Hand,
+    Lines,
+    Named,
+    Record,
+    Release,
+    Scene,
+    Touches,
+    Trains,
+    Wish,
+)
+from tests.studio._messages import unpack
+
+
+@cache
+def find(package: str, name: str) -> Any:
+    """A documented name that its package does not hand on itself, wherever it stands there."""
+    home = import_module(package)
+    for found in pkgutil.iter_modules(home.__path__, f"{package}."):
+        module = import_module(found.name)
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise AssertionError(f"{package} has no {name}")
+
+
+def label(values: Any, *dims: str) -> xr.DataArray:
+    return xr.DataArray(np.asarray(values), dims=dims)
+
+
+# ---- touches -----------------------------------------------------------------------------------
+
+
+@cache
+def touch(world: Scene) -> xr.Dataset:
+    """All quantities of a scene, as far as its engine knows them."""
+    more = [name for name, q in tensors.QUANTITIES.items() if q.make]
+    if world.options.get("engine", "").startswith("rod"):
+        more = [name for name in more if name != "sink"]
+    return feeler.touch(world.antenna, list(world.trials), save=more, **world.options)
+
+
+def take_quantities(dataset: xr.Dataset) -> Answer:
+    """Every quantity of a Dataset; but seeds belong to places in a set, and a base has words."""
+    left_out = ("seed", "base")
+    names = [n for n in tensors.QUANTITIES if n in dataset.variables and n not in left_out]
+    found = {name: dataset[name].reset_coords(drop=True) for name in names}
+    return found | {f"{n} unit": str(dataset[n].attrs.get("units", "")) for n in names}
+
+
+def draw_picture(dataset: xr.Dataset) -> Answer:
+    """What a picture of each touch shows: its greatest number, and that of its colour scale."""
+    rows = []
+    for k in range(dataset.sizes["trial"]):
+        plotting.plot_touch(dataset.isel(trial=[k]), figure := Figure())
+        image = figure.axes[0].images[0]
+        rows.append(
+            [np.abs(np.asarray(image.get_array())).max(), np.abs(image.get_clim()).max()]
+        )
+    return {"picture": label(rows, "trial", "shown")}
+
+
+def draw_turnable(world: Scene) -> Answer:
+    """The view that is turned by hand, at the times that two samplings share."""
+    describe = find("feeler.plotting", "describe_turnable")
+    dataset = feeler.touch(world.antenna, [world.trials[0]], all_hinges=True, **world.options)
+    found = describe(world.antenna, world.trials[0], dataset)
+    return {name: label(found[name], "frame", *"ab"[: np.ndim(found[name]) - 1])
+            for name in ("time", "points", "shift")}  # fmt: skip
+
+
+def ask_touch(world: Scene) -> Answer:
+    """``feeler touch --json`` for the first touch; a peak may carry its side's sign."""
+    trial = world.trials[0]
+    words = [
+        "--feature",
+        trial.feature.kind,
+        "--size",
+        trial.feature.radius,
+        "--antenna",
+        "it.toml",
+    ]
+    for name in ("location", "speed", "approach", "side", "friction"):
+        words += [f"--{name}", getattr(trial, name)]
+    words += ["--duration", world.options["duration"], "--no-movie", "--json"]
+    with tempfile.TemporaryDirectory() as folder:
+        feeler.save_antenna(world.antenna, Path(folder, "it.toml"))
+        said = read_json(run("touch", *map(str, words), cwd=folder))
+    return {k: abs(v) if isinstance(v, float) else v for k, v in said.items() if k != "touch"}
+
+
+# ---- simulations in the hand -------------------------------------------------------------------
+
+SHOWS = [n for n, p in inspect.getmembers(feeler.Simulation) if isinstance(p, property)]
+BY_OBJECT = ("place", "forward", "force", "work.objects")
+
+
+@cache
+def drive(world: Hand) -> feeler.Simulation:
+    simulation = build(world)
+    if world.drive is not None:
+        return world.drive(simulation)
+    simulation.step(24.0)
+    return simulation
+
+
+def read_shown(world: Hand) -> Answer:
+    """Every property of a simulation, and its fields where it has some."""
+    simulation, found = drive(world), {}
+    for name in SHOWS:
+        value = getattr(simulation, name)
+        parts = {name: value}
+        if hasattr(value, "__dataclass_fields__"):
+            parts = {f"{name}.{key}": getattr(value, key) for key in value.__dataclass_fields__}
+        for key, item in parts.items():
+            dims = ("object" if key in BY_OBJECT else "row", "axis")
+            found[key] = label(item, *dims[: np.ndim(item)])
+    order = np.argsort(found["contacts.place"].values)  # contacts by where they are
+    return {
+        name: item[order] if name.startswith("contacts.") else item
+        for name, item in found.items()
+        if name != "contacts.object"
+    }
+
+
+# ---- arrays of touches -------------------------------------------------------------------------
+
+FEW = {"cnn": {"max_epochs": 2, "device": "cpu"}, "stream": {"window": 40, "max_lag": 3}}
+
+
+def measure_index(name: str, world: Touches) -> Answer:
+    index, scaled = dispersion.INDICES[name], (world.ask / abs(world.clean).max()).values
+    more = {"data_range": (-1.5, 1.5)} if index.needs_range else {}
+    every = slice(0, len(scaled))
+    return {name: label(index.make(scaled, **more)(every, every), "trial", "other trial")}
+
+
+def ask_reader(name: str, world: Touches) -> Answer:
+    """What a classifier says of touches, one by one, from tensors with noise that it knows."""
+    make = decoding.READERS[name]
+    known = FEW.get(name, {})
+    told = getattr(make, "knows_noise", False)
+    reader = make(**known, **({"noise": f"common:{world.noise!r}"} if told else {}))
+    return decide(reader, world.clean if told else world.learn, world)
+
+
+def decide(reader: Any, learn: xr.DataArray, world: Touches) -> Answer:
+    reader.fit(learn.values, learn["label"].values.tolist())
+    return {"probability": label(reader.predict_proba(world.ask.values), "trial", "class")}
+
+
+@cache
+def fit_encoder(sparseness: float | None = 0.7) -> encoding.ConvolutiveNMF:
+    from tests.relations.worlds import make_touches
+
+    how = {"n_lags": 10, "n_restarts": 1, "max_iter": 15, "random_state": 0, "warn": False}
+    encoder = encoding.ConvolutiveNMF(3, sparseness=sparseness, **how)
+    return encoder.fit(tensors.rectify(make_touches().clean).values)
+
+
+def encode_touches(code: str, world: Touches) -> Answer:
+    found = fit_encoder().transform(abs(world.ask).values, code=code)
+    scale = float(abs(world.clean).max())
+    return {code: label(found / scale, "trial", "component", "time")}
+
+
+def describe_noise(name: str, world: Touches) -> Answer:
+    """The level of a noise over the greatest magnitude of all touches."""
+    model = decoding.NOISES[name]
+    noise = model(size=0.1 if model.is_share and name != "common" else world.noise)
+    level = np.broadcast_to(noise.sd(world.ask.values), world.ask.shape)
+    return {name: label(level / np.abs(world.clean.values).max(), "trial", "sensor", "time")}
+
+
+def _clean(measure: Any) -> Any:
+    return lambda world: measure(world.clean.values, world.noise)
+
+
+MEASURES = {
+    "compute_information": _clean(lambda x, sd: vars(information.compute_information(x, sd))),
+    "compute_told": _clean(
+        lambda x, sd: vars(information.compute_told(x, np.full((len(x), 1, 1), sd)))
+    ),
+    "find_noise": _clean(lambda x, sd: np.array(information.find_noise(x)) / sd),
+    "find_told": _clean(lambda x, sd: information.find_told(x, np.full((len(x), 1, 1), sd))),
+    "compute_energy": _clean(
+        lambda x, sd: label(information.compute_energy(x / sd), "trial", "other trial")
+    ),
+    "compute_energies": _clean(
+        lambda x, sd: label(
+            information.compute_energies(x / sd, [20, 60]), "end", "trial", "other trial"
+        )
+    ),
+    "compute_fisher": _clean(lambda x, sd: information.compute_fisher(x[:3], sd)),
+    "scale_peaks": _clean(
+        lambda x, sd: label(information.scale_peaks(x), "trial", "sensor", "time")
+    ),
+}
+"""Information measures; none has a registry, so that what is new is asked for by name."""
+
+
+def measure(name: str, world: Touches) -> Answer:
+    found = MEASURES[name](world)
+    return dict(found) if isinstance(found, dict) else {name: found}
+
+
+def ask_spikes(code: str, world: Trains) -> Answer:
+    if code == "poisson":
+        return decide(spikes.PoissonReader(step=1.0, floor=0.1), world.clean, world)
+    return decide(spikes.SpikeReader(code, width=5), world.learn, world)
+
+
+# ---- Datasets ----------------------------------------------------------------------------------
+
+
+def group(world: Record) -> Answer:
+    """The encoders' input: groups of touches in one order, on one scale."""
+    found = decoding.list_groups({"exponential": world.dataset})
+    return {
+        f"{c} {g}": values for c, groups in found.items() for g, (values, _) in groups.items()
+    }
+
+
+def answer_file(command: str, world: Record, *words: str) -> Answer:
+    with tempfile.TemporaryDirectory() as folder:
+        feeler.save(world.dataset, Path(folder, "set.nc"))
+        files = ["--touches"] * (command == "spikes") + ["set.nc"]
+        return read_json(run(command, *files, *words, "--json", cwd=folder))
+
+
+def excite(world: Record) -> Answer:
+    """Rates of sensilla on both sides together."""
+    places = world.dataset["position"].values
+    rates = spikes.place_sensilla(places, 5.0).encode(world.dataset)["rate"]
+    return {"rate": rates.sum("unit").reset_coords(drop=True)}
+
+
+# ---- bases -------------------------------------------------------------------------------------
+
+BASES = {
+    "similarity": lambda a, b: label(
+        encoding.compute_basis_similarity(a, b), "component", "other"
+    ),
+    "location": lambda a, b: label(encoding.locate_components(a), "component"),
+    "matched": lambda a, b: label(encoding.match_components(a, b)[1], "component"),
+    "stability": lambda a, b: encoding.compute_stability([a, b]),
+}
+
+
+def compare_bases(name: str, world: Bases) -> Answer:
+    return {name: BASES[name](world.first.values, world.second.values)}
+
+
+# ---- films -------------------------------------------------------------------------------------
+
+
+def write_film(world: Film, path: Path, animals: int = 1) -> None:
+    """A film as a plain table, or as DeepLabCut writes the tracks of two animals."""
+    n = len(next(iter(world.columns.values())))
+    heads, values = [], []
+    if world.clock != "option":
+        step = 1.0 if world.clock == "time_s" else 1000.0
+        heads, values = [world.clock], [np.arange(n) / world.rate * step]
+    if animals > 1 or world.form == "dlc":
+        rows = [["scorer"], ["individuals"], ["bodyparts"], ["coords"]]
+        values = [np.arange(n)]
+        for k in range(animals):
+            for name, xy in world.columns.items():
+                shown = np.nan_to_num(xy) if k == 0 else xy[::-1] + 40
+                seen = np.where(np.isnan(xy[:, 0]) & (k == 0), 0.1, 0.99)
+                for coord, column in zip("xyl", (*shown.T, seen), strict=True):
+                    cells = "net", f"a{k}", name, {"l": "likelihood"}.get(coord, coord)
+                    for row, cell in zip(rows, cells, strict=True):
+                        row.append(cell)
+                    values.append(column)
+        rows = rows if animals > 1 else [rows[0], *rows[2:]]
+        text = "\n".join(",".join(row) for row in rows)
+    else:
+        for name, xy in world.columns.items():
+            heads += [f"{name}_x", f"{name}_y"]
+            values += [*xy.T]
+        text = ",".join(heads)
+    table = "\n".join(",".join(f"{v:.10g}" for v in row) for row in np.array(values).T)
+    path.write_text(f"{text}\n{table.replace('nan', '')}\n")
+
+
+def ask_tracks(world: Film) -> Answer:
+    """``feeler tracks --json`` for a film, in the form that it has."""
+    with tempfile.TemporaryDirectory() as folder:
+        files, words = ["film.csv"], [*world.options]
+        write_film(world, Path(folder, "film.csv"), 2 if world.form == "two animals" else 1)
+        if world.clock == "option":
+            words += ["--frame-rate", str(world.rate)]
+        if world.form == "two animals":
+            words += ["--individual", "a0"]
+        if world.through == "two files":
+            write_film(world, Path(folder, "other.csv"))
+            files.append("other.csv")
+        if world.through == "nwb":  # which keeps the rate, and how it was measured
+            start = "2026-05-01T09:00:00+02:00"
+            more = ["--out", "out", "--session-start", start]
+            read_json(run("tracks", *files, *words, *more, "--json", cwd=folder))
+            files, words = ["out/tracks.nwb"], []
+        return read_json(run("tracks", *files, *words, "--json", cwd=folder))
+
+
+def ask_release(world: Release) -> Answer:
+    """``feeler calibrate --data --by targets --json``."""
+    columns = dict(world.columns)
+    time_ms = columns.pop("time")
+    clock = time_ms / {"time_ms": 1.0, "time_s": 1000.0, "frame": 0.5}[world.clock]
+    rows = np.column_stack([clock, *columns.values()])
+    text = "\n".join(",".join(f"{v:.12g}" for v in row) for row in rows)
+    words = [
+        "--data",
+        "film.csv",
+        "--by",
+        "targets",
+        "--evaluations",
+        "12",
+        "--release",
+        "first",
+    ]
+    words += ["--frame-rate", "2000"] if world.clock == "frame" else []
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "film.csv").write_text(f"{','.join([world.clock, *columns])}\n{text}\n")
+        found = read_json(run("calibrate", *words, "--json", cwd=folder))
+    return {k: v for k, v in found.items() if isinstance(v, float) and "second" not in k}
+
+
+def ask_wall(world: Named) -> Answer:
+    words = ["--near", "10", "--far", "12", "--steps", "2", "--json"]
+    with tempfile.TemporaryDirectory() as folder:
+        return read_json(run("wall", *world.names, *words, cwd=folder))
+
+
+# ---- encoders ----------------------------------------------------------------------------------
+
+
+def learn(world: Calls) -> Answer:
+    """How well an encoder explains what it learned from, after calls in this order."""
+    from tests.relations.worlds import make_touches
+
+    known = tensors.rectify(make_touches().clean).values
+    encoder = clone(fit_encoder())
+    for call in world.calls:
+        if call in ("fit", "partial_fit", "fit_stream"):
+            getattr(encoder, call)(known)
+        elif call == "pickle":
+            encoder = pickle.loads(pickle.dumps(encoder))
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                path = encoding.save_encoder(encoder, Path(folder, "it"))
+                encoder = encoding.load_encoder(path, trusted=True)
+    stale = [  # what is there belongs to the bases as they are now
+        name
+        for name in ("activations_",)
+        if hasattr(encoder, name)
+        and not np.isclose(
+            np.linalg.norm(
+                known - encoding.reconstruct(encoder.components_, encoder.activations_)
+            )
+            / np.linalg.norm(known),
+            encoder.relative_residual_,
+            rtol=1e-3,
+        )
+    ]
+    return {"score": float(encoder.score(known)), "stale": str(stale)}
+
+
+# ---- boards, animals, studio -------------------------------------------------------------------
+
+
+def listen(world: Lines) -> Answer:
+    """Times and values of samples as they arrive."""
+    read = find("feeler.robot", "read_samples")
+    found = list(read([*world.before, *world.lines], world.n_sensors))[len(world.before) :]
+    return {
+        "time": np.array([t for t, _ in found], float),
+        "value": np.array([v for _, v in found]),
+    }
+
+
+def experiment(world: Animals) -> Answer:
+    """The quantities that calibration compares, of several antennas at once."""
+    names = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
+    found = find("feeler.calibration", "Protocol")().measure_many(list(world.antennas), names)
+    return {"measured": label([item.values for item in found], "trial", "quantity")}
+
+
+def converse(world: Wish) -> Answer:
+    """What the studio's page is told of a touch; with a study also what it is told it was."""
+    heard: list = []
+    session = Session(lambda data: heard.append(unpack(data)))
+    messages = [{"type": "touch", "slot": "A", "id": 1, "wish": world.wish}]
+    if world.study:
+        about = {"antenna": world.wish.get("antenna", {}), "speed": world.wish["speed"]}
+        messages.insert(0, {"type": "study", "slot": "A", "id": 0, **about})
+    for message in messages:
+        session.take(json.dumps(message))
+        end = time.monotonic() + 300
+        while session.busy and time.monotonic() < end:
+            time.sleep(0.002)
+    wrong = [header["message"] for header, _ in heard if header["type"] == "error"]
+    if wrong:
+        pytest.fail(f"the studio refused: {wrong[0]}")
+    pieces = [arrays for header, arrays in heard if header.get("part") == "piece"]
+    found: Answer = {}
+    for name in ("angle", "contact"):
+        whole = np.concatenate([arrays[name] for arrays in pieces])
+        found[name] = label(whole, "time", *"ab"[: whole.ndim - 1])
+    for header, arrays in heard:
+        if header["type"] == "reading":
+            found["posterior"] = label(arrays["posterior"], "time", "class")
+            found["code"] = label(arrays["code"], "component", "time")
+            found |= {
+                f"said {k}": v for k, v in flatten(header).items() if k not in ("id", "slot")
+            }
+    return found
+
+
+def bind(function: Any, name: str) -> Any:
+    return lambda world: function(name, world)
+
+
+PRODUCERS = [
+    Producer(name="quantities", of=Scene, make=lambda w: take_quantities(touch(w))),
+    Producer(name="plot_touch", of=Scene, make=lambda w: draw_picture(touch(w))),
+    Producer(name="turnable view", of=Scene, make=draw_turnable),
+    Producer(name="touch --json", of=Scene, make=ask_touch),
+    Producer(name="simulation", of=Hand, make=read_shown),
+    *(Producer(name=n, of=Touches, make=bind(measure_index, n)) for n in dispersion.INDICES),
+    *(Producer(name=f"reader {n}", of=Touches, make=bind(ask_reader, n), long=n == "cnn")
+      for n in decoding.READERS),
+    *(Producer(name=f"code {n}", of=Touches, make=bind(encode_touches, n))
+      for n in ("sparse", "ridge")),
+    *(Producer(name=f"noise {n}", of=Touches, make=bind(describe_noise, n))
+      for n in decoding.NOISES),
+    *(Producer(name=n, of=Touches, make=bind(measure, n)) for n in MEASURES),
+    *(Producer(name=f"spikes {n}", of=Trains, make=bind(ask_spikes, n))
+      for n in ("poisson", *spikes.SPIKE_CODES)),
+    Producer(name="quantities", of=Record, make=lambda w: take_quantities(w.dataset)),
+    Producer(name="groups of an encoder", of=Record, make=group),
+    Producer(name="plot_touch", of=Record, make=lambda w: draw_picture(w.dataset)),
+    Producer(name="sensilla", of=Record, make=excite),
+    Producer(name="spikes --json", of=Record,
+             make=lambda w: answer_file("spikes", w, "--gain", "5")),
+    Producer(name="validate --json", of=Record, make=lambda w: answer_file("validate", w)),
+    *(Producer(name=n, of=Bases, make=bind(compare_bases, n)) for n in BASES),
+    Producer(name="tracks --json", of=Film, make=ask_tracks),
+    Producer(name="samples of a board", of=Lines, make=listen),
+    Producer(name="measured animals", of=Animals, make=experiment),
+    Producer(name="studio", of=Wish, make=converse),
+    Producer(name="encoder", of=Calls, make=learn),
+    Producer(name="wall --json", of=Named, make=ask_wall),
+    Producer(name="calibrate --json", of=Release, make=ask_release),
+]  # fmt: skip
+"""One list: a new quantity, index, classifier, code or noise is in it as soon as it is known."""

@@ -1,0 +1,285 @@
+"""Whoever gives numbers, under every change of the world of which the answer is known.
+
+Read CHANGES and PRODUCERS: each that fits is multiplied with each. What does not apply is listed
+here once, with the reason.
+"""
+
+import re
+import warnings
+from fnmatch import fnmatch
+from functools import cache, partial
+from importlib import import_module
+
+import numpy as np
+import pytest
+import typer
+
+import feeler
+from feeler.errors import InvalidInput
+from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
+from tests.cli._command import run
+from tests.relations import worlds
+from tests.relations.changes import CHANGES
+from tests.relations.producers import PRODUCERS
+from tests.relations.relation import assert_same, read_json
+from tests.relations.worlds import (
+    Animals,
+    Bases,
+    Calls,
+    Film,
+    Hand,
+    Lines,
+    Named,
+    Record,
+    Release,
+    Scene,
+    Touches,
+    Trains,
+    Wish,
+)
+
+WORLDS = {
+    "scene": (Scene, worlds.make_scene),
+    **{f"scene by {name}": (Scene, partial(worlds.make_scene, engine=name, timestep=0.02))
+       for name in ENGINES if name not in (DEFAULT_ENGINE, *worlds.RODS)},
+    **{f"scene by {name}": (Scene, partial(worlds.make_wall, name)) for name in worlds.RODS},
+    "scene in space": (Scene, worlds.make_spatial),
+    "scene in space by chain": (Scene, partial(worlds.make_spatial, engine="chain", timestep=0.02)),
+    "hand": (Hand, worlds.make_hand),
+    "hand with its speed told": (Hand, partial(worlds.make_hand, contact=worlds.TOLD_SPEED)),
+    "touches": (Touches, worlds.make_touches),
+    "trains": (Trains, worlds.make_trains),
+    "record": (Record, worlds.make_record),
+    "bases": (Bases, worlds.make_bases),
+    "film": (Film, worlds.make_film),
+    "film with doubts": (Film, partial(worlds.make_film, doubted=True)),
+    "lines": (Lines, worlds.make_lines),
+    "framed lines": (Lines, partial(worlds.make_lines, framed=True)),
+    "animals": (Animals, worlds.make_animals),
+    "fitted": (Calls, partial(worlds.Calls, calls=("fit",))),
+    "learning on": (Calls, partial(worlds.Calls, calls=("fit", "partial_fit"))),
+    "named": (Named, worlds.Named),
+    "release": (Release, worlds.make_release),
+    "wish": (Wish, worlds.make_wish),
+    "wish with a study": (Wish, partial(worlds.make_wish, study=True)),
+}  # fmt: skip
+"""One of each kind, and awkward ones; made when first asked for."""
+
+NOT_APPLICABLE = {
+    "scene/*/turnable view": "only what is in space can be turned by hand",
+    "scene by*/turnable view": "only what is in space can be turned by hand",
+    "scene in space*/[!e]*/turnable view": "it is drawn from the quantities, frame by frame",
+    "scene in space by chain/every*/turnable view": "as by the default engine",
+    "scene by rod*/units of length*": "its surfaces sink in by an absolute length",
+    "scene*/[!m]*/touch --json": "it takes one touch, with the antenna's own contact",
+    "scene by*/mirror/touch --json": "the same command",
+    "scene in space*/mirror/touch --json": "as in the plane, at ten times the price",
+    "scene*/every second sample/plot_touch": "a peak may fall between the samples",
+    "scene/half the speed*": "what has inertia is another touch then",
+    "scene by [!r]*/half the speed*": "what has inertia is another touch then",
+    "scene by rod-inertia/half the speed*": "what has inertia is another touch then",
+    "scene in space/half the speed*": "what has inertia is another touch then",
+    "scene/by MuJoCo*": "it steps otherwise; the engine chain does so as MuJoCo",
+    "scene in space/by MuJoCo*": "it steps otherwise; the engine chain does so as MuJoCo",
+    "scene by [!c]*/by MuJoCo*": "it is MuJoCo, or has other equations",
+    "scene in space by chain/half the speed*": "what has inertia is another touch then",
+    "hand/told later/*": "whose contact reckons with the speed at the start",
+    "touches/mirror/scale_peaks": "it gives the touches themselves",
+    "touches/alone/compute_*": "a measure of the set",
+    "touches/alone/find_*": "a measure of the set",
+    "touches/alone/scale_peaks": "of known touches, which stay",
+    "touches/append silent trials/compute_*": "of known touches, which stay",
+    "touches/append silent trials/find_*": "of known touches, which stay",
+    "touches/append silent trials/scale_peaks": "of known touches, which stay",
+    "touches/permute trials/compute_[!e]*": "it draws noise in the order of the trials",
+    "touches/permute trials/find_*": "it draws noise in the order of the trials",
+    "touches/permute sensors/code *": "the bases know the sensors by their order",
+    "touches/permute sensors/ssim": "it compares neighbours",
+    "touches/permute sensors/compute_information": "it draws noise in the order of the sensors",
+    "touches/permute sensors/*_told": "it draws noise in the order of the sensors",
+    "touches/amplitude*/reader stream": "it notices contact by an angle in rad",
+    "touches/amplitude*/reader svm": "scikit-learn takes so small a spread for none",
+    "trains/mirror/*": "counts have no sign; sides are units of their own",
+    "trains/amplitude*": "counts are whole numbers",
+    "record/reload from csv/[!q]*": "a CSV holds one variable of one trial",
+    "record/permute trials/spikes --json": "a train is drawn by the number of its trial",
+    "record/mirror/spikes --json": "a train is drawn by the number of its unit",
+    "record/reload from [!n]*/spikes --json": "it reads Datasets as every other command",
+    "record/reload from nwb/spikes --json": "it reads Datasets as every other command",
+    "bases/filter in time/[!l]*": "a filter moves no basis along the antenna; its shape is another",
+    "lines/after another session/*": "only framed lines say that a board began anew",
+    "framed lines/other separators/*": "the sum of a frame's bytes covers its commas",
+    "film with doubts/*_tip unseen*": "it has such gaps already",
+    "film with doubts/abdomen unseen*": "it has such gaps already",
+    "film with doubts/in another format*": "a plain table has no likelihoods",
+}
+"""Cells that say nothing, and why."""
+
+LONG = (
+    "scene by mujoco/*",
+    "scene in space*",
+    "wish with a study/*",
+    "scene by rod*",
+    "release/*",
+)
+"""Worlds that take seconds."""
+
+
+def list_cells():
+    """The product, without what does not apply."""
+    for name, (kind, make) in WORLDS.items():
+        for change in CHANGES:
+            for producer in PRODUCERS:
+                if not issubclass(kind, change.of) or kind is not producer.of:
+                    continue
+                cell = f"{name}/{change.name}/{producer.name}"
+                if any(fnmatch(cell, pattern) for pattern in NOT_APPLICABLE):
+                    continue
+                slow = change.long or producer.long or any(fnmatch(cell, p) for p in LONG)
+                marks = [pytest.mark.long] if slow else []
+                yield pytest.param(make, change, producer, id=cell, marks=marks)
+
+
+@cache
+def make_world(make):
+    return make()
+
+
+@cache
+def change_world(change, world):
+    return change.apply(world)
+
+
+@cache
+def ask(producer, world):
+    """The answer, and what was warned of; an error as itself."""
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        return producer.make(world)
+
+
+@pytest.mark.parametrize(("make", "change", "producer"), [*list_cells()])
+def test_relation(make, change, producer):
+    world = make_world(make)
+    if change.refusal:
+        with pytest.raises(InvalidInput, match=change.refusal):
+            ask(producer, change_world(change, world))
+        return
+    wanted = change.expect(ask(producer, world))
+    try:
+        found = change.look(ask(producer, change_world(change, world)))
+    except InvalidInput as error:
+        if change.or_refusal and re.search(change.or_refusal, str(error)):
+            return
+        raise
+    assert_same(found, wanted, change.tolerance)
+
+
+def test_what_does_not_apply_is_still_asked_for():
+    """No pattern without a cell."""
+    cells = [f"{w}/{c.name}/{p.name}" for w in WORLDS for c in CHANGES for p in PRODUCERS]
+    unused = [p for p in NOT_APPLICABLE if not any(fnmatch(cell, p) for cell in cells)]
+    assert unused == []
+
+
+SAYS = {
+    "touch --location 0.8 --speed 0.4 --side right --duration 40 --no-movie --out o": (
+        "o/tensor.nc",
+        {
+            "peak_hinge_angle": lambda d: np.rad2deg(abs(d["angle"]).max()),
+            "peak_curvature": lambda d: abs(d["curvature"]).max(),
+            "peak_force": lambda d: 1e3 * (d["force"] ** 2).sum("axis").max() ** 0.5,
+        },
+    ),
+    "spikes --touches set.nc --gain 5 --out o": (
+        "o/spikes.nc",
+        {
+            "units": lambda d: d.sizes["unit"],
+            "spikes_per_touch": lambda d: d["spike_time"].count() / d.sizes["trial"],
+            "units_that_fire": lambda d: d["spike_time"].notnull().any("event").mean(),
+            "greatest_rate": lambda d: d["rate"].max(("unit", "time")).median(),
+        },
+    ),
+}
+"""What commands say, each number from the file that the same command wrote."""
+
+
+@pytest.mark.parametrize("words", SAYS)
+def test_a_command_says_what_its_file_holds(words, tmp_path):
+    feeler.save(make_world(worlds.make_record).dataset, tmp_path / "set.nc")
+    said = read_json(run(*words.split(), "--json", cwd=tmp_path))
+    file, numbers = SAYS[words]
+    held = feeler.load(tmp_path / file)
+    for name, compute in numbers.items():
+        assert abs(said[name]) == pytest.approx(float(compute(held)), rel=1e-6), name
+
+
+def draw_touch(seed):
+    """A random sensible touch: segments, taper, stiffness, damping, shape, speed and place."""
+    rng = np.random.default_rng(seed)
+    n, length = int(rng.integers(8, 40)), rng.uniform(15, 60)
+    radius = np.linspace(1, rng.uniform(0.2, 1), n) * rng.uniform(0.1, 0.4)
+    mass = 1.2e-3 * np.pi * radius**2 * length / n
+    stiffness = np.exp(rng.uniform(*np.log([0.05, 2]))) * np.exp(
+        -rng.uniform(0, 6) * np.linspace(0, 1, n)
+    )
+    antenna = worlds.make_antenna(
+        n, length, radius=radius, segment_mass=mass, stiffness=stiffness,
+        damping=stiffness * rng.uniform(0.1, 20),
+    )  # fmt: skip
+    size = rng.uniform(1, 3)
+    shapes = (feeler.Ball(radius=size), feeler.Box(half_width=size, half_height=size),
+              feeler.Triangle(half_width=size))  # fmt: skip
+    trial = feeler.Trial(
+        feature=shapes[rng.integers(3)],
+        location=rng.uniform(0.3, 0.98),
+        speed=float(np.exp(rng.uniform(*np.log([0.03, 2])))),
+        approach=rng.uniform(60, 120),
+        friction=rng.uniform(0, 1),
+        side=("left", "right")[rng.integers(2)],
+    )
+    return antenna, trial
+
+
+SEEDS = [pytest.param(k, marks=pytest.mark.long if k % 20 != 14 else ()) for k in range(200)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
+    """Within 5 % of the peak of the same touch at a tenth of the timestep, or named."""
+    antenna, trial = draw_touch(seed)
+    duration = float(round(trial.lead + min(100.0, 25.0 / trial.speed)))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
+        doubts = len(said)
+        fine = feeler.touch(
+            antenna, trial, duration=duration, all_hinges=True,
+            timestep=found.attrs["timestep"] / 10,
+        )  # fmt: skip
+    off = float(abs(found["angle"] - fine["angle"]).max() / abs(fine["angle"]).max())
+    assert off <= 0.05 or doubts, f"off by {100 * off:.1f} % of the peak without a word"
+
+
+ASKED = {"touch", "spikes", "tracks", "calibrate", "wall", "validate"}
+"""Commands with JSON that PRODUCERS or SAYS ask."""
+NOT_ASKED = {
+    "info": "it says what a file is, in words",
+    "compare": "minutes; what it computes is asked as groups, codes, indices and classifiers",
+    "tradeoff": "minutes; as compare",
+    "active": "minutes; its observer is the ideal one",
+    "design": "minutes; it minimises a score of the same classifiers",
+    "follow": "a closed loop, in which no change has a known answer",
+    "robot": "its recordings, sensors and decoders are asked in tests/robot; its lines are here",
+}
+
+
+def test_each_command_with_json_is_asked_or_says_why_not():
+    commands = typer.main.get_command(import_module("feeler.cli.app").app).commands
+    known = {name for name, command in commands.items() if speaks_json(command)}
+    assert known == ASKED | NOT_ASKED.keys()
+
+
+def speaks_json(command):
+    inner = getattr(command, "commands", {}).values()
+    return any("--json" in p.opts for p in command.params) or any(map(speaks_json, inner))
