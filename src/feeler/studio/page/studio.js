@@ -251,7 +251,7 @@ export class App {
     if (header.id !== record.id) return;
     const step = Math.max(1, Math.round(Math.min(record.total, 380) / arrays.posterior.shape[0]));
     this.note("read", header.slot);
-    record.reading = { posterior: arrays.posterior, code: arrays.code, noticed: header.noticed, step };
+    record.reading = { posterior: arrays.posterior, code: arrays.code, noticed: header.noticed, outside: header.outside || [], step };
   }
 
   /** @param {any} header @param {any} arrays */
