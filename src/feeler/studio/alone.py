@@ -38,7 +38,7 @@ _PAPER = (
 )
 _DOI = "https://doi.org/10.1101/2025.10.20.683587"
 _NAME_LENGTH = 40  # letters of an antenna's name on a switch
-_NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as level
+_NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as uniform
 # [C] of what a decoder was trained on, in rad; the finest with which a page stays small
 _STEPS = (0.008, 0.016)
 _LARGEST = 480_000  # characters
@@ -113,9 +113,9 @@ def _choose(first: AntennaWish, other: AntennaWish | None) -> list[_Choice]:
             (f"B: {other.make().name}"[:_NAME_LENGTH], other),
         ]
     if np.max(antenna.stiffness) <= _NEARLY_LEVEL * np.min(antenna.stiffness):
-        return [("graded", AntennaWish()), ("level", first)]
+        return [("graded", AntennaWish()), ("uniform", first)]
     level = AntennaWish(preset="matched") if first == AntennaWish() else _level(first, antenna)
-    return [("graded", first), ("level", level)]
+    return [("graded", first), ("uniform", level)]
 
 
 def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
@@ -129,7 +129,7 @@ def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
         stiffness=((0.0, stiffness), (1.0, stiffness)),
         damping=((0.0, damping), (1.0, damping)),
         matched=False,
-        name=f"{antenna.name[:70]}, level",
+        name=f"{antenna.name[:70]}, uniform",
     )
 
 
@@ -183,8 +183,11 @@ def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[s
         )
     except (InvalidInput, SimulationDiverged):
         return None
+    antenna, most = wish.make(), np.abs(decoder.templates_).max(axis=(0, 2))
     return {
         **packed,
+        "peak": float(most.max()),
+        "curvature": float((most / antenna.segment_length[antenna.sensors - 1]).max()),
         "kinds": decoder.kinds_.tolist(),
         "onset": decoder.onset,
         "noise": decoder.noise,

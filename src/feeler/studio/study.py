@@ -88,8 +88,11 @@ class AntennaStudy:
         )
 
     def encode(self, angle: np.ndarray) -> np.ndarray:
-        """Activations (component, time) of a touch (sensor, time) on the bases of the set."""
-        return self.encoder.transform(rectify(angle)[None], code="ridge")[0]
+        """Activations (component, time) of a touch (sensor, time) on the bases of the set, which
+        are of touches from the left; one from the right is read as its mirror image.
+        """
+        side = -1.0 if -angle.min() > angle.max() else 1.0
+        return self.encoder.transform(rectify(side * angle)[None], code="ridge")[0]
 
     def decode(self, angle: np.ndarray) -> tuple[np.ndarray, int]:
         """Posterior (time, answer) after each sample of a touch (sensor, time) [rad], and the
