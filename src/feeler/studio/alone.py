@@ -38,7 +38,9 @@ _PAPER = (
 )
 _DOI = "https://doi.org/10.1101/2025.10.20.683587"
 _NAME_LENGTH = 40  # letters of an antenna's name on a switch
-_NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as uniform
+_NEARLY_LEVEL = (
+    1.05  # [C] stiffest over softest hinge, up to which an antenna counts as uniform
+)
 # [C] of what a decoder was trained on, in rad; the finest with which a page stays small
 _STEPS = (0.008, 0.016)
 _LARGEST = 480_000  # characters

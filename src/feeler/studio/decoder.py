@@ -60,10 +60,16 @@ class Range:
         """The range of a speed that is known to the share ``unsure``."""
         return cls(speed=(speed * (1 - unsure), speed * (1 + unsure)))
 
-    def draw(self, n: int, seed: int, both_sides: bool = False) -> tuple[list[Trial], list[str]]:
+    def draw(
+        self, n: int, seed: int, both_sides: bool = False
+    ) -> tuple[list[Trial], list[str]]:
         """``n`` touches that fill the range evenly, and their kinds in turn."""
-        share = qmc.Halton(3, seed=seed).random(n)
-        kinds = [KINDS[k % len(KINDS)] for k in range(n)]
+        # each kind has a sequence of its own: its turn would otherwise go with a digit of one
+        many, each = len(KINDS), -(-n // len(KINDS))
+        share = np.stack(
+            [qmc.Halton(3, seed=many * seed + k).random(each) for k in range(many)], axis=1
+        ).reshape(-1, 3)[:n]
+        kinds = [KINDS[k % many] for k in range(n)]
         location, speed = (
             low + (high - low) * share[:, k]
             for k, (low, high) in enumerate((self.location, self.speed))
@@ -76,7 +82,7 @@ class Range:
                 speed=float(speed[k]),
                 approach=self.approach,
                 friction=self.friction,
-                side="right" if both_sides and k // len(KINDS) % 2 else "left",
+                side="right" if both_sides and k // many % 2 else "left",
             )
             for k, kind in enumerate(kinds)
         ]
@@ -184,7 +190,7 @@ class TouchDecoder:
             ratio[k, : near.size] = near[: self.window]
         self.limit_ = _SLACK * np.maximum.accumulate(np.nanmax(ratio, axis=0)[::-1])[::-1]
         best = -np.inf
-        for tempering in np.geomspace(1.0, 100.0, 21):
+        for tempering in np.geomspace(1.0, 1e6, 61):
             kind = [self._weigh_kinds(one / tempering) for one in distance]
             wrong = [
                 np.delete(one, label, axis=0).max() >= _SURE
@@ -282,9 +288,7 @@ class TouchDecoder:
         """Posterior of the kinds (kind, time) from squared distances (template, time) over τ."""
         evidence = -distance / (2 * self.noise**2)
         likelihood = np.exp(evidence - evidence.max(axis=0))
-        kinds = np.array(
-            [likelihood[self.kinds_ == k].mean(axis=0) for k in range(len(KINDS))]
-        )
+        kinds = np.array([likelihood[self.kinds_ == k].mean(axis=0) for k in range(len(KINDS))])
         return kinds / kinds.sum(axis=0)
 
 

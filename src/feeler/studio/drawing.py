@@ -127,10 +127,17 @@ def film(shown: PageView) -> bytes:
                 patch = make_patch(feature, np.array([x, y]), forward)
                 patch.set_transform(turned)
                 patches.append(left.add_patch(patch))
-            image.set_data(np.where(shown.time <= shown.time[now], shown.side * shown.tensor, np.nan))
+            image.set_data(
+                np.where(shown.time <= shown.time[now], shown.side * shown.tensor, np.nan)
+            )
             clock.set_text(say_clock(shown.time[now]))
             seen = points[now, :, ::-1] * (1, -1)
-            return [image, clock, *patches, *antenna.move(seen, shown.side * shown.values[:, now])]
+            return [
+                image,
+                clock,
+                *patches,
+                *antenna.move(seen, shown.side * shown.values[:, now]),
+            ]
 
         with temporary_folder() as folder:
             return write_movie(

@@ -279,7 +279,11 @@ class Session:
 
 def _advise(asked: str) -> str:
     """What to do on the page where a simulation has no finite numbers."""
-    what = "One of the touches that train this antenna's decoder" if asked == "study" else "This touch"
+    what = (
+        "One of the touches that train this antenna's decoder"
+        if asked == "study"
+        else "This touch"
+    )
     return (
         f"{what} cannot be computed: the softest hinges are too soft for it. Choose a gentler"
         " gradient, a stiffer antenna, or a slower or smaller object."
