@@ -137,7 +137,7 @@ class TouchDecoder:
     """
 
     threshold, confirm, interval, model = _SURE, _CONFIRM, 1.0, None
-    classes_ = list(ANSWERS)
+    classes_ = ANSWERS
 
     def __init__(self, onset: float, noise: float = NOISE) -> None:
         self.onset, self.noise, self.tempering_ = onset, noise, 1.0
