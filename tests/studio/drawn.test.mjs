@@ -279,7 +279,7 @@ function makeReading(step) {
 }
 const MATRIX = { shape: [3, 3], data: new Float32Array([1, 0.3, 0.8, 0.3, 1, 0.5, 0.8, 0.5, 1]) };
 const study = () => ({
-  key: "k", speed: 0.2, peak: 6, labels: [["ball", 1.5, 0.5], ["ball", 3, 0.6], ["box", 1.5, 0.7]], averages: { nmi: 0.71, pearson: 0.83, ssim: 0.94 },
+  key: "k", speed: 0.2, peak: 6, labels: [["ball", 1.5, 0.5], ["ball", 3, 0.6], ["box", 1.5, 0.7]], answers: ["ball", "ball", "box"], averages: { nmi: 0.71, pearson: 0.83, ssim: 0.94 },
   "similarity nmi": MATRIX, "similarity pearson": { ...MATRIX, data: MATRIX.data.map((v) => v / 2) }, "similarity ssim": { ...MATRIX, data: MATRIX.data.map((v) => v * v) },
   bases: { shape: [2, 3, 7], data: new Float32Array(42).map((_, k) => (k * 11) % 43) }, tensors: { shape: [3, 2, 4], data: new Float32Array(24).map((_, k) => (k * 5) % 7) },
 });
@@ -302,8 +302,8 @@ test("probabilities stand over their own milliseconds and at their own height, w
     all(cursor.map(([to]) => to), [x(3 * step), x(3 * step)]);
     const said = (ms) => { app.time = ms; panel.redraw(); return panel.element.find("verdict").words; };
     assert.equal(said(3 * step), `box|0.93 · decided ${2 * step} ms after contact`);
-    assert.deepEqual([said(0), said(step), said(2 * step)], ["no touch noticed yet", "not sure yet|perhaps a ball, 0.6", "not sure yet|perhaps a box, 0.7"]);
-    assert.equal(said(4 * step), `ball|0.95 · decided ${3 * step} ms after contact`);
+    assert.deepEqual([said(0), said(step), said(2 * step)], ["no touch noticed yet", "not sure yet|perhaps a ball, 0.60", "not sure yet|perhaps a box, 0.70"]);
+    assert.equal(said(4 * step), `ball|0.95 · decided ${3 * step} ms after contact · before, box from ${2 * step} ms`);
   }
 });
 

@@ -1,7 +1,6 @@
 """What a page asks for is in all that is made of it, and what is kept is the newest."""
 
 import threading
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -66,33 +65,6 @@ def test_of_many_studies_the_newest_are_kept(monkeypatch):
     kept = [study.find_study(antenna, speed) for speed in speeds]
     assert kept == [None, None, *speeds[2:]] and made == speeds
     assert study.find_study(antenna, speeds[-1], unsure=0.3) is None
-
-
-def test_a_decoder_reads_touches_as_loud_as_those_that_taught_it():
-    """The set's greatest angle is read as 0.2, whatever it is; labels keep their order."""
-    labels = (("ball", 1.5, 0.5), ("box", 1.5, 0.5))
-    rng = np.random.default_rng(0)
-    for peak in (0.007, 1.3):
-        tensors = rng.normal(size=(2, 3, 5))
-        tensors *= peak / np.abs(tensors).max()
-        heard = []
-
-        def update(sample, heard=heard):
-            heard.append(sample)
-            since = len(heard) - 3
-            return SimpleNamespace(posterior=np.array([0.9, 0.1]), since_contact=max(since, -1))
-
-        decoder = SimpleNamespace(
-            classes_=list(labels[::-1]),
-            start=lambda update=update: SimpleNamespace(update=update),
-        )
-        known = {"labels": labels, "tensors": tensors, "decoder": decoder, "peak": peak}
-        made = study.AntennaStudy(
-            antenna=make_antenna(), speed=0.2, similarity={}, encoder=None, **known
-        )
-        posterior, noticed = made.decode(tensors[1], threading.Event())
-        np.testing.assert_allclose(np.transpose(heard), 0.2 * tensors[1] / peak)
-        assert posterior.tolist() == [[0.1, 0.9]] * 5 and noticed == 2
 
 
 def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):

@@ -14,6 +14,7 @@ from feeler.dispersion import find_closest
 from feeler.spikes import place_sensilla
 from feeler.stimulus.ninety import trials as list_ninety
 from feeler.studio import Studio, study
+from feeler.studio.decoder import ANSWERS
 from feeler.tensors.scaling import rectify, scale_common
 from feeler.wall import FOLLOWING, calibrate, follow, make_turn
 
@@ -325,26 +326,15 @@ def learned(page, touched):
 
 
 def tell(known, ms, angle):
-    """The kind's probability after each sample, summed from the decoder's own classes."""
-    stream, kinds = known.decoder.start(), []
-    for sample in known.loudness * angle.T:
-        state = stream.update(sample)
-        kinds.append({})
-        for label, p in zip(known.decoder.classes_, state.posterior, strict=True):
-            kinds[-1][label[0]] = kinds[-1].get(label[0], 0.0) + p
-    noticed = next(k for k, _ in enumerate(kinds) if is_noticed(known, angle, k))
-    best = max(kinds[ms], key=kinds[ms].get)
+    """The likeliest answer at a moment, its probability, since when it is sure, and when contact
+    was noticed.
+    """
+    posterior, noticed = known.decode(angle)
+    best = int(posterior[ms].argmax())
     decided = ms
-    while decided > 0 and kinds[decided - 1][best] >= 0.9:
+    while decided > 0 and posterior[decided - 1, best] >= 0.9:
         decided -= 1
-    return best, kinds[ms][best], max(0, decided - noticed), noticed
-
-
-def is_noticed(known, angle, last):
-    stream = known.decoder.start()
-    for sample in known.loudness * angle.T[: last + 1]:
-        state = stream.update(sample)
-    return state.since_contact >= 0
+    return ANSWERS[best], posterior[ms, best], max(0, decided - noticed), noticed
 
 
 def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touched, learned):
@@ -358,7 +348,7 @@ def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touche
         sure = bool(probability >= 0.9)
         words = (f"not sure yet perhaps a {best}, #", f"{best} # · decided # ms after contact")
         assert re.sub(r"[\d.]*\d", "#", text) == words[sure]
-        assert read(text) == [shown(probability, 2), decided][: 1 + sure]
+        assert read(text) == [round(probability, 2), decided][: 1 + sure]
     assert any("decided" in text for text in said)
     assert noticed > 5  # the lead, so that counting from the beginning would be seen
     page.seek(noticed - 2)

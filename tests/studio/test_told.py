@@ -31,6 +31,7 @@ from feeler.studio import (
     turning,
     widget,
 )
+from feeler.studio.decoder import Range
 from feeler.studio.listener import Listener
 from feeler.studio.script import write_script
 from feeler.studio.touching import (
@@ -91,19 +92,11 @@ def make_study(antenna=None, **more):
     labels = (("ball", 1.5, 0.5), ("box", 3.0, 0.7), ("triangle", 1.5, 0.9))
     rng = np.random.default_rng(5)
     similarity = {name: rng.uniform(size=(3, 3)) for name in study.INDEX_NAMES}
-    classes = [labels[2], labels[0], labels[1]]
 
-    def start():
-        count = iter(range(10_000))
-
-        def update(sample):
-            k = next(count)
-            posterior = np.array([0.2, 0.7, 0.1]) if k % 2 else np.array([0.1, 0.3, 0.6])
-            return SimpleNamespace(
-                posterior=posterior, since_contact=2 + k - 4 if k >= 4 else -1
-            )
-
-        return SimpleNamespace(update=update)
+    def decode(angle):
+        posterior = np.tile([0.1, 0.2, 0.7, 0.0], (angle.shape[1], 1))
+        posterior[::2] = [0.3, 0.6, 0.1, 0.0]
+        return posterior, 4 if angle.shape[1] > 4 else -1
 
     made = {
         "antenna": antenna or make_antenna(),
@@ -116,7 +109,15 @@ def make_study(antenna=None, **more):
             components_=rng.uniform(size=(2, 5, 3)),
             transform=lambda values, code: np.cumsum(values.sum(axis=1), axis=1)[:, None],
         ),
-        "decoder": SimpleNamespace(classes_=classes, start=start),
+        "decoder": SimpleNamespace(decode=decode, noise=0.03),
+        "range": Range.around(0.37, 0.02),
+        "scores": {
+            "clean": 0.9,
+            "noisy": 0.8,
+            "confidently_wrong": 0.0,
+            "outside": 0.0,
+            "n": 7,
+        },
         "peak": 0.043,
     }
     return study.AntennaStudy(**made | more)
@@ -187,8 +188,12 @@ def test_a_touch_is_read_whole_by_its_code_and_as_long_as_was_learned_by_its_dec
     ((header, arrays),) = readings
     assert header.items() >= {"slot": "B", "id": 3, "noticed": 4}.items()  # when it was noticed
     n = min(int(duration), 9)
-    assert arrays["posterior"].shape == (n, 3) and arrays["code"].shape == (1, int(duration))
-    np.testing.assert_allclose(arrays["posterior"][:2], [[0.3, 0.6, 0.1], [0.7, 0.1, 0.2]])
+    assert arrays["posterior"].shape == (n, 4) and arrays["code"].shape == (1, int(duration))
+    np.testing.assert_allclose(
+        arrays["posterior"][:2], [[0.3, 0.6, 0.1, 0], [0.1, 0.2, 0.7, 0]]
+    )
+    assert header["outside"] == made.range.find_outside(WISH) != []
+    np.testing.assert_array_equal(arrays["posterior"][4:], [[0, 0, 0, 1]] * (n - 4))
 
 
 def test_what_is_shorter_than_a_basis_is_not_read(monkeypatch):
@@ -223,7 +228,7 @@ def test_a_recording_and_a_board_are_judged_by_the_study_of_their_own_speed(monk
     [
         (
             {"type": "study", "antenna": {}, "speed": 0.3},
-            "One of this antenna's thirty touches",
+            "One of the touches that train this antenna's decoder",
         ),
         ({"type": "touch", "wish": {}}, "This touch cannot be computed"),
     ],
@@ -273,54 +278,12 @@ def test_a_number_is_taken_up_to_both_its_ends_and_no_further():
             read_number(value, "x", -2.0, 3.0)
 
 
-def test_the_thirty_touches_differ_from_those_that_test_them_as_far_as_is_said(monkeypatch):
-    """Places by 2 % of the length, speeds by what the page asks for."""
-    asked = {}
-
-    def simulate(antenna, touches, tell, stop):
-        asked["touches"] = touches
-        return np.arange(len(touches) * 6.0).reshape(-1, 2, 3)
-
-    class Decoder:
-        classes_ = range(30)
-
-        def __init__(self, **how):
-            asked["how"] = how
-
-        def fit(self, touches, labels):
-            asked["fit"] = touches, labels
-            return self
-
-        def temper(self, touches, labels):
-            asked["temper"] = touches, labels
-
-    monkeypatch.setattr(study, "_simulate", simulate)
-    monkeypatch.setattr(study, "StreamDecoder", Decoder)
-    labels, angle, _, peak = study.teach(make_antenna(), 0.4, lambda *_: None, Event(), 0.25)
-    known, others = asked["touches"][: len(labels)], asked["touches"][len(labels) :]
-    assert len(known) == 30 and {trial.speed for trial in known} == {0.4}
-    moved = np.array([[two.location, two.speed] for two in others]) - [
-        [one.location, one.speed] for one in known
-    ]
-    away = np.abs(moved).max(axis=0)
-    assert 0.015 < away[0] <= 0.02 and 0.08 < away[1] <= 0.1
-    assert labels == tuple((one.feature.kind, one.feature.size, one.location) for one in known)
-    assert peak == 30 * 3 * 2 - 1  # of those that are learned
-    how = asked["how"]
-    assert (how["window"], how["interval"], how["onset"]) == (3, 1.0, pytest.approx(0.004))
-    whole = study.LOUDNESS / peak * np.arange(360.0).reshape(60, 2, 3)
-    for part, wanted in (("fit", whole[:30]), ("temper", whole[30:])):
-        np.testing.assert_allclose(asked[part][0], wanted)
-        assert asked[part][1] == labels
-    np.testing.assert_array_equal(angle, np.arange(180.0).reshape(30, 2, 3))
-
-
 @pytest.mark.parametrize(
     ("stiffness", "names"),
     [
-        (((0.0, 5.0), (1.0, 1.0)), ["graded", "level"]),
-        (((0.0, 1.0), (1.0, 5.0)), ["graded", "level"]),
-        (((0.0, 1.04), (1.0, 1.0)), ["graded", "level"]),
+        (((0.0, 5.0), (1.0, 1.0)), ["graded", "uniform"]),
+        (((0.0, 1.0), (1.0, 5.0)), ["graded", "uniform"]),
+        (((0.0, 1.04), (1.0, 1.0)), ["graded", "uniform"]),
     ],
 )
 def test_of_a_page_s_two_antennas_the_graded_one_is_the_graded_one(stiffness, names):
@@ -384,7 +347,7 @@ def test_a_page_that_leaves_shows_what_was_asked_for_at_the_speed_that_was_asked
 
 def test_a_page_is_as_fine_as_its_size_allows_and_no_coarser(monkeypatch):
     small, large = alone._LARGEST, alone._LARGEST + 1
-    for sizes, step in (([small], 0), ([large, small], 1), ([large, large, large], 2)):
+    for sizes, step in (([small], 0), ([large, small], 1), ([large, large], 1)):
         text, pages, taught = capture_page(monkeypatch, sizes)
         assert [given[3] for given in taught] == [*alone._STEPS[: step + 1]]
         assert len(text) == sizes[-1] and pages[-1]["taught"] == step + 1
@@ -398,7 +361,7 @@ def test_what_was_taught_stands_by_antenna_and_then_by_speed(monkeypatch):
     assert taught["kept"] == [
         [(wish, speed, 0.13) for speed in (0.1, 0.2, 0.3)] for _, wish in choices
     ]
-    assert len(taught["labels"]) == 30
+    assert taught["answers"] == ("ball", "box", "triangle", "outside")
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -407,9 +370,10 @@ def test_what_a_decoder_expects_is_packed_whichever_way_it_is_greatest(sign):
     expected = np.zeros((2, 3, 40))
     expected[0] = sign * 30.0
     expected[1, 1] = np.linspace(0, 1, 40)
-    packed = alone._pack_expected(expected, 0.002)
+    found, packed = alone._pack_expected(expected, 0.002)
     greatest = packed["step"] * 32767
     assert greatest >= 30.0 * np.sqrt(3 * 40) * (1 - 1e-6) > 0.002 * 32767
+    assert np.sqrt(np.mean((found - expected) ** 2)) < packed["step"]
 
 
 def test_facts_of_the_robot_are_told_with_their_own_source_and_unit():

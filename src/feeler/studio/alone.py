@@ -11,7 +11,7 @@ from threading import Event
 from typing import Annotated, Any
 
 import numpy as np
-from scipy.fft import dct
+from scipy.fft import dct, idct
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import match_damping
@@ -23,11 +23,12 @@ from feeler.physics.contact import get_contact
 from feeler.physics.scene import Scene
 from feeler.records.checked import checked
 from feeler.stimulus.feature import Feature
-from feeler.stimulus.ninety import SPEEDS, trials
+from feeler.stimulus.ninety import SPEEDS
 from feeler.stimulus.object import Object
+from feeler.studio.decoder import ANSWERS, NOISE
 from feeler.studio.exporting import fill_page
 from feeler.studio.hand import Command
-from feeler.studio.study import LOUDNESS, UNSURE, find_study, teach
+from feeler.studio.study import UNSURE, train
 from feeler.studio.touching import describe_antenna, draw_feature
 from feeler.studio.wish import AntennaWish, TouchWish, make_shape
 
@@ -37,12 +38,12 @@ _PAPER = (
 )
 _DOI = "https://doi.org/10.1101/2025.10.20.683587"
 _NAME_LENGTH = 40  # letters of an antenna's name on a switch
-_NEARLY_LEVEL = 1.05  # [C] stiffest over softest hinge, up to which an antenna counts as level
-_SURE = 0.9  # as the verdict's panel has it
-# [C] of what is expected, in the decoder's units, of which its floor is 0.004; the finest with
-# which a page stays small
-_STEPS = (0.002, 0.004, 0.008)
-_LARGEST = 390_000  # characters
+_NEARLY_LEVEL = (
+    1.05  # [C] stiffest over softest hinge, up to which an antenna counts as uniform
+)
+# [C] of what a decoder was trained on, in rad; the finest with which a page stays small
+_STEPS = (0.008, 0.016)
+_LARGEST = 480_000  # characters
 _Choice = tuple[str, AntennaWish]
 """An antenna that a page offers: its name and what it is."""
 _KINDS = {f.KIND_BALL: "ball", f.KIND_BOX: "box", f.KIND_POLYGON: "polygon"}
@@ -59,8 +60,8 @@ def write_touch_page(
 ) -> str:
     """The page that computes touches in a browser, as text of HTML.
 
-    It holds two antennas, ``slow`` and ``fast``, ball, box and triangle, and what thirty touches
-    taught a decoder for each antenna and speed.
+    It holds two antennas, ``slow`` and ``fast``, ball, box and triangle, and a decoder for each
+    antenna and speed, trained on touches at random locations and of random sizes.
 
     Parameters
     ----------
@@ -114,9 +115,9 @@ def _choose(first: AntennaWish, other: AntennaWish | None) -> list[_Choice]:
             (f"B: {other.make().name}"[:_NAME_LENGTH], other),
         ]
     if np.max(antenna.stiffness) <= _NEARLY_LEVEL * np.min(antenna.stiffness):
-        return [("graded", AntennaWish()), ("level", first)]
+        return [("graded", AntennaWish()), ("uniform", first)]
     level = AntennaWish(preset="matched") if first == AntennaWish() else _level(first, antenna)
-    return [("graded", first), ("level", level)]
+    return [("graded", first), ("uniform", level)]
 
 
 def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
@@ -130,7 +131,7 @@ def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
         stiffness=((0.0, stiffness), (1.0, stiffness)),
         damping=((0.0, damping), (1.0, damping)),
         matched=False,
-        name=f"{antenna.name[:70]}, level",
+        name=f"{antenna.name[:70]}, uniform",
     )
 
 
@@ -156,49 +157,47 @@ def _pack_shapes(antenna: Antenna) -> dict[str, Any]:
 def _teach_all(
     choices: Sequence[_Choice], speeds: Sequence[float], unsure: float, step: float
 ) -> dict[str, Any]:
-    """The thirty touches, and what they taught (antenna, speed)."""
-    labels = [
-        (trial.feature.kind, trial.feature.size, trial.location) for trial in trials([1.0])
-    ]
+    """The decoders of a page (antenna, speed), and what they answer."""
     wishes = [wish for _, wish in choices for _ in speeds]
     keep = partial(_keep, unsure=unsure, step=step)
     with hold_blas(), ThreadExecutor() as pool:
         kept = list(pool.map(keep, wishes, [*speeds] * len(choices)))
     n = len(speeds)
-    return {"labels": labels, "kept": [kept[k : k + n] for k in range(0, len(kept), n)]}
+    return {
+        "answers": ANSWERS,
+        "noise": NOISE,
+        "kept": [kept[k : k + n] for k in range(0, len(kept), n)],
+    }
 
 
+@lru_cache(maxsize=24)
 def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any] | None:
-    """What a decoder learned; None where this antenna's thirty touches teach nothing."""
+    """A decoder as the page reads it; None where this antenna's touches teach nothing."""
+    packed: dict[str, Any] = {}
+
+    def coarsen(templates: np.ndarray) -> np.ndarray:
+        found, packed["templates"] = _pack_expected(templates, step)
+        return found
+
     try:
-        expected, learned = _teach(wish, speed, unsure)
+        decoder, trained, scores = train(
+            wish.make(), speed, lambda doing, share: None, Event(), unsure, coarsen
+        )
     except (InvalidInput, SimulationDiverged):
         return None
-    return {**learned, **_pack_expected(expected, step)}
-
-
-@lru_cache(maxsize=12)
-def _teach(
-    wish: AntennaWish, speed: float, unsure: float
-) -> tuple[np.ndarray, dict[str, float | int]]:
-    """What the thirty touches of an antenna taught its decoder at a speed: what it expects (class,
-    sensor, time), and the peak [rad], the correlation [samples], and of how many touches it names
-    the kind surely at their ends.
-    """
-    known = find_study(wish.make(), speed, unsure)
-    if known is not None:
-        labels, angle, decoder, peak = known.labels, known.tensors, known.decoder, known.peak
-    else:
-        labels, angle, decoder, peak = teach(
-            wish.make(), speed, lambda doing, share: None, Event(), unsure
-        )
-    order = [decoder.classes_.index(label) for label in labels]
-    kinds = np.array([label[0] for label in labels])
-    posterior = decoder.decide(list(LOUDNESS / peak * angle))[:, order]
-    right = np.sum(posterior, axis=1, where=kinds[:, None] == kinds)
-    sure = int(np.sum(right >= _SURE))
-    learned = {"peak": peak, "correlation": decoder.correlation_, "sure": sure}
-    return decoder.expected_[order].astype(np.float32), learned
+    antenna, most = wish.make(), np.abs(decoder.templates_).max(axis=(0, 2))
+    return {
+        **packed,
+        "peak": float(most.max()),
+        "curvature": float((most / antenna.segment_length[antenna.sensors - 1]).max()),
+        "kinds": decoder.kinds_.tolist(),
+        "onset": decoder.onset,
+        "noise": decoder.noise,
+        "tempering": decoder.tempering_,
+        "limit": [float(f"{value:.4g}") for value in decoder.limit_],
+        "range": trained.to_plain(),
+        "scores": scores,
+    }
 
 
 def _pack_antenna(antenna: Antenna) -> str:
@@ -240,21 +239,24 @@ def _pack_shape(feature: Feature, antenna: Antenna) -> dict[str, Any]:
     }
 
 
-def _pack_expected(expected: np.ndarray, step: float) -> dict[str, Any]:
-    """What a decoder expects of each class (class, sensor, time), in few bytes: cosines in time of
-    few patterns over the sensors, rounded to multiples of ``step``.
+def _pack_expected(expected: np.ndarray, step: float) -> tuple[np.ndarray, dict[str, Any]]:
+    """What a decoder expects (template, sensor, time), rounded, and the same in few bytes: cosines
+    in time of few patterns over the sensors, rounded to multiples of ``step``.
 
     The patterns are principal components and both transforms keep lengths, so
     an expected value is off by less than ``step / 3`` (root mean square).
     """
-    n_classes, n_sensors, n_samples = expected.shape
+    n_templates, n_sensors, n_samples = expected.shape
     flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1).astype(float)
     shares = np.linalg.eigh(flat @ flat.T)[1][:, ::-1]
-    cosines = dct((shares.T @ flat).reshape(-1, n_classes, n_samples), norm="ortho", axis=2)
+    cosines = dct((shares.T @ flat).reshape(-1, n_templates, n_samples), norm="ortho", axis=2)
     step = max(step, float(np.abs(cosines).max()) / 32767)  # whole numbers of 16 bits
     rounded = np.rint(cosines / step)
     rank = int(np.flatnonzero(rounded.any(axis=(1, 2))).max(initial=0)) + 1
     whole = [np.rint(32767 * shares.T[:rank]), rounded[:rank]]
     raw = np.concatenate([part.ravel() for part in whole]).astype("<i2").tobytes()
     data = base64.b64encode(zlib.compress(raw, 9)).decode()
-    return {"shape": [n_classes, n_sensors, n_samples, rank], "step": step, "data": data}
+    series = step * idct(whole[1], norm="ortho", axis=2)
+    found = np.einsum("ms,mnt->nst", whole[0] / 32767, series, optimize=True)
+    packed = {"shape": [n_templates, n_sensors, n_samples, rank], "step": step, "data": data}
+    return found.astype(np.float32), packed

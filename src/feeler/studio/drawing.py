@@ -35,6 +35,11 @@ class PageView(NamedTuple):
         return self.values[self.antenna.sensors - 1]
 
     @property
+    def side(self) -> float:
+        """−1 where the sensors bend most the other way than in a touch from the left, else 1."""
+        return -1.0 if -self.tensor.min() > self.tensor.max() else 1.0
+
+    @property
     def time(self) -> np.ndarray:
         """ms."""
         return SAMPLE_INTERVAL * np.arange(self.values.shape[1])
@@ -80,9 +85,13 @@ def _draw_tensor(shown: PageView, figure: Any, ax: Any) -> Any:
 
     from feeler.plotting import plot_tensor
 
-    norm = Normalize(0.0, max(float(shown.tensor.max()), 1e-9))
-    image = plot_tensor(shown.tensor, shown.time, ax, norm)
-    figure.colorbar(image, ax=ax, label=f"{shown.label} (negative drawn as 0)")
+    facing = shown.side * shown.tensor
+    norm = Normalize(0.0, max(float(facing.max()), 1e-9))
+    image = plot_tensor(facing, shown.time, ax, norm)
+    label = f"{shown.label} (negative drawn as 0)"
+    if shown.side < 0:
+        label = f"−{shown.label}, as of a touch from the left (negative drawn as 0)"
+    figure.colorbar(image, ax=ax, label=label)
     return image
 
 
@@ -118,10 +127,17 @@ def film(shown: PageView) -> bytes:
                 patch = make_patch(feature, np.array([x, y]), forward)
                 patch.set_transform(turned)
                 patches.append(left.add_patch(patch))
-            image.set_data(np.where(shown.time <= shown.time[now], shown.tensor, np.nan))
+            image.set_data(
+                np.where(shown.time <= shown.time[now], shown.side * shown.tensor, np.nan)
+            )
             clock.set_text(say_clock(shown.time[now]))
             seen = points[now, :, ::-1] * (1, -1)
-            return [image, clock, *patches, *antenna.move(seen, shown.values[:, now])]
+            return [
+                image,
+                clock,
+                *patches,
+                *antenna.move(seen, shown.side * shown.values[:, now]),
+            ]
 
         with temporary_folder() as folder:
             return write_movie(

@@ -20,7 +20,6 @@ class Judge:
 
     def __init__(self, study: AntennaStudy, interval: float) -> None:
         self.study, self._stream = study, study.decoder.start()
-        self._order = [study.decoder.classes_.index(label) for label in study.labels]
         self._every = max(1, round(study.decoder.interval / interval))
         self._seen = self._rest = 0
         self._touched = False
@@ -31,22 +30,21 @@ class Judge:
         self._rest, self._touched = 0, False
 
     def update(self, angle: np.ndarray, time: float) -> tuple[np.ndarray, bool]:
-        """Posterior (class,) after a sample (sensor,) [rad], and whether contact is noticed with
+        """Posterior (answer,) after a sample (sensor,) [rad], and whether contact is noticed with
         it.
         """
         self._seen += 1
         noticed = False
         if self._seen % self._every == 0:
-            sample = self.study.loudness * angle
-            state = self._stream.update(sample, time)
+            state = self._stream.update(angle, time)
             noticed = state.since_contact >= 0 and not self._touched
             self._touched |= noticed
-            away = np.abs(sample - self._stream.finder.level)
+            away = np.abs(angle - self._stream.finder.level)
             rests = state.state == "over" and not (away > self._stream.finder.onset).any()
             self._rest = self._rest + 1 if rests else 0
             if self._rest >= _REST:
                 self.restart()
-        return self._stream.posterior[self._order], noticed
+        return self._stream.posterior, noticed
 
 
 class Listener:

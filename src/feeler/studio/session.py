@@ -17,6 +17,7 @@ from feeler.records.checked import checked
 from feeler.studio import study
 from feeler.studio.board import Boards, listen
 from feeler.studio.catalogue import make_catalogue
+from feeler.studio.decoder import ANSWERS, OUTSIDE
 from feeler.studio.desk import Desk
 from feeler.studio.hand import Hand
 from feeler.studio.leaving import make_file
@@ -157,7 +158,7 @@ class Session:
         tensor = np.concatenate(angle)[:, antenna.sensors - 1].T
         end = {"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview}
         self._say({**about, **end} | ({} if wish.preview else {"mode": describe_mode(antenna)}))
-        self._read(about, antenna, wish, tensor, stop)
+        self._read(about, antenna, wish, tensor)
 
     def _turn(
         self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, stop: Event
@@ -182,15 +183,18 @@ class Session:
         antenna: Antenna,
         wish: TouchWish,
         tensor: np.ndarray,
-        stop: Event,
     ) -> None:
-        """Code and verdict, where the antenna has been studied at this speed."""
+        """Code and verdict, where the antenna has been studied at this speed. Of a touch outside
+        what the decoder was trained on there is no verdict but this.
+        """
         known = study.find_study(antenna, wish.speed, self._unsure)
         if known is None or tensor.shape[1] < known.encoder.n_lags:
             return
-        posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], stop)
+        posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]])
+        if (outside := known.range.find_outside(wish)) and noticed >= 0:
+            posterior[noticed:] = np.array(ANSWERS) == OUTSIDE
         self._say(
-            {**about, "type": "reading", "noticed": noticed},
+            {**about, "type": "reading", "noticed": noticed, "outside": outside},
             code=known.encode(tensor),
             posterior=posterior,
         )
@@ -208,6 +212,10 @@ class Session:
         header = {
             "part": "end",
             "labels": made.labels,
+            "answers": ANSWERS,
+            "range": made.range.to_plain(),
+            "scores": made.scores,
+            "noise": made.decoder.noise,
             "averages": averages,
             "peak": made.peak,
             "speed": speed,
@@ -271,7 +279,11 @@ class Session:
 
 def _advise(asked: str) -> str:
     """What to do on the page where a simulation has no finite numbers."""
-    what = "One of this antenna's thirty touches" if asked == "study" else "This touch"
+    what = (
+        "One of the touches that train this antenna's decoder"
+        if asked == "study"
+        else "This touch"
+    )
     return (
         f"{what} cannot be computed: the softest hinges are too soft for it. Choose a gentler"
         " gradient, a stiffer antenna, or a slower or smaller object."

@@ -1,5 +1,5 @@
 """A study of one antenna at one speed: the paper's thirty touches, how far they spread, bases, and
-a decoder.
+a decoder that is trained on touches at random locations.
 """
 
 from collections import OrderedDict
@@ -11,17 +11,15 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.decoding.decoder import StreamDecoder
 from feeler.dispersion import INDICES, compute_nmi, compute_pearson, compute_ssim, find_closest
 from feeler.encoding import ConvolutiveNMF
-from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import make_scene
 from feeler.stimulus.ninety import trials
 from feeler.stimulus.trial import Trial
-from feeler.task.nuisances import Nuisances
+from feeler.studio.decoder import N_HELD_OUT, N_TEMPLATES, Range, TouchDecoder
 from feeler.tensors.scaling import rectify, scale_common
 
 _DURATION, _INTERVAL = 380.0, 1.0  # ms [P]
@@ -38,13 +36,7 @@ _ROUNDS, _ITERATIONS = (
     8,
     3,
 )  # [C] bases are learned in short stretches, so that learning can be stopped
-# the decoder reads angles scaled so that the set's peak is this; its floor of 0.004 then is 2 % of
-# it [C]
-LOUDNESS = 0.2
-_CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
-_ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
-# [C] half-widths by which place and speed of other touches differ, relative to length and speed
-_SHIFT = 0.02
+_ONSET = 0.02  # [C] share of the greatest training angle at which contact is noticed
 UNSURE = 0.02
 _KEPT = 6  # studies
 
@@ -69,8 +61,11 @@ class AntennaStudy:
     similarity : dict[str, np.ndarray]
         By index, (trial, trial).
     peak : float
-        Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all
-        classes alike.
+        Greatest angle of the set [rad].
+    decoder : TouchDecoder
+        Trained within ``range`` on other touches than these thirty.
+    scores : dict[str, float]
+        Of the decoder on held-out touches, as :meth:`TouchDecoder.score` gives them.
     """
 
     antenna: Antenna
@@ -79,13 +74,10 @@ class AntennaStudy:
     tensors: np.ndarray
     similarity: dict[str, np.ndarray]
     encoder: ConvolutiveNMF
-    decoder: StreamDecoder
     peak: float
-
-    @property
-    def loudness(self) -> float:
-        """What the decoder's readings are multiplied by."""
-        return LOUDNESS / self.peak
+    decoder: TouchDecoder
+    range: Range
+    scores: dict[str, float]
 
     def average(self, index: str) -> float:
         """Mean over the tensors of the index with their closest match."""
@@ -96,22 +88,17 @@ class AntennaStudy:
         )
 
     def encode(self, angle: np.ndarray) -> np.ndarray:
-        """Activations (component, time) of a touch (sensor, time) on the bases of the set."""
-        return self.encoder.transform(rectify(angle)[None], code="ridge")[0]
-
-    def decode(self, angle: np.ndarray, stop: Event) -> tuple[np.ndarray, int]:
-        """Posterior (time, class) after each sample of a touch, and the sample at which contact was
-        noticed, or −1.
+        """Activations (component, time) of a touch (sensor, time) on the bases of the set, which
+        are of touches from the left; one from the right is read as its mirror image.
         """
-        stream, posterior, noticed = self.decoder.start(), [], -1
-        order = [self.decoder.classes_.index(label) for label in self.labels]
-        for k, sample in enumerate(self.loudness * np.asarray(angle, dtype=float).T):
-            heed(stop)
-            state = stream.update(sample)
-            if noticed < 0 and state.since_contact >= 0:
-                noticed = k
-            posterior.append(state.posterior[order])
-        return np.array(posterior), noticed
+        side = -1.0 if -angle.min() > angle.max() else 1.0
+        return self.encoder.transform(rectify(side * angle)[None], code="ridge")[0]
+
+    def decode(self, angle: np.ndarray) -> tuple[np.ndarray, int]:
+        """Posterior (time, answer) after each sample of a touch (sensor, time) [rad], and the
+        sample at which contact was noticed, or −1.
+        """
+        return self.decoder.decode(angle)
 
 
 _kept: OrderedDict[tuple[Antenna, float, float], AntennaStudy] = OrderedDict()
@@ -130,9 +117,8 @@ def make_study(
     """Make a study, or hand out the one that was made; ``tell`` hears what is done and how far it
     is.
 
-    The decoder knows the touches at their places and at this speed; how sure it may be it learns on
-    other touches, whose places differ by up to 2 % of the length and whose speeds by up to the
-    share ``unsure``.
+    The decoder is trained on touches at random locations, of random sizes and of speeds that differ
+    by up to the share ``unsure``; how sure it may be it learns on others of that kind.
 
     Raises
     ------
@@ -152,7 +138,10 @@ def make_study(
 def _make(
     antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float
 ) -> AntennaStudy:
-    labels, angle, decoder, peak = teach(antenna, speed, tell, stop, unsure)
+    thirty = trials([speed])
+    labels = tuple((trial.feature.kind, trial.feature.size, trial.location) for trial in thirty)
+    angle = _simulate(antenna, thirty, lambda doing, share: tell(doing, 0.05 * share), stop)
+    decoder, trained, scores = train(antenna, speed, tell, stop, unsure)
     tell("comparing", 0.65)
     scaled = scale_common(rectify(angle))
     similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
@@ -164,53 +153,48 @@ def _make(
         tensors=angle,
         similarity=similarity,
         encoder=_learn(np.asarray(rectify(angle)), tell, stop),
+        peak=float(np.abs(angle).max()),
         decoder=decoder,
-        peak=peak,
+        range=trained,
+        scores=scores,
     )
 
 
-def teach(
-    antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float
-) -> tuple[tuple[_Label, ...], np.ndarray, StreamDecoder, float]:
-    """Labels and angles (trial, sensor, time) of the thirty touches, the decoder that they taught,
-    and their greatest angle [rad].
+def train(
+    antenna: Antenna,
+    speed: float,
+    tell: _Tell,
+    stop: Event,
+    unsure: float,
+    coarsen: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> tuple[TouchDecoder, Range, dict[str, float]]:
+    """A decoder, the range on which it was trained, and its scores on held-out touches.
+
+    ``coarsen`` rounds what it learned (template, sensor, time) before it is calibrated.
 
     Raises
     ------
     InvalidInput
-        Some of the touches are noticed by no sensor.
+        Many of the touches are noticed by no sensor.
     SimulationDiverged
         One of the touches cannot be computed.
     """
-    nominal = trials([speed])
-    jittered = Nuisances.only(location=_SHIFT, speed=unsure).jitter(
-        nominal, np.random.default_rng(0)
+    trained = Range.around(speed, unsure)
+    curved = bool(np.any(antenna.rest_angle))  # then left and right are no mirror images
+    touches, kinds = trained.draw(N_TEMPLATES + 2 * N_HELD_OUT, 0, both_sides=curved)
+    angle = _simulate(antenna, touches, tell, stop)
+    tell("training the decoder", 0.6)
+    known, held, tested = np.split(
+        np.arange(len(kinds)), [N_TEMPLATES, N_TEMPLATES + N_HELD_OUT]
     )
-    motions = _simulate(antenna, [*nominal, *jittered], tell, stop)
-    angle, others = motions[: len(nominal)], motions[len(nominal) :]
-    labels = tuple(
-        (trial.feature.kind, trial.feature.size, trial.location) for trial in nominal
-    )
-    tell("teaching the decoder", 0.6)
-    peak = float(np.abs(angle).max())
-    options = {
-        "window": angle.shape[2],
-        "onset": LOUDNESS * _ONSET,
-        "max_lag": 4,
-        "lag_step": 2,
-        "interval": _INTERVAL,
-    }
-    decoder = StreamDecoder(**options, noise=0.0, correlation=_CORRELATION).fit(
-        list(LOUDNESS / peak * angle), labels
-    )
-    if missing := len(labels) - len(decoder.classes_):
-        raise InvalidInput(
-            f"{missing} of the thirty touches are not noticed by any sensor, so nothing can be"
-            " learned of them. Add sensors, or spread them along the antenna."
-        )
+    decoder = TouchDecoder(onset=_ONSET * float(np.abs(angle[known]).max()))
+    decoder.fit(angle[known], [kinds[k] for k in known])
+    if coarsen is not None:
+        decoder.adopt(coarsen(decoder.templates_), decoder.kinds_)
     heed(stop)
-    decoder.temper(list(LOUDNESS / peak * others), labels)
-    return labels, angle, decoder, peak
+    decoder.calibrate(angle[held], [kinds[k] for k in held])
+    heed(stop)
+    return decoder, trained, decoder.score(angle[tested], [kinds[k] for k in tested])
 
 
 def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) -> np.ndarray:

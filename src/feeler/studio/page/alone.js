@@ -9,8 +9,8 @@ import { App, makeStatus } from "./studio.js";
 /** A page that computes by itself: antenna left, tensor right, verdict below, and a few switches. */
 
 const CLOSE = 0.15; // of the length: what bends so close to a place bends there
-const SENTENCE = "A slow touch of a graded antenna bends it where it is touched, and tells what touched; " +
-  "an even antenna bends at its base, and a fast touch is soon over.";
+const SENTENCE = "With the same noise on every reading, a slow touch of a graded antenna is classified best: it bends where it is touched, and the touch lasts ten times as long " +
+  "as a fast one. A fast touch is over sooner, so what is decided is decided sooner, but less is. A uniform antenna bends at its base, and less: neither speed is enough for it.";
 
 /** @param {any} config */
 function makeSteps(config) {
@@ -20,9 +20,9 @@ function makeSteps(config) {
     { title: `Slow, ${graded.name}: drag the ball`, look: ".stage-panel", state: { mode, A: graded.wish, touch },
       words: "Drag the ball along the antenna. Its bright band in the tensor goes along: the antenna bends near the place that is touched." },
     { title: `Slow, ${level.name}: drag it again`, look: ".tensor-panel", state: { mode, A: level.wish, touch },
-      words: "Now all hinges are equally stiff. Drag the ball: the antenna bends most at its base wherever it is touched, and the verdict is unsure for longer." },
+      words: "Now all hinges are equally stiff. Drag the ball: the antenna bends most at its base wherever it is touched, and less: its tensor is dark on the same colour scale, and the verdict stays unsure." },
     { title: "And fast?", look: ".tensor-panel", state: { mode, A: graded.wish, touch: { ...touch, speed: fast } },
-      words: "The same ball, ten times as fast: it is gone after a tenth of the time, and few samples are left of it." },
+      words: "The same ball, ten times as fast: it is gone after a tenth of the time, and few samples are left of it. A verdict comes sooner, if it comes: over held-out touches fewer are classified correctly." },
     { title: "What you have seen", look: ".verdict-panel", state: { mode, A: graded.wish, touch }, words: SENTENCE },
   ];
 }
@@ -100,9 +100,11 @@ function sayFelt(config, app) {
 function sayDecision(app) {
   const { reading } = app.records.A;
   if (!reading || reading.old || !app.studies.A || app.isStale()) return "";
-  const { best, decided } = findDecision(reading, app.studies.A);
-  if (decided < 0) return ", and does not tell surely what touched";
-  return `; after ${decided} ms it ${best === app.store.state.touch.kind ? "tells a" : "is taken for a"} ${best}`;
+  const { best, probability, decided, before } = findDecision(reading, app.studies.A);
+  if (best === "outside") return "; it lies outside what this decoder was trained on";
+  const revised = before ? `, after it was identified as a ${before.kind} at ${before.at} ms` : "";
+  if (decided < 0) return `, and what touched is not identified surely${revised}`;
+  return `; identified as a ${best} after ${decided} ms (p = ${probability.toFixed(2)})${revised}`;
 }
 
 /** The first and the last of a switch. @param {{name: string}[]} all */
@@ -124,20 +126,21 @@ function makeLead(config) {
   };
 }
 
-/** Of how many touches each antenna names the object. @param {any} config */
+/** How many held-out touches are classified correctly with each antenna and speed. @param {any} config */
 function makeTallyPanel(config) {
-  const { kept, labels } = config.taught;
-  const count = (/** @type {number} */ a, /** @type {number} */ s) => (kept[a][s] ? `${kept[a][s].sure} of ${labels.length}` : "–");
+  const { kept, noise } = config.taught, [one] = kept.flat().filter(Boolean);
+  const share = (/** @type {any} */ taught) => (taught ? `${Math.round(100 * taught.scores.noisy)} %` : "–");
   return (/** @type {App} */ app) => {
     const table = make("table", { class: "tally" });
-    const caption = make("p", { class: "caption", text: "Of thirty touches (ball, box, triangle, two sizes, five places), so many are named surely: how often the verdict ends at 0.9 " +
-      `or more for the right shape. The decoder has met these touches; its doubt comes from others, 2 % aside in place and ${write(100 * config.state.unsure)} % in speed.` });
-    const element = makePanel("Thirty touches", "tally-panel", table, caption);
+    const caption = make("p", { class: "caption", text: one ? `Accuracy (chance: 33 %) on ${one.scores.n} held-out touches by ball, box and triangle at random locations (${write(100 * one.range.location[0])} to ` +
+      `${write(100 * one.range.location[1])} % of the length), of random half-widths (${write(one.range.size[0])} to ${write(one.range.size[1])} mm) and at speeds within ${write(100 * config.state.unsure)} %, with white noise of ` +
+      `${((180 * noise) / Math.PI).toFixed(2)}° (SD) on each reading, the same for both antennas. The verdict above allows for that noise, but reads the touch without it.` : "" });
+    const element = makePanel("Held-out touches", "tally-panel", table, caption);
     function update() {
       const now = findAntenna(config, app), speed = app.store.state.touch.speed;
       const head = make("tr", {}, make("td"), ...config.speeds.map((/** @type {any} */ { name }) => make("th", { scope: "col", text: name })));
       const rows = config.antennas.map((/** @type {any} */ one, /** @type {number} */ a) => make("tr", {}, make("th", { scope: "row", text: one.name }),
-        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: count(a, s) }))));
+        ...config.speeds.map((/** @type {any} */ { value }, /** @type {number} */ s) => make("td", { class: a === now && value === speed ? "now" : "", text: share(kept[a][s]) }))));
       table.replaceChildren(head, ...rows);
     }
     return { element, place: "right", isShown: () => true, update };
@@ -166,13 +169,19 @@ function makeAboutPanel(config) {
 /** @param {(app: App) => any} makeOne @param {string} place */
 const put = (makeOne, place) => (/** @type {App} */ app) => ({ ...makeOne(app), place });
 
+/** What the colours of both antennas' tensors span [rad, 1/mm]: the most that any touch of their training bends them. @param {any} config */
+function findScale({ taught }) {
+  const all = taught ? taught.kept.flat().filter(Boolean) : [], find = (/** @type {string} */ name) => Math.max(...all.map((/** @type {any} */ one) => one[name]));
+  return all.length ? { angle: find("peak"), curvature: find("curvature") } : undefined;
+}
+
 /** @param {HTMLElement} root */
 export function startAlone(root) {
   const read = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id)).textContent || "";
   const config = JSON.parse(read("config"));
   root.classList.add("feeler-alone");
   const app = new App(root, {
-    alone: true, rest: config.taught ? 0 : Infinity, header: makeSwitches(config), steps: makeSteps(config),
+    alone: true, scale: findScale(config), rest: config.taught ? 0 : Infinity, header: makeSwitches(config), steps: makeSteps(config),
     panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeVerdictPanel, makeTallyPanel(config)] : []), makeAboutPanel(config)],
   });
   /** @type {any} */ (root).studio = app;

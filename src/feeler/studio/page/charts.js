@@ -7,14 +7,16 @@ import { drawMoment, findPointer, make, makeCanvas, makeChoice, makePanel, show,
 
 const SURE = 0.9;
 
-/** Probability of each kind (kind, time) from a posterior (time, class). @param {any} reading @param {any} study */
+const OUTSIDE = "outside", WORDS = "outside what this decoder was trained on";
+
+/** Probability of each answer, the kinds and "outside" (answer, time), from a posterior (time, answer). @param {any} reading @param {any} study */
 function addKinds(reading, study) {
   if (reading.kinds && reading.kindsOf === study) return reading.kinds;
   const [samples, classes] = reading.posterior.shape;
   /** @type {Object<string, Float32Array>} */
   const kinds = {};
   for (let c = 0; c < classes; c++) {
-    const kind = study.labels[c][0];
+    const kind = study.answers[c];
     kinds[kind] ||= new Float32Array(samples);
     for (let k = 0; k < samples; k++) kinds[kind][k] += reading.posterior.data[k * classes + c];
   }
@@ -23,21 +25,41 @@ function addKinds(reading, study) {
   return kinds;
 }
 
-/** What the decoder says at a sample. @param {any} reading @param {any} study @param {number} sample */
+/** The kinds' probabilities, without "outside". @param {any} reading @param {any} study */
+const listKinds = (reading, study) => Object.entries(addKinds(reading, study)).filter(([kind]) => kind !== OUTSIDE);
+
+/**
+ * What the decoder says at a sample: the likeliest answer, when it became sure of it, and of what it had been sure `before`, if it is no longer.
+ * @param {any} reading @param {any} study @param {number} sample
+ */
 export function readVerdict(reading, study, sample) {
-  const kinds = addKinds(reading, study), factor = reading.step || 1;
+  const kinds = addKinds(reading, study), factor = reading.step || 1, none = /** @type {{kind: string, at: number}|null} */ (null);
   const at = Math.max(0, Math.min(Math.round(sample / factor), reading.posterior.shape[0] - 1));
-  let best = "", probability = 0;
+  let best = "", probability = 0, before = none;
   for (const [kind, values] of Object.entries(kinds)) if (values[at] > probability) { best = kind; probability = values[at]; }
-  if (reading.noticed < 0 || sample < reading.noticed) return { best: "", probability: 0, since: -1, decided: -1 };
+  if (reading.noticed < 0 || sample < reading.noticed) return { best: "", probability: 0, since: -1, decided: -1, before };
+  const count = (/** @type {number} */ k) => Math.max(0, k * factor - reading.noticed);
   let decided = -1;
-  for (let k = at; k >= 0 && kinds[best][k] >= SURE; k--) decided = k * factor;
-  return { best, probability, since: sample - reading.noticed, decided: decided < 0 ? -1 : Math.max(0, decided - reading.noticed) };
+  for (let k = at; k >= 0 && kinds[best][k] >= SURE; k--) decided = k;
+  for (let k = Math.ceil(reading.noticed / factor); k < (decided < 0 ? at : decided) && !before; k++)
+    for (const [kind, values] of Object.entries(kinds)) if (values[k] >= SURE && (decided < 0 || kind !== best)) before = { kind, at: count(k) };
+  return { best, probability, since: sample - reading.noticed, decided: decided < 0 ? -1 : count(decided), before };
 }
 
 /** When a kind is decided for good, in samples after contact; −1 never. @param {any} reading @param {any} study */
 export function findDecision(reading, study) {
   return readVerdict(reading, study, reading.posterior.shape[0] * (reading.step || 1) - 1);
+}
+
+/** On what a decoder was trained, and how well it does on held-out touches. @param {any} study */
+export function describeDecoder(study) {
+  if (!study || !study.range) return "";
+  const { range, scores, noise } = study, to = (/** @type {number[]} */ [low, high], /** @type {number} */ factor = 1) =>
+    (low === high ? write(factor * low, 3) : `${write(factor * low, 3)} to ${write(factor * high, 3)}`);
+  return `Trained on one ball, box or triangle from either side, at ${to(range.location, 100)} % of the length, half-width ${to(range.size)} mm, ${to(range.speed)} m/s, ` +
+    `${write(range.approach)}°, friction ${write(range.friction)}. It allows for white noise of ${((180 * noise) / Math.PI).toFixed(2)}° (SD) on each reading. ` +
+    `Accuracy on ${scores.n} held-out touches: ${Math.round(100 * scores.noisy)} % with that noise, ${Math.round(100 * scores.clean)} % without; ` +
+    `${Math.round(100 * scores.confidently_wrong)} % confidently wrong.`;
 }
 
 /** @param {App} app */
@@ -80,7 +102,7 @@ export function makeVerdictPanel(app) {
       const reading = app.records[slot].reading, study = app.studies[slot];
       if (!reading || !study) continue;
       const step = reading.step || 1;
-      for (const [kind, values] of Object.entries(addKinds(reading, study))) {
+      for (const [kind, values] of listKinds(reading, study)) {
         c.strokeStyle = KIND_COLOURS[/** @type {"ball"} */ (kind)];
         c.globalAlpha = reading.old ? 0.3 : slot === "B" ? 0.75 : 1;
         c.lineWidth = slot === "A" ? 2 : 1.4;
@@ -95,15 +117,15 @@ export function makeVerdictPanel(app) {
       }
       c.globalAlpha = 1;
       c.setLineDash([]);
-      if (slot === "A") nameEnds(c, addKinds(reading, study), left + wide + 5, (p) => 10 + high * (1 - p), colours);
+      if (slot === "A") nameEnds(c, listKinds(reading, study), left + wide + 5, (p) => 10 + high * (1 - p), colours);
     }
     drawMoment(c, colours.accent, left + (wide * app.time) / end, 4, 6 + high);
     say();
   }
 
-  /** The kind at the end of each curve, one below the other. @param {CanvasRenderingContext2D} c @param {Object<string, Float32Array>} kinds @param {number} x @param {(p: number) => number} place @param {any} colours */
+  /** The kind at the end of each curve, one below the other. @param {CanvasRenderingContext2D} c @param {[string, Float32Array][]} kinds @param {number} x @param {(p: number) => number} place @param {any} colours */
   function nameEnds(c, kinds, x, place, colours) {
-    const ends = Object.entries(kinds).map(([kind, values]) => ({ kind, y: place(values[values.length - 1]) })).sort((a, b) => b.y - a.y);
+    const ends = kinds.map(([kind, values]) => ({ kind, y: place(values[values.length - 1]) })).sort((a, b) => b.y - a.y);
     c.textAlign = "left";
     c.fillStyle = colours.ink;
     let lowest = Infinity;
@@ -120,7 +142,7 @@ export function makeVerdictPanel(app) {
       return;
     }
     if (!reading || !study) {
-      setWords("", app.studying.A ? `learning from thirty touches: ${Math.round(100 * app.studying.A.share)} %` : "No decoder yet for this antenna and speed.");
+      setWords("", app.studying.A ? `training on random touches: ${Math.round(100 * app.studying.A.share)} %` : "No decoder yet for this antenna and speed.");
       return;
     }
     if (reading.old || app.isStale()) {
@@ -128,9 +150,11 @@ export function makeVerdictPanel(app) {
       return;
     }
     const found = readVerdict(reading, study, Math.round(app.time));
+    const before = found.before ? ` · before, ${found.before.kind === OUTSIDE ? WORDS : found.before.kind} from ${found.before.at} ms` : "";
     if (found.since < 0) setWords("no touch noticed yet", "");
-    else if (found.probability >= SURE) setWords(found.best, `${write(found.probability, 2)} · decided ${found.decided} ms after contact`);
-    else setWords("not sure yet", `perhaps a ${found.best}, ${write(found.probability, 2)}`);
+    else if (found.best === OUTSIDE) setWords(WORDS, (reading.outside || []).join("; ") || `no touch of its training is this close${before}`);
+    else if (found.probability >= SURE) setWords(found.best, `${found.probability.toFixed(2)} · decided ${found.decided} ms after contact${before}`);
+    else setWords("not sure yet", `perhaps a ${found.best}, ${found.probability.toFixed(2)}${before}`);
   }
 
   /** @param {string} first @param {string} second */
@@ -143,9 +167,12 @@ export function makeVerdictPanel(app) {
 
   const unsure = makeChoice("How well the decoder knows the speed", [["0", "exactly"], ["0.02", "± 2 %"], ["0.1", "± 10 %"]], () => String(app.store.state.unsure),
     (value) => app.store.change((/** @type {any} */ s) => { s.unsure = Number(value); }));
+  const about = make("p", { class: "caption" });
   const row = make("div", { class: "row spread unsure" }, make("span", { class: "caption", text: "speed known to" }), unsure.element);
-  const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, row));
+  const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, about, row));
   function update() {
+    about.textContent = describeDecoder(app.studies.A);
+    show(about, Boolean(about.textContent));
     element.classList.toggle("old", app.isStale() || app.records.A.hand);
     unsure.update();
     show(thin, Boolean(app.store.state.B));

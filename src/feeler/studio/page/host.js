@@ -1,6 +1,6 @@
 // @ts-check
 import { Chain } from "./chain.js";
-import { Decoder, readExpected } from "./decoder.js";
+import { Decoder, findOutside, readTemplates } from "./decoder.js";
 import { layOut, placeObject, scaleShape } from "./place.js";
 /** What answers a page that has no server: the same messages as feeler.studio.session, from an engine in the page. */
 
@@ -170,22 +170,24 @@ export class Host {
     if (!chain.sound) throw new Error("This touch cannot be computed: it presses too hard. Choose a slower or a smaller object.");
   }
 
-  /** What this antenna was taught at this speed; null where it was not. @param {any} antenna @param {number} speed */
+  /** What was trained on this antenna at this speed, or at the nearest; null where nothing was. @param {any} antenna @param {number} speed */
   async decoder(antenna, speed) {
-    const { taught, speeds, antennas } = this.config, a = antennas.findIndex((/** @type {any} */ one) => one.name === antenna.name);
-    const kept = taught && taught.kept[a][speeds.findIndex((/** @type {any} */ one) => one.value === speed)];
+    const { taught, antennas } = this.config, a = antennas.findIndex((/** @type {any} */ one) => one.name === antenna.name);
+    const off = (/** @type {any} */ { range }) => Math.abs(Math.log((2 * speed) / (range.speed[0] + range.speed[1])));
+    const kept = ((taught && taught.kept[a]) || []).filter(Boolean).sort((/** @type {any} */ one, /** @type {any} */ two) => off(one) - off(two))[0];
     if (!kept) return null;
-    this.decoders[`${a} ${speed}`] ||= readExpected(kept).then((expected) => new Decoder(expected, kept.shape[1], kept.peak, kept.correlation));
-    return this.decoders[`${a} ${speed}`];
+    this.decoders[`${a} ${kept.range.speed}`] ||= readTemplates(kept.templates).then((templates) => new Decoder(kept, templates));
+    return this.decoders[`${a} ${kept.range.speed}`];
   }
 
-  /** The verdict, where the antenna was taught at this speed. @param {any} about @param {any} antenna @param {any} wish @param {Sensed} sensed */
+  /** The verdict; of a touch outside what the decoder was trained on only this. @param {any} about @param {any} antenna @param {any} wish @param {Sensed} sensed */
   async read(about, antenna, wish, sensed) {
     const decoder = await this.decoder(antenna, wish.speed).catch(() => /** @type {null} */ (null)); // why not, the study says
     if (!decoder) return;
-    const { posterior, noticed, samples } = decoder.decode(sensed), n = decoder.expected.length;
+    const { posterior, noticed, samples } = decoder.decode(sensed), n = this.config.taught.answers.length, outside = findOutside(decoder.range, wish);
+    if (outside.length && noticed >= 0) for (let k = noticed * n; k < samples * n; k++) posterior[k] = k % n === n - 1 ? 1 : 0;
     const code = { shape: [0, 0], data: new Float32Array(0) };
-    this.say({ ...about, type: "reading", noticed }, { posterior: { shape: [samples, n], data: posterior }, code });
+    this.say({ ...about, type: "reading", noticed, outside }, { posterior: { shape: [samples, n], data: posterior }, code });
   }
 
   /** What the readings of this antenna's touches are about. @param {any} message */
@@ -193,8 +195,9 @@ export class Host {
     const about = { type: "study", slot, id };
     try {
       const decoder = await this.decoder(this.find(antenna), speed);
-      if (!decoder) throw new Error("No verdict here: of thirty touches of this antenna at this speed some cannot be computed, or are not felt.");
-      this.say({ ...about, part: "end", labels: this.config.taught.labels, averages: {}, peak: decoder.peak, speed }, {});
+      if (!decoder) throw new Error("No verdict here: some touches of this antenna cannot be computed, or are not felt, so no decoder could be trained.");
+      const { answers } = this.config.taught, { range, scores, noise } = decoder;
+      this.say({ ...about, part: "end", labels: [], answers, range, scores, noise, averages: {}, speed }, {});
     } catch (error) {
       this.say({ ...about, type: "error", of: "study", message: error instanceof Error ? error.message : String(error) }, {});
     }

@@ -61,12 +61,10 @@ export class TouchRecord {
     this.tips = null;
   }
 
-  /** A touch begins; what is known of the one before stays until it is overwritten. @param {any} header */
+  /** A touch begins; of the same antenna what is known of the touch before stays until it is overwritten. @param {any} header */
   begin(header) {
-    const same = this.antenna && this.antenna.segments.length === header.antenna.segments.length &&
-      this.antenna.sensors.join() === header.antenna.sensors.join() && String(this.antenna.planes) === String(header.antenna.planes) && this.rims.length === header.rims.length &&
-      this.total === header.total && !this.hand && !header.hand && !header.live;
     const sameAntenna = JSON.stringify(this.antenna) === JSON.stringify(header.antenna);
+    const same = sameAntenna && this.rims.length === header.rims.length && this.total === header.total && !this.hand && !header.hand && !header.live;
     Object.assign(this, { mode: sameAntenna ? this.mode : null, id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
       preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "",
       interval: header.interval || 1, reading: same ? this.reading : null });
@@ -139,6 +137,11 @@ export class TouchRecord {
     if (!this.data.posterior) return null;
     const wide = this.wide.posterior, noticed = contact < 0 ? -1 : Math.max(0, contact - this.dropped);
     return { posterior: { shape: [this.filled, wide], data: this.data.posterior.subarray(0, this.filled * wide) }, noticed: noticed * (noticed < 0 ? 1 : this.interval), step: this.interval };
+  }
+
+  /** Samples, counted from the first, that are of this touch and not of the one before. */
+  get valid() {
+    return this.ended || this.hand ? this.shown : Math.min(this.filled, this.shown);
   }
 
   /** Samples that a picture of it spans. */

@@ -136,7 +136,7 @@ export function makeScene(app) {
       py[k] = oy + (a[2 * k] + t.share * (b[2 * k] - a[2 * k])) * scale;
     }
     drawTrail(c, record, slot, t.low);
-    const faint = two && slot === "B";
+    const faint = (two && slot === "B") || t.low >= record.valid; // then it is of the touch before
     const radius = Math.max(record.antenna.radius * scale, 1.6);
     c.lineCap = c.lineJoin = "round";
     c.globalAlpha = faint ? 0.75 : 1;
@@ -191,7 +191,7 @@ export function makeScene(app) {
   /** @param {CanvasRenderingContext2D} c @param {any} record @param {any} colours */
   function drawForce(c, record, colours) {
     const t = findMoment(record), place = record.data.contact ? record.data.contact[t.low] : NaN;
-    if (!Number.isFinite(place) || !app.drawn.A) return;
+    if (!Number.isFinite(place) || !app.drawn.A || t.low >= record.valid) return;
     const at = findPlace(record, place), { px, py } = app.drawn.A;
     let fx = 0, fy = 0;
     for (let o = 0; o < record.rims.length; o++) {

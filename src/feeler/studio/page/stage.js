@@ -83,7 +83,7 @@ export function makeTensorPanel(app) {
     plane.value = String(app.records.A.plane);
     title.textContent = isWall() ? "Distance from the wall" : "Tensor";
     const peak = app.findPeak();
-    const range = app.quantity === "angle" ? `0 … ${write((peak * 180) / Math.PI)}°` : `0 … ${write(peak)} /mm`;
+    const range = app.quantity === "angle" ? `± ${((peak * 180) / Math.PI).toFixed(2)}°` : `± ${write(peak)} /mm`;
     scale.textContent = isWall() || !peak ? "" : range;
   }
   return { element, place: "middle", isShown: () => true, update, redraw };

@@ -17,7 +17,8 @@ const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following
 
 /**
  * What a page is made of: its panels, header and tour, how soon an antenna is studied [ms], and whether it computes by itself.
- * @typedef {{alone: boolean, rest: number, panels: ((app: App) => any)[], header: (app: App) => any, steps: any[]}} Plan
+ * A `scale` is what the colours span, whatever is touched.
+ * @typedef {{alone: boolean, scale?: any, rest: number, panels: ((app: App) => any)[], header: (app: App) => any, steps: any[]}} Plan
  */
 
 export class App {
@@ -251,7 +252,7 @@ export class App {
     if (header.id !== record.id) return;
     const step = Math.max(1, Math.round(Math.min(record.total, 380) / arrays.posterior.shape[0]));
     this.note("read", header.slot);
-    record.reading = { posterior: arrays.posterior, code: arrays.code, noticed: header.noticed, step };
+    record.reading = { posterior: arrays.posterior, code: arrays.code, noticed: header.noticed, outside: header.outside || [], step };
   }
 
   /** @param {any} header @param {any} arrays */
@@ -400,7 +401,10 @@ export class App {
 
   // drawing
 
+  /** What the colours of a tensor span, ± [rad or 1/mm]: of a page of two antennas, one scale for both. */
   findPeak() {
+    const { scale } = this.plan;
+    if (scale && ["touch", "hand"].includes(this.store.state.mode)) return scale[this.quantity];
     let peak = 0;
     for (const slot of this.store.state.B ? ["A", "B"] : ["A"]) {
       const record = this.records[/** @type {"A"} */ (slot)];

@@ -6,6 +6,12 @@ import { drawMoment, findPointer, makeCanvas, write } from "./dom.js";
 
 const LEFT = 46, RIGHT = 10, BOTTOM = 20, GAP = 12, TOP = 4, TRACE = 58;
 
+/** A number with so many decimals, and no minus before zero. @param {number} value @param {number} digits */
+function fix(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text;
+}
+
 /** @param {App} app */
 export function makeTensor(app) {
   /** @type {Object<string, {canvas: HTMLCanvasElement, key: string}>} */
@@ -41,9 +47,10 @@ export function makeTensor(app) {
       const picture = paint(row.slot, peak);
       c.imageSmoothingEnabled = false;
       if (picture) c.drawImage(picture, 0, 0, record.span, picture.height, LEFT, row.top, wide, row.high);
-      if (!record.ended && !record.hand && record.filled < record.shown) {
-        c.fillStyle = colours.dark ? "rgba(20,23,26,0.55)" : "rgba(251,250,248,0.6)";
-        const from = LEFT + (wide * record.filled) / record.span;
+      const valid = both ? Math.min(record.valid, app.records.B.valid) : record.valid;
+      if (valid < record.shown) { // the rest is of the touch before
+        c.fillStyle = colours.dark ? "rgba(20,23,26,0.88)" : "rgba(251,250,248,0.9)";
+        const from = LEFT + (wide * valid) / record.span;
         c.fillRect(from, row.top, LEFT + wide - from, row.high);
       }
       if (!both) drawContact(c, record, row, wide);
@@ -82,7 +89,7 @@ export function makeTensor(app) {
     c.setLineDash([3, 3]);
     c.beginPath();
     let on = false;
-    for (let k = 0; k < record.shown; k++) {
+    for (let k = 0; k < record.valid; k++) {
       if (!Number.isFinite(contact[k])) { on = false; continue; }
       let s = 0;
       while (s < n - 1 && shares[s] < contact[k]) s++;
@@ -142,12 +149,14 @@ export function makeTensor(app) {
   function drawTrace(c, w, h, colours, peak) {
     const top = h - BOTTOM - TRACE + 10, high = TRACE - 16, wide = w - LEFT - RIGHT;
     const two = app.store.state.B && app.store.state.mode === "touch";
-    const { sensor } = findReading();
+    const { sensor, record } = findReading();
+    const down = record.shown && sensor < record.index.length && record.angle(sensor, findPeakSample(record, sensor)) < 0;
+    const zero = top + high * (down ? 0.15 : 0.85); // what bends the other way has its room below
     c.strokeStyle = colours.line;
     c.lineWidth = 1;
     c.beginPath();
-    c.moveTo(LEFT, top + high * 0.85);
-    c.lineTo(LEFT + wide, top + high * 0.85);
+    c.moveTo(LEFT, zero);
+    c.lineTo(LEFT + wide, zero);
     c.stroke();
     for (const slot of two ? ["B", "A"] : ["A"]) {
       const one = app.records[slot];
@@ -157,8 +166,8 @@ export function makeTensor(app) {
       c.lineWidth = 1.6;
       c.setLineDash(slot === "B" ? [5, 3] : []);
       c.beginPath();
-      for (let k = 0; k < one.shown; k++) {
-        const x = LEFT + (wide * (k + 0.5)) / one.span, y = top + high * (0.85 - (0.8 * one.angle(sensor, k) * factor) / Math.max(peak, 1e-9));
+      for (let k = 0; k < one.valid; k++) {
+        const x = LEFT + (wide * (k + 0.5)) / one.span, y = zero - (high * 0.8 * one.angle(sensor, k) * factor) / Math.max(peak, 1e-9);
         if (k) c.lineTo(x, y);
         else c.moveTo(x, y);
       }
@@ -179,9 +188,11 @@ export function makeTensor(app) {
     const { two, slot, record, sensor } = findReading();
     if (!record.shown || !record.antenna || sensor >= record.index.length) return;
     const hinge = record.antenna.sensors[sensor], k = Math.max(0, Math.min(Math.round(app.time / record.interval), record.shown - 1));
-    const angle = record.angle(sensor, k), high = h - BOTTOM - TRACE, most = w - LEFT - RIGHT - 8;
-    const value = app.quantity === "curvature" ? `${write(angle / record.antenna.segments[hinge - 1], 3)} /mm` : `${write((angle * 180) / Math.PI, 3)}°`;
-    const words = `${two ? `${slot}, ` : ""}${app.hover ? "" : "bends most: "}sensor ${sensor + 1}, hinge ${hinge}: ${value} at ${write(k * record.interval, 4)} ms`;
+    const high = h - BOTTOM - TRACE, most = w - LEFT - RIGHT - 8, peak = findPeakSample(record, sensor);
+    const show = (/** @type {number} */ at) => app.quantity === "curvature" ? `${fix(record.angle(sensor, at) / record.antenna.segments[hinge - 1], 4)} /mm`
+      : `${fix((record.angle(sensor, at) * 180) / Math.PI, 2)}°`;
+    const name = app.hover ? `sensor ${sensor + 1}, hinge ${hinge}, peak:` : `peak: sensor ${sensor + 1},`;
+    const words = k < record.valid ? `${two ? `${slot}, ` : ""}${name} ${show(peak)} at ${write(peak * record.interval, 4)} ms; now ${show(k)}` : "computing …";
     c.font = "11px system-ui, sans-serif";
     c.textAlign = "left";
     c.fillStyle = colours.card;
@@ -190,16 +201,26 @@ export function makeTensor(app) {
     c.fillText(words, LEFT + 4, high + 9, most);
   }
 
-  /** The sensor with the greatest angle. @param {any} record */
+  /** The sensor with the greatest angle or curvature, whichever is shown. @param {any} record */
   function findPeakSensor(record) {
-    if (record.best && record.best.id === record.id && record.best.filled === record.filled) return record.best.sensor;
+    const key = [record.id, record.valid, record.plane, app.quantity].join();
+    if (record.best && record.best.key === key) return record.best.sensor;
     let best = 0, size = -1;
-    for (let s = 0; s < record.index.length; s++)
-      for (let k = 0; k < record.shown; k += 4) {
-        const value = Math.abs(record.angle(s, k));
+    for (let s = 0; s < record.index.length; s++) {
+      const factor = app.quantity === "curvature" ? 1 / record.antenna.segments[record.index[s]] : 1;
+      for (let k = 0; k < record.valid; k++) {
+        const value = Math.abs(record.angle(s, k)) * factor;
         if (value > size) { size = value; best = s; }
       }
-    record.best = { id: record.id, filled: record.filled, sensor: best };
+    }
+    record.best = { key, sensor: best };
+    return best;
+  }
+
+  /** The sample at which a sensor bends most. @param {any} record @param {number} sensor */
+  function findPeakSample(record, sensor) {
+    let best = 0;
+    for (let k = 1; k < record.valid; k++) if (Math.abs(record.angle(sensor, k)) > Math.abs(record.angle(sensor, best))) best = k;
     return best;
   }
 
