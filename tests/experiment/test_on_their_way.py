@@ -233,17 +233,17 @@ def test_what_lacks_room_is_what_is_not_finished(monkeypatch):
 def test_how_many_touches_missed_their_accuracy_is_told():
     tensors = xr.Dataset({"error": ("trial", [0.001, np.inf, 0.05, 0.02])})
     with pytest.warns(Inaccurate, match=r"2 of 4 touches did not reach accuracy=0\.03"):
-        touch._warn(tensors, 0.03)
+        touch._warn(tensors, 0.03, get_contact(), fixed=False)
 
 
 def test_the_fastest_of_a_set_is_what_a_timestep_must_follow(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        touch, "list_doubts", lambda *given: asked.append(given[2:]) or ["fast"]
+        touch, "list_doubts", lambda *given, fixed: asked.append(given[2:]) or ["fast"]
     )
     clock = make_job().clock
     with pytest.warns(Doubtful, match="fast"):
-        touch._warn_of_speed(make_antenna(), list_trials(), get_contact(), clock)
+        touch._warn_of_speed(make_antenna(), list_trials(), get_contact(), clock, fixed=True)
     assert asked == [(0.61, STEP)]
 
 

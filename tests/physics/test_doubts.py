@@ -80,8 +80,8 @@ def test_usual_beams_are_not_warned_of():
 @pytest.mark.parametrize(
     ("contact", "speed", "match"),
     [
-        (get_contact(), 6.0, "moves 0.3 mm in a timestep of 0.05 ms, more than half .* use at"),
-        (get_contact("even"), 1.5, "across the whole contact of 0.05 mm; use at most 0.033 ms"),
+        (get_contact(), 6.0, "moves 0.3 mm in a timestep of 0.05 ms, more than half .* use contact='smooth:0.02'"),
+        (get_contact("even"), 1.5, "across the whole contact of 0.05 mm; use at most 0.02 ms"),
         (
             Contact(solimp=(1e-3, 0.95, 0.5, 0.5, 2.0)),
             0.1,

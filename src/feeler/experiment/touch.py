@@ -170,7 +170,8 @@ def touch(
     )
     tensors = tensors.load() if load and tensors is not None else tensors
     if tensors is not None:
-        _warn(tensors, accuracy, contact, fixed=timestep is not None)
+        soft = contact if _follows_contact(engine) else None
+        _warn(tensors, accuracy, soft, fixed=timestep is not None)
     return _hand_over(tensors, gathering)
 
 
@@ -283,7 +284,7 @@ def _choose(
 
 
 def _warn(
-    tensors: xr.Dataset, accuracy: float | None, contact: Contact, *, fixed: bool
+    tensors: xr.Dataset, accuracy: float | None, contact: Contact | None, *, fixed: bool
 ) -> None:
     missed = int((tensors["error"] > accuracy).sum()) if accuracy is not None else 0
     if missed:

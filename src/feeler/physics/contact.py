@@ -160,7 +160,7 @@ class Contact:
         """A timestep [ms] that is made for a time constant of 0.2 ms, divided by the least whole
         number that makes it as small beside this one.
         """
-        return timestep / max(1, np.ceil(_LONGEST / self.solref[0] - 1e-9))
+        return timestep / max(1, int(np.ceil(_LONGEST / self.solref[0] - 1e-9)))
 
     def halve(self) -> "Contact":
         """The contact of half the width."""
@@ -319,13 +319,19 @@ def list_doubts(
     return found
 
 
-def describe_sink(sink: float, contact: Contact, *, fixed: bool = False) -> str:
-    """The sentence about a contact that sank too deep, over the smaller radius; ``fixed``: the
-    timestep was asked for.
+def describe_sink(sink: float, contact: Contact | None, *, fixed: bool = False) -> str:
+    """The sentence about a contact that sank too deep, over the smaller radius; ``contact``: None
+    for an engine of rigid surfaces; ``fixed``: the timestep was asked for.
 
     The depth of an impact falls as the time constant to the power 0.45 or faster, and beyond a
     radius, where the antenna is passed through, to less than that within a factor of 20.
     """
+    said = (
+        f"A contact sank in by {sink:.3g} of the smaller radius, more than {DEEP:g}: what it gives"
+        " is not that of solid bodies."
+    )
+    if contact is None:
+        return f"{said} Use a smaller timestep= or a slower object."
     shorter = np.clip(sink / 0.9, 1.0, 3.5) * (min(sink, 0.9) / 0.42) ** 2.2
     time = contact.solref[0] / shorter
     units = "density and modulus (g/mm3, MPa) and speeds (mm/ms)"
@@ -335,10 +341,7 @@ def describe_sink(sink: float, contact: Contact, *, fixed: bool = False) -> str:
         if time >= _LEAST
         else f"Check {units}."
     )
-    return (
-        f"A contact sank in by {sink:.2g} of the smaller radius, more than {DEEP:g}: what it gives"
-        f" is not that of solid bodies. {advice}"
-    )
+    return f"{said} {advice}"
 
 
 def _advise(contact: Contact, time: float, fixed: bool) -> str:

@@ -171,7 +171,8 @@ class Simulations:
             sink = stepper.read_sink()
             if np.any((sink > DEEP) & ~sunk):
                 lane = int(np.argmax(sink))
-                contact = stepper.scenes[lane].contact
+                follows = self._check is Contact.check_timestep
+                contact = stepper.scenes[lane].contact if follows else None
                 self._warn([describe_sink(float(sink[lane]), contact, fixed=self._fixed)])
                 sunk |= sink > DEEP
 
