@@ -323,8 +323,8 @@ def describe_sink(sink: float, contact: Contact | None, *, fixed: bool = False) 
     """The sentence about a contact that sank too deep, over the smaller radius; ``contact``: None
     for an engine of rigid surfaces; ``fixed``: the timestep was asked for.
 
-    The depth of an impact falls as the time constant to the power 0.45 or faster, and beyond a
-    radius, where the antenna is passed through, to less than that within a factor of 20.
+    The depth of an impact falls as the time constant to the power 0.4 or faster; beyond some 2.5
+    radii the antenna was passed through, and how deep says nothing more.
     """
     said = (
         f"A contact sank in by {sink:.3g} of the smaller radius, more than {DEEP:g}: what it gives"
@@ -332,7 +332,7 @@ def describe_sink(sink: float, contact: Contact | None, *, fixed: bool = False) 
     )
     if contact is None:
         return f"{said} Use a smaller timestep= or a slower object."
-    shorter = np.clip(sink / 0.9, 1.0, 3.5) * (min(sink, 0.9) / 0.42) ** 2.2
+    shorter = min((sink / 0.42) ** 2.5, 100.0)
     time = contact.solref[0] / shorter
     units = "density and modulus (g/mm3, MPa) and speeds (mm/ms)"
     advice = (
@@ -348,17 +348,16 @@ def _advise(contact: Contact, time: float, fixed: bool) -> str:
     """The contact with a shorter time constant [ms], as one asks for it."""
     digits = int(np.floor(np.log10(time)))
     time = float(f"{np.floor(time / 10.0 ** (digits - 1)):.0f}e{digits - 1}")
-    first = contact.solref[0]
-    for name, known in CONTACTS.items():
-        if replace(known, solref=(first, known.solref[1])) == contact:
-            words = (
-                f"contact='{name}:{time:g}' (its time constant in ms, in place of {first:.3g})"
-            )
-            break
-    else:
-        words = (
-            f"a contact with a time constant of {time:g} ms (solref) in place of {first:.3g}"
-        )
+    first, own = contact.solref[0], contact.solimp[0] >= _EVEN or contact.share
+    names = [
+        name
+        for name, known in CONTACTS.items()
+        if replace(known, solref=(first, known.solref[1])) == contact
+    ]
+    # where the width is fixed, a shorter time alone does not make the surface much harder
+    names = names if own else [DEFAULT_CONTACT]
+    asked = f"contact='{names[0]}:{time:g}'" if names else f"a Contact of solref {time:g}"
+    words = f"{asked} (its time constant in ms, in place of {first:.3g})"
     return words + (" and leave timestep= out" if fixed else "")
 
 
