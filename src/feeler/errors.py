@@ -103,6 +103,14 @@ def lacks_memory(error: BaseException | None) -> bool:
     return said or lacks_memory(error.__cause__ or error.__context__)
 
 
+_SAID: list[str] = []
+
+
+def list_said() -> list[str]:
+    """What :func:`say_warnings` has printed of feeler's own warnings since it was called."""
+    return list(_SAID)
+
+
 _PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's
 
 
@@ -129,8 +137,10 @@ def say_warnings(
         kind = re.sub(r"[\d.]+", "", words)
         if kind not in known:
             print(f"feeler: warning: {escape(put(words))}", file=file or sys.stderr)
+            _SAID.extend([put(words)] if ours else [])
         known.add(kind)
 
+    _SAID.clear()
     warnings.showwarning = say
 
 

@@ -15,6 +15,7 @@ from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.recording import Traces
 from feeler.calibration.targets import make_targets
 from feeler.errors import FeelerError, InvalidInput
+from feeler.physics.contact import get_contact
 
 from .small_antenna import make_small
 
@@ -159,10 +160,10 @@ def test_a_protocol_measures_each_quantity_of_each_antenna_in_the_experiment_tha
 
 
 def test_experiments_are_done_as_the_protocol_says(monkeypatch):
-    asked = []
+    asked, scenes = [], [SimpleNamespace(contact=get_contact()) for _ in range(2)]
     monkeypatch.setattr(protocol, "hold", lambda *given: np.full(12, 0.01))
     monkeypatch.setattr(
-        protocol, "make_impulse_scene", lambda antenna, **how: asked.append(how) or "scene"
+        protocol, "make_impulse_scene", lambda antenna, **how: asked.append(how) or scenes[0]
     )
     monkeypatch.setattr(protocol, "make_groups", lambda scenes, engine: [[1, 0]])
 
@@ -172,11 +173,11 @@ def test_experiments_are_done_as_the_protocol_says(monkeypatch):
 
     monkeypatch.setattr(protocol, "run_group", run)
     how = Protocol(speed=0.3, lever=7.0, sample_interval=0.2, timestep=0.01, engine="chain")
-    assert how._impulse_scene(make_small()) == "scene"
-    assert how._run(["first", "second"], 33.0) == ["first", "second"]
+    assert how._impulse_scene(make_small()) is scenes[0]
+    assert how._run(scenes, 33.0) == scenes
     assert asked == [
         {"speed": 0.3, "lever": 7.0},
-        (["second", "first"], 33.0, 0.2, 0.01, "chain"),
+        (scenes[::-1], 33.0, 0.2, 0.01, "chain"),
     ]
 
 

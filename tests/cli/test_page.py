@@ -3,6 +3,7 @@ for before anything is computed.
 """
 
 import ast
+import html
 import re
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from feeler import errors
 from feeler.cli import app as door
 from feeler.cli.page import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
 from feeler.errors import MissingExtra
+from tests.cli._command import run
 
 SOURCE = Path(feeler.__file__).parent
 GROUP = typer.main.get_command(door.app)
@@ -128,3 +130,24 @@ def test_messages_of_the_library_name_no_option_of_the_command_line():
             if re.search(r"(?<![\w-])--[a-z]", str(text)) and "feeler " not in str(text)
         ]
     assert found == []
+
+
+@pytest.mark.parametrize(
+    ("command", "page"), [("touch", "touch.html"), ("spikes", "spikes.html")]
+)
+def test_a_page_says_what_the_terminal_warns_of_and_the_advice_can_be_typed(
+    command, page, tmp_path
+):
+    asked = [command, "--antenna", "cricket", "--out", "a"]
+    quick = ["--no-movie"] if command == "touch" else []
+    done = run(*asked, *quick, "--contact", "smooth:0.2", cwd=tmp_path)
+    (warned,) = [line for line in done.stderr.splitlines() if "sank in by" in line]
+    words = warned.removeprefix("feeler: warning: ")
+    assert words in html.unescape((tmp_path / "a" / page).read_text())
+    advised = re.search(r"Use (--contact \S+) ", words)[1].split()
+    for how in (advised, []):
+        done = run(*asked[:-1], "_".join(["b", *how]), *quick, *how, cwd=tmp_path)
+        assert done.returncode == 0 and "sank in by" not in done.stderr
+    assert "contact: time constant 0.0333 ms in place of 0.2 ms" in done.stdout
+    shown = html.unescape((tmp_path / "b" / page).read_text())
+    assert "Warning:" not in shown and "time constant 0.0333 ms in place of 0.2 ms" in shown

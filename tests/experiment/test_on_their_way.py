@@ -238,17 +238,17 @@ def test_how_many_touches_missed_their_accuracy_is_told():
         r"2 of 4 .* reach accuracy=0\.03 \(8: ball at 0.2 L, 0.2 m/s; 9: .*, 0.05 of the peak\)"
     )
     with pytest.warns(Inaccurate, match=words):
-        touch._warn(tensors, 0.03)
+        touch._warn(tensors, 0.03, get_contact(), fixed=False)
 
 
 def test_the_fastest_of_a_set_is_what_a_timestep_must_follow(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        touch, "list_doubts", lambda *given: asked.append(given[2:]) or ["fast"]
+        touch, "list_doubts", lambda *given, fixed: asked.append(given[2:]) or ["fast"]
     )
     clock = make_job().clock
     with pytest.warns(Doubtful, match="fast"):
-        touch._warn_of_speed(make_antenna(), list_trials(), get_contact(), clock)
+        touch._warn_of_speed(make_antenna(), list_trials(), get_contact(), clock, fixed=True)
     assert asked == [(0.61, STEP)]
 
 

@@ -371,7 +371,7 @@ def test_bad_input_says_what_to_do():
 def test_the_largest_timestep_is_half_the_contact_s_time_constant(engine):
     scene = touch(size=0.3, n=2, contact=Contact(solref=(0.3, 1.0)))
     get_engine(engine).make([scene], 0.15)
-    with pytest.raises(InvalidInput, match=r"use at most 0\.15 ms"):
+    with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms"):
         get_engine(engine).make([scene], 0.15 * (1 + 1e-6))
 
 

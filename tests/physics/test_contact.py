@@ -3,17 +3,33 @@ bit.
 """
 
 import itertools
+import re
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import feeler
+from feeler.antenna.follicle import Follicle
+from feeler.errors import Doubtful, InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT, HARDEST, Contact, get_contact
+from feeler.physics.contact import (
+    CONTACTS,
+    DEFAULT_CONTACT,
+    HARDEST,
+    Contact,
+    choose_time_constant,
+    find_invweight,
+    get_contact,
+)
+from feeler.physics.engine import choose_timestep
 from feeler.physics.run import simulate
 from feeler.physics.scene import Scene, make_scene
-from feeler.presets import make_preset
-from feeler.stimulus import Trial, make_feature
+from feeler.physics.simulation import Simulation
+from feeler.physics.spec import compile_model
+from feeler.presets import PRESETS, make_preset
+from feeler.stimulus import Ball, Trial, make_feature
 from feeler.stimulus.ninety import trials
 
 from .scenes import touch
@@ -164,3 +180,165 @@ def test_slow_motion_widens_a_contact_to_an_eighth_of_the_radius_and_none_beyond
     soft = get_contact("smooth").soften(antenna)
     np.testing.assert_allclose(soft.slow, antenna.radius / 8)
     np.testing.assert_allclose(soft.widest, antenna.radius / 2)
+
+
+def make_thin(radius: float = 0.03) -> feeler.Antenna:
+    """24 mm of 2 GPa."""
+    return feeler.Antenna.from_beam(
+        length=24.0,
+        modulus=2000.0,
+        density=1.2e-3,
+        radius=radius,
+        n_segments=60,
+        damping_time=2.0,
+    )
+
+
+class TestTimeConstant:
+    def test_is_that_of_the_paper_s_antennas_from_a_fifth_of_a_millimetre_on(self):
+        for name in ("exponential", "linear", "constant", "robot", "lobster", "multi-legged"):
+            assert get_contact(None, make_preset(name)) is CONTACTS["smooth"]
+        contact = get_contact(None, make_thin(0.2))
+        assert choose_timestep(None, "chain-consistent", contact) == 0.05
+
+    @pytest.mark.parametrize("radius", [0.002, 0.0123, 0.05, 0.0999, 0.1, 0.1001, 0.199])
+    def test_is_a_whole_part_of_it_and_at_most_the_radius(self, radius):
+        time = choose_time_constant(make_thin(radius))
+        parts = 0.2 / time
+        assert parts == pytest.approx(round(parts)) and time <= max(radius, 0.005) * (1 + 1e-9)
+        assert 0.2 / (round(parts) - 1) > radius * (1 - 1e-9)  # and no smaller than that
+
+    @pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
+    def test_the_default_timestep_is_as_much_smaller(self, engine):
+        plain = choose_timestep(None, engine)
+        for parts in (1, 3, 7, 40):
+            contact = get_contact(f"smooth:{0.2 / parts!r}")
+            assert choose_timestep(None, engine, contact) == pytest.approx(plain / parts)
+            assert choose_timestep(None, engine, get_contact(), contact) == plain / parts
+        assert choose_timestep(None, engine, get_contact("smooth:0.9")) == plain
+        assert choose_timestep(0.003, engine, contact) == 0.003
+
+    def test_of_engines_that_do_not_read_it_it_changes_nothing(self):
+        antenna, trial = make_thin(), Trial(feature=Ball(radius=1.5), location=0.7, speed=0.3)
+        assert choose_timestep(None, "rod", get_contact(None, antenna)) == 1.0
+        tensors = feeler.touch(antenna, trial, duration=20, engine="rod")
+        assert "contact_time_constant" not in tensors.attrs
+
+    def test_is_asked_for_by_name_and_kept_beside_the_numbers(self):
+        antenna, trial = make_thin(), Trial(feature=Ball(radius=1.5), location=0.7, speed=0.3)
+        for said, time in ((None, 0.2 / 7), ("smooth", 0.2 / 7), ("smooth:0.1", 0.1)):
+            found = feeler.touch(antenna, trial, duration=20, contact=said)
+            assert found.attrs["contact_time_constant"] == pytest.approx(time)
+            assert found.attrs["contact_time_constant_units"] == "ms"
+            assert found.attrs["timestep"] == pytest.approx(time / 4)
+        for said in ("smooth:", "smooth:fast", "smooth:-1", "hard:nan"):
+            with pytest.raises(InvalidInput, match="time constant must be a number > 0"):
+                get_contact(said)
+        with pytest.raises(InvalidInput, match="unknown contact 'soft'; valid: smooth"):
+            get_contact("soft:0.1")
+
+    def test_a_timestep_that_it_does_not_allow_is_refused_with_one_that_it_does(self):
+        antenna, trial = make_thin(), Trial(feature=Ball(radius=1.5), location=0.7, speed=0.3)
+        with pytest.raises(InvalidInput, match=r"0\.05 ms .* 0\.0286 ms") as refused:
+            feeler.touch(antenna, trial, duration=5, timestep=0.05)
+        allowed = float(re.search(r"at most (\S+) ms", str(refused.value))[1])
+        feeler.touch(antenna, trial, duration=5, timestep=allowed)
+
+    def test_a_simulation_by_hand_has_the_same(self):
+        antenna = make_preset("whisker")
+        trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6)
+        angle = feeler.touch(antenna, trial, duration=12, all_hinges=True)["angle"].values
+        simulation = Simulation(antenna, trial)
+        simulation.step(11.0)
+        np.testing.assert_array_equal(simulation.angle, angle[0, :, 11])
+
+
+def touch_warily(antenna, trial, **how) -> tuple[float, list[str]]:
+    """Penetration over the smaller radius, and what is warned of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        sink = float(feeler.touch(antenna, trial, duration=60, **how)["sink"].max())
+    return sink, [str(w.message) for w in caught if issubclass(w.category, Doubtful)]
+
+
+PLANAR = [name for name in PRESETS if not make_preset(name).spatial]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name in PLANAR else pytest.param(name, marks=pytest.mark.long)
+        for name in PRESETS
+    ],
+)
+def test_no_preset_is_sunk_into_at_the_defaults(name):
+    for kind, location, speed in (
+        ("ball", 0.5, 0.6),
+        ("triangle", 0.9, 0.6),
+        ("box", 0.7, 0.3),
+    ):
+        trial = Trial(feature=make_feature(kind, 1.53), location=location, speed=speed)
+        sink, warned = touch_warily(make_preset(name), trial)
+        assert sink < 0.5 and not warned
+
+
+@pytest.mark.parametrize("name", ["cockroach", "cricket", "stick-insect", "whisker", "own"])
+@pytest.mark.parametrize(
+    ("contact", "speed", "radius"),
+    [
+        ("smooth", 1.5, 1.53),
+        ("smooth", 3.0, 1.53),
+        ("smooth", 0.6, 0.05),
+        ("smooth:0.2", 0.6, 1.53),
+        ("even", 0.6, 1.53),
+        ("hard", 0.6, 1.53),
+    ],
+)
+def test_the_advice_against_sinking_in_is_right(name, contact, speed, radius):
+    """Followed once, nothing is left to warn of."""
+    antenna = make_thin(0.06) if name == "own" else make_preset(name)
+    trial = Trial(feature=Ball(radius=radius), location=0.6, speed=speed)
+    sink, warned = touch_warily(antenna, trial, contact=contact)
+    assert (sink > 0.5) <= bool(warned)
+    for words in warned:
+        advised = re.search(r"contact='([^']+)'", words)[1]
+        sink, left = touch_warily(antenna, trial, contact=advised)
+        assert sink < 0.5 and not left
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "cricket",
+        pytest.param("stick-insect", marks=pytest.mark.long),
+        pytest.param("whisker", marks=pytest.mark.long),
+    ],
+)
+def test_touches_of_thin_antennas_are_those_of_a_finer_timestep_and_of_mujoco(name):
+    """Within 0.3 % of the peak; with a time constant of 0.2 ms it is 0.6 to 20 %."""
+    antenna, trial = (
+        make_preset(name),
+        Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6),
+    )
+    how = {"duration": 10, "all_hinges": True}
+    found = feeler.touch(antenna, trial, **how)
+    angle, step = found["angle"].values, found.attrs["timestep"]
+    for other in ({"timestep": step / 8}, {"engine": "mujoco", "timestep": step / 4}):
+        fine = feeler.touch(antenna, trial, **how, **other)["angle"].values
+        assert np.abs(angle - fine).max() < 0.003 * np.abs(fine).max()
+
+
+@pytest.mark.parametrize(
+    "follicle", [None, Follicle(stiffness=(0.02, 0.05, 0.03), damping=(0.01, 0.02, 0.005))]
+)
+def test_inverse_weights_in_space_are_mujocos(follicle):
+    """Also on a base that gives way, where the whole antenna moves with the first segment."""
+    antenna = make_preset("rat-whisker").replace(follicle=follicle)
+    weights = compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
+    np.testing.assert_allclose(find_invweight(antenna), weights, rtol=1e-9)
+
+
+def test_motion_commanded_later_widens_as_much_as_motion_from_the_start():
+    contact = get_contact()
+    for later, now in ((0.9, 0.1), (0.1, 0.9), (0.9, 0.9)):
+        assert replace(contact, speed=later).widen(now) == contact.widen(max(later, now))

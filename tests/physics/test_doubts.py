@@ -80,8 +80,12 @@ def test_usual_beams_are_not_warned_of():
 @pytest.mark.parametrize(
     ("contact", "speed", "match"),
     [
-        (get_contact(), 6.0, "moves 0.3 mm in a timestep of 0.05 ms, more than half .* use at"),
-        (get_contact("even"), 1.5, "across the whole contact of 0.05 mm; use at most 0.033 ms"),
+        (
+            get_contact(),
+            6.0,
+            "moves 0.3 mm in a timestep of 0.05 ms, more than half .* use contact='smooth:0.02'",
+        ),
+        (get_contact("even"), 1.5, "across the whole contact of 0.05 mm; use at most 0.02 ms"),
         (
             Contact(solimp=(1e-3, 0.95, 0.5, 0.5, 2.0)),
             0.1,
@@ -129,3 +133,11 @@ def test_of_several_trials_the_fastest_is_warned_of_wherever_it_stands(speeds):
     ]
     with pytest.warns(Doubtful, match="At 4 mm/ms an object moves 0.4 mm .* of 0.1 ms"):
         feeler.touch(cockroach(), trials, duration=2, timestep=0.1)
+
+
+@pytest.mark.parametrize(("share", "warned"), [(0.99, False), (1.01, True)])
+@pytest.mark.parametrize("antenna", [cockroach(), make_whisker()])
+def test_an_object_may_move_by_half_the_radius_in_a_timestep(antenna, share, warned):
+    speed = share * antenna.radius.max() / 2 / 0.05
+    doubts = list_doubts(antenna, get_contact(), speed, 0.05)
+    assert any("more than half the antenna's radius" in words for words in doubts) is warned

@@ -8,11 +8,9 @@ from feeler.antenna.file import parse_antenna, write_antenna
 from feeler.antenna.follicle import Follicle
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.contact import find_invweight
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Scene
 from feeler.physics.simulation import Simulation
-from feeler.physics.spec import compile_model
 from feeler.stimulus.flow import Flow
 from tests.physics.test_space import CARRIED, compare, hit, make, shake
 
@@ -20,12 +18,6 @@ pytestmark = pytest.mark.long
 
 SOFT = Follicle(stiffness=(0.02, 0.05, 0.03), damping=(0.01, 0.02, 0.005))
 STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
-
-
-def test_inverse_weights_on_a_follicle_are_mujocos():
-    antenna = make(3, follicle=SOFT)
-    weights = compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
-    np.testing.assert_allclose(find_invweight(antenna), weights, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

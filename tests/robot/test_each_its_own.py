@@ -13,6 +13,7 @@ from awkward_touches import make_antenna
 
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
+from feeler.physics.contact import get_contact
 from feeler.robot import (
     Gap,
     Recording,
@@ -191,11 +192,15 @@ def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_a
 
     def simulate(scenes, clock, *, engine, workers, executor):
         calls.append((scenes, clock.duration, clock.timestep, engine, workers))
-        return [SimpleNamespace(angle=np.full((round(clock.duration), 8), s)) for s in scenes]
+        length = round(clock.duration)
+        return [SimpleNamespace(angle=np.full((length, 8), s.antenna)) for s in scenes]
+
+    def make_scene(antenna, trial):
+        return SimpleNamespace(antenna=antenna, contact=get_contact())
 
     monkeypatch.setattr("feeler.physics.run.simulate", simulate)
     monkeypatch.setattr("feeler.physics.run.expect_motions", lambda results: results)
-    monkeypatch.setattr("feeler.physics.scene.make_scene", lambda antenna, trial: antenna)
+    monkeypatch.setattr("feeler.physics.scene.make_scene", make_scene)
     trials = [replace(make_trials()[0], speed=speed) for speed in (0.3, 0.05, 0.27, 0.06)]
     pairs = [*zip((10.0, 11.0, 12.0, 13.0), trials, strict=True)]
     how = {"engine": "chain", "timestep": 0.01, "workers": 3, "reach": 1.3}
@@ -203,7 +208,8 @@ def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_a
     lasts = [touches.choose_duration(trial, 1.3) for trial in trials]
     assert [motion.shape for motion in motions] == [(8, round(t)) for t in lasts]
     assert [motion[0, 0] for motion in motions] == [10.0, 11.0, 12.0, 13.0]
-    assert [call[0] for call in calls] == [[10.0, 12.0], [13.0, 11.0]]
+    touched = [[scene.antenna for scene in call[0]] for call in calls]
+    assert touched == [[10.0, 12.0], [13.0, 11.0]]
     assert [call[1] for call in calls] == [max(lasts[0], lasts[2]), max(lasts[1], lasts[3])]
     assert all(call[2:] == (0.01, "chain", 3) for call in calls)
 

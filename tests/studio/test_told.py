@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import feeler
 from feeler.antenna.file import write_antenna
 from feeler.errors import InvalidInput
+from feeler.physics.contact import get_contact
 from feeler.studio import (
     Session,
     alone,
@@ -529,8 +530,10 @@ def test_simulated_time_passes_at_the_pace_that_was_asked_for(monkeypatch, pace)
 
 
 def test_a_preview_is_computed_coarsely_and_nothing_else_is():
+    contact = get_contact(None, make_antenna())
     for preview, timestep in ((True, 0.1), (False, 0.05)):
-        assert make_simulation(WISH.replace(preview=preview)).timestep == timestep
+        found = make_simulation(WISH.replace(preview=preview)).timestep
+        assert found == contact.scale_timestep(timestep)
         assert describe_scene(WISH.replace(preview=preview))["preview"] is preview
 
 
@@ -576,7 +579,9 @@ def run_script(monkeypatch, wish):
 def test_a_script_asks_for_the_very_touch_of_the_page(monkeypatch, preview, capsys):
     antenna, trial, how = run_script(monkeypatch, WISH.replace(preview=preview))
     assert (antenna, trial) == (make_antenna(), WISH.make_trial())
-    assert how == {"duration": 33.0} | ({"timestep": 0.1} if preview else {})
+    assert how == {"duration": 33.0} | (
+        {"timestep": get_contact(None, antenna).scale_timestep(0.1)} if preview else {}
+    )
     assert capsys.readouterr().out.startswith("(5, 4) ")
 
 
@@ -782,7 +787,8 @@ def test_a_touch_in_space_is_asked_for_as_it_was_wished_for(monkeypatch, preview
     assert turning.touch_in_space(wish) == "touch"
     ((given, trial), how) = calls[0]
     assert given == feeler.presets.make_preset("rat-whisker") and trial.azimuth == -35.0
-    assert how == {"duration": 33.0, "timestep": timestep, "all_hinges": True}
+    step = timestep and get_contact(None, given).scale_timestep(timestep)
+    assert how == {"duration": 33.0, "timestep": step, "all_hinges": True}
     with pytest.raises(InvalidInput, match="shows one object beside an antenna in space"):
         turning.touch_in_space(wish.replace(objects=(ObjectWish(),)))
 

@@ -55,7 +55,7 @@ class Arena:
         self.simulations = Simulations(
             [first.scene] * n,
             engine=task.engine,
-            timestep=task.timestep,
+            timestep=first.scene.contact.scale_timestep(task.timestep),
             workers=min(workers, n),
         )
         self.starts = [first] * n

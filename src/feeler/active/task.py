@@ -14,6 +14,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.sample import SampledAntennas
 from feeler.errors import InvalidInput
+from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
 from feeler.records.record import Ge, Gt, Record, Unit
@@ -228,7 +229,8 @@ class TouchTask(ActiveTask):
         antenna = self.antenna
         if isinstance(antenna, SampledAntennas):
             antenna = antenna[index % len(antenna)]
-        scene = make_scene(antenna, self.trials[index])
+        contact = get_contact(None, self.first_antenna)  # one timestep for all
+        scene = make_scene(antenna, self.trials[index], contact)
         velocity = scene.objects[0].velocity
         stopped = scene.objects[0].replace(velocity=(0.0,) * len(velocity))
         return Start(

@@ -134,8 +134,11 @@ class Protocol(Record):
                     del scenes[k]
 
     def _run(self, scenes: list[Scene], duration: float) -> list[Motion | SimulationDiverged]:
+        steps = [scene.contact.scale_timestep(self.timestep) for scene in scenes]
         clock = Clock(
-            duration=duration, sample_interval=self.sample_interval, timestep=self.timestep
+            duration=duration,
+            sample_interval=self.sample_interval,
+            timestep=min(steps, default=self.timestep),
         )
         motions: list = [None] * len(scenes)
         for group in make_groups(scenes, get_engine(self.engine)):

@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, describe_timesteps, say_json
 
 
 def compare(
@@ -40,7 +40,7 @@ def compare(
     from feeler.decoding import READERS
     from feeler.disk.provenance import describe_versions
     from feeler.errors import InvalidInput
-    from feeler.physics.engine import DEFAULT_ENGINE, get_engine
+    from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.stimulus import load_objects
     from feeler.stimulus.ninety import trials
     from feeler.studies.comparison import compare_antennas, touch_whole, write_comparison
@@ -83,8 +83,8 @@ def compare(
         typer.echo(f"{title:52}" + "".join(f"  {cell:>27}" for cell in cells))
     ratios = ", ".join(f"{100 * ratio:g}" for ratio in effort.plan.ratios)
     conditions = (
-        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep"
-        f" {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at {speed:g} m/s."
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
+        f" {len(touches)} touches at {speed:g} m/s."
         " Complete touches, equally many samples of each antenna until its last touch lets go: "
         + ", ".join(f"{name} {end:.0f} ms" for name, end in ends.items())
         + f". Read by {reader}. Accuracies are means over noise of {ratios} %: of each touch's own"

@@ -73,6 +73,7 @@ def reproduce(
 
     from feeler.cli.choose import change_antenna, choose_antenna
     from feeler.cli.say import say_what_stays
+    from feeler.physics.contact import get_contact
     from feeler.physics.engine import choose_timestep, get_engine
     from feeler.studies.paper.context import Context
     from feeler.studies.paper.reproduce import STAGES
@@ -86,7 +87,7 @@ def reproduce(
         scale=scale,
         seed=seed,
         engine=engine,
-        timestep=choose_timestep(timestep, engine),
+        timestep=choose_timestep(timestep, engine, get_contact(None, chosen)),
         workers=workers,
         antenna=chosen,
         is_cockroach=is_cockroach,

@@ -3,10 +3,10 @@ was interrupted, and of a file that is there already.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -36,3 +36,31 @@ def require_new(file: Path) -> None:
     """Refuse to write over what is there."""
     if file.exists():
         raise InvalidInput(f"{file} exists already. Choose another name.")
+
+
+def say_adapted(tensors: Any) -> str:
+    """That the default contact is not that of the paper's antennas, where it is not."""
+    from feeler.physics.contact import get_contact
+
+    usual = get_contact().solref[0]
+    time = tensors.attrs.get("contact_time_constant", usual)
+    if time == usual:
+        return ""
+    return (
+        f"contact: time constant {time:.3g} ms in place of {usual:g} ms, since"
+        f" this antenna is thin; timestep {tensors.attrs['timestep']:.3g} ms"
+    )
+
+
+def describe_timesteps(antennas: Mapping[str, Any]) -> str:
+    """The default timesteps of some antennas, by name where they differ."""
+    from feeler.physics.contact import get_contact
+    from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+
+    steps = {
+        name: f"{choose_timestep(None, DEFAULT_ENGINE, get_contact(None, antenna)):.3g} ms"
+        for name, antenna in antennas.items()
+    }
+    if len({*steps.values()}) == 1:
+        return f"timestep {next(iter(steps.values()))}"
+    return "timestep " + ", ".join(f"{step} ({name})" for name, step in steps.items())

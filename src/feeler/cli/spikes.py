@@ -19,7 +19,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, say_adapted, say_json
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +45,9 @@ class _SpikeOptions:
         ),
     ] = 0.0
     side: Annotated[str, typer.Option(help="left or right")] = "left"
+    contact: Annotated[
+        str, typer.Option(help="smooth, hard or even; smooth:0.05 sets its time constant [ms]")
+    ] = "smooth"
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     sensors: Annotated[
         int | None,
@@ -104,7 +107,9 @@ def spikes(said: _SpikeOptions) -> None:
     save(drawn, said.out / "spikes.nc")
     if start:
         save(drawn, said.out / "spikes.nwb", session_start=start, identifier=said.identifier)
-    _tell(said, drawn, float(population.gain[0]), files)
+    made_now = said.touches is None and said.contact == "smooth"
+    note = say_adapted(touches) if made_now else ""
+    _tell(said, drawn, float(population.gain[0]), files, note)
 
 
 def _make_touches(said: _SpikeOptions) -> Any:
@@ -127,7 +132,7 @@ def _make_touches(said: _SpikeOptions) -> Any:
     trial = Trial(feature=feature, speed=said.speed, **where)
     antenna = choose_antenna(said.antenna)
     duration = trial.lead + antenna.length / said.speed + 100.0
-    return touch(antenna, trial, duration=float(round(duration)))
+    return touch(antenna, trial, duration=float(round(duration)), contact=said.contact)
 
 
 def _place(said: _SpikeOptions, touches: Any) -> Any:
@@ -145,7 +150,7 @@ def _place(said: _SpikeOptions, touches: Any) -> Any:
     return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
 
 
-def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> None:
+def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: str) -> None:
     """The page, and what is said in the terminal."""
     import numpy as np
 
@@ -194,6 +199,8 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> Non
         " of the cockroach's tibia; where they sit and how strongly the antenna drives them are"
         " choices."
     )
+    if note:
+        section.text(f"{note[0].upper()}{note[1:]}.")
     page = said.out / "spikes.html"
     write_page(page, "Spikes", "What the nerve of this antenna says of a touch.", section)
     if said.as_json:
@@ -204,4 +211,6 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str]) -> Non
         f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
         f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
     )
+    if note:
+        typer.echo(note)
     typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")

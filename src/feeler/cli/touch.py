@@ -70,7 +70,11 @@ class _TouchOptions:
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None
     engine: EngineName = "chain-consistent"
     contact: Annotated[
-        str, typer.Option(help="smooth, hard, or even as in version 0.2 (docs: Contact)")
+        str,
+        typer.Option(
+            help="smooth, hard, or even as in version 0.2; smooth:0.05 sets its time constant [ms]"
+            " (docs: Contact)"
+        ),
     ] = "smooth"
     flow: Annotated[
         str | None,
@@ -197,6 +201,7 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
 
 def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and movie."""
+    from feeler.cli.say import say_adapted
     from feeler.experiment.touch import touch as simulate
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
@@ -211,20 +216,26 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     movie = said.movie and _film(antenna, trial, everything, section)
     _draw(antenna, trial, everything, tensors, section)
     facts = _measure(tensors)
-    rows = [[f"{name} [{unit}]", value] for name, (value, unit) in facts.items()]
+    known = facts | _describe_contact(tensors)
+    rows = [[f"{name} [{unit}]", value] for name, (value, unit) in known.items()]
     error = float(tensors["error"][0])
-    rows += [["timestep [ms]", tensors.attrs["timestep"]], ["its error, over the peak", error]]
+    rows += [["its error, over the peak", error]]
     section.table(["of this touch", ""], rows)
+    adapted = say_adapted(tensors) if said.contact == "smooth" else ""
+    if adapted:
+        section.text(f"{adapted[0].upper()}{adapted[1:]}.")
     write_page(
         out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
     )
     if said.as_json:
-        _tell_machine(trial.label, facts, error, out / "touch.html")
+        _tell_machine(trial.label, known, error, out / "touch.html")
         return
     angle, curvature, _ = (value for value, _ in facts.values())
     typer.echo(
         f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm"
     )
+    if adapted:
+        typer.echo(adapted)
     typer.echo(
         f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
         f" tensor.pdf{', movie.mp4' if movie else ''}"
@@ -287,6 +298,14 @@ def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
         "peak curvature": (measure_peak(in_unit(tensors["curvature"], "1/mm")), "1/mm"),
         "peak force": (measure_peak(force), "mN"),
     }
+
+
+def _describe_contact(tensors: Any) -> dict[str, tuple[float, str]]:
+    """How deep contact went and what it was computed with, and units."""
+    depth = {"penetration depth": (float(tensors["sink"].max()), "smaller radius")}
+    steps = ("contact_time_constant", "timestep")
+    known = {name: tensors.attrs[name] for name in steps if name in tensors.attrs}
+    return depth | {name.replace("_", " "): (value, "ms") for name, value in known.items()}
 
 
 def _tell_machine(

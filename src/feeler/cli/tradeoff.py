@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.say import Json, describe_timesteps, say_json
 
 
 def tradeoff(
@@ -56,7 +56,7 @@ def tradeoff(
     """
     from feeler.cli.choose import name_antennas
     from feeler.disk.provenance import describe_versions
-    from feeler.physics.engine import DEFAULT_ENGINE, get_engine
+    from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.progress import ProgressBar
     from feeler.studies.tradeoff import load_declared, split_measured, write_tradeoff
 
@@ -75,7 +75,7 @@ def tradeoff(
             study.run(chosen, journal=journal, workers=workers, progress=progress)
         )
     conditions = (
-        f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms,"
+        f"Engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
         f" {study.sets} sets, seed {study.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, study, out, conditions)

@@ -16,6 +16,7 @@ from feeler.design.outcome import DesignOutcome
 from feeler.design.scoring import Score
 from feeler.disk.files import ensure_folder
 from feeler.errors import MissingExtra
+from feeler.physics.contact import get_contact
 from feeler.plotting.look import PALETTE
 from feeler.records.checked import checked
 from feeler.report import Section, write_page
@@ -192,8 +193,9 @@ def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
         location=task.locations[len(task.locations) // 2],
         speed=task.speeds[0],
     )
+    step = get_contact(None, found.best).scale_timestep(task.timestep)
     everything = touch(
-        found.best, trial, duration=task.duration, timestep=task.timestep, all_hinges=True
+        found.best, trial, duration=task.duration, timestep=step, all_hinges=True
     )
     try:
         path = write_touch_movie(found.best, trial, everything, out / "touch.mp4")

@@ -131,7 +131,8 @@ def touch_classes(
     same trials, in space as :func:`feeler.tensors.scaling.fold_planes` puts its planes.
     """
     scenes = _make_scenes(antenna, task, purpose, speed)
-    clock = Clock(duration=task.duration, timestep=task.timestep)
+    step = scenes[0].contact.scale_timestep(task.timestep)
+    clock = Clock(duration=task.duration, timestep=step)
     motions = expect_motions(run_scenes(scenes, clock, **options))
     angles = np.array(
         [motion.angle[round(LEAD) + 1 :, ..., antenna.sensors - 1] for motion in motions]
@@ -147,9 +148,10 @@ def _make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float)
     """
     even = np.ones_like(antenna.stiffness)
     outline = antenna.replace(stiffness=even, damping=even, sensors=[1], name="")
+    contact = get_contact(None, antenna)
     objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
     return [
-        Scene(antenna=antenna, objects=(item,), contact=get_contact(), label=item.name)
+        Scene(antenna=antenna, objects=(item,), contact=contact, label=item.name)
         for item in objects
     ]
 

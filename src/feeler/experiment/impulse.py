@@ -116,7 +116,7 @@ def hit(
     clock = Clock(
         duration=duration + IMPULSE_LEAD,
         sample_interval=sample_interval,
-        timestep=choose_timestep(timestep, engine),
+        timestep=choose_timestep(timestep, engine, scene.contact),
     )
     return measure_impulse(scene, run_scene(scene, clock, engine), points)
 

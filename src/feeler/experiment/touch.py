@@ -74,8 +74,8 @@ def touch(
         work are in memory.
     duration, sample_interval, timestep
         Recorded time, time between samples, and integration step [ms]; samples at 0,
-        sample_interval, … < duration. The default step is the engine's own: 0.05 ms for
-        ``chain-consistent``, 0.02 ms for the others.
+        sample_interval, … < duration. The default step is the engine's own, 0.05 ms for
+        ``chain-consistent`` and 0.02 ms for the others, divided as the contact's time constant is.
     accuracy
         In place of ``timestep``: the greatest error allowed, as a share of each touch's peak, such
         as 0.01. Every touch is refined until step doubling says that it holds; what was reached is
@@ -85,7 +85,8 @@ def touch(
         equations step for step) or ``mujoco`` (reference).
     contact
         Softness of contact, or its name: ``smooth`` (default) or ``hard``; it does not depend on
-        the timestep.
+        the timestep. The time constant of the default, 0.2 ms, is shorter on antennas that are
+        thinner than 0.2 mm (docs: Contact); ``smooth:0.05`` gives it in ms.
     flow
         What drags an antenna in space along: a :class:`feeler.stimulus.flow.Flow`.
     all_hinges
@@ -143,7 +144,9 @@ def touch(
     )
     if not len(trials):
         raise InvalidInput("trials is empty; give at least one Trial.")
-    contact = get_contact(contact)
+    contact = get_contact(
+        contact, antenna.antenna if isinstance(antenna, SampledAntennas) else antenna
+    )
     clock = _make_clock(duration, sample_interval, timestep, accuracy, contact, engine)
     options: dict[str, Any] = {
         "engine": engine,
@@ -156,8 +159,8 @@ def touch(
     job = _make_job(
         antenna, trials, clock, contact, all_hinges=all_hinges, stored=bool(store), **options
     )
-    if accuracy is None and get_engine(engine).check is Contact.check_timestep:
-        _warn_of_speed(job.antenna, trials, contact, clock)
+    if accuracy is None and _follows_contact(engine):
+        _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
     with ExitStack() as stack:
         kept = stack.enter_context(_open(store, job, trials)) if store else None
         advance = stack.enter_context(show_progress(progress, "touches"))
@@ -172,7 +175,8 @@ def touch(
     )
     tensors = tensors.load() if load and tensors is not None else tensors
     if tensors is not None:
-        _warn(tensors, accuracy)
+        soft = contact if _follows_contact(engine) else None
+        _warn(tensors, accuracy, soft, fixed=timestep is not None)
     return _hand_over(tensors, gathering)
 
 
@@ -246,7 +250,7 @@ def _make_clock(
     clock = Clock(
         duration=duration,
         sample_interval=sample_interval,
-        timestep=choose_timestep(timestep, engine),
+        timestep=choose_timestep(timestep, engine, contact),
     )
     get_engine(engine).check(contact, clock.timestep)
     return clock
@@ -278,7 +282,9 @@ def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> 
     return [*(chosen if save is None else save), *more]
 
 
-def _warn(tensors: xr.Dataset, accuracy: float | None) -> None:
+def _warn(
+    tensors: xr.Dataset, accuracy: float | None, contact: Contact | None, *, fixed: bool
+) -> None:
     missed = tensors["error"].values > (OFF if accuracy is None else accuracy)
     if missed.any() and accuracy is not None:
         warnings.warn(
@@ -299,7 +305,7 @@ def _warn(tensors: xr.Dataset, accuracy: float | None) -> None:
         )
     sink = float(tensors["sink"].max()) if "sink" in tensors else 0.0
     if sink > DEEP:
-        warnings.warn(describe_sink(sink), Doubtful, stacklevel=3)
+        warnings.warn(describe_sink(sink, contact, fixed=fixed), Doubtful, stacklevel=3)
 
 
 def _name_touches(tensors: xr.Dataset, chosen: np.ndarray) -> str:
@@ -316,14 +322,14 @@ def _name_touches(tensors: xr.Dataset, chosen: np.ndarray) -> str:
 
 
 def _warn_of_speed(
-    antenna: Antenna, trials: Sequence[Trial], contact: Contact, clock: Clock
+    antenna: Antenna, trials: Sequence[Trial], contact: Contact, clock: Clock, *, fixed: bool
 ) -> None:
     """Warn of objects that are faster than the timestep can follow."""
     if isinstance(trials, SampledTrials):
         speed = float(np.max(trials.columns.get("speed", 0.0)))
     else:
         speed = max(trial.speed for trial in trials)
-    for doubt in list_doubts(antenna, contact, speed, clock.timestep):
+    for doubt in list_doubts(antenna, contact, speed, clock.timestep, fixed=fixed):
         warnings.warn(doubt, Doubtful, stacklevel=3)
 
 
@@ -357,14 +363,21 @@ def _describe_attributes(
     }  # trials: coordinates
     made_with |= {"accuracy": accuracy} if accuracy is not None else {}
     made_with |= more or {}
+    time = {"contact_time_constant": contact.solref[0], "contact_time_constant_units": "ms"}
     return {
         "configuration": make_plain(made_with | {"seed": seed, "units": "g, mm, ms"}),
         "engine": engine,
         "versions": list_versions(),
         "timestep": clock.timestep,
         "timestep_units": "ms",
+        **(time if _follows_contact(engine) else {}),
         "licence": LICENCE,
     }
+
+
+def _follows_contact(engine: str) -> bool:
+    """Whether an engine's surfaces are as soft as the contact says."""
+    return get_engine(engine).check is Contact.check_timestep
 
 
 def _hand_over(tensors: xr.Dataset | None, gathering: Gathering) -> xr.Dataset:

@@ -27,6 +27,10 @@ ratio and w the inverse mass that MuJoCo reckons with at that segment. From both
   an eighth of the radius the width is v · ``lingering``.
 
 The width is the greatest of these, and at most half the antenna's radius.
+
+An object of speed v that meets the antenna sinks in by about v τ / 3 before it carries the antenna
+along, whatever either weighs, so the time constant is at most ``_PACE`` times the antenna's radius:
+0.2 ms from a radius of 0.2 mm on, less on thinner antennas, whose timestep is as much smaller.
 """
 
 from dataclasses import dataclass, replace
@@ -39,6 +43,12 @@ from feeler.errors import InvalidInput
 from feeler.records.registry import Registry
 from feeler.stimulus.object import Object
 
+_LONGEST = 0.2  # ms; [C] the time constant that every engine's timestep is made for
+_SHORTEST = 0.005  # ms; [C] of the default contact, for antennas that end in a needle's point
+_PACE = 1.0  # ms/mm; [C] the most that the default time constant is over the radius
+_PLACE = 0.9  # share of the length at which that radius is read: the paper's last location [P]
+_FASTEST = 0.6  # mm/ms; the paper's fastest touch [P], for which that time constant is made
+_LEAST = 0.001  # ms; [C] a shorter time constant is not advised: something else is wrong
 # Greatest d_max: from 0.999 on MuJoCo's solver, at its tightest, is no longer exact to 1e-9
 HARDEST = 0.99
 MIN_FRICTION = 1e-5  # MuJoCo's smallest; without any, contacts have a normal force only
@@ -142,8 +152,15 @@ class Contact:
         if timestep > limit * (1 + 1e-9):
             raise InvalidInput(
                 f"timestep {timestep:g} ms is too large for the contact's time constant of"
-                f" {self.solref[0]:g} ms; use at most {limit:g} ms, or a softer Contact."
+                f" {self.solref[0]:.3g} ms; use at most {_round_down(limit):g} ms, leave timestep="
+                " out, or give a softer contact."
             )
+
+    def scale_timestep(self, timestep: float) -> float:
+        """A timestep [ms] that is made for a time constant of 0.2 ms, divided by the least whole
+        number that makes it as small beside this one.
+        """
+        return timestep / max(1, int(np.ceil(_LONGEST / self.solref[0] - 1e-9)))
 
     def halve(self) -> "Contact":
         """The contact of half the width."""
@@ -258,9 +275,24 @@ CONTACTS.register("hard", Contact())
 DEFAULT_CONTACT = "smooth"
 
 
-def list_doubts(antenna: Antenna, contact: Contact, speed: float, timestep: float) -> list[str]:
+def choose_time_constant(antenna: Antenna) -> float:
+    """The time constant of the default contact on an antenna [ms].
+
+    It is 0.2 ms over the least whole number that makes it at most 1 ms/mm times the radius at 0.9
+    of the length, so that an object at up to 0.6 m/s sinks in by less than half that radius; and
+    at least 0.005 ms.
+    """
+    middle = antenna.hinge_position + antenna.segment_length / 2
+    radius = float(np.interp(_PLACE * antenna.length, middle, antenna.radius))
+    asked = max(_PACE * radius, _SHORTEST)
+    return float(_LONGEST / max(1.0, np.ceil(_LONGEST / asked - 1e-9)))
+
+
+def list_doubts(
+    antenna: Antenna, contact: Contact, speed: float, timestep: float, *, fixed: bool = False
+) -> list[str]:
     """What cannot be believed of a touch at this speed [mm/ms] with this timestep [ms], in
-    sentences.
+    sentences; ``fixed``: the timestep was asked for.
     """
     found, moved, thick = [], speed * timestep, float(antenna.radius.max()) / 2
     soft = contact.soften(antenna)
@@ -271,25 +303,71 @@ def list_doubts(antenna: Antenna, contact: Contact, speed: float, timestep: floa
             f" {2 * thick:.3g} mm; use a width of at most {thick:.3g} mm."
         )
     if moved > thick:
+        made = choose_time_constant(antenna) * min(1.0, _FASTEST / speed)
+        time = min(made, 4 * thick / speed, contact.solref[0])
         found.append(
             f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
-            f" ms, more than half the antenna's radius; use at most {thick / speed:.2g} ms."
+            " ms, more than half the antenna's radius;"
+            f" use {_advise(contact, time, fixed)}, or a slower object."
         )
     elif contact.solimp[0] < _EVEN and moved > width:
         found.append(
             f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
-            f" ms, across the whole contact of {width:.3g} mm; use at most {width / speed:.2g} ms,"
-            f" or a width of {moved:.3g} mm."
+            f" ms, across the whole contact of {width:.3g} mm; use at most"
+            f" {_round_down(width / speed):g} ms, or a width of {moved:.3g} mm."
         )
     return found
 
 
-def describe_sink(sink: float) -> str:
-    """The sentence about a contact that sank too deep, over the smaller radius."""
-    return (
-        f"A contact sank in by {sink:.2g} of the smaller radius, more than {DEEP:g}: what it gives"
-        " is not that of solid bodies. Check density and modulus (g/mm3, MPa), use a slower object"
-        " or, if it is softer, contact='hard'."
+def describe_sink(sink: float, contact: Contact | None, *, fixed: bool = False) -> str:
+    """The sentence about a contact that sank too deep, over the smaller radius; ``contact``: None
+    for an engine of rigid surfaces; ``fixed``: the timestep was asked for.
+
+    The depth of an impact falls as the time constant to the power 0.4 or faster; beyond some 2.5
+    radii the antenna was passed through, and how deep says nothing more.
+    """
+    said = (
+        f"A contact sank in by {sink:.3g} of the smaller radius, more than {DEEP:g}: what it gives"
+        " is not that of solid bodies."
+    )
+    if contact is None:
+        return f"{said} Use a smaller timestep= or a slower object."
+    shorter = min((sink / 0.42) ** 2.5, 100.0)
+    time = contact.solref[0] / shorter
+    units = "density and modulus (g/mm3, MPa) and speeds (mm/ms)"
+    advice = (
+        f"Use {_advise(contact, time, fixed)}, which takes some {np.ceil(shorter):.0f} times as"
+        f" long to compute. Check {units}."
+        if time >= _LEAST
+        else f"Check {units}."
+    )
+    return f"{said} {advice}"
+
+
+def _advise(contact: Contact, time: float, fixed: bool) -> str:
+    """The contact with a shorter time constant [ms], as one asks for it."""
+    digits = int(np.floor(np.log10(time)))
+    time = float(f"{np.floor(time / 10.0 ** (digits - 1)):.0f}e{digits - 1}")
+    first, own = contact.solref[0], contact.solimp[0] >= _EVEN or contact.share
+    names = [
+        name
+        for name, known in CONTACTS.items()
+        if replace(known, solref=(first, known.solref[1])) == contact
+    ]
+    # where the width is fixed, a shorter time alone does not make the surface much harder
+    names = names if own else [DEFAULT_CONTACT]
+    asked = f"contact='{names[0]}:{time:g}'" if names else f"a Contact of solref {time:g}"
+    words = f"{asked} (its time constant in ms, in place of {first:.3g})"
+    return words + (" and leave timestep= out" if fixed else "")
+
+
+def _round_down(timestep: float) -> float:
+    """The greatest of 1, 2 and 5 times a power of ten that is not above a timestep [ms]: a whole
+    number of them makes a millisecond.
+    """
+    power = 10.0 ** np.floor(np.log10(timestep * (1 + 1e-9)))
+    return float(
+        f"{max(k for k in (1, 2, 5) if k * power <= timestep * (1 + 1e-9)) * power:.0e}"
     )
 
 
@@ -299,8 +377,41 @@ def find_radius(item: Object) -> float:
     return item.feature.rounding if rounded and not item.feature.unbounded else np.inf
 
 
-def get_contact(contact: Contact | str | None = None) -> Contact:
-    """The contact itself, the one of that name, or the default."""
+def get_contact(
+    contact: Contact | str | None = None, antenna: Antenna | None = None
+) -> Contact:
+    """The contact itself, the one of that name, or the default.
+
+    A name may end in a time constant [ms], as in ``smooth:0.05``. Without it the default contact
+    has the time constant that :func:`choose_time_constant` gives for the ``antenna``.
+
+    Raises
+    ------
+    InvalidInput
+        No such name, or no such time.
+    """
     if isinstance(contact, Contact):
         return contact
-    return CONTACTS[DEFAULT_CONTACT if contact is None else contact]
+    name, colon, said = (DEFAULT_CONTACT if contact is None else contact).partition(":")
+    found = CONTACTS[name]
+    if colon:
+        time = _read_time(name, said)
+    elif antenna is not None and name == DEFAULT_CONTACT:
+        time = choose_time_constant(antenna)
+    else:
+        return found
+    return found if time == found.solref[0] else replace(found, solref=(time, found.solref[1]))
+
+
+def _read_time(name: str, said: str) -> float:
+    """The time constant [ms] behind the name of a contact."""
+    try:
+        time = float(said)
+    except ValueError:
+        time = np.nan
+    if not 0 < time < np.inf:
+        raise InvalidInput(
+            f"a contact's time constant must be a number > 0 [ms], as in contact='{name}:0.05', got"
+            f" {said!r}."
+        )
+    return time

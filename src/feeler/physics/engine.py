@@ -63,9 +63,16 @@ def get_engine(name: str) -> Engine:
     return ENGINES[name]
 
 
-def choose_timestep(timestep: float | None, engine: str) -> float:
-    """The timestep [ms], by default the engine's own."""
-    return get_engine(engine).timestep if timestep is None else timestep
+def choose_timestep(timestep: float | None, engine: str, *contacts: Contact) -> float:
+    """The timestep [ms], by default the engine's own; of engines that follow the contact it is as
+    much smaller as the shortest time constant of these contacts is below 0.2 ms.
+    """
+    if timestep is not None:
+        return timestep
+    kind = get_engine(engine)
+    follows = kind.check is Contact.check_timestep
+    steps = [contact.scale_timestep(kind.timestep) for contact in contacts if follows]
+    return min(steps, default=kind.timestep)
 
 
 _LOADING = 1.5  # s; loading compiled code from the cache is faster

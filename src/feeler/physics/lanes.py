@@ -71,10 +71,9 @@ class Simulations:
         timestep: float | None = None,
         workers: Annotated[int, "> 0"] = 1,
     ) -> None:
-        scenes, self.timestep = (
-            list(scenes),
-            check_number(choose_timestep(timestep, engine), "timestep"),
-        )
+        scenes, self._fixed = list(scenes), timestep is not None
+        step = choose_timestep(timestep, engine, *(scene.contact for scene in scenes))
+        self.timestep = check_number(step, "timestep")
         if not scenes or len({scene.antenna.rest_angle.shape for scene in scenes}) != 1:
             raise InvalidInput(
                 "simulations side by side need at least one scene, and one number of segments and"
@@ -88,8 +87,8 @@ class Simulations:
             self._kind.check(scene.contact, self.timestep)
             self._check_rate(scene, scene.base_velocity, "the base")
             if self._kind.check is Contact.check_timestep:  # engines that follow the contact
-                doubts = list_doubts(scene.antenna, scene.contact, scene.speed, self.timestep)
-                self._warn(doubts)
+                told = scene.antenna, scene.contact, scene.speed, self.timestep
+                self._warn(list_doubts(*told, fixed=self._fixed))
         self._build(scenes)
 
     def _build(self, scenes: list[Scene]) -> None:
@@ -179,7 +178,10 @@ class Simulations:
         for stepper, sunk in zip(self._steppers, self._sunk, strict=True):
             sink = stepper.read_sink()
             if np.any((sink > DEEP) & ~sunk):
-                self._warn([describe_sink(float(sink.max()))])
+                lane = int(np.argmax(sink))
+                follows = self._kind.check is Contact.check_timestep
+                contact = stepper.scenes[lane].contact if follows else None
+                self._warn([describe_sink(float(sink[lane]), contact, fixed=self._fixed)])
                 sunk |= sink > DEEP
 
     @staticmethod

@@ -38,7 +38,7 @@ def write_mjcf(
     scene = make_scene(antenna, trial)
     if control and antenna.spatial:
         raise InvalidInput("control=True is for antennas that bend in one plane.")
-    spec = make_spec(scene, choose_timestep(timestep, "mujoco"), moving=control)
+    spec = make_spec(scene, choose_timestep(timestep, "mujoco", scene.contact), moving=control)
     spec.comment = (
         "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one"
         " millisecond."

@@ -258,7 +258,7 @@ def make_scene(
     return Scene(
         antenna=antenna,
         objects=(make_object(antenna, trial),),
-        contact=get_contact(contact),
+        contact=get_contact(contact, antenna),
         base_motion=trial.base_motion,
         flow=flow,
         label=trial.label,

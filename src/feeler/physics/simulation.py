@@ -77,7 +77,7 @@ def build_scene(
     scene = Scene(
         antenna=antenna,
         objects=found,
-        contact=get_contact(contact),
+        contact=get_contact(contact, antenna),
         gravity=check_vector(gravity, "gravity", (2, 3)),
         base_motion=moved[0] if moved else read_base(base),
         flow=None if flow is None else Flow.from_plain(flow),

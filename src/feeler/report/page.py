@@ -19,6 +19,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from feeler.disk.files import ensure_folder, writing
+from feeler.errors import list_said
 from feeler.records.checked import checked
 from feeler.report.section import Section
 
@@ -73,6 +74,7 @@ def render_page(
     story: str = "",
     beside: Mapping[str, str] | None = None,
     closed: bool = False,
+    warned: Sequence[str] = (),
 ) -> str:
     """Parts and sections, in order, as one page of HTML.
 
@@ -89,6 +91,8 @@ def render_page(
         name).
     closed
         Whether every part is closed until it is asked for.
+    warned
+        What the command that writes the page has warned of.
     """
     shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
     css, script = (
@@ -104,6 +108,7 @@ def render_page(
         opening=opening,
         story=story,
         closed=closed,
+        warned=warned,
         parts=shown,
         css=css,
         script=script,
@@ -117,7 +122,7 @@ def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Sectio
     path = Path(path)
     ensure_folder(path.parent)
     with writing(path) as part:
-        text = render_page(title, lead, list(sections))
+        text = render_page(title, lead, list(sections), warned=list_said())
         part.write_text(text, encoding="utf-8", errors="backslashreplace")
     return path
 

@@ -110,14 +110,14 @@ def simulate_pairs(
     from feeler.physics.run import expect_motions, simulate
     from feeler.physics.scene import make_scene
 
-    step = choose_timestep(timestep, engine)
     durations = [duration or choose_duration(trial, reach) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
+        scenes = [make_scene(*pairs[i]) for i in group]
+        step = choose_timestep(timestep, engine, *(scene.contact for scene in scenes))
         clock = Clock(
             duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=step
         )
-        scenes = [make_scene(*pairs[i]) for i in group]
         results = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
         for i, motion in zip(group, expect_motions(results), strict=True):
             motions[i] = np.ascontiguousarray(motion.angle[: round(durations[i] / INTERVAL)].T)

@@ -141,6 +141,7 @@ def _pack(name: str, wish: AntennaWish) -> dict[str, Any]:
         "name": name,
         "wish": wish.to_plain(),
         "constants": _pack_antenna(antenna),
+        "finer": round(1 / get_contact(None, antenna).scale_timestep(1.0)),
         "drawn": describe_antenna(antenna),
     }
 
@@ -202,7 +203,8 @@ def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[s
 
 def _pack_antenna(antenna: Antenna) -> str:
     """The engine's constants (field, segment) of an antenna, to the last bit, as base64."""
-    constants = make_model(Scene(antenna=antenna)).constants
+    contact = get_contact(None, antenna)
+    constants = make_model(Scene(antenna=antenna, contact=contact)).constants
     return base64.b64encode(constants.astype("<f8").tobytes()).decode()
 
 

@@ -59,9 +59,12 @@ def _read_angle(wish: TouchWish) -> str:
 
 
 def _step(wish: TouchWish) -> str:
+    from feeler.physics.contact import get_contact
     from feeler.studio.wish import PREVIEW
 
-    return f", timestep={PREVIEW}" if wish.preview else ""
+    if not wish.preview:
+        return ""
+    return f", timestep={get_contact(None, wish.antenna.make_any()).scale_timestep(PREVIEW)}"
 
 
 def _write_antenna(wish: AntennaWish) -> list[str]:

@@ -199,12 +199,12 @@ def train(
 
 def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) -> np.ndarray:
     """Angles (trial, sensor, time) of all touches, in lanes, with looks at ``stop`` in between."""
+    scenes = [make_scene(antenna, touch) for touch in touches]
     clock = Clock(
         duration=_DURATION,
         sample_interval=_INTERVAL,
-        timestep=choose_timestep(None, DEFAULT_ENGINE),
+        timestep=choose_timestep(None, DEFAULT_ENGINE, scenes[0].contact),
     )
-    scenes = [make_scene(antenna, touch) for touch in touches]
     angle = np.empty((len(scenes), antenna.sensors.size, clock.n_samples))
     for done, group in enumerate(groups := make_groups(scenes, get_engine(DEFAULT_ENGINE))):
         tell("touching", 0.6 * done / len(groups))

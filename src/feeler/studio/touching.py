@@ -10,7 +10,6 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.lanes import Simulations
 from feeler.physics.simulation import build_scene
 from feeler.stimulus.convex import trace_rim
@@ -79,10 +78,9 @@ class Readings:
 
 def make_simulation(wish: TouchWish) -> Simulations:
     """The simulation of a wish at time 0."""
-    timestep = PREVIEW if wish.preview else choose_timestep(None, DEFAULT_ENGINE)
-    return Simulations(
-        [build_scene(wish.antenna.make(), wish.make_objects())], timestep=timestep
-    )
+    scene = build_scene(wish.antenna.make(), wish.make_objects())
+    timestep = scene.contact.scale_timestep(PREVIEW) if wish.preview else None
+    return Simulations([scene], timestep=timestep)
 
 
 def simulate_pieces(

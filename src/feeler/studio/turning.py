@@ -6,6 +6,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.experiment.touch import touch
+from feeler.physics.contact import get_contact
 from feeler.studio.wish import PREVIEW, TouchWish
 
 
@@ -22,11 +23,13 @@ def touch_in_space(wish: TouchWish) -> xr.Dataset:
             "the studio shows one object beside an antenna in space; take the others away, or touch"
             " it by feeler.Simulation."
         )
+    antenna = wish.antenna.make_any()
+    preview = get_contact(None, antenna).scale_timestep(PREVIEW)
     return touch(
-        wish.antenna.make_any(),
+        antenna,
         wish.make_trial(),
         duration=wish.duration,
-        timestep=PREVIEW if wish.preview else None,
+        timestep=preview if wish.preview else None,
         all_hinges=True,
     )
 

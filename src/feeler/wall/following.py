@@ -9,6 +9,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.physics.contact import get_contact
 from feeler.physics.engine import choose_timestep
 from feeler.physics.lanes import Simulations
 from feeler.physics.scene import Scene
@@ -261,6 +262,7 @@ def make_course_scene(sweep: Approach, row: int, course: Course) -> Scene:
         objects=(course.make_object(posture.friction),),
         base=(-sweep.distance[row], 0.0, posture.base_angle),
         angle=sweep.angle[row],
+        contact=get_contact(None, sweep.antenna),
         label=f"{sweep.antenna.name} along a wall",
     )
 
@@ -307,7 +309,7 @@ class _Runner:
     ) -> None:
         scene = replace(scene, base_motion=BaseMotion(velocity=(0.0, speed)))
         self.simulation = Simulations(
-            [scene], engine=engine, timestep=choose_timestep(timestep, engine)
+            [scene], engine=engine, timestep=choose_timestep(timestep, engine, scene.contact)
         )
         self._watch = watch
         self.period, self.speed = max(_PERIOD, self.simulation.timestep), speed

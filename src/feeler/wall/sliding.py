@@ -137,7 +137,8 @@ def slide(
     posture = posture or Posture()
     sweep = approach(antenna, posture, distances)
     scenes = [_begin(sweep, k, (0.0, -speed)) for k in range(len(sweep.distance))]
-    clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
+    step = choose_timestep(timestep, engine, scenes[0].contact)
+    clock = Clock(duration=duration, timestep=step)
     motions = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
     return _collect(
         sweep, motions, np.repeat(sweep.distance[:, None], clock.n_samples, axis=1), speed
@@ -169,8 +170,9 @@ def drive(
         )
     duration = (far - near) / speed
     sweep = approach(antenna, posture, [far])
-    clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
     scenes = [_begin(sweep, 0, (-posture.sign * speed, 0.0))]
+    step = choose_timestep(timestep, engine, scenes[0].contact)
+    clock = Clock(duration=duration, timestep=step)
     motions = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
     return _collect(sweep, motions, far - speed * clock.time[None, :], speed)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.physics.contact import get_contact
 from feeler.physics.rod.stepper import Rest, RodStepper
 from feeler.physics.scene import Scene
 from feeler.records.checked import checked
@@ -101,6 +102,7 @@ def make_wall_scene(
     base: dict[str, Any] = {
         "base": (0.0, 0.0, sign * posture.base_angle),
         "label": f"wall at {distance:g} mm",
+        "contact": get_contact(None, antenna),
     }
     return Scene(antenna=antenna, objects=(wall,), **base | fields)
 

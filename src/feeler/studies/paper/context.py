@@ -58,9 +58,11 @@ class Context:
         SCALES[self.scale]  # refuses what is no scale
         check_seed(self.seed)  # refuses what is no seed
         require_plane(self.antenna, "the paper's run")
-        object.__setattr__(self, "timestep", choose_timestep(self.timestep, self.engine))
+        contact = get_contact(None, self.antenna)
+        step = choose_timestep(self.timestep, self.engine, contact)
+        object.__setattr__(self, "timestep", step)
         Clock(duration=1.0, timestep=self.timestep)
-        get_engine(self.engine).check(get_contact(), self.timestep)
+        get_engine(self.engine).check(contact, self.timestep)
 
     @property
     def effort(self) -> Scale:

@@ -133,7 +133,7 @@ def _describe(context: Context) -> str:
 
 
 def _describe_methods(context: Context) -> str:
-    antenna, contact = context.antenna, get_contact()
+    antenna, contact = context.antenna, get_contact(None, context.antenna)
     end = (
         ", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the"
         " tests."

@@ -4,7 +4,7 @@ import { Decoder, findOutside, readTemplates } from "./decoder.js";
 import { layOut, placeObject, scaleShape } from "./place.js";
 /** What answers a page that has no server: the same messages as feeler.studio.session, from an engine in the page. */
 
-const TIMESTEP = 0.05, PREVIEW = 0.1, INTERVAL = 1; // ms, as feeler.touch and the studio's preview
+const TIMESTEP = 0.05, PREVIEW = 0.1, INTERVAL = 1; // ms, as feeler.touch and the studio's preview; an antenna's own are as many times finer
 const FIRST = 12, PIECE = 46; // samples of a piece; the first is short, so that something is seen at once
 const FRAME = 1000 / 60, MAX_SPEED = 1.2, MAX_TURN = 0.03, GLIDE = 6, LONGEST = 4000, STILL = 2e-5; // of a hand, as feeler.studio.hand
 const ORDER = ["touch", "hand"]; // what is done first
@@ -124,8 +124,9 @@ export class Host {
     return one.unbounded ? one : scaleShape(one, size);
   }
 
-  /** The chain of a wish at time 0. @param {any} antenna @param {any} touch @param {number} timestep */
-  makeChain(antenna, touch, timestep) {
+  /** The chain of a wish at time 0. @param {any} antenna @param {any} touch @param {number} most its timestep, but for what the antenna needs */
+  makeChain(antenna, touch, most) {
+    const timestep = most / (antenna.finer || 1);
     const c = new Chain(antenna.constants, [], this.config.contact, timestep).c, shape = this.shape(touch.kind, touch.size);
     antenna.rest ||= layOut(/** @type {any} */ (c));
     const others = (touch.objects || []).map((/** @type {any} */ o) => {
