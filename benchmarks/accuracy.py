@@ -22,13 +22,11 @@ from pathlib import Path
 import numpy as np
 from kept import write_kept
 
-from feeler.physics.accuracy import compute_error, find_coarsest, run_accurately
-from feeler.physics.clock import Clock
+from feeler.objects import Ball, Box, Trial, Triangle, Wall
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.physics.run import run_group
-from feeler.physics.scene import Motion, Scene, make_scene
+from feeler.physics.run import compute_error, find_coarsest, run_accurately, run_group
+from feeler.physics.scene import Clock, Motion, Scene, make_scene
 from feeler.presets import cockroach
-from feeler.stimulus import Ball, Box, Trial, Triangle, Wall
 
 FINER = 64
 LANES = 8

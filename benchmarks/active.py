@@ -26,7 +26,7 @@ from kept import write_kept
 
 from feeler.active import make_learned
 from feeler.presets import cockroach
-from feeler.report.section import to_json
+from feeler.report.page import to_json
 from feeler.studies.contests import (
     Contest,
     confirm_steering,
@@ -255,7 +255,7 @@ def places() -> None:
     """How many touches until sure, by who chooses them."""
     from active_places import search_places, simulate_places
 
-    from feeler.stimulus.shapes import Ball, Box
+    from feeler.objects.shapes import Ball, Box
 
     asked = load_contest().places
     half_width, half_height, rounding = asked["box"]
@@ -303,7 +303,7 @@ def learn() -> None:
     """Recurrent PPO on what the observer believes, each seed that has no weights yet."""
     from active_learning import Practice, save_policy, train_policy
 
-    from feeler.active.learned import find_weights
+    from feeler.active.policies import find_weights
 
     comparison = load_contest()
     asked, antenna = dict(comparison.learning), cockroach()
@@ -331,7 +331,7 @@ def judge() -> None:
     from active_learning import Practice, practise
 
     from feeler.active import parse_policy
-    from feeler.active.learned import find_weights
+    from feeler.active.policies import find_weights
 
     comparison, antenna = load_contest(), cockroach()
     seeds = [seed for seed in comparison.learning["seeds"] if find_weights(seed).is_file()]

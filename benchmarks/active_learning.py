@@ -11,7 +11,7 @@ speed all the way. What a change of speed leaves behind, a few milliseconds, is 
 in what is felt and in what is known alike; all else is the observer's. It is for learning only:
 policies are judged by :class:`feeler.active.Observer`.
 
-Training. A body decides every 5 ms and is told :func:`feeler.active.learned.see`. Each decision
+Training. A body decides every 5 ms and is told :func:`feeler.active.policies.see`. Each decision
 earns by how much the greatest belief has risen, so that an episode earns the belief in the verdict
 at its deadline, less what guessing is worth.
 """
@@ -23,10 +23,9 @@ from typing import Any
 import numpy as np
 from scipy.special import softmax
 
-from feeler.active.arena import Arena
-from feeler.active.learned import OWN, POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.active.observer import MENU, PERIOD, Known, Policy
-from feeler.active.task import SAMPLE, TouchTask
+from feeler.active.policies import OWN, POLICY_KIND, POLICY_VERSION, make_actor, see
+from feeler.active.tasks import SAMPLE, Arena, TouchTask
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.models import Model, save_model
 

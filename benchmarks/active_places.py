@@ -14,11 +14,11 @@ import numpy as np
 from scipy.special import softmax
 
 from feeler.active.observer import expect_gain
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
-from feeler.experiment.touch import touch
-from feeler.stimulus.feature import Feature
-from feeler.stimulus.trial import Trial
+from feeler.experiments.tactile import touch
+from feeler.objects.shapes import Feature
+from feeler.objects.trials import Trial
 
 LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # [C] shares of the length
 APPROACHES = (75.0, 90.0, 105.0)  # [C] degrees

@@ -15,7 +15,7 @@ import numpy as np
 from kept import write_kept
 
 import feeler.calibration
-from feeler.antenna.cockroach import cockroach
+from feeler.antenna.animals import cockroach
 from feeler.calibration import Problem, Protocol, load_targets, make_hinges, make_starts
 from feeler.studies.paper.calibration_report import (
     KEPT_SEARCHES,

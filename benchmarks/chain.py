@@ -23,15 +23,14 @@ import mujoco as mj
 import numpy as np
 from kept import write_kept
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
+from feeler.objects import Trial, make_feature, make_grid
 from feeler.physics import mujoco
-from feeler.physics.chain.batch import ChainStepper
 from feeler.physics.chain.fields import LANES
-from feeler.physics.clock import Clock
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.run import simulate
-from feeler.physics.scene import Scene, make_scene
+from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.stimulus import Trial, make_feature, make_grid
 
 TIMESTEP = 0.02  # ms
 ENGINES = {"parity": "chain", "consistent": "chain-consistent"}
@@ -171,7 +170,7 @@ def time_cold_start() -> dict[str, list[float]]:
     """
     code = (
         "import time; t = time.process_time(); from feeler.presets import make_preset; from"
-        " feeler.physics.run import simulate; from feeler.physics.clock import Clock; from"
+        " feeler.physics.run import simulate; from feeler.physics.scene import Clock; from"
         " feeler.physics.scene import Scene; s = Scene(antenna=make_preset('cockroach')); t1 ="
         " time.process_time(); c = Clock(duration=2, timestep=0.02); simulate([s], c); t2 ="
         " time.process_time(); simulate([s, s], c); print(t1 - t, t2 - t1, time.process_time()"

@@ -10,13 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from feeler.physics.clock import Clock
+from feeler.objects import Trial, make_feature
+from feeler.objects.trials import trials
 from feeler.physics.contact import CONTACTS
 from feeler.physics.run import simulate
-from feeler.physics.scene import Scene, make_scene
+from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.presets import cockroach
-from feeler.stimulus import Trial, make_feature
-from feeler.stimulus.ninety import trials
 
 DURATION, FINE = 380.0, 0.0025  # ms
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

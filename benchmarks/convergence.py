@@ -19,12 +19,11 @@ from pathlib import Path
 import numpy as np
 from kept import write_kept
 
-from feeler.physics.clock import Clock
+from feeler.objects import Trial, make_feature, make_grid
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.run import simulate
-from feeler.physics.scene import Motion, Scene, make_scene
+from feeler.physics.scene import Clock, Motion, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.stimulus import Trial, make_feature, make_grid
 
 DURATION = 380.0  # ms [P]
 NUDGE = 1e-6  # mm

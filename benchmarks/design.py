@@ -30,7 +30,7 @@ from front import compute_settling, find_front
 from kept import write_kept
 from scipy.special import stdtrit
 
-from feeler.antenna.cockroach import cockroach
+from feeler.antenna.animals import cockroach
 from feeler.design import (
     CHOICES,
     Constraints,
@@ -41,7 +41,7 @@ from feeler.design import (
     optimise,
     score,
 )
-from feeler.experiment.touch import touch
+from feeler.experiments.tactile import touch
 
 HERE = Path(__file__).parent
 PLAN = load_plan(HERE / "design.toml")

@@ -18,14 +18,14 @@ from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 from sklearn.metrics import normalized_mutual_info_score
 
-from feeler.dispersion import (
+from feeler.analysis import (
     compute_mse,
     compute_nmi,
     compute_pearson,
     compute_ssim,
     search_closest,
 )
-from feeler.dispersion.nmi import digitise
+from feeler.analysis.indices import digitise
 
 SHAPE = (90, 56, 380)
 MATLAB = {

@@ -26,11 +26,16 @@ from planted import DEVELOPMENT, JUDGED, KINDS, STARTS, THEIR_STARTS, plant
 
 import feeler
 from feeler.encoding import ConvolutiveNMF, compute_stability
-from feeler.encoding.data import Data
-from feeler.encoding.factorise import Settings, factorise, open_pool
-from feeler.encoding.starts import make_generators, start_bases
+from feeler.encoding.factorise import (
+    Data,
+    Settings,
+    factorise,
+    make_generators,
+    open_pool,
+    start_bases,
+)
+from feeler.objects.trials import trials
 from feeler.presets import cockroach
-from feeler.stimulus.ninety import trials
 from feeler.tensors import rectify
 
 N_COMPONENTS, N_LAGS, SPARSENESS = 3, 40, 0.8

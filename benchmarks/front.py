@@ -6,8 +6,8 @@ from typing import Annotated
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
+from feeler.antenna.segments import Antenna
 
 REST = 0.05  # of the deflection, at which an antenna is said to be at rest
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from feeler.report.section import Section
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.kept import KEPT_LABEL, SHIPPED, fingerprint
 from feeler.studies.paper.stage import Stage

@@ -9,7 +9,7 @@ import sys
 from datetime import date
 from pathlib import Path
 
-from feeler.disk import sources
+from feeler import provenance as sources
 
 ROOT = Path(__file__).parents[1]
 STAMPS = ROOT / "benchmarks" / "results" / "made.json"

@@ -19,15 +19,14 @@ import numpy as np
 from kept import write_kept
 
 from feeler.antenna import Antenna
-from feeler.antenna.cockroach import cockroach
+from feeler.antenna.animals import cockroach
 from feeler.antenna.modes import compute_mass_matrix
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
-from feeler.physics.clock import Clock
+from feeler.objects.shapes import make_feature
+from feeler.objects.trials import Trial
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.run import simulate
-from feeler.physics.scene import Scene, make_scene
-from feeler.stimulus.feature import make_feature
-from feeler.stimulus.trial import Trial
+from feeler.physics.scene import Clock, Scene, make_scene
 
 TIMESTEP = 0.02  # ms, the default
 TOLERANCE = 0.02  # of the largest deflection

@@ -16,9 +16,9 @@ import numpy as np
 from kept import write_kept
 
 import feeler
+from feeler.objects.bodies import Object
 from feeler.physics.scene import Scene
 from feeler.presets import rat_whiskers
-from feeler.stimulus.object import Object
 
 ROUNDS, SPAN, WARM, TIMESTEP = 11, 10.0, 3.0, 0.01  # ms
 

@@ -13,9 +13,8 @@ import numpy as np
 from kept import write_kept
 
 import feeler
-from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
-from feeler.physics.scene import make_scene
+from feeler.physics.scene import Clock, make_scene
 from feeler.physics.spec import compile_model
 
 DURATION, TIMESTEP, ROUNDS = 40.0, 0.02, 5

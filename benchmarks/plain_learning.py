@@ -22,7 +22,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 import feeler.active.environment  # noqa: F401  (makes the environments known)
 from feeler.plotting import style
-from feeler.plotting.look import PALETTE
+from feeler.plotting.style import PALETTE
 
 ROOT = Path(__file__).parents[1]
 GUESS = float(np.log(6))  # nat

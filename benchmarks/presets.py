@@ -13,10 +13,10 @@ import numpy as np
 from kept import write_kept
 
 import feeler
+from feeler.analysis import find_noise, scale_peaks
 from feeler.antenna import compute_base_response, compute_modes
-from feeler.information import find_noise, scale_peaks
+from feeler.objects.trials import SPEEDS, trials
 from feeler.presets import SPECIES, make_preset
-from feeler.stimulus.ninety import SPEEDS, trials
 
 PLANAR = (name for name in SPECIES if not make_preset(name).spatial)
 NAMES = ("exponential", *PLANAR, "robot")

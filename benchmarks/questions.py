@@ -22,8 +22,8 @@ import numpy as np
 import xarray as xr
 from kept import fingerprint, note_kept
 
-from feeler.antenna.antenna import Antenna
-from feeler.decoding.reader import READERS, measure_reader
+from feeler.antenna.segments import Antenna
+from feeler.decoding.classifiers import READERS, measure_reader
 from feeler.design import (
     Constraints,
     DesignTask,
@@ -33,19 +33,17 @@ from feeler.design import (
     optimise,
     score,
 )
-from feeler.disk.journal import Journal
-from feeler.disk.provenance import make_key
 from feeler.execute.threads import hold_blas
+from feeler.objects import Nuisances, Task
 from feeler.presets import cockroach
-from feeler.records.record import Ge, Lt, Record, Unit
-from feeler.report.section import to_json
+from feeler.provenance import Journal, make_key
+from feeler.records import Ge, Lt, Record, Unit
+from feeler.report.page import to_json
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.open_receptor import compute as compute_receptor
 from feeler.studies.paper.open_space import FEW
 from feeler.studies.study import Study
-from feeler.task import Nuisances, Task
-from feeler.tensors.scaling import project_planes
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit, project_planes
 
 _JOURNAL = Path("out/open_space.jsonl")
 _STORED = Path(__file__).parents[1] / "src" / "feeler" / "studies" / "paper"

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from feeler.objects import Ball, Box, Outline, make_feature
 from feeler.plotting import style
 from feeler.robot import (
     align_recordings,
@@ -27,8 +28,7 @@ from feeler.robot import (
     make_touches,
     touch_robots,
 )
-from feeler.robot.recording import Recording
-from feeler.stimulus import Ball, Box, Outline, make_feature
+from feeler.robot.recordings import Recording
 
 SEED, ROBOTS = 20261125, 30
 STRANGERS, SHOWN = 12, 4  # robots that feel each object; parts of which one is held out in turn

@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.robot.examples import EXAMPLES
-from feeler.robot.factors import make_posture, simulate_release
-from feeler.robot.mending import repair
-from feeler.robot.preset import make_robot
-from feeler.robot.recording import save_recording
+from feeler.robot.description import EXAMPLES, make_robot
+from feeler.robot.fit import make_posture, simulate_release
+from feeler.robot.recordings import save_recording
+from feeler.robot.repair import repair
 from feeler.robot.surrogate import make_surrogate
 from feeler.robot.touches import make_touches
 

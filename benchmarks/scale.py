@@ -177,7 +177,7 @@ def measure_reading(n: int) -> dict[str, float]:
                 count += len(tensors) if tensors.ndim == 3 else 1
             found[f"{name} per cpu s"] = count / (time.process_time() - cpu)
         save_store(_make_touches(n, 2, 2), folder / "many.zarr", group_size=256)
-        opening = {"info": "feeler.tensors.inspect.describe_file", "load": "feeler.load"}
+        opening = {"info": "feeler.tensors.formats.describe_file", "load": "feeler.load"}
         for name, function in opening.items():
             found |= {
                 f"{name} of {n:,} {part}": value
@@ -198,7 +198,7 @@ def _time_alone(function: str, path: Path, small: Path) -> dict[str, float]:
     loads): 0.9 s, whatever n.
     """
     code = (
-        f"import time, feeler, feeler.tensors.inspect; work = {function}; work({str(small)!r});"
+        f"import time, feeler, feeler.tensors.formats; work = {function}; work({str(small)!r});"
         "wall, cpu = time.perf_counter(), time.process_time();"
         f"work({str(path)!r}); print(time.perf_counter() - wall, time.process_time() - cpu)"
     )

@@ -20,7 +20,7 @@ import numpy as np
 
 import feeler
 from feeler.decoding import READERS
-from feeler.task import Common, Task
+from feeler.objects import Common, Task
 
 NAME, VERSION = "tell touches apart", 1
 SPEED, EACH, COPIES = 0.3, 20, {"train": 5, "final": 2}

@@ -15,11 +15,11 @@ import numpy as np
 from kept import write_kept
 
 import feeler
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
+from feeler.objects.bodies import Object
 from feeler.physics.engine import get_engine
-from feeler.physics.mujoco_space import SpaceMujocoStepper
+from feeler.physics.mujoco import SpaceMujocoStepper
 from feeler.physics.scene import Scene
-from feeler.stimulus.object import Object
 
 ROUNDS, LANES, TIMESTEP = 5, 8, 0.02
 WARM = 4.0  # ms before the clock starts, so that the ball presses

@@ -12,8 +12,7 @@ from scipy.integrate import solve_bvp
 
 import feeler
 from feeler.antenna import compute_modes
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import to_matrix
+from feeler.antenna.segments import Antenna, to_matrix
 from feeler.plotting import style
 
 ROOT = Path(__file__).parents[1]

@@ -31,14 +31,13 @@ from kept import write_kept
 from matplotlib.figure import Figure
 from scipy.io import loadmat
 
-from feeler.antenna.cockroach import cockroach
-from feeler.disk.journal import Journal
-from feeler.disk.provenance import make_key
+from feeler.antenna.animals import cockroach
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
-from feeler.report.section import to_json
+from feeler.provenance import Journal, make_key
+from feeler.report.page import to_json
 from feeler.spikes import CAMPANIFORM, place_sensilla
-from feeler.spikes.kernel import step_units
+from feeler.spikes.sensilla import step_units
 from feeler.studies import spiking
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.reproduce import STAGES

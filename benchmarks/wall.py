@@ -12,8 +12,8 @@ import numpy as np
 from kept import write_kept
 
 from feeler.errors import FeelerError
-from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
+from feeler.physics.scene import Clock
 from feeler.presets import PROFILE_NAMES, cockroach
 from feeler.wall import (
     FOLLOWING,
@@ -28,8 +28,8 @@ from feeler.wall import (
     map_distance,
     summarise,
 )
-from feeler.wall.sensitivity import BENDS, FRICTIONS, READINGS
-from feeler.wall.sweep import make_wall_scene
+from feeler.wall.approach import make_wall_scene
+from feeler.wall.distance import BENDS, FRICTIONS, READINGS
 
 RESULTS = Path(__file__).parent / "results" / "wall.json"
 TURNS = (30.0, 45.0, -30.0, -45.0)

@@ -12,20 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import FeelerError, InvalidInput
-from feeler.wall.course import Course
-from feeler.wall.distance_map import DistanceMap
+from feeler.wall.approach import Posture, approach
+from feeler.wall.distance import DistanceMap
 from feeler.wall.following import (
     FOLLOWING,
     RUN_SUBSTEP,
     Controller,
+    Course,
     _Runner,
     follow,
     make_course_scene,
 )
-from feeler.wall.posture import Posture
-from feeler.wall.sweep import approach
 
 ENGINE, TIMESTEP = (
     "chain-consistent",

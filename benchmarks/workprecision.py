@@ -22,12 +22,11 @@ import mujoco as mj
 import numpy as np
 from kept import write_kept
 
-from feeler.physics.clock import Clock
+from feeler.objects import Trial, make_feature
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene, make_scene
+from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.physics.spec import compile_model
 from feeler.presets import cockroach
-from feeler.stimulus import Trial, make_feature
 
 DURATION, REFERENCE, RUNS = 100.0, 0.0005, 3
 # of MuJoCo's solver: the loosest at which its answers no longer depend on it, in g, mm, ms

@@ -18,7 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from feeler.plotting.look import style
+from feeler.plotting.style import style
 from feeler.studio import write_touch_page
 
 ROOT = Path(__file__).parent.parent

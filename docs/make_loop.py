@@ -15,7 +15,7 @@ from matplotlib.patches import Circle
 from PIL import Image
 
 import feeler
-from feeler.information import compute_information
+from feeler.analysis import compute_information
 
 WIDTH, HEIGHT, RATE, SECONDS, LAST = 1080, 600, 30, 10, 1.0
 DURATION = 380.0  # ms, the paper's window
@@ -31,7 +31,7 @@ def touch(antenna, speed):
     """
     trial = feeler.Trial(feature=feeler.Ball(radius=RADIUS), location=LOCATION, speed=speed)
     felt = feeler.touch(antenna, trial, duration=DURATION, all_hinges=True)["angle"].values[0].T
-    start = feeler.stimulus.place(antenna, trial)
+    start = feeler.objects.place(antenna, trial)
     ms = np.arange(len(felt))[:, None]
     post = start.origin - RADIUS * start.forward + ms * start.velocity
     return antenna.shape(felt), felt, post, felt[:, antenna.sensors - 1].T

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import feeler
 from feeler.antenna import compute_modes
 from feeler.design import Constraints, DesignTask, score
-from feeler.task import Common, Relative
+from feeler.objects import Common, Relative
 
 TASK = DesignTask(
     objects=("ball:radius=1.5", "box", "triangle"),

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import feeler
+from feeler.analysis import measure_free_response
 from feeler.antenna import Exponential, compute_modes
-from feeler.response import measure_free_response
 
 N = 60
 

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import feeler
+from feeler.analysis import compute_dispersion
 from feeler.decoding import Common, compute_sweep, make_labels
-from feeler.dispersion import compute_dispersion
 from feeler.tensors import rectify
 
 RATIOS = (0.05, 0.1, 0.2, 0.3)

@@ -125,7 +125,7 @@ def guard_in_process(monkeypatch):
     """The guard works in the process of the test, without its limits: where thousands of files are
     read, or only what is read from them matters.
     """
-    from feeler.disk import guard
+    from feeler import sandbox as guard
 
     monkeypatch.setattr(
         guard,
@@ -226,7 +226,7 @@ def readable():
     """Every figure that a verb puts into a page follows the standard of figures, in whichever test
     the verb runs.
     """
-    from feeler.report.pictures import Pictures
+    from feeler.report.page import Pictures
     from tests.figures import find_faults
 
     drawn = Pictures.draw

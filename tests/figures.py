@@ -8,14 +8,14 @@ from collections import defaultdict
 import numpy as np
 from matplotlib.colors import to_hex
 
-from feeler.plotting.look import (
+from feeler.plotting.style import (
     BASIS_COLOURS,
     FEATURE_COLOURS,
+    LEAST,
     NOISE_COLOURS,
     PROFILE_COLOURS,
     pick_shades,
 )
-from feeler.plotting.words import LEAST
 
 MEASURED = re.compile(
     r"\b(time|angle|speed|distance|force|frequency|length|stiffness|damping|curvature|accuracy)\b"

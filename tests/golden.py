@@ -18,9 +18,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.disk.provenance import list_versions
 from feeler.plotting.movie import write_movie
-from feeler.report.pictures import Pictures
+from feeler.provenance import list_versions
+from feeler.report.page import Pictures
 
 CLOSE = 1e-3
 """How far a number may be off, relative to itself."""

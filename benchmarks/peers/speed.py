@@ -19,10 +19,10 @@ import mujoco as mj
 import numpy as np
 import pinocchio as pin
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.physics import mujoco
-from feeler.physics.chain.batch import ChainStepper
 from feeler.physics.chain.fields import LANES
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.scene import Scene
 
 SEGMENTS = (10, 140, 300, 1000)

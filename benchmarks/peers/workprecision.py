@@ -23,10 +23,9 @@ from pathlib import Path
 import elastica as ea
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
-from feeler.physics.clock import Clock
+from feeler.antenna.segments import Antenna
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Clock, Scene
 
 LENGTH, MASS, RADIUS, HERTZ, EXCURSION, SAMPLES, RUNS = 42.0, 2e-3, 0.1, 17.5, 0.1, 50, 3
 ROOT = 1.875104068711961  # of cos x cosh x = −1: the first mode's wave number times the length

@@ -13,28 +13,28 @@ from typing import TYPE_CHECKING
 # once, and who only encodes need not wait for the physics.
 if TYPE_CHECKING:
     from feeler import presets as presets
-    from feeler.antenna.antenna import Antenna as Antenna
-    from feeler.antenna.file import load_antenna as load_antenna
-    from feeler.antenna.file import save_antenna as save_antenna
-    from feeler.antenna.sample import sample_antennas as sample_antennas
+    from feeler.antenna.files import load_antenna as load_antenna
+    from feeler.antenna.files import save_antenna as save_antenna
+    from feeler.antenna.segments import Antenna as Antenna
+    from feeler.antenna.variants import sample_antennas as sample_antennas
     from feeler.draw import LogRange as LogRange
     from feeler.encoding.model import ConvolutiveNMF as ConvolutiveNMF
-    from feeler.experiment.bend import bend as bend
-    from feeler.experiment.impulse import hit as hit
-    from feeler.experiment.release import release as release
-    from feeler.experiment.touch import touch as touch
-    from feeler.physics.lanes import Simulations as Simulations
+    from feeler.experiments.mechanics import bend as bend
+    from feeler.experiments.mechanics import hit as hit
+    from feeler.experiments.mechanics import release as release
+    from feeler.experiments.tactile import touch as touch
+    from feeler.objects.bodies import Object as Object
+    from feeler.objects.bodies import Wall as Wall
+    from feeler.objects.motion import BaseMotion as BaseMotion
+    from feeler.objects.outlines import Outline as Outline
+    from feeler.objects.sampling import sample_trials as sample_trials
+    from feeler.objects.shapes import Ball as Ball
+    from feeler.objects.shapes import Box as Box
+    from feeler.objects.shapes import Peg as Peg
+    from feeler.objects.shapes import Triangle as Triangle
+    from feeler.objects.trials import Trial as Trial
     from feeler.physics.simulation import Simulation as Simulation
-    from feeler.stimulus.base import BaseMotion as BaseMotion
-    from feeler.stimulus.object import Object as Object
-    from feeler.stimulus.outline import Outline as Outline
-    from feeler.stimulus.sample import sample_trials as sample_trials
-    from feeler.stimulus.shapes import Ball as Ball
-    from feeler.stimulus.shapes import Box as Box
-    from feeler.stimulus.shapes import Peg as Peg
-    from feeler.stimulus.shapes import Triangle as Triangle
-    from feeler.stimulus.trial import Trial as Trial
-    from feeler.stimulus.wall import Wall as Wall
+    from feeler.physics.simulation import Simulations as Simulations
     from feeler.tensors.formats import load as load
     from feeler.tensors.formats import save as save
 
@@ -50,24 +50,22 @@ def _read_homes() -> dict[str, str]:
 _HOMES = _read_homes()
 _ROOMS = (
     "active",
+    "analysis",
     "antenna",
     "calibration",
     "decoding",
     "design",
-    "dispersion",
     "encoding",
     "execute",
-    "experiment",
-    "information",
+    "experiments",
     "learn",
+    "objects",
     "physics",
     "plotting",
     "presets",
     "report",
-    "response",
     "robot",
     "spikes",
-    "stimulus",
     "studio",
     "tensors",
     "tracking",

@@ -16,7 +16,7 @@ from typing import Any
 
 from numba import config, njit
 
-from feeler.disk.sources import compute_hash, find_modules
+from feeler.provenance import compute_hash, find_modules
 
 
 def compiled(function: Callable | None = None, **options: Any) -> Any:

@@ -6,8 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.rules import show
+from feeler.validation import checked, show
 
 _MAX_DRAWN = 100_000_000
 

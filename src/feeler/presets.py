@@ -9,13 +9,19 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.catalogue import SPECIES, read_species
-from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
-from feeler.antenna.parse import AntennaFile
-from feeler.antenna.rat import rat_whiskers
+from feeler.antenna.animals import (
+    FACTS,
+    PROFILE_NAMES,
+    SPECIES,
+    cockroach,
+    list_sources,
+    rat_whiskers,
+    read_species,
+)
+from feeler.antenna.files import AntennaFile
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
+from feeler.validation import checked
 
 
 @checked

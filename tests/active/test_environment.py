@@ -11,8 +11,8 @@ from gymnasium.utils.env_checker import check_env
 
 import feeler
 from feeler.active import Arena, FollowTask, LocaliseTask, TouchTask
-from feeler.active.arena import _compute_energy
 from feeler.active.environment import TASKS, TouchEnv, TouchVectorEnv
+from feeler.active.tasks import _compute_energy
 from feeler.errors import InvalidInput
 from feeler.physics.scene import Scene
 

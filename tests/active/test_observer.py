@@ -10,7 +10,7 @@ from scipy.stats import norm
 import feeler
 from feeler.active import Arena, Observer, TouchTask, film_policy, parse_policy
 from feeler.errors import InvalidInput
-from feeler.task import Common, Noise
+from feeler.objects import Common, Noise
 
 OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 

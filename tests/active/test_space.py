@@ -12,7 +12,7 @@ from feeler.active import FollowTask, Observer, TouchTask
 from feeler.active.environment import TouchVectorEnv
 from feeler.active.policies import parse_policy
 from feeler.errors import InvalidInput
-from feeler.tensors.scaling import fold_planes
+from feeler.tensors.transforms import fold_planes
 from tests.active.test_environment import OBJECTS, make_action
 
 pytestmark = pytest.mark.long

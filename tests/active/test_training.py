@@ -8,7 +8,7 @@ from scripts import load_script
 
 import feeler
 from feeler.active import Observer, TouchTask, parse_policy
-from feeler.active.learned import POLICY_KIND, POLICY_VERSION, make_actor, see
+from feeler.active.policies import POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.errors import InvalidInput
 from feeler.studies.contests import load_contest
 from feeler.tensors.models import load_model

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.file import load_antenna, save_antenna
+from feeler.antenna.files import load_antenna, save_antenna
 from feeler.errors import InvalidInput
 
 BEAM = {"length": 40.0, "modulus": 2000.0, "density": 1.1e-3}

@@ -10,9 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feeler.antenna import Antenna, Exponential
-from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
-from feeler.antenna.file import load_antenna, read_antenna_file, save_antenna, write_antenna
-from feeler.antenna.parse import FILE_UNITS, Source, parse_antenna
+from feeler.antenna.animals import PROFILE_NAMES, cockroach
+from feeler.antenna.files import (
+    FILE_UNITS,
+    Source,
+    load_antenna,
+    parse_antenna,
+    read_antenna_file,
+    save_antenna,
+    write_antenna,
+)
 from feeler.errors import InvalidInput
 
 GOOD = """schema = "feeler.antenna/1"

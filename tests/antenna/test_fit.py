@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.antenna import Sigmoid
-from feeler.antenna.fit import fit_sigmoid
+from feeler.antenna.animals import fit_sigmoid
 from feeler.errors import InvalidInput
 
 PLANTED = Sigmoid(low=0.00349, rise=0.00588, slope=11.06, centre=0.377)

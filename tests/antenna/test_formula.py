@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from feeler.antenna import Antenna, Exponential, Sigmoid
-from feeler.antenna.file import read_antenna_file, save_antenna
-from feeler.antenna.formula import evaluate, list_names
-from feeler.antenna.parse import Source, parse_antenna
+from feeler.antenna.files import Source, parse_antenna, read_antenna_file, save_antenna
+from feeler.antenna.profiles import evaluate, list_names
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset, read_preset
 

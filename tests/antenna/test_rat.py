@@ -5,8 +5,8 @@ import pytest
 
 import feeler
 from feeler.antenna import compute_modes
-from feeler.antenna.rat import FOLLICLE
-from feeler.antenna.space import to_matrix
+from feeler.antenna.animals import FOLLICLE
+from feeler.antenna.segments import to_matrix
 from feeler.presets import rat_whiskers
 
 RIGHT, LEFT = rat_whiskers("right"), rat_whiskers("left")

@@ -5,11 +5,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.file import load_antenna, read_antenna_file, save_antenna
+from feeler.antenna.files import load_antenna, parse_antenna, read_antenna_file, save_antenna
 from feeler.antenna.modes import compute_modes
-from feeler.antenna.parse import parse_antenna
-from feeler.antenna.space import find_rate, list_frustum
+from feeler.antenna.segments import Antenna, find_rate, list_frustum
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 

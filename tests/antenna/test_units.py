@@ -4,8 +4,8 @@ import numpy as np
 import pint
 import pytest
 
-from feeler.antenna.fit import fit_sigmoid
-from feeler.antenna.parse import BEAM_UNITS, FILE_UNITS
+from feeler.antenna.animals import fit_sigmoid
+from feeler.antenna.files import BEAM_UNITS, FILE_UNITS
 from feeler.errors import InvalidInput
 
 PINT = pint.UnitRegistry()

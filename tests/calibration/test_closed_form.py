@@ -20,10 +20,9 @@ from feeler.calibration import (
     search,
     walk_loose,
 )
+from feeler.calibration.fitting import decompose
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.identify import decompose
-from feeler.calibration.problem import FAILED
-from feeler.calibration.protocol import Measured
+from feeler.calibration.problem import FAILED, Measured
 from feeler.errors import InvalidInput
 
 from .small_antenna import make_small
@@ -173,7 +172,7 @@ def test_scipy_is_given_the_bounds_of_the_family_in_typical_changes(
 ):
     seen = {}
     monkeypatch.setattr(
-        "feeler.calibration.optimise.minimize",
+        "feeler.calibration.fitting.minimize",
         lambda _, x, bounds, **__: seen.update(x=x, bounds=bounds),
     )
     hinges = make_hinges("tilt", make_small())  # whose tilts have a typical change of 2

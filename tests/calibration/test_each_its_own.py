@@ -7,13 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from feeler.calibration import own, protocol, recording, trace
-from feeler.calibration.fitting import fit, make_starts
+from feeler.calibration import problem as protocol
+from feeler.calibration import traces as own
+from feeler.calibration import traces as recording
+from feeler.calibration import traces as trace
+from feeler.calibration.fitting import bootstrap, fit, make_starts
 from feeler.calibration.hinges import Band, Hinges, make_scale
-from feeler.calibration.identify import bootstrap
-from feeler.calibration.protocol import Measured, Protocol
-from feeler.calibration.recording import Traces
-from feeler.calibration.targets import make_targets
+from feeler.calibration.problem import Measured, Protocol, make_targets
+from feeler.calibration.traces import Traces
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.contact import get_contact
 

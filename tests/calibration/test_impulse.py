@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.experiment.impulse import IMPULSE_LEAD, hit
+from feeler.experiments.mechanics import IMPULSE_LEAD, hit
 
 from .small_antenna import make_small
 

@@ -16,9 +16,9 @@ from feeler.calibration import (
     make_hinges,
     make_synthetic_traces,
     measure_trace,
-    own,
 )
-from feeler.calibration.trace import _smooth
+from feeler.calibration import traces as own
+from feeler.calibration.traces import _smooth
 from feeler.errors import InvalidInput
 
 from .small_antenna import make_small

@@ -21,8 +21,8 @@ from feeler.calibration import (
     make_targets,
     search,
 )
-from feeler.disk.journal import Journal
 from feeler.errors import InvalidInput
+from feeler.provenance import Journal
 
 from .small_antenna import make_small
 

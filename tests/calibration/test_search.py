@@ -21,7 +21,7 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.calibration import problem as problem_module
-from feeler.calibration import protocol as protocol_module
+from feeler.calibration import problem as protocol_module
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.presets import cockroach
 
@@ -60,7 +60,7 @@ def test_planted_factors_come_back(targets, method):
 
 
 def test_the_published_constants_meet_the_reconstructed_targets():
-    from feeler.antenna.cockroach import cockroach
+    from feeler.antenna.animals import cockroach
     from feeler.calibration import load_targets
 
     goal = load_targets("cockroach")

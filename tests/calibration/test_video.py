@@ -9,7 +9,7 @@ import pytest
 from pynwb import NWBHDF5IO
 from scipy.interpolate import CubicSpline
 
-from feeler.antenna.file import load_antenna, save_antenna
+from feeler.antenna.files import load_antenna, save_antenna
 from feeler.calibration import (
     Protocol,
     Traces,
@@ -18,9 +18,9 @@ from feeler.calibration import (
     fit_traces,
     load_traces,
     make_hinges,
-    own,
 )
-from feeler.calibration.trace import find_rest
+from feeler.calibration import traces as own
+from feeler.calibration.traces import find_rest
 from feeler.errors import InvalidInput
 from tests.cli._command import run
 

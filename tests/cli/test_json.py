@@ -5,7 +5,7 @@ import json
 import pytest
 
 from feeler.presets import make_preset
-from feeler.robot.examples import get_example
+from feeler.robot.description import get_example
 from tests.cli._command import run
 
 

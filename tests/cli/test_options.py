@@ -59,7 +59,7 @@ def test_a_touch_is_the_one_that_was_asked_for(monkeypatch, tmp_path, way):
         tmp_path / "o",
         *store,
     )
-    told = hear(monkeypatch, "feeler.experiment.touch.touch", *words)
+    told = hear(monkeypatch, "feeler.experiments.tactile.touch", *words)
     trial = told[1] if way == "shown" else told[1][0]
     expected = {**TRIAL, "approach": 81.0, "side": "right", "friction": 0.4}
     assert {name: getattr(trial, name) for name in expected} == expected
@@ -73,13 +73,15 @@ def test_a_touch_is_the_one_that_was_asked_for(monkeypatch, tmp_path, way):
 def test_a_flow_reaches_the_touch(monkeypatch, tmp_path, way):
     store = ("--store", tmp_path / "a.zarr") if way == "stored" else ()
     words = ("touch", "--antenna", "rat-whisker", "--flow", "drag=2e-5,x=0.3,z=0.1", *store)
-    told = hear(monkeypatch, "feeler.experiment.touch.touch", *words, "--out", tmp_path / "o")
-    assert told["flow"] == feeler.stimulus.Flow(drag=2e-5, velocity=(0.3, 0.0, 0.1))
+    told = hear(
+        monkeypatch, "feeler.experiments.tactile.touch", *words, "--out", tmp_path / "o"
+    )
+    assert told["flow"] == feeler.objects.Flow(drag=2e-5, velocity=(0.3, 0.0, 0.1))
 
 
 def test_the_touch_of_spikes_is_the_one_that_was_asked_for(monkeypatch, tmp_path):
     words = ("spikes", "--antenna", "linear", *SHAPE, "--out", tmp_path / "o")
-    told = hear(monkeypatch, "feeler.experiment.touch.touch", *words)
+    told = hear(monkeypatch, "feeler.experiments.tactile.touch", *words)
     assert {name: getattr(told[1], name) for name in TRIAL} == TRIAL
     assert told[0] == feeler.presets.make_preset("linear")
     assert told[1].feature == feeler.Box(half_width=2.2, half_height=2.2)
@@ -87,7 +89,7 @@ def test_the_touch_of_spikes_is_the_one_that_was_asked_for(monkeypatch, tmp_path
 
 def test_an_exported_scene_is_the_one_that_was_asked_for(monkeypatch, tmp_path):
     words = ("export", tmp_path / "a.xml", "--antenna", "linear", *SHAPE, "--control")
-    told = hear(monkeypatch, "feeler.physics.mjcf.write_mjcf", *words)
+    told = hear(monkeypatch, "feeler.physics.spec.write_mjcf", *words)
     assert {name: getattr(told[1], name) for name in TRIAL} == TRIAL
     assert (told[0], told["control"]) == (feeler.presets.make_preset("linear"), True)
     assert told[1].feature == feeler.Box(half_width=2.2, half_height=2.2)
@@ -116,7 +118,7 @@ def test_tracks_are_read_and_measured_as_asked(monkeypatch, tmp_path):
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("verb", "place", "at"),
-    [("info", "tensors.inspect.describe_file", 1), ("convert", "tensors.formats.load", 1)],
+    [("info", "tensors.formats.describe_file", 1), ("convert", "tensors.formats.load", 1)],
 )
 def test_as_much_is_read_as_was_allowed(monkeypatch, tmp_path, verb, place, at):
     make_set().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")

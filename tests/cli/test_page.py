@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import feeler
 from feeler import errors
 from feeler.cli import app as door
-from feeler.cli.page import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
+from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
 from feeler.errors import MissingExtra
 from tests.cli._command import run
 
@@ -112,7 +112,13 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
     assert "pip install 'feeler[robot]'" in str(found.exception)
 
 
-SHELL = ("cli/", "studio/", "studies/paper/data.py", "robot/description.py", "tensors/poses.py")
+SHELL = (
+    "cli/",
+    "studio/",
+    "studies/paper/data.py",
+    "robot/description.py",
+    "tensors/readers.py",
+)
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from feeler.antenna.file import load_antenna
+from feeler.antenna.files import load_antenna
 from feeler.calibration import fit_traces, load_traces
 from feeler.cli.app import app
 from feeler.presets import cockroach

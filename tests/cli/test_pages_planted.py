@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from feeler import calibration, tradeoff
-from feeler.antenna.file import load_antenna
+from feeler.antenna.files import load_antenna
 from feeler.calibration.hinges import Band
 from feeler.cli import calibrate, robot_pages, tracks
 from feeler.cli.app import app
@@ -22,11 +22,11 @@ from feeler.cli.wall import _save as save_wall
 from feeler.design import page as design_page
 from feeler.physics.engine import get_engine
 from feeler.plotting.movie import SLOWER
-from feeler.plotting.wall import Shapes, plot_shapes
+from feeler.plotting.results import Shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.robot import Recording
-from feeler.robot.answer import Answer
+from feeler.robot.classify import Answer
 from feeler.studies import contests
 
 from .test_printed import read, run
@@ -264,7 +264,7 @@ def test_a_table_of_tracks_counts_its_frames():
 
 
 def test_maps_of_a_wall_are_listed_in_millimetres(figures, tmp_path, monkeypatch):
-    from feeler.plotting import wall
+    from feeler.plotting import results as wall
 
     monkeypatch.setattr(wall.Shapes, "of_sweep", lambda sweep: sweep)
     monkeypatch.setattr(wall, "plot_shapes", lambda shapes, ax: None)

@@ -19,21 +19,21 @@ from typer.testing import CliRunner
 
 import feeler
 from feeler import calibration, comparison, robot, wall
-from feeler.antenna.file import load_antenna
+from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
 from feeler.cli.reproduce import _make_reporter, _summarise
 from feeler.cli.tracks import _plot
-from feeler.disk.provenance import describe_versions
 from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
 from feeler.progress import ProgressBar
+from feeler.provenance import describe_versions
 from feeler.report import Section
-from feeler.robot.answer import Answer, name_touch
-from feeler.robot.examples import get_example
-from feeler.robot.link import Link
-from feeler.robot.sensor import SensorCalibration
+from feeler.robot.classify import Answer, name_touch
+from feeler.robot.description import get_example
+from feeler.robot.sensors import SensorCalibration
+from feeler.robot.stream import Link
 from feeler.tensors.formats import load, save
 
 from .test_printed import NUMBER, read, run
@@ -387,7 +387,7 @@ def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
     stream = SimpleNamespace(missed=7)
     touch = SimpleNamespace(stream=stream, kept=[], end=lambda: None, answer=None)
     monkeypatch.setattr("feeler.robot.live.LiveTouch", lambda *_: touch)
-    monkeypatch.setattr("feeler.robot.samples.read_samples", read_samples)
+    monkeypatch.setattr("feeler.robot.stream.read_samples", read_samples)
     made = {
         "make_decoder": lambda *_, **__: None,
         "make_classifier": lambda *_, **__: None,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from feeler.cli.app import main
-from feeler.robot.examples import get_example
+from feeler.robot.description import get_example
 from feeler.terminal import PlainStream, escape
 
 OSC, CLEAR, CLIP = "\x1b]0;PWNED\x07", "\x1b[2J\x1b[31m", "\x1b]52;c;cm0=\x07"

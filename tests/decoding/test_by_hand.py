@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from scipy.special import log_softmax
 
-from feeler.decoding.components import PrincipalComponents, compute_kept_variance
-from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.stream import OnsetFinder, measure_early_accuracy
-from feeler.decoding.sweep import Sweep
+from feeler.decoding.classifiers import PrincipalComponents, compute_kept_variance
+from feeler.decoding.curves import compute_explained, judge_order
+from feeler.decoding.streams import OnsetFinder, StreamDecoder, measure_early_accuracy
+from feeler.decoding.sweeps import Sweep
 from feeler.decoding.transfer import TEMPERATURES, TransferClassifier, align, score_transfer
-from feeler.decoding.verdict import compute_explained, judge_order
 from feeler.errors import InvalidInput
 
 

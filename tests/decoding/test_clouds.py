@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scripts import load_script
 
-from feeler.decoding.clouds import CloudReader, Strangers
+from feeler.decoding.observers import CloudReader, Strangers
 from feeler.errors import InvalidInput
 
 reliability = load_script("benchmarks", "reliability")

@@ -5,7 +5,7 @@ import builtins
 import numpy as np
 import pytest
 
-from feeler.decoding.cnn import TouchNetwork, _make_network
+from feeler.decoding.network import TouchNetwork, _make_network
 from feeler.errors import InvalidInput, MissingExtra
 
 SHAPE = (14, 20)

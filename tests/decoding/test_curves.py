@@ -7,11 +7,16 @@ import pytest
 from sklearn.base import BaseEstimator
 
 from feeler.decoding import curves as curves_module
-from feeler.decoding.codes import make_codes
-from feeler.decoding.curves import Curve, Group, PeakEncoder, compute_curves
-from feeler.decoding.plan import Plan
-from feeler.decoding.sweep import compute_sweep
-from feeler.decoding.verdict import compute_explained, judge_order
+from feeler.decoding.curves import (
+    Curve,
+    Group,
+    PeakEncoder,
+    compute_curves,
+    compute_explained,
+    judge_order,
+    make_codes,
+)
+from feeler.decoding.sweeps import Plan, compute_sweep
 from feeler.errors import InvalidInput
 
 PLAN = Plan(

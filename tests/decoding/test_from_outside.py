@@ -7,14 +7,13 @@ from matplotlib.text import Text
 from scipy.spatial.distance import cdist
 from sklearn.neighbors import KNeighborsClassifier
 
+from feeler.analysis import INDICES, Index, compute_dispersion
 from feeler.decoding import NOISES, Noise, compute_sweep, make_codes
 from feeler.decoding.curves import Group, compute_curves
-from feeler.decoding.plan import Plan
-from feeler.dispersion import INDICES, Index, compute_dispersion
+from feeler.decoding.sweeps import Plan
 from feeler.encoding import ConvolutiveNMF
 from feeler.errors import InvalidInput
-from feeler.plotting.accuracy import plot_curves
-from feeler.plotting.closest import plot_index
+from feeler.plotting.results import plot_curves, plot_index
 
 PLAN = Plan(
     ratios=(0.2,), n_repeats=1, n_copies=4, other_copies=(), before_repeats=0, n_restarts=1

@@ -10,8 +10,8 @@ import xarray as xr
 from sklearn.base import BaseEstimator
 
 from feeler.decoding import group_tensors, list_groups, make_null
-from feeler.decoding.codes import configure
-from feeler.decoding.plan import Plan
+from feeler.decoding.curves import configure
+from feeler.decoding.sweeps import Plan
 from feeler.errors import Doubtful, InvalidInput
 
 PLAN = Plan(ratios=(0.1,), n_repeats=1, n_restarts=7, null_iter=5)

@@ -8,6 +8,7 @@ import xarray as xr
 from sklearn.utils import get_tags
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
+from feeler.analysis import compute_dispersion
 from feeler.decoding import (
     PeakEncoder,
     PrincipalComponents,
@@ -17,10 +18,9 @@ from feeler.decoding import (
     make_lda,
     make_svm,
 )
-from feeler.decoding.cnn import TouchNetwork
-from feeler.decoding.reader import NO_CONTACT
+from feeler.decoding.classifiers import NO_CONTACT
+from feeler.decoding.network import TouchNetwork
 from feeler.decoding.transfer import TransferClassifier
-from feeler.dispersion import compute_dispersion
 from feeler.encoding import ConvolutiveNMF
 
 FLAT = [PrincipalComponents(2), make_lda(None), make_svm(None), make_lda(2), make_svm(2)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.decoding import Relative, compute_sweep
-from feeler.decoding.noise import draw_rotated, span
+from feeler.decoding.sweeps import draw_rotated, span
 
 
 @pytest.mark.parametrize("n_learned", [None, 2])

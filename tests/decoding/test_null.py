@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
 
-from feeler.decoding.codes import compare_twins, fit_null, make_null
-from feeler.decoding.curves import Group, _repeat_code
-from feeler.decoding.plan import Plan
+from feeler.decoding.curves import Group, _repeat_code, compare_twins, fit_null, make_null
+from feeler.decoding.sweeps import Plan
 
 PLAN = Plan(ratios=(0.05,), n_repeats=2, n_copies=4, null_iter=7)
 TIME = np.arange(60)

@@ -10,6 +10,7 @@ from scipy.stats import norm
 from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
 
+from feeler.analysis import compute_information
 from feeler.decoding import (
     READERS,
     Common,
@@ -22,13 +23,12 @@ from feeler.decoding import (
     make_lda,
     measure_reader,
 )
-from feeler.decoding.clouds import CloudReader
-from feeler.decoding.cnn import TouchNetwork
-from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.reader import count_until
+from feeler.decoding.classifiers import count_until
+from feeler.decoding.network import TouchNetwork
+from feeler.decoding.observers import CloudReader
+from feeler.decoding.streams import StreamDecoder
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
-from feeler.information import compute_information
 
 START = 10  # samples at rest before contact
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from feeler.analysis import INDICES, compute_dispersion, compute_information
 from feeler.decoding import READERS, PeakEncoder
-from feeler.dispersion import INDICES, compute_dispersion
-from feeler.information import compute_information
 
 CLASSES = np.repeat(["ball", "box", "peg"], 12)
 

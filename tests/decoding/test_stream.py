@@ -12,12 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.stream import measure_early_accuracy
+from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.robot.link import Link
-from feeler.robot.samples import _parse_sample, open_serial, read_samples
-from feeler.tensors.inspect import describe_file, find_problems
+from feeler.robot.stream import Link, _parse_sample, open_serial, read_samples
+from feeler.tensors.formats import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
 
 REST = 30

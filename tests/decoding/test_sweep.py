@@ -20,9 +20,9 @@ from feeler.decoding import (
     make_svm,
 )
 from feeler.errors import InvalidInput
-from feeler.stimulus.shapes import Ball
-from feeler.stimulus.trial import Trial
-from feeler.task import Nuisances
+from feeler.objects import Nuisances
+from feeler.objects.shapes import Ball
+from feeler.objects.trials import Trial
 
 FEW = {"n_copies": 4, "n_repeats": 3}
 

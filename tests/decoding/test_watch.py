@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from feeler.decoding.clouds import CloudReader
-from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.watch import Watch
+from feeler.decoding.observers import CloudReader
+from feeler.decoding.streams import StreamDecoder, Watch
 from feeler.errors import InvalidInput
 
 LABELS = [("ball", 0.5), ("ball", 0.9), ("box", 0.5), ("box", 0.9)]

@@ -8,16 +8,14 @@ import numpy as np
 import pytest
 
 import feeler
+from feeler.analysis import compute_information
 from feeler.antenna.modes import compute_modes
 from feeler.decoding import READERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
-from feeler.design.constraints import compute_diameter
 from feeler.design.scoring import decode, estimate_error, touch_classes
-from feeler.design.search import find_start
-from feeler.design.space import make_basis, place_sensors
+from feeler.design.search import compute_diameter, find_start, make_basis, place_sensors
 from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.information import compute_information
-from feeler.task import Nuisances
+from feeler.objects import Nuisances
 
 ANTENNA = feeler.Antenna(
     segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0
@@ -247,7 +245,7 @@ def test_an_interrupted_search_goes_on_with_the_same_numbers(searched, tmp_path,
         "\n"
     ) == path.read_text().count("\n")
     monkeypatch.setattr(
-        "feeler.design.problem.score", None
+        "feeler.design.search.score", None
     )  # all is known now: nothing more is simulated
     assert np.array_equal(search(part).best.x, whole.best.x)
 
@@ -265,7 +263,7 @@ def test_a_candidate_that_diverges_is_counted_and_never_wins(monkeypatch):
             raise SimulationDiverged("planted", 1.0)
         return true(antenna, *args, **options)
 
-    monkeypatch.setattr("feeler.design.problem.score", sometimes)
+    monkeypatch.setattr("feeler.design.search.score", sometimes)
     result = search()
     assert result.counts["diverged"] > 0
     assert result.best.fate == "simulated"

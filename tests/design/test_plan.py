@@ -16,11 +16,10 @@ from typer.testing import CliRunner
 import feeler
 from feeler.cli.app import app
 from feeler.cli.design import _report
-from feeler.design import load_plan, outcome, page
-from feeler.design.making import SHEETS, make_strips, measure_tolerance
-from feeler.design.outcome import carry_out
+from feeler.design import load_plan, page
+from feeler.design import plan as outcome
 from feeler.design.page import _say_making, _say_result, plot_confusion, plot_designs
-from feeler.design.plan import TEMPLATE
+from feeler.design.plan import SHEETS, TEMPLATE, carry_out, make_strips, measure_tolerance
 from feeler.errors import InvalidInput
 from feeler.report import Section
 from tests.design.test_design import ANTENNA, TASK
@@ -332,7 +331,7 @@ def test_copies_made_wrong_differ_and_one_made_right_does_not():
 
 
 def test_a_share_of_damping_is_lacked_as_far_as_the_worst_mode_lacks_it(monkeypatch):
-    from feeler.design import constraints
+    from feeler.design import search as constraints
 
     ratios = {"own": np.array([0.9, 0.2, 0.5]), "reference": np.array([0.8, 0.7, 0.6])}
     monkeypatch.setattr(
@@ -345,8 +344,8 @@ def test_a_share_of_damping_is_lacked_as_far_as_the_worst_mode_lacks_it(monkeypa
 
 
 def test_each_hinge_is_cut_from_the_thickest_sheet_of_which_a_strip_is_soft_enough():
-    from feeler.design.making import WIDEST
-    from feeler.robot.hinge import ROBOT_FACTS
+    from feeler.design.plan import WIDEST
+    from feeler.robot.description import ROBOT_FACTS
 
     sheets, modulus, several = (0.125, 0.025, 0.05, 0.1), ROBOT_FACTS["modulus"].number, 0
     strips = make_strips(ANTENNA, length=0.5, sheets=sheets)

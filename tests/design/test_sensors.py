@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.design.scoring import touch_classes
-from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
+from feeler.design.scoring import CHOICES, choose_sensors, measure_sensors, touch_classes
 from feeler.errors import InvalidInput
 from tests.design.test_design import ANTENNA, TASK
 from tests.scripts import load_script

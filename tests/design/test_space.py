@@ -9,14 +9,12 @@ from typer.testing import CliRunner
 import feeler
 from feeler.cli.app import app
 from feeler.design import Constraints, Space, score
-from feeler.design.constraints import compute_diameter
-from feeler.design.making import make_strips, measure_tolerance
-from feeler.design.scoring import touch_classes
-from feeler.design.sensors import choose_sensors, measure_sensors
-from feeler.design.space import match_compliance
+from feeler.design.plan import make_strips, measure_tolerance
+from feeler.design.scoring import choose_sensors, measure_sensors, touch_classes
+from feeler.design.search import compute_diameter, match_compliance
 from feeler.errors import InvalidInput
-from feeler.task import Nuisances
-from feeler.tensors.scaling import fold_planes
+from feeler.objects import Nuisances
+from feeler.tensors.transforms import fold_planes
 from tests.design.test_design import ANTENNA, TASK
 from tests.design.test_plan import TEXT
 

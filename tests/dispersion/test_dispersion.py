@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from sklearn.metrics import normalized_mutual_info_score
 
-from feeler.dispersion import (
+from feeler.analysis import (
     INDICES,
     bootstrap_difference,
     bootstrap_mean,
@@ -18,7 +18,7 @@ from feeler.dispersion import (
     scale_common,
     search_closest,
 )
-from feeler.dispersion.interval import student_mean
+from feeler.analysis.dispersion import student_mean
 from feeler.errors import InvalidInput
 
 from .test_indices import ssim_slowly

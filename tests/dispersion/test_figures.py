@@ -11,7 +11,7 @@ from sklearn.base import BaseEstimator
 from studies.paper._page import FOREIGN
 
 from feeler.decoding import list_groups
-from feeler.decoding.plan import Plan
+from feeler.decoding.sweeps import Plan
 from feeler.errors import InvalidInput
 from feeler.studies.comparison import compare_antennas, write_comparison
 from feeler.studies.paper import fig5, fig5_data, figS6

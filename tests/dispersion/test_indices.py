@@ -6,8 +6,8 @@ from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 from sklearn.metrics import normalized_mutual_info_score
 
-from feeler.dispersion import compute_mse, compute_nmi, compute_pearson, compute_ssim
-from feeler.dispersion.nmi import digitise
+from feeler.analysis import compute_mse, compute_nmi, compute_pearson, compute_ssim
+from feeler.analysis.indices import digitise
 from feeler.errors import InvalidInput
 
 ALL = [compute_pearson, compute_ssim, compute_mse, compute_nmi]

@@ -14,7 +14,7 @@ from feeler.encoding import (
     map_locations,
     match_components,
 )
-from feeler.encoding.bases import canonicalise
+from feeler.encoding.convolution import canonicalise
 from feeler.errors import InvalidInput
 
 

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from feeler.encoding import ConvolutiveNMF, compute_stability, match_components, reconstruct
-from feeler.encoding.bases import descend_bases, multiply_bases
-from feeler.encoding.convolution import compute_activation_gram
-from feeler.encoding.data import Data
-from feeler.encoding.slide import slide_bases
+from feeler.encoding.convolution import compute_activation_gram, descend_bases, multiply_bases
+from feeler.encoding.factorise import Data, slide_bases
 
 N_LAGS = 12
 

@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 
 from feeler.encoding import reconstruct
-from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations
-from feeler.encoding.bases import multiply_bases
 from feeler.encoding.code import MOST_PIVOTS, solve_nonnegative
 from feeler.encoding.convolution import (
+    apply_gram,
     compute_activation_gram,
     compute_basis_gram,
     compute_spectra,
+    descend_activations,
+    multiply_activations,
+    multiply_bases,
 )
-from feeler.encoding.data import Data
-from feeler.encoding.factorise import Settings, factorise, learn_batch
+from feeler.encoding.factorise import Data, Settings, factorise, learn_batch
 from feeler.encoding.sparseness import l1_of_unit_vector
 
 SHAPES = [(2, 3, 4, 5, 11), (1, 2, 3, 6, 6), (3, 2, 3, 1, 7), (2, 2, 3, 6, 8), (2, 1, 4, 9, 30)]

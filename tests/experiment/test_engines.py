@@ -6,11 +6,11 @@ import pytest
 import feeler
 from feeler import Ball, Trial, presets
 from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.objects import BaseMotion
 from feeler.physics.engine import ENGINES, choose_timestep, get_engine
 from feeler.physics.run import explain_end
 from feeler.physics.scene import make_scene
 from feeler.physics.simulation import Simulation
-from feeler.stimulus import BaseMotion
 
 ANTENNA = presets.cockroach()
 TRIAL = Trial(feature=Ball(radius=1.5), location=0.5, speed=0.3)

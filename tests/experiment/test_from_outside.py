@@ -10,11 +10,11 @@ import pytest
 from stimulus._capsule import Capsule
 
 import feeler
+from feeler.analysis import compute_dispersion
 from feeler.decoding import compute_sweep, make_labels
-from feeler.dispersion import compute_dispersion
 from feeler.errors import StoreError
+from feeler.objects import SHAPES, Trial
 from feeler.physics.engine import ENGINES
-from feeler.stimulus import SHAPES, Trial
 
 ANTENNA = feeler.Antenna(
     segment_length=np.full(14, 3.0),
@@ -76,7 +76,7 @@ def test_a_new_shape_goes_from_touch_to_export(trials, tmp_path):
 
 
 MODULE = """
-from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.engine import Engine
 def make(scenes, timestep):
     return ChainStepper(scenes, timestep / {parts})

@@ -12,19 +12,23 @@ from awkward_touches import INTERVAL, N_SAMPLES, list_trials, make_antenna, make
 from tensors._sets import CONFIGURATION, make_trial
 
 import feeler
+from feeler import files as disk
 from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, processes, run_batch
 from feeler.execute.batch import _window
-from feeler.experiment import gather, impulse, job, touch
-from feeler.experiment.release import release
-from feeler.physics.clock import Clock
+from feeler.experiments import mechanics as impulse
+from feeler.experiments import runner as gather
+from feeler.experiments import runner as job
+from feeler.experiments import tactile as touch
+from feeler.experiments.mechanics import release
 from feeler.physics.contact import get_contact
+from feeler.physics.scene import Clock
 from feeler.presets import make_preset
-from feeler.tensors import disk, folder, records
-from feeler.tensors.group import make_group_record, write_group
-from feeler.tensors.scaling import fold_planes, label_like, project_planes, scale_common
-from feeler.tensors.shards import find_inner
-from feeler.tensors.store import open_store
+from feeler.tensors import store as folder
+from feeler.tensors import stored as records
+from feeler.tensors.store import make_group_record, open_store, write_group
+from feeler.tensors.stored import find_inner
+from feeler.tensors.transforms import fold_planes, label_like, project_planes, scale_common
 
 STEP = 0.05
 
@@ -256,7 +260,7 @@ def test_one_moving_base_among_others_is_recorded():
     first, second, moving = list_trials()
     for trials, moved in (([first, moving, second], True), ([first, second], False)):
         found, modules = touch._survey(make_antenna(), trials)
-        assert found is moved and "feeler.experiment.touch" in modules
+        assert found is moved and "feeler.experiments.tactile" in modules
 
 
 def test_of_several_errors_the_first_trial_s_is_raised_with_what_the_others_gave(
@@ -452,7 +456,7 @@ def test_a_disk_that_is_full_says_what_is_safe(tmp_path, monkeypatch):
         def fail(*_, **how):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("feeler.tensors.group.write_atomic", fail)
+        monkeypatch.setattr("feeler.tensors.store.write_atomic", fail)
         pair = xr.concat([make_trial(5), make_trial(7)], "trial", data_vars="minimal",
                          coords="minimal", compat="override")  # fmt: skip
         with pytest.raises(StoreError, match="trials 5 to 7 are not stored; the"):

@@ -8,23 +8,22 @@ import pytest
 from matplotlib.figure import Figure
 
 import feeler
-from feeler.antenna.antenna import Antenna
-from feeler.disk.provenance import make_plain
-from feeler.dispersion import compute_dispersion
-from feeler.dispersion.index import check_tensors
-from feeler.encoding.inputs import as_tensors
+from feeler.analysis import compute_dispersion
+from feeler.analysis.indices import check_tensors
+from feeler.antenna.segments import Antenna
+from feeler.encoding.model import as_tensors
 from feeler.errors import InvalidInput, StoreError
+from feeler.objects import Ball, Flow, Peg, Trial, Wall, place
+from feeler.objects.meshes import compute_gap_in_space
+from feeler.objects.motion import parse_flow
 from feeler.physics.engine import get_engine
-from feeler.physics.mjcf import write_mjcf
 from feeler.physics.scene import make_scene
+from feeler.physics.spec import write_mjcf
 from feeler.plotting import plot_touch, write_touch_movie
-from feeler.plotting.touch import take_curvature
-from feeler.stimulus import Ball, Flow, Peg, Trial, Wall, place
-from feeler.stimulus.flow import parse_flow
-from feeler.stimulus.solid import compute_gap_in_space
-from feeler.tensors.contract import find_breaches, validate
-from feeler.tensors.posture import reconstruct_posture
-from feeler.tensors.scaling import fold_planes
+from feeler.plotting.tensors import take_curvature
+from feeler.provenance import make_plain
+from feeler.tensors.schema import find_breaches, validate
+from feeler.tensors.transforms import fold_planes, reconstruct_posture
 
 pytestmark = pytest.mark.long
 

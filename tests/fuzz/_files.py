@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 import feeler
-from feeler.antenna.file import save_antenna
-from feeler.decoding.decoder import StreamDecoder
+from feeler.antenna.files import save_antenna
+from feeler.decoding.streams import StreamDecoder
 from feeler.encoding import ConvolutiveNMF, save_encoder
 from feeler.robot.description import write_robot
-from feeler.robot.sensor import load_calibration_table
-from feeler.robot.sensor_file import save_calibration
+from feeler.robot.sensors import load_calibration_table, save_calibration
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import save
 from feeler.tensors.models import Model, save_model
@@ -242,7 +241,7 @@ def _leave_out(source: Path, target: Path, name: str) -> None:
 
 
 def _write_network(path: Path) -> None:
-    from feeler.decoding.cnn import TouchNetwork
+    from feeler.decoding.network import TouchNetwork
 
     X = np.random.default_rng(0).normal(size=(8, 12, 12)).astype(np.float32)
     TouchNetwork((12, 12), max_epochs=1, device="cpu").fit(X, np.arange(8) % 2).save(path)

@@ -14,13 +14,12 @@ import scipy.io
 import zarr
 
 from feeler import Outline
-from feeler.antenna.file import load_antenna
-from feeler.disk.guard import Limits, open_guarded
+from feeler.antenna.files import load_antenna
 from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import InvalidInput
-from feeler.tensors import netcdf
-from feeler.tensors.formats import load, save
-from feeler.tensors.inspect import describe_file
+from feeler.sandbox import Limits, open_guarded
+from feeler.tensors import writers as netcdf
+from feeler.tensors.formats import describe_file, load, save
 from feeler.tensors.table import parse_table
 
 from . import _hostile

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from feeler.disk.guard import Limits
 from feeler.errors import FeelerError
-from feeler.tensors.contract import find_breaches
+from feeler.sandbox import Limits
 from feeler.tensors.formats import FORMATS, save
+from feeler.tensors.schema import find_breaches
 from feeler.tensors.store import open_store
 from feeler.tensors.stored import read_store
 

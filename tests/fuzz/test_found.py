@@ -9,17 +9,16 @@ import pytest
 from feeler import Outline
 from feeler.decoding import StreamDecoder
 from feeler.design.plan import TEMPLATE, load_plan
-from feeler.disk.files import read_bytes
 from feeler.errors import InvalidInput
+from feeler.files import read_bytes
 from feeler.robot.description import load_robot, write_robot
-from feeler.robot.link import Link
-from feeler.robot.samples import _MAX_LINE, read_lines, read_samples
-from feeler.tensors.contract import find_breaches
+from feeler.robot.stream import _MAX_LINE, Link, read_lines, read_samples
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import read_model, save_model
-from feeler.tensors.plain import restore
+from feeler.tensors.schema import find_breaches
 from feeler.tensors.stored import read_store
 from feeler.tensors.table import parse_table
+from feeler.tensors.writers import restore
 
 from ._files import make_decoder, make_set
 

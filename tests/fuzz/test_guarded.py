@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from feeler.disk.guard import Limits
-from feeler.stimulus import Mesh
-from feeler.stimulus.meshing import MESHES
-from feeler.tensors.contract import find_breaches
+from feeler.objects import Mesh
+from feeler.objects.meshes import MESHES
+from feeler.sandbox import Limits
 from feeler.tensors.formats import FORMATS
+from feeler.tensors.schema import find_breaches
 from feeler.tracking.tracks import load_tracks
 
 from ._files import make_file

@@ -18,26 +18,25 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feeler import Outline
-from feeler.antenna.file import load_antenna
-from feeler.calibration.recording import load_traces
-from feeler.calibration.targets import load_targets
-from feeler.decoding.cnn import TouchNetwork
-from feeler.decoding.decoder import StreamDecoder
+from feeler.antenna.files import load_antenna
+from feeler.calibration.problem import load_targets
+from feeler.calibration.traces import load_traces
+from feeler.decoding.network import TouchNetwork
+from feeler.decoding.streams import StreamDecoder
 from feeler.design.plan import TEMPLATE, load_plan
-from feeler.disk.guard import Limits
-from feeler.disk.journal import read_journal
 from feeler.encoding import load_encoder
+from feeler.objects import load_objects
+from feeler.provenance import read_journal
 from feeler.robot.description import load_robot
-from feeler.robot.mending import repair
-from feeler.robot.recording import load_recording
-from feeler.robot.samples import _parse_sample, read_samples
-from feeler.robot.sensor import load_calibration_table
-from feeler.robot.sensor_file import load_calibration
-from feeler.stimulus import load_objects
-from feeler.tensors.contract import find_breaches
-from feeler.tensors.csvfile import load_csv
-from feeler.tensors.inspect import describe_file, find_problems
+from feeler.robot.recordings import load_recording
+from feeler.robot.repair import repair
+from feeler.robot.sensors import load_calibration, load_calibration_table
+from feeler.robot.stream import _parse_sample, read_samples
+from feeler.sandbox import Limits
+from feeler.tensors.formats import describe_file, find_problems
 from feeler.tensors.models import read_model
+from feeler.tensors.schema import find_breaches
+from feeler.tensors.writers import load_csv
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files

@@ -12,8 +12,8 @@ import pytest
 
 from feeler import Antenna, presets
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.records.checked import checked
-from feeler.records.record import OneOf
+from feeler.records import OneOf
+from feeler.validation import checked
 
 
 @checked

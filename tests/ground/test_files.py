@@ -5,9 +5,9 @@ import time
 
 import pytest
 
-from feeler.disk import files
-from feeler.disk.files import Lock, sweep_old, temporary_folder, writing
+from feeler import files
 from feeler.errors import InvalidInput, StoreError
+from feeler.files import Lock, sweep_old, temporary_folder, writing
 
 
 def write(path, text="new"):

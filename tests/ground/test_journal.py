@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from feeler.disk.journal import Journal
 from feeler.errors import InvalidInput, StoreError
+from feeler.provenance import Journal
 
 KEY = "0123456789abcdef"
 X = np.array([0.1, 1 / 3, -0.0])

@@ -12,10 +12,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from feeler.disk import provenance, sources
-from feeler.disk.provenance import compute_digest, describe_code, make_key, make_plain
-from feeler.disk.sources import find_data, find_modules, parse_module, resolve
+from feeler import provenance
+from feeler import provenance as sources
 from feeler.errors import InvalidInput, StoreError
+from feeler.provenance import (
+    compute_digest,
+    describe_code,
+    find_data,
+    find_modules,
+    make_key,
+    make_plain,
+    parse_module,
+    resolve,
+)
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.kept import fingerprint
 from feeler.studies.paper.reproduce import STAGES
@@ -168,10 +177,10 @@ def test_what_is_done_counts(tmp_path, old, new):
 @pytest.mark.parametrize(
     ("module", "name", "home"),
     [
-        ("feeler.tensors", "make_tensors", "feeler.tensors.dataset"),
-        ("feeler", "touch", "feeler.experiment.touch"),
+        ("feeler.tensors", "make_tensors", "feeler.tensors.schema"),
+        ("feeler", "touch", "feeler.experiments.tactile"),
         ("feeler", "presets", "feeler.presets"),
-        ("feeler.physics", "clock", "feeler.physics.clock"),
+        ("feeler.physics", "clock", "feeler.physics.scene"),
         ("feeler.errors", "InvalidInput", "feeler.errors"),
         ("feeler.tensors.formats", None, "feeler.tensors.formats"),
         ("math", "pi", "math"),
@@ -253,7 +262,7 @@ def test_every_way_to_import_is_followed_but_those_for_types(tmp_path, monkeypat
 
 
 def test_an_entry_of_an_open_set_is_followed():
-    assert {"feeler.physics.mujoco", "feeler.physics.chain.engine"} <= set(
+    assert {"feeler.physics.mujoco", "feeler.physics.chain.stepper"} <= set(
         find_modules("feeler.physics.engine")
     )
 
@@ -336,7 +345,7 @@ def test_notes_of_what_was_read_are_only_a_memory(copied):
 
 
 def test_data_with_a_name_filled_in_counts():
-    found = find_data(find_modules("feeler.calibration.targets"))
+    found = find_data(find_modules("feeler.calibration.problem"))
     assert [path.name for path in found] == ["cockroach.toml"]
 
 

@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 import pytest
 
-from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.records.record import ALLOW_NAN, Ge, Gt, Le, Len, Lt, Of, OneOf, Record, Unit
+from feeler.provenance import make_plain
+from feeler.records import ALLOW_NAN, Ge, Gt, Le, Len, Lt, Of, OneOf, Record, Unit
 
 SHAPES = {"ball": 1, "box": 2}
 

@@ -3,7 +3,7 @@
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.records.registry import Registry
+from feeler.records import Registry
 
 
 def test_entries_keep_their_order_and_are_found_by_name():

@@ -6,9 +6,9 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from feeler.disk.toml import make_record, parse_toml, read_toml, save_toml, write_toml
 from feeler.errors import InvalidInput
-from feeler.records.record import Gt, Record, Unit
+from feeler.files import make_record, parse_toml, read_toml, save_toml, write_toml
+from feeler.records import Gt, Record, Unit
 
 
 class Ball(Record):

@@ -6,8 +6,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
-from feeler.errors import InvalidInput
-from feeler.information import (
+from feeler.analysis import (
     compute_energies,
     compute_energy,
     compute_fisher,
@@ -18,6 +17,7 @@ from feeler.information import (
     measure_information,
     scale_peaks,
 )
+from feeler.errors import InvalidInput
 
 DRAWS = 20_000
 
@@ -186,7 +186,7 @@ def test_many_draws_are_taken_piece_by_piece(monkeypatch):
     """
     tensors = np.random.default_rng(7).standard_normal((6, 9))
     whole = compute_information(tensors, 2.0, n_draws=30)
-    monkeypatch.setattr("feeler.information.bits._ROOM", 2 * 36 * 7)
+    monkeypatch.setattr("feeler.analysis.information._ROOM", 2 * 36 * 7)
     parts = compute_information(tensors, 2.0, n_draws=30)
     assert (parts.bits, parts.bits_error) == pytest.approx(
         (whole.bits, whole.bits_error), rel=1e-5

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.errors import InvalidInput
-from feeler.information import (
+from feeler.analysis import (
     PARAMETERS,
     compute_bounds,
     compute_fisher,
@@ -13,6 +12,7 @@ from feeler.information import (
     scale_derivatives,
     scale_peaks,
 )
+from feeler.errors import InvalidInput
 
 
 def test_bounds_are_what_least_squares_reaches():

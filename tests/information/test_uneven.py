@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from feeler.analysis import compute_information, compute_told, find_noise, find_told
 from feeler.errors import InvalidInput
-from feeler.information import compute_information, compute_told, find_noise, find_told
-from feeler.task import Common, Mixed, Relative
+from feeler.objects import Common, Mixed, Relative
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ import xarray as xr
 import feeler
 from feeler import calibration
 from feeler.errors import FeelerError
-from feeler.records.rules import OneOf
+from feeler.validation import OneOf
 from tests.fuzz._files import make_decoder, make_set
 
 PATIENCE = 2.0  # s of processor time; what still computes then has accepted its arguments

@@ -9,23 +9,18 @@ from typing import Any
 import numpy as np
 
 import feeler
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.follicle import Follicle
+from feeler.antenna.segments import Antenna, Follicle
 from feeler.errors import SimulationDiverged
-from feeler.physics.accuracy import run_in_time
-from feeler.physics.clock import Clock
+from feeler.objects.bodies import Object, Wall
+from feeler.objects.motion import BaseMotion, Flow
+from feeler.objects.outlines import Outline
+from feeler.objects.shapes import Box, Triangle
+from feeler.objects.trials import Trial
 from feeler.physics.contact import Contact
 from feeler.physics.engine import ENGINES, get_engine
-from feeler.physics.run import list_turns, make_groups, simulate
-from feeler.physics.scene import Path, Scene, make_scene
+from feeler.physics.run import list_turns, make_groups, run_in_time, simulate
+from feeler.physics.scene import Clock, Path, Scene, make_scene
 from feeler.physics.simulation import build_scene
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.flow import Flow
-from feeler.stimulus.object import Object
-from feeler.stimulus.outline import Outline
-from feeler.stimulus.shapes import Box, Triangle
-from feeler.stimulus.trial import Trial
-from feeler.stimulus.wall import Wall
 from tests.awkward_touches import list_trials, make_antenna
 
 from ._scenes import HOOK, IN_SPACE, SHAKEN, SHAPES, look, make_in_space, react, run

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from feeler.tensors.dataset import label_units
+from feeler.tensors.schema import label_units
 
 N_SENSORS, N_TIMES = 12, 190
 

@@ -7,26 +7,22 @@ from typing import Any
 import numpy as np
 
 import feeler
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.catalogue import SPECIES, read_species
-from feeler.antenna.follicle import Follicle
+from feeler.antenna.animals import SPECIES, read_species
 from feeler.antenna.modes import compute_mass_matrix
-from feeler.physics.clock import Clock
+from feeler.antenna.segments import Antenna, Follicle
+from feeler.objects import Task, parse_noise
+from feeler.objects.bodies import Object, Wall
+from feeler.objects.motion import BaseMotion, Flow, parse_flow
+from feeler.objects.outlines import Outline
+from feeler.objects.shapes import Ball, Box, Peg, Triangle
+from feeler.objects.trials import Trial
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene, make_scene
+from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.physics.simulation import build_scene
 from feeler.physics.spec import make_spec
 from feeler.physics.statics import compute_point, solve_static
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.flow import Flow, parse_flow
-from feeler.stimulus.object import Object
-from feeler.stimulus.outline import Outline
-from feeler.stimulus.shapes import Ball, Box, Peg, Triangle
-from feeler.stimulus.trial import Trial
-from feeler.stimulus.wall import Wall
-from feeler.task import Task, parse_noise
-from feeler.tensors.quantities import QUANTITIES
+from feeler.tensors.schema import QUANTITIES
 from tests.awkward_touches import list_trials, make_antenna
 
 IN_SPACE = ("chain", "chain-consistent", "mujoco")
@@ -139,14 +135,14 @@ def place_shape(feature: Any) -> dict[str, Any]:
     told = {
         "object": item,
         "mirrored": feature.mirror(),
-        "plane": feeler.stimulus.place(make_antenna(), trial),
+        "plane": feeler.objects.place(make_antenna(), trial),
     }
     if feature.wide:  # it has no solid in space
         return told
     from_aside = trial.replace(azimuth=77, approach=70)
     return told | {
         "lifted": item.lift(),
-        "space": feeler.stimulus.place(make_in_space(), from_aside),
+        "space": feeler.objects.place(make_in_space(), from_aside),
     }
 
 
@@ -289,9 +285,9 @@ def list_refusals() -> Iterator[tuple[str, Callable[[], Any]]]:
         "time back": lambda: feeler.BaseMotion(time=[0.0, 2.0, 1.0], pose=np.zeros((3, 3))),
         "poses": lambda: feeler.BaseMotion(time=[0.0, 2.0], pose=np.zeros((3, 3))),
         "late": lambda: feeler.BaseMotion(time=[1.0, 2.0], pose=np.zeros((2, 3))),
-        "a shape": lambda: feeler.stimulus.make_feature("bal", 1.0),
-        "a line": lambda: feeler.stimulus.parse_feature("ball:radus=1"),
-        "a number": lambda: feeler.stimulus.parse_feature("ball:radius=one"),
+        "a shape": lambda: feeler.objects.make_feature("bal", 1.0),
+        "a line": lambda: feeler.objects.parse_feature("ball:radus=1"),
+        "a number": lambda: feeler.objects.parse_feature("ball:radius=one"),
         "no flow": lambda: parse_flow("x=0.3"),
         "twice": lambda: parse_flow("drag=1e-5,drag=2e-5"),
         "another noise": lambda: parse_noise("relativ:0.1"),

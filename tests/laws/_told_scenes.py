@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 import feeler
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.follicle import Follicle
+from feeler.antenna.segments import Antenna, Follicle
 from feeler.errors import FeelerError
-from feeler.physics.accuracy import check_accuracy, find_coarsest
-from feeler.physics.clock import Clock
+from feeler.objects.bodies import Object, Wall
+from feeler.objects.trials import Trial
 from feeler.physics.contact import (
     CONTACTS,
     Contact,
@@ -24,15 +23,11 @@ from feeler.physics.contact import (
     list_doubts,
 )
 from feeler.physics.engine import ENGINES, choose_timestep, get_engine
-from feeler.physics.mjcf import write_mjcf
-from feeler.physics.reaction import compute_reaction
-from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene, make_scene
+from feeler.physics.run import check_accuracy, find_coarsest, run_scene
+from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.physics.simulation import build_scene
-from feeler.physics.statics import solve_static
-from feeler.stimulus.object import Object
-from feeler.stimulus.trial import Trial
-from feeler.stimulus.wall import Wall
+from feeler.physics.spec import write_mjcf
+from feeler.physics.statics import compute_reaction, solve_static
 from tests.awkward_touches import list_trials, make_antenna
 
 from ._engine_scenes import ROUNDED, SOFT, TURNED, make_fine, touch_by_hand

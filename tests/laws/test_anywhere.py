@@ -14,9 +14,9 @@ from feeler.errors import MissingExtra
 
 SOURCE = Path(feeler.__file__).parent
 WAITING = {
-    "disk/files.py",
+    "files.py",
     "tensors/hdf5_child.py",
-    "disk/journal.py",
+    "provenance.py",
 }  # until files are read through libraries
 UNIX = {"fcntl", "resource", "termios", "pwd", "grp", "pty", "curses"}
 EXTRAS = {

@@ -117,23 +117,23 @@ def test_a_preset(copy):
 def test_a_parameter_of_an_antenna(copy):
     """A file keeps it, and an engine computes with it: hinges half as stiff again."""
     copy.replace(
-        "antenna/antenna.py",
+        "antenna/segments.py",
         '    sensors: Annotated[np.ndarray, "sensor?"] = None',
         '    swelling: Annotated[np.ndarray, "segment?", Ge(0)] = 0.0\n'
         '    sensors: Annotated[np.ndarray, "sensor?"] = None',
     )
     copy.replace(
-        "antenna/antenna.py",
+        "antenna/segments.py",
         '_QUANTITIES = ("segment_mass", ',
         '_QUANTITIES = ("swelling", "segment_mass", ',
     )
     copy.replace(
-        "antenna/parse.py",
+        "antenna/files.py",
         '    "taper": {"1": 1.0},\n',
         '    "taper": {"1": 1.0},\n    "swelling": {"1": 1.0, "%": 0.01},\n',
     )
     copy.replace(
-        "antenna/parse.py",
+        "antenna/files.py",
         '_OPTIONAL = ("rest_angle", ',
         '_OPTIONAL = ("swelling", "rest_angle", ',
     )
@@ -144,8 +144,8 @@ def test_a_parameter_of_an_antenna(copy):
     )
     said = copy.run(
         "import feeler",
-        "from feeler.antenna.file import write_antenna",
-        "from feeler.antenna.parse import parse_antenna",
+        "from feeler.antenna.files import write_antenna",
+        "from feeler.antenna.files import parse_antenna",
         "from feeler.physics.chain import fields as f",
         "from feeler.physics.chain.model import make_model",
         "from feeler.physics.scene import Scene",
@@ -167,7 +167,7 @@ def test_a_recording_format(copy, tmp_path):
     """
     (tmp_path / "run.own").write_text(RECORDING)
     copy.replace(
-        "robot/recording.py",
+        "robot/recordings.py",
         "read_table(path, words=True) if bag is None",
         "_read_own(path) if str(path).endswith('.own') else"
         " read_table(path, words=True) if bag is None",
@@ -181,16 +181,16 @@ def test_a_recording_format(copy, tmp_path):
         "    return parse_table('\\n'.join(['time_ms,hinge1_deg,hinge2_deg', *lines]),"
         " source=str(path))\n"
     )
-    copy.write("robot/recording.py", text + own)
+    copy.write("robot/recordings.py", text + own)
     copy.replace(
-        "robot/files.py",
+        "robot/recordings.py",
         "find_bag(path) is not None or",
         "path.suffix == '.own' or find_bag(path) is not None or",
     )
     said = copy.run(
         "import numpy as np",
-        "from feeler.robot.files import ROBOT_FILES",
-        "from feeler.robot.recording import load_recording",
+        "from feeler.robot.recordings import ROBOT_FILES",
+        "from feeler.robot.recordings import load_recording",
         "from feeler.tensors.formats import find_formats",
         f"path = {str(tmp_path / 'run.own')!r}",
         "print(np.degrees(load_recording(path, n_channels=2).values).round(9).tolist())",
@@ -218,7 +218,7 @@ tolerance = 0.0
 JUDGE = (
     "import tempfile",
     "from pathlib import Path",
-    "from feeler.report.section import Section",
+    "from feeler.report.page import Section",
     "from feeler.studies.paper import fig2a",
     "from feeler.studies.paper.context import Context",
     "from feeler.studies.paper.verdicts import judge_claims",
@@ -288,11 +288,11 @@ def test_a_panel_of_the_studio(copy, browser, tmp_path):
     said = copy.run(
         "from base64 import b64encode",
         "from pathlib import Path",
-        "from feeler.studio.exporting import write_module",
-        "from feeler.studio.messages import pack",
+        "from feeler.studio.export import write_module",
+        "from feeler.studio.session import pack",
         "from feeler.studio.server import FILES",
-        "from feeler.studio.touching import describe_scene",
-        "from feeler.studio.wish import AntennaWish, TouchWish",
+        "from feeler.studio.requests import describe_scene",
+        "from feeler.studio.requests import AntennaWish, TouchWish",
         "assert 'count.js' in FILES",
         "text = '<body><script type=module>' + write_module().replace('export default', '')",
         f"Path({str(page)!r}).write_text(text + {NOTEBOOK!r}, encoding='utf-8')",
@@ -332,7 +332,7 @@ def test_a_policy():
 
 TASK = """
 from dataclasses import dataclass
-from feeler.active.task import TouchTask
+from feeler.active.tasks import TouchTask
 
 
 @dataclass(frozen=True, eq=False)

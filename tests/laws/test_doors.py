@@ -11,15 +11,15 @@ import pytest
 
 import feeler
 from feeler.design.plan import DESIGN_FILES
-from feeler.robot.files import ROBOT_FILES
-from feeler.stimulus.drawing import LIBRARIES
-from feeler.stimulus.meshing import MESHES
+from feeler.objects.meshes import MESHES
+from feeler.objects.outlines import LIBRARIES
+from feeler.robot.recordings import ROBOT_FILES
 from feeler.tensors.formats import FORMATS
-from feeler.tracking.files import TRACK_FILES
+from feeler.tracking.tracks import TRACK_FILES
 
 SOURCE = Path(feeler.__file__).parent
 SECURITY = SOURCE.parents[1] / "SECURITY.md"
-DOORS = {"disk/files.py", "disk/guard.py", "disk/toml.py"}
+DOORS = {"files.py", "sandbox.py"}
 """Where files may be opened: within a limit of bytes, or in a process of its own."""
 OPENERS = {
     "open",
@@ -42,44 +42,44 @@ ENDINGS = (".h5", ".nc", ".nwb", ".mcap", ".db3", ".bag")
 """Of files that feeler reads and info names by what they hold."""
 OWN = {
     "__init__.py:_read_homes": "this package's own text",
-    "antenna/catalogue.py:read_species": "ships with feeler",
-    "antenna/rat.py:_read_rows": "ships with feeler",
-    "calibration/recording.py:load_traces": "ships with feeler; the user's go through read_table",
+    "antenna/animals.py:read_species": "ships with feeler",
+    "antenna/animals.py:_read_rows": "ships with feeler",
+    "calibration/traces.py:load_traces": "ships with feeler; the user's go through read_table",
     "cli/robot.py:example": "ships with feeler",
     "cli/robot_live.py:board": "ships with feeler",
     "studies/paper/calibration_report.py:_load_searches": "ships with feeler",
     "studies/shipped.py:read_shipped": "ships with feeler",
     "studies/paper/kept.py:": "what an earlier run has drawn, and what ships with feeler",
-    "studio/drawing.py:film": "what it has just drawn itself",
+    "studio/export.py:film": "what it has just drawn itself",
     "report/page.py:render_page": "ships with feeler",
-    "studio/exporting.py:read_page": "ships with feeler",
-    "disk/provenance.py:describe_code": "this package's own files",
-    "disk/sources.py:parse_module": "this package's own code, parsed and not run",
-    "disk/sources.py:_open_notes": "kept beside Python's own compiled files, which Python runs",
+    "studio/export.py:read_page": "ships with feeler",
+    "provenance.py:describe_code": "this package's own files",
+    "provenance.py:parse_module": "this package's own code, parsed and not run",
+    "provenance.py:_open_notes": "kept beside Python's own compiled files, which Python runs",
     "studies/contests/contest.py:_describe_own": "a program of the user's, who has it run",
     "execute/processes.py:": "pickles over private pipes to our own workers; the system's words",
-    "tensors/poses.py:": "pickle is held back by a class of our own, in the guard's process",
+    "tensors/readers.py:": "pickle is held back by a class of our own, in the guard's process",
     "plotting/movie.py:": "writes",
-    "report/pictures.py:": "writes",
-    "report/section.py:Section.load": "what an earlier run of the same folder wrote",
+    "report/page.py:": "writes",
+    "report/page.py:Section.load": "what an earlier run of the same folder wrote",
     "report/page.py:": "figures that a run has drawn, or that ship with feeler",
     "report/page.py:_embed": "a figure that a run has drawn",
     "studies/paper/report.py:_copy_figures": "a figure that this run has drawn",
-    "studio/messages.py:read_message": "a message of at most 8 MiB, cut by the server",
+    "studio/session.py:read_message": "a message of at most 8 MiB, cut by the server",
     "studio/session.py:Session._listen": "a serial port that the system lists",
-    "tensors/plain.py:describe_whole": "text that was written a line before",
-    "tensors/accessor.py:Views.antenna": "an attribute that has passed the validator",
-    "tensors/records.py:Layout.make_shared": "a record that has passed the validator",
-    "tensors/records.py:check_shards": "compared with its digest before anything is made of it",
-    "tensors/disk.py:sync_folder": "no file: the folder's list of names",
-    "tensors/shards.py:": "a store is read chunk by chunk, each against its checksum",
+    "tensors/writers.py:describe_whole": "text that was written a line before",
+    "tensors/transforms.py:Views.antenna": "an attribute that has passed the validator",
+    "tensors/stored.py:Layout.make_shared": "a record that has passed the validator",
+    "tensors/stored.py:check_shards": "compared with its digest before anything is made of it",
+    "files.py:sync_folder": "no file: the folder's list of names",
+    "tensors/stored.py:": "a store is read chunk by chunk, each against its checksum",
     "tensors/stored.py:_open_copies": "a store is read chunk by chunk, each against its checksum",
-    "tensors/mat.py:": "writes",
-    "tensors/nwb.py:": "writes",
+    "tensors/writers.py:": "writes",
+    "tensors/writers.py:": "writes",
     "tensors/models.py:save_model": "writes",
-    "tracking/nwb.py:": "writes",
-    "learn/parquet.py:export_parquet": "writes",
-    "decoding/cnn.py:": "trains networks; its files are read as safetensors",
+    "tracking/tracks.py:": "writes",
+    "learn/export.py:export_parquet": "writes",
+    "decoding/network.py:": "trains networks; its files are read as safetensors",
 }
 """What opens files and is no door, and why that is safe."""
 

@@ -15,7 +15,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.scene import make_scene
 from feeler.physics.simulation import build_scene
-from feeler.studio import running
+from feeler.studio import session as running
 
 SOURCE = Path(__file__).parents[2] / "src" / "feeler"
 TIMESTEP = 0.05
@@ -207,8 +207,7 @@ def ask_environment(lanes):
 def ask_plain(_):
     pytest.importorskip("gymnasium")
     from feeler.active import TouchTask
-    from feeler.active.environment import TouchEnv
-    from feeler.active.plain import PlainTouch
+    from feeler.active.environment import PlainTouch, TouchEnv
 
     def make():
         balls = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=2.0)]

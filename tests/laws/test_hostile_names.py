@@ -7,10 +7,10 @@ import pytest
 
 import feeler
 from feeler.plotting.movie import Movie
-from feeler.records.shown import show_html
+from feeler.records import show_html
 from feeler.report import Section, write_page
 from feeler.studio import write_touch_page
-from feeler.studio.wish import AntennaWish, TouchWish
+from feeler.studio.requests import AntennaWish, TouchWish
 
 NAMES = (
     "<script>alert(1)</script>",

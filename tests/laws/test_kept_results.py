@@ -14,7 +14,7 @@ def script(tmp_path, monkeypatch):
     monkeypatch.setattr(kept, "ROOT", tmp_path)
     monkeypatch.setattr(kept, "STAMPS", tmp_path / "made.json")
     script = tmp_path / "measure.py"
-    script.write_text("from feeler.dispersion import compute_nmi\n\nprint(compute_nmi)\n")
+    script.write_text("from feeler.analysis import compute_nmi\n\nprint(compute_nmi)\n")
     monkeypatch.setattr(sys, "argv", [str(script)])
     return script
 
@@ -24,7 +24,7 @@ def script(tmp_path, monkeypatch):
     [
         ("# a remark\n", "by today's code"),
         ("print(2)\n", "by other code than today's; run measure.py again"),
-        ("from feeler.records.shown import make_picture\n", "by other code than today's"),
+        ("from feeler.records import make_picture\n", "by other code than today's"),
     ],
 )
 def test_a_result_is_named_when_the_code_behind_it_changes(script, tmp_path, change, words):

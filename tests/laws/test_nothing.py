@@ -17,9 +17,9 @@ import pytest
 import xarray as xr
 
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.experiment import touch as experiment_touch
+from feeler.experiments import tactile as experiment_touch
 from feeler.report import Section
-from feeler.robot import comparison
+from feeler.robot import touches as comparison
 from feeler.studies import study
 from feeler.studies.paper import (
     data,

@@ -10,9 +10,9 @@ import pytest
 
 import feeler
 from feeler.errors import InvalidInput
+from feeler.learn import export as module
 from feeler.learn import export_parquet, write_crate
-from feeler.learn import parquet as module
-from feeler.stimulus.ninety import trials as list_ninety
+from feeler.objects.trials import trials as list_ninety
 
 from .conftest import SAMPLES, SENSORS, make_touches
 

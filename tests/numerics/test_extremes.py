@@ -10,11 +10,10 @@ from scripts import load_script
 
 from feeler.antenna import Antenna
 from feeler.errors import SimulationDiverged
-from feeler.physics.clock import Clock
+from feeler.objects.shapes import make_feature
+from feeler.objects.trials import Trial
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
-from feeler.stimulus.feature import make_feature
-from feeler.stimulus.trial import Trial
+from feeler.physics.scene import Clock, Scene
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 numerics = load_script("benchmarks", "numerics")

@@ -9,13 +9,11 @@ import numpy as np
 
 from feeler.physics import mujoco
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.chain.sweep import move
-from feeler.physics.clock import Clock
-from feeler.physics.engine import ENGINES, Engine
+from feeler.physics.engine import ENGINES, Engine, State
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Motion, Scene
-from feeler.physics.stepper import State
+from feeler.physics.scene import Clock, Motion, Scene
 
 NAME = "chain with MuJoCo's corners"
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
+from feeler.objects import Feature, Outline, Trial, make_feature
+from feeler.objects.motion import BaseMotion
 from feeler.physics.contact import Contact
 from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.stimulus import Feature, Outline, Trial, make_feature
-from feeler.stimulus.base import BaseMotion
 
 CHAINS = ("chain", "chain-consistent")
 DYNAMIC = (

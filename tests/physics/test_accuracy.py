@@ -9,12 +9,12 @@ import pytest
 
 import feeler
 from feeler.errors import Inaccurate, InvalidInput
-from feeler.physics import accuracy, refine
-from feeler.physics.clock import Clock
+from feeler.physics import run as accuracy
+from feeler.physics import run as refine
 from feeler.physics.contact import Contact
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
-from feeler.physics.scene import make_scene
+from feeler.physics.scene import Clock, make_scene
 from feeler.physics.simulation import build_scene
 
 from .scenes import make_stub, touch

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from feeler.physics.clock import Clock
+from feeler.objects.motion import BaseMotion
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
-from feeler.stimulus.base import BaseMotion
+from feeler.physics.scene import Clock, Scene
 
 from .mesh import run_like_mujoco
 from .scenes import CHAINS, DYNAMIC, compute_kinetic, compute_spring, make_stub, shake, touch

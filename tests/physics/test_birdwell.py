@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.stimulus.clearance import compute_clearance
+from feeler.objects.distance import compute_clearance
 
 from .scenes import DYNAMIC
 

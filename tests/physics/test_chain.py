@@ -9,20 +9,19 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
-from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.physics.chain.batch import ChainStepper
+from feeler.objects import Trial, Wall, make_feature
+from feeler.objects.bodies import Object
+from feeler.objects.distance import compute_clearance
 from feeler.physics.chain.fields import B_PULL_X
-from feeler.physics.clock import Clock
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.contact import Contact, compute_invweight, get_contact
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.run import advance, run_scene, simulate
-from feeler.physics.scene import Motion, Path, Scene, make_scene
+from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.stimulus import Trial, Wall, make_feature
-from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.object import Object
 
 from .scenes import CHAINS, DYNAMIC, compute_energy, touch, uniform
 

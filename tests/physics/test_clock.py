@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.physics.clock import Clock
+from feeler.physics.scene import Clock
 
 
 @pytest.mark.parametrize("tenths", [1, 3, 7, 11, 23, 57, 110, 1001])

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.antenna.follicle import Follicle
+from feeler.antenna.segments import Follicle
 from feeler.errors import Doubtful, InvalidInput
-from feeler.physics.clock import Clock
+from feeler.objects import Ball, Trial, make_feature
+from feeler.objects.trials import trials
 from feeler.physics.contact import (
     CONTACTS,
     DEFAULT_CONTACT,
@@ -25,12 +26,10 @@ from feeler.physics.contact import (
 )
 from feeler.physics.engine import choose_timestep
 from feeler.physics.run import simulate
-from feeler.physics.scene import Scene, make_scene
+from feeler.physics.scene import Clock, Scene, make_scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.spec import compile_model
 from feeler.presets import PRESETS, make_preset
-from feeler.stimulus import Ball, Trial, make_feature
-from feeler.stimulus.ninety import trials
 
 from .scenes import touch
 

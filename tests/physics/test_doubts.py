@@ -8,10 +8,9 @@ import pytest
 
 import feeler
 from feeler.errors import Doubtful
-from feeler.physics.accuracy import compute_error, run_accurately
-from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact, list_doubts
-from feeler.physics.run import run_scene
+from feeler.physics.run import compute_error, run_accurately, run_scene
+from feeler.physics.scene import Clock
 from feeler.presets import cockroach
 
 from .scenes import DYNAMIC, touch

@@ -8,12 +8,12 @@ import pytest
 
 import feeler
 from feeler.errors import Inaccurate, InvalidInput
-from feeler.physics import accuracy
-from feeler.physics.clock import Clock
+from feeler.objects import Feature
+from feeler.objects import trials as ninety
+from feeler.physics import run as accuracy
 from feeler.physics.contact import get_contact
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Motion, make_scene
-from feeler.stimulus import Feature, ninety
+from feeler.physics.scene import Clock, Motion, make_scene
 
 ENGINE = "chain-consistent"
 # off by 9 to 28 % of the peak at the default timestep, and nothing else is wrong with them

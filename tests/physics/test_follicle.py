@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.file import parse_antenna, write_antenna
-from feeler.antenna.follicle import Follicle
+from feeler.antenna.files import parse_antenna, write_antenna
+from feeler.antenna.segments import Antenna, Follicle
 from feeler.errors import InvalidInput
-from feeler.physics.clock import Clock
+from feeler.objects.motion import Flow
 from feeler.physics.run import run_group, run_scene
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
-from feeler.stimulus.flow import Flow
 from tests.physics.test_space import CARRIED, compare, hit, make, shake
 
 pytestmark = pytest.mark.long

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from feeler.physics.engine import ENGINES, get_engine
+from feeler.objects import Ball
+from feeler.objects.bodies import Object
+from feeler.objects.motion import BaseMotion
+from feeler.physics.engine import ENGINES, Stepper, get_engine
 from feeler.physics.scene import Scene
-from feeler.physics.stepper import Stepper
-from feeler.stimulus import Ball
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.object import Object
 
 from .scenes import CHAINS, DYNAMIC, HOOK, touch
 

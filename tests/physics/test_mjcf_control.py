@@ -6,7 +6,7 @@ import pytest
 from awkward_touches import list_trials, make_antenna
 
 import feeler
-from feeler.physics.mjcf import write_mjcf
+from feeler.physics.spec import write_mjcf
 
 
 @pytest.fixture(scope="module")

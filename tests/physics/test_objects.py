@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from feeler.physics.clock import Clock
+from feeler.objects import Ball, Box, Triangle
+from feeler.objects.bodies import Object
+from feeler.objects.motion import BaseMotion
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
-from feeler.stimulus import Ball, Box, Triangle
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.object import Object
+from feeler.physics.scene import Clock, Scene
 
 from .mesh import run_like_mujoco
 from .scenes import CHAINS, DYNAMIC, compute_energy, touch

@@ -13,15 +13,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from feeler.objects import Box, Trial, Triangle, Wall, make_feature
+from feeler.objects.bodies import Object
+from feeler.objects.motion import BaseMotion
 from feeler.physics import mujoco
-from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Path, Scene, make_scene
+from feeler.physics.scene import Clock, Path, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.stimulus import Box, Trial, Triangle, Wall, make_feature
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.object import Object
 
 from .mesh import make_like_mujoco, run_like_mujoco, take_over
 from .scenes import HOOK, make_stub, touch

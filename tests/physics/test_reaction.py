@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from feeler.physics.chain.batch import ChainStepper
-from feeler.physics.clock import Clock
-from feeler.physics.reaction import compute_reaction
+from feeler.objects.motion import BaseMotion
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Path
-from feeler.stimulus.base import BaseMotion
+from feeler.physics.scene import Clock, Path
+from feeler.physics.statics import compute_reaction
 
 from .scenes import DYNAMIC, touch
 

@@ -7,16 +7,14 @@ import pytest
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.physics.clock import Clock
+from feeler.objects import Ball, BaseMotion, Box, Object, Outline, Triangle, Wall
 from feeler.physics.engine import get_engine
-from feeler.physics.rod.model import FIRMNESS, make_rod_lane, make_rod_model
-from feeler.physics.rod.stepper import RodStepper
+from feeler.physics.rod.stepper import FIRMNESS, RodStepper, make_rod_lane, make_rod_model
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.statics import solve_static
 from feeler.presets import make_preset
-from feeler.stimulus import Ball, BaseMotion, Box, Object, Outline, Triangle, Wall
 
 ENGINES = ("rod", "rod-inertia")
 STAR = Outline(

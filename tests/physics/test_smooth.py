@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.physics.clock import Clock
 from feeler.physics.run import expect_motions, simulate
-from feeler.physics.scene import make_scene
+from feeler.physics.scene import Clock, make_scene
 
 ANTENNA = feeler.presets.cockroach()
 CLOCK = Clock(duration=35.0, timestep=0.05)

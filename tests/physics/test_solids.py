@@ -5,19 +5,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
+from feeler.objects import Ball, Box, Mesh, Outline, Triangle
+from feeler.objects.bodies import Object
+from feeler.objects.distance import make_hull
+from feeler.objects.meshes import list_solids
+from feeler.objects.shapes import Feature
 from feeler.physics.chain.space import fields as s
-from feeler.physics.clock import Clock
 from feeler.physics.engine import ENGINES, Engine, get_engine
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
 from feeler.physics.spec import compile_model
-from feeler.stimulus import Ball, Box, Mesh, Outline, Triangle
-from feeler.stimulus.feature import Feature
-from feeler.stimulus.hull import make_hull
-from feeler.stimulus.object import Object
-from feeler.stimulus.solid import list_solids
 from tests.physics.test_space import CARRIED, make
 
 pytestmark = pytest.mark.long

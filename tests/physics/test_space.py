@@ -4,23 +4,20 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import to_matrix, to_vector
+from feeler.antenna.segments import Antenna, to_matrix, to_vector
 from feeler.errors import InvalidInput
+from feeler.objects import Ball, Wall
+from feeler.objects.bodies import Object
+from feeler.objects.motion import BaseMotion
+from feeler.objects.shapes import Peg
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model
-from feeler.physics.clock import Clock
 from feeler.physics.contact import find_invweight
 from feeler.physics.engine import get_engine
-from feeler.physics.lanes import Simulations
 from feeler.physics.run import run_group, run_scene
-from feeler.physics.scene import Motion, Scene
-from feeler.physics.simulation import Simulation
+from feeler.physics.scene import Clock, Motion, Scene
+from feeler.physics.simulation import Simulation, Simulations
 from feeler.physics.spec import compile_model
-from feeler.stimulus import Ball, Wall
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.object import Object
-from feeler.stimulus.shapes import Peg
 
 pytestmark = pytest.mark.long
 
@@ -269,7 +266,7 @@ def test_antennae_of_planes_and_of_space_share_no_lanes():
 
 
 def _follow(antenna):
-    from feeler.active.follow import FollowTask
+    from feeler.active.tasks import FollowTask
 
     return FollowTask(antenna=antenna)
 
@@ -292,7 +289,7 @@ def test_what_works_in_the_plane_only_says_so(verb):
 
 def test_planes_are_compared_as_more_sensors():
     """Groups of touches in space hold one plane's sensors after the other's."""
-    from feeler.decoding.groups import list_groups
+    from feeler.decoding.curves import list_groups
 
     antenna = make(2)
     sets = {

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import to_matrix
+from feeler.antenna.segments import Antenna, to_matrix
+from feeler.objects import Peg
+from feeler.objects.bodies import Object
+from feeler.objects.motion import BaseMotion
 from feeler.physics.simulation import Simulation
-from feeler.stimulus import Peg
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.object import Object
 
 pytestmark = pytest.mark.long
 

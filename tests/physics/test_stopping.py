@@ -9,14 +9,13 @@ from threading import Event, Timer
 import numpy as np
 import pytest
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import ThreadExecutor, run_groups
-from feeler.physics.clock import Clock
+from feeler.objects import Trial, make_feature
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_group, run_scene, simulate
-from feeler.physics.scene import Motion, Scene, make_scene
-from feeler.stimulus import Trial, make_feature
+from feeler.physics.scene import Clock, Motion, Scene, make_scene
 
 from .scenes import CHAINS, DYNAMIC
 

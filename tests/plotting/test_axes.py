@@ -8,21 +8,24 @@ import xarray as xr
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from feeler.decoding.sweep import Sweep
-from feeler.dispersion import Interval
-from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.bases import plot_bases
-from feeler.plotting.closest import plot_index, plot_kinds
-from feeler.plotting.posture import MovingAntenna, plot_profiles
-from feeler.plotting.raster import plot_raster, plot_touch_spikes
-from feeler.plotting.space import make_sheet
-from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
-from feeler.plotting.touch import plot_touch
-from feeler.plotting.wall import Shapes, plot_approach
+from feeler.analysis import Interval
+from feeler.decoding.sweeps import Sweep
+from feeler.plotting.antennas import MovingAntenna, make_sheet, plot_profiles
+from feeler.plotting.results import (
+    Shapes,
+    plot_approach,
+    plot_bases,
+    plot_index,
+    plot_kinds,
+    plot_raster,
+    plot_sweep,
+    plot_touch_spikes,
+)
+from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
 from feeler.studies.paper import fig2b, fig3, fig4, fig6, figS1, figS2
 from feeler.studies.tradeoff.draw import plot_costs, plot_windows
-from feeler.tensors.dataset import label_units
+from feeler.tensors.schema import label_units
 from feeler.wall import Posture, WallTouch, fit_distance
 
 

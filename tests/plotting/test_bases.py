@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.plotting.bases import plot_bases
-from feeler.plotting.look import set_decades, style
+from feeler.plotting.results import plot_bases
+from feeler.plotting.style import set_decades, style
 
 
 def test_each_basis_fills_its_place_up_to_its_own_greatest_value_and_no_more():

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
 
-from feeler.antenna.file import save_antenna
+from feeler import records as shown
+from feeler.antenna.files import save_antenna
 from feeler.cli.choose import name_antennas
-from feeler.plotting.look import (
+from feeler.plotting.antennas import OBJECT_COLOUR
+from feeler.plotting.style import (
     ANTENNA_COLOURS,
     BASIS_COLOURS,
     FEATURE_COLOURS,
@@ -21,9 +23,7 @@ from feeler.plotting.look import (
     PROFILE_COLOURS,
     pick_colours,
 )
-from feeler.plotting.posture import OBJECT_COLOUR
 from feeler.presets import cockroach
-from feeler.records import shown
 from tests.figures import find_mixed
 
 MEANINGS = {

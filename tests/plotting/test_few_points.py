@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from feeler.plotting.look import unjoin
+from feeler.plotting.style import unjoin
 
 
 @pytest.mark.parametrize(("n_points", "joined"), [(2, False), (4, False), (5, True)])

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.plotting.posture import HEIGHT, WIDTH, plot_profile_points
+from feeler.plotting.antennas import HEIGHT, WIDTH, plot_profile_points
 from feeler.presets import cockroach
 from feeler.studies.paper.open_design import _plot_fronts
 from feeler.studies.shipped import read_shipped

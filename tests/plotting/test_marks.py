@@ -3,8 +3,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from feeler.plotting.legends import find_covered, list_named
-from feeler.plotting.words import find_unnamed
+from feeler.plotting.style import find_covered, find_unnamed, list_named
 
 
 def draw(how):

@@ -10,10 +10,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import feeler
-from feeler.plotting import touch as touch_movie
-from feeler.plotting.look import mark_places
+from feeler.plotting import tensors as touch_movie
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock
-from feeler.plotting.wall import Shapes, plot_shapes
+from feeler.plotting.results import Shapes, plot_shapes
+from feeler.plotting.style import mark_places
 
 
 @pytest.mark.parametrize(

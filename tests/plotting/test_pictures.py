@@ -17,19 +17,31 @@ from PIL import Image
 
 from feeler.calibration.hinges import Band
 from feeler.errors import InvalidInput
-from feeler.plotting import movie, results, touch, turn
-from feeler.plotting.accuracy import plot_curves
-from feeler.plotting.closest import name_kinds
-from feeler.plotting.look import PALETTE, fix_layout, pick_colours, pick_shades, unjoin
-from feeler.plotting.posture import make_patch, plot_profiles
-from feeler.plotting.raster import plot_raster
-from feeler.plotting.space import SpaceScene, make_surface
-from feeler.plotting.tensor import list_tensors, plot_tensor_grid
-from feeler.plotting.wall import Shapes, plot_approach, plot_maps, plot_shapes
-from feeler.plotting.words import measure_words
+from feeler.objects import Ball, Box, Outline, Peg, Trial, Wall, place
+from feeler.objects.meshes import list_solids
+from feeler.plotting import antennas as turn
+from feeler.plotting import movie, results
+from feeler.plotting import tensors as touch
+from feeler.plotting.antennas import SpaceScene, make_patch, make_surface, plot_profiles
+from feeler.plotting.results import (
+    Shapes,
+    name_kinds,
+    plot_approach,
+    plot_curves,
+    plot_maps,
+    plot_raster,
+    plot_shapes,
+)
+from feeler.plotting.style import (
+    PALETTE,
+    fix_layout,
+    measure_words,
+    pick_colours,
+    pick_shades,
+    unjoin,
+)
+from feeler.plotting.tensors import list_tensors, plot_tensor_grid
 from feeler.presets import make_preset
-from feeler.stimulus import Ball, Box, Outline, Peg, Trial, Wall, place
-from feeler.stimulus.solid import list_solids
 from feeler.wall import Posture, fit_distance
 from plotting.test_results import make_optimum, make_sweep
 

@@ -10,13 +10,11 @@ from calibration._fits import make_fit
 
 import feeler
 from feeler.calibration.hinges import Band
-from feeler.decoding.sweep import Sweep
-from feeler.design.problem import Candidate
-from feeler.design.search import Optimum
-from feeler.design.space import Design
+from feeler.decoding.sweeps import Sweep
+from feeler.design.search import Candidate, Design, Optimum
 from feeler.encoding import ConvolutiveNMF
 from feeler.plotting.results import draw_traces
-from feeler.records.shown import show_html, tell_value
+from feeler.records import show_html, tell_value
 from feeler.robot import fit_sensors
 
 

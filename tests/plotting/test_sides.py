@@ -7,10 +7,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import feeler
+from feeler.objects import Box
 from feeler.plotting import plot_touch
-from feeler.plotting import touch as touch_movie
+from feeler.plotting import tensors as touch_movie
 from feeler.plotting.results import plot_trial
-from feeler.stimulus import Box
 from tests.tensors._touches import antenna
 
 TRIALS = [

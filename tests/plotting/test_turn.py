@@ -10,12 +10,12 @@ import pytest
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.plotting.turn import describe_turnable
+from feeler.objects import Ball, Box, Peg, Wall
+from feeler.plotting.antennas import describe_turnable
 from feeler.presets import make_preset
 from feeler.report import Section
 from feeler.report.page import render_page
-from feeler.stimulus import Ball, Box, Peg, Wall
-from feeler.tensors.posture import reconstruct_posture
+from feeler.tensors.transforms import reconstruct_posture
 
 pytestmark = pytest.mark.long
 
@@ -124,7 +124,7 @@ def test_only_a_page_with_a_turnable_view_carries_its_script(tmp_path):
 
 def test_a_solid_s_edges_stand_in_its_own_frame():
     """A corner (a, b, c) of the feature is at the origin + a, b and c along the frame's axes."""
-    from feeler.plotting import turn
+    from feeler.plotting import antennas as turn
 
     frame = [
         [0.36, 0.48, -0.8],

@@ -18,7 +18,9 @@ from matplotlib.figure import Figure
 from sklearn.base import clone
 
 import feeler
-from feeler import decoding, dispersion, encoding, information, plotting, spikes, tensors
+from feeler import analysis as dispersion
+from feeler import analysis as information
+from feeler import decoding, encoding, plotting, spikes, tensors
 from feeler.studio import Session
 from tests.cli._command import run
 from tests.relations.changes import build

@@ -10,7 +10,7 @@ import xarray as xr
 
 import feeler
 from feeler.antenna import Antenna
-from feeler.antenna.follicle import Follicle
+from feeler.antenna.segments import Follicle
 from feeler.physics.contact import CONTACTS
 
 

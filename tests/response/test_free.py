@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from feeler.analysis import check_trace, fit_damped_cosine, measure_free_response
+from feeler.analysis.response import find_extrema
 from feeler.errors import InvalidInput
-from feeler.response import check_trace, fit_damped_cosine, measure_free_response
-from feeler.response.trace import find_extrema
 
 
 def swing(time, frequency=0.0175, ratio=0.35):

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
+from feeler.analysis import measure_deflection_ratios
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.experiment.bend import bend
-from feeler.response import (
-    measure_deflection_ratios,
-)
+from feeler.experiments.mechanics import bend
 
 TIME = np.arange(0.0, 50.0, 1.0)
 

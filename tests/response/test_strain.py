@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 import feeler
-from feeler.antenna.antenna import Antenna
+from feeler.analysis import compute_strain
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
-from feeler.response import compute_strain
-from feeler.tensors.scaling import project_planes
+from feeler.tensors.transforms import project_planes
 
 FIELDS = {"segment_mass": 1e-3, "radius": 0.1, "stiffness": 1.0, "damping": 0.1}
 RADIUS = np.array([0.2, 0.11, 0.17, 0.05])

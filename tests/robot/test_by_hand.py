@@ -12,15 +12,21 @@ from sklearn.linear_model import LinearRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from feeler.errors import InvalidInput
-from feeler.robot import Gap, draw_robots, make_robot, make_touches, parts
-from feeler.robot.gap import draw_antenna, draw_trial
-from feeler.robot.mending import find_bad_channels, repair
-from feeler.robot.parts import _QUIET
-from feeler.robot.preset import ROBOT_FACTS
-from feeler.robot.recording import Recording
-from feeler.robot.sensing import Sensing, draw_sensing
-from feeler.robot.sensor import fit_sensors
-from feeler.robot.surrogate import _add_mount, subtract_rest
+from feeler.robot import Gap, draw_robots, make_robot, make_touches
+from feeler.robot import reality as parts
+from feeler.robot.description import ROBOT_FACTS
+from feeler.robot.reality import _QUIET
+from feeler.robot.recordings import Recording
+from feeler.robot.repair import find_bad_channels, repair
+from feeler.robot.sensors import fit_sensors
+from feeler.robot.surrogate import (
+    Sensing,
+    _add_mount,
+    draw_antenna,
+    draw_sensing,
+    draw_trial,
+    subtract_rest,
+)
 
 NONE = Gap().scaled(0)
 

@@ -5,17 +5,19 @@ itself.
 import numpy as np
 import pytest
 
+from feeler.analysis import compute_dispersion
 from feeler.decoding import Relative, compute_sweep
-from feeler.dispersion import compute_dispersion
-from feeler.robot import comparison, make_robot
-from feeler.robot.comparison import (
+from feeler.robot import make_robot
+from feeler.robot import touches as comparison
+from feeler.robot.touches import (
     _DURATION,
     _PROFILES,
+    ROBOT_SPEEDS,
     compute_comparison,
     make_profiles,
+    make_touches,
     simulate_comparison,
 )
-from feeler.robot.touches import ROBOT_SPEEDS, make_touches
 
 
 def test_profiles_have_one_compliance_and_one_damping_time():

@@ -13,15 +13,13 @@ from awkward_touches import make_antenna
 
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
+from feeler.objects import Box, Outline
 from feeler.physics.contact import get_contact
 from feeler.robot import (
     Gap,
     Recording,
     align_recordings,
-    comparison,
-    factors,
     fit_sensors,
-    lessons,
     load_recording,
     load_robot,
     make_dataset,
@@ -35,16 +33,15 @@ from feeler.robot import (
     touches,
     write_robot,
 )
-from feeler.robot.answer import _judge_touch, judge_recording
-from feeler.robot.description import RobotFile
-from feeler.robot.files import ROBOT_FILES, _read
-from feeler.robot.hinge import Flexures
-from feeler.robot.lessons import Lessons
-from feeler.robot.link import Link
+from feeler.robot import classify as lessons
+from feeler.robot import fit as factors
+from feeler.robot import touches as comparison
+from feeler.robot.classify import Lessons, _judge_touch, judge_recording
+from feeler.robot.description import Flexures, RobotFile
 from feeler.robot.reality import Touches
-from feeler.robot.samples import _parse_sample, read_samples
+from feeler.robot.recordings import ROBOT_FILES, _read
+from feeler.robot.stream import Link, _parse_sample, read_samples
 from feeler.robot.touches import find_direction
-from feeler.stimulus import Box, Outline
 
 CLASSES = [("ball", 0.5, 0.1), ("box", 0.6, 0.2), ("ball", 0.9, 0.3)]
 
@@ -263,7 +260,7 @@ def test_half_as_many_robots_meet_strangers_of_the_sizes_that_are_said(monkeypat
 
 
 def test_a_stranger_is_as_large_as_its_share_of_the_object_in_whose_place_it_is_met():
-    from feeler.stimulus import Ball
+    from feeler.objects import Ball
 
     rng, spans, kinds = np.random.default_rng(2), [], set()
     for _ in range(300):
@@ -590,7 +587,7 @@ def test_a_comparison_repeats_as_often_as_asked_with_its_own_seed(monkeypatch):
     asked = []
     average = {"nmi": {"x": 1, "y": 2}, "ssim": {"x": 3, "y": 4}}
     monkeypatch.setattr(
-        "feeler.dispersion.compute_dispersion",
+        "feeler.analysis.compute_dispersion",
         lambda tensors, names: asked.append(names) or SimpleNamespace(average=average),
     )
 

@@ -12,7 +12,6 @@ from feeler.robot import (
     Recording,
     compare_tips,
     compute_tip,
-    factors,
     fit_factors,
     make_posture,
     make_robot,
@@ -20,7 +19,8 @@ from feeler.robot import (
     simulate_release,
     solve_factors,
 )
-from feeler.robot.factors import Ringing
+from feeler.robot import fit as factors
+from feeler.robot.fit import Ringing
 
 TIME = np.arange(2000.0)
 

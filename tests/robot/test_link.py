@@ -16,8 +16,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feeler.robot.link import CLOCK, WRAP, Link, frame_sample, unwrap_clock
-from feeler.robot.samples import open_serial, read_lines, read_samples
+from feeler.robot.stream import (
+    CLOCK,
+    WRAP,
+    Link,
+    frame_sample,
+    open_serial,
+    read_lines,
+    read_samples,
+    unwrap_clock,
+)
 
 
 def send(count, first=0):

@@ -28,9 +28,9 @@ from feeler.robot import (
     make_touches,
     touch_robots,
 )
-from feeler.robot.answer import judge_recording
-from feeler.robot.link import Link
+from feeler.robot.classify import judge_recording
 from feeler.robot.live import LiveTouch, Readings
+from feeler.robot.stream import Link
 
 TRIALS = make_touches(locations=(0.5, 0.9), speeds=(0.27,))
 

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.decoding.transfer import TransferClassifier, find_first_peak
 from feeler.errors import InvalidInput
+from feeler.objects import load_objects
 from feeler.robot import (
     PARTS,
     Gap,
@@ -34,11 +35,10 @@ from feeler.robot import (
     touch_robots,
     write_robot,
 )
-from feeler.robot.answer import _judge_touch, judge_recording
-from feeler.robot.factors import make_posture
-from feeler.robot.recording import Recording
-from feeler.robot.samples import read_samples
-from feeler.stimulus import load_objects
+from feeler.robot.classify import _judge_touch, judge_recording
+from feeler.robot.fit import make_posture
+from feeler.robot.recordings import Recording
+from feeler.robot.stream import read_samples
 
 OBJECTS = """
 [[object]]
@@ -317,7 +317,7 @@ def test_factors_of_any_antenna_come_back_from_its_release(tmp_path):
 
 def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypatch):
     monkeypatch.setattr(
-        "feeler.robot.parts.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")}
+        "feeler.robot.reality.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")}
     )
     asked = (
         "--antenna",

@@ -6,9 +6,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
-from feeler.robot.mending import find_bad_channels, repair
-from feeler.robot.recording import Recording, load_recording, save_recording
-from feeler.robot.sensor import fit_sensors
+from feeler.robot.recordings import Recording, load_recording, save_recording
+from feeler.robot.repair import find_bad_channels, repair
+from feeler.robot.sensors import fit_sensors
 
 
 def _write(tmp_path, header, rows, notes=""):
@@ -301,7 +301,7 @@ def test_a_channel_is_saturated_after_20_samples_or_a_tenth_but_100_suffice(n, r
 
 
 def test_a_channel_with_hysteresis_is_not_called_saturated():
-    from feeler.robot.sensing import play
+    from feeler.robot.surrogate import play
 
     time = np.arange(2000.0)
     swing = np.sin(time / 40) * np.exp(-time / 800)

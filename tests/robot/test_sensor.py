@@ -10,8 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
-from feeler.robot.sensor import fit_sensors, load_calibration_table
-from feeler.robot.sensor_file import load_calibration, save_calibration
+from feeler.robot.sensors import (
+    fit_sensors,
+    load_calibration,
+    load_calibration_table,
+    save_calibration,
+)
 
 DEGREE = np.pi / 180
 SLOPE = np.array([0.20, -0.15, 0.30])  # rad/pF

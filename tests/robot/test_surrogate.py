@@ -16,10 +16,8 @@ from feeler.robot import (
     make_tip_touches,
     simulate_touches,
 )
-from feeler.robot.gap import draw_antenna, draw_trial
-from feeler.robot.recording import load_recording, save_recording
-from feeler.robot.sensing import draw_sensing, play
-from feeler.robot.surrogate import subtract_rest
+from feeler.robot.recordings import load_recording, save_recording
+from feeler.robot.surrogate import draw_antenna, draw_sensing, draw_trial, play, subtract_rest
 from feeler.robot.touches import choose_duration, compute_tip, make_touches
 
 FAST = [trial for trial in make_tip_touches() if trial.speed == 0.27]

@@ -9,7 +9,7 @@ import pytest
 
 import feeler
 from feeler.spikes import attach_trains, draw_spikes, place_sensilla
-from feeler.tensors.contract import validate
+from feeler.tensors.schema import validate
 from tests.spikes._touches import POSITION, make_bent
 
 pynwb = pytest.importorskip("pynwb")

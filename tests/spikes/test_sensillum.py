@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from feeler.errors import Doubtful, InvalidInput
 from feeler.spikes import CAMPANIFORM, HAIR, Population, Sensillum, find_gain, place_sensilla
-from feeler.spikes.kernel import encode_touch
+from feeler.spikes.sensilla import encode_touch
 from tests.spikes._touches import POSITION, make_bent
 
 OPEN = Sensillum(ceiling=1e6)

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import feeler
+from feeler.analysis import compute_strain
 from feeler.errors import InvalidInput
-from feeler.response import compute_strain
 from feeler.spikes import (
     Population,
     SensillaStream,

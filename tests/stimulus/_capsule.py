@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from feeler.stimulus import Feature
+from feeler.objects import Feature
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

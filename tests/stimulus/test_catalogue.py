@@ -4,7 +4,7 @@ import pytest
 
 from feeler import Ball, Box
 from feeler.errors import InvalidInput
-from feeler.stimulus import load_objects
+from feeler.objects import load_objects
 
 
 def test_a_file_gives_its_features_in_order_and_under_their_names(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from feeler import Outline
 from feeler.errors import InvalidInput
-from feeler.stimulus.convex import measure_area
+from feeler.objects.shapes import measure_area
 
 pytestmark = pytest.mark.usefixtures("guard_in_process")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {page}>{inside}</svg>'

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.stimulus import Box, Peg
-from feeler.stimulus.hull import find_gap, make_hull, measure
-from feeler.stimulus.solid import list_solids
+from feeler.objects import Box, Peg
+from feeler.objects.distance import find_gap, make_hull, measure
+from feeler.objects.meshes import list_solids
 
 
 def find(corners: np.ndarray, p: np.ndarray, e: np.ndarray):

@@ -6,10 +6,10 @@ from scipy.spatial import ConvexHull
 
 import feeler
 from feeler.errors import InvalidInput
+from feeler.objects import Mesh, Object, Trial
+from feeler.objects.meshes import list_solids
+from feeler.objects.shapes import make_feature, parse_feature
 from feeler.physics.simulation import Simulation
-from feeler.stimulus import Mesh, Object, Trial
-from feeler.stimulus.feature import make_feature, parse_feature
-from feeler.stimulus.solid import list_solids
 
 trimesh = pytest.importorskip("trimesh")
 

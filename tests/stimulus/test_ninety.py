@@ -2,7 +2,7 @@
 
 import itertools
 
-from feeler.stimulus.ninety import trials
+from feeler.objects.trials import trials
 
 
 def test_ninety_touches_are_six_features_at_five_places_and_three_speeds():

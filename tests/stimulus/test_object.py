@@ -5,8 +5,8 @@ import pytest
 
 from feeler import Ball, BaseMotion, Box, Object, Outline, Trial, Triangle, presets
 from feeler.errors import InvalidInput
-from feeler.stimulus import make_object, make_objects, place
-from feeler.stimulus.object import check_clear
+from feeler.objects import make_object, make_objects, place
+from feeler.objects.bodies import check_clear
 
 ANTENNA = presets.cockroach()
 BALL = Ball(radius=1.0)

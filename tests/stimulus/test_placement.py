@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 
 from feeler import Antenna, Ball, BaseMotion, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
-from feeler.stimulus import place
-from feeler.stimulus.clearance import compute_clearance
+from feeler.objects import place
+from feeler.objects.distance import compute_clearance
 
 STRAIGHT = presets.cockroach()
 HOOK = ((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2))

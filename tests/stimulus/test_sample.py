@@ -12,8 +12,8 @@ import feeler
 from feeler.antenna import sample_antennas
 from feeler.draw import LogRange, draw_shares, spread_out
 from feeler.errors import InvalidInput
-from feeler.stimulus import place, sample_trials
-from feeler.stimulus.sample import _fits_surely
+from feeler.objects import place, sample_trials
+from feeler.objects.sampling import _fits_surely
 
 ANTENNA = feeler.presets.cockroach()
 

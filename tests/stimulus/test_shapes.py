@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
-from feeler.stimulus import SHAPES, Feature, make_feature, parse_feature, place
-from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.convex import is_convex, measure_area, trace_rim
-from feeler.stimulus.feature import _order
+from feeler.objects import SHAPES, Feature, make_feature, parse_feature, place
+from feeler.objects.distance import compute_clearance
+from feeler.objects.shapes import _order, is_convex, measure_area, trace_rim
 
 from ._capsule import Capsule
 

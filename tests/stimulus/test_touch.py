@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
-from feeler.stimulus import make_feature, place
-from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.convex import split_convex
+from feeler.objects import make_feature, place
+from feeler.objects.distance import compute_clearance
+from feeler.objects.shapes import split_convex
 
 ANTENNA = presets.cockroach()
 FEATURES = [
@@ -111,7 +111,7 @@ def test_a_trial_s_picture_has_the_feature_on_its_way_to_the_antenna(monkeypatch
     """
     seen = []
     monkeypatch.setattr(
-        "feeler.stimulus.trial.make_picture", lambda *given: seen.append(given) or ""
+        "feeler.objects.trials.make_picture", lambda *given: seen.append(given) or ""
     )
     Trial(
         feature=Ball(radius=1.5), location=0.5, speed=0.3, approach=90.0, side=side

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from feeler import Wall
 from feeler.errors import InvalidInput
-from feeler.stimulus.convex import is_convex, measure_area
-from feeler.stimulus.wall import DEPTH
+from feeler.objects.bodies import DEPTH
+from feeler.objects.shapes import is_convex, measure_area
 
 STEPS = st.lists(st.tuples(st.floats(0.1, 3.0), st.floats(-2.0, 2.0)), min_size=2, max_size=12)
 

@@ -5,7 +5,7 @@ import pytest
 
 import feeler
 from feeler.errors import Doubtful
-from feeler.experiment.touch import DURATION
+from feeler.experiments.tactile import DURATION
 from feeler.studies.comparison import compare
 from feeler.studies.paper.window import complete_tensors
 

@@ -8,8 +8,7 @@ from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from feeler.studio.alone import write_touch_page
-from feeler.studio.leaving import make_file
+from feeler.studio.export import make_file, write_touch_page
 from tests import golden
 
 from .test_numbers import SPEED, WISH, Page, aim

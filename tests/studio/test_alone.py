@@ -10,15 +10,14 @@ import pytest
 
 import feeler
 from feeler.errors import SimulationDiverged
-from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
+from feeler.physics.scene import Clock
 from feeler.physics.simulation import build_scene
-from feeler.studio import alone, study
-from feeler.studio.alone import _pack_antenna, _pack_contact, _pack_shape
+from feeler.studio import export as alone
+from feeler.studio import study
 from feeler.studio.decoder import Range
-from feeler.studio.exporting import bundle
-from feeler.studio.leaving import make_file
-from feeler.studio.wish import AntennaWish, TouchWish
+from feeler.studio.export import _pack_antenna, _pack_contact, _pack_shape, bundle, make_file
+from feeler.studio.requests import AntennaWish, TouchWish
 
 from ._page import APP, ask, press, stop_at, wait_for
 
@@ -258,7 +257,7 @@ def test_an_exported_page_computes_and_says_what_it_is(browser, tmp_path, monkey
 
 
 def test_a_run_by_hand_is_computed_again(browser, tmp_path, monkeypatch):
-    from feeler.studio.hand import replay
+    from feeler.studio.live import replay
 
     monkeypatch.setattr(alone, "_teach_all", lambda *_: None)
     commands = [[1, 0, 0.0, 0.0, 0.0], [3, 0, 0.4, -0.1, 0.0], [9, -1, 0.05, 0.1, 0.004]]

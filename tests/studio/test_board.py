@@ -20,12 +20,12 @@ from feeler.robot import (
     load_recording,
     save_calibration,
 )
-from feeler.robot.examples import get_example
-from feeler.robot.link import frame_sample
-from feeler.studio import Boards, opening, study
-from feeler.studio.board import _LEAST_STEP, _PATIENCE, _WINDOW, listen
+from feeler.robot.description import get_example
+from feeler.robot.stream import frame_sample
+from feeler.studio import Boards, study
+from feeler.studio import live as opening
 from feeler.studio.decoder import ANSWERS
-from feeler.studio.listener import Judge
+from feeler.studio.live import _LEAST_STEP, _PATIENCE, _WINDOW, Judge, listen
 
 from .test_session import Page
 

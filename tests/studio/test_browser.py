@@ -12,7 +12,7 @@ import pytest
 
 import feeler
 from feeler.studio import Boards, Studio
-from feeler.studio.touching import hash_tensor
+from feeler.studio.requests import hash_tensor
 
 from ._page import APP, ask, stop_at, wait_for
 
@@ -218,7 +218,7 @@ def write_recording(n_channels, n_samples=120):
 def test_damaged_and_foreign_files_get_one_clear_message_and_the_page_goes_on(studio, browser):
     open_page(browser, studio.address)
     before = ask(browser, "app.records.A.hash")
-    good = feeler.antenna.file.write_antenna(feeler.presets.make_preset("linear"))
+    good = feeler.antenna.files.write_antenna(feeler.presets.make_preset("linear"))
     for name, text, words in (
         ("mine.toml", good.replace("stiffness", "softness"), "softness"),
         ("mine.toml", good[:200] + "= = [", "not valid TOML"),

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.stimulus.trial import Trial
+from feeler.objects.trials import Trial
 from feeler.studio import study
 from feeler.studio.decoder import ANSWERS, KINDS, Range, TouchDecoder
+from feeler.studio.requests import AntennaWish, ObjectWish, TouchWish
 from feeler.studio.session import Session
-from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
 WISH = AntennaWish(preset="robot")
 SPEED = 0.3

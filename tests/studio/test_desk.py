@@ -6,8 +6,7 @@ from threading import Event
 
 import pytest
 
-from feeler.studio.desk import Desk
-from feeler.studio.session import Session
+from feeler.studio.session import Desk, Session
 
 
 def wait_until(condition, seconds=10.0):

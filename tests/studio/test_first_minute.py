@@ -11,9 +11,9 @@ import pytest
 from scipy import ndimage
 
 import feeler
-from feeler.plotting.posture import OBJECT_COLOUR
+from feeler.plotting.antennas import OBJECT_COLOUR
 from feeler.studio import Studio
-from feeler.studio.leaving import make_file
+from feeler.studio.export import make_file
 
 from ._page import ask, press, stop_at, wait_for
 

@@ -7,11 +7,11 @@ import pytest
 from awkward_touches import make_antenna
 
 import feeler
-from feeler.studio import leaving, running, study
-from feeler.studio.drawing import read_shown
-from feeler.studio.script import _write_objects
-from feeler.studio.touching import describe_antenna
-from feeler.studio.wish import ObjectWish, TouchWish
+from feeler.studio import export as leaving
+from feeler.studio import session as running
+from feeler.studio import study
+from feeler.studio.export import _write_objects, read_shown
+from feeler.studio.requests import ObjectWish, TouchWish, describe_antenna
 
 BALL = {"kind": "ball", "size": 2.2, "x": -3.1, "y": 17.0, "heading": 40.0, "speed": 0.2}
 

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 import pytest
 
 import feeler
-from feeler.studio.touching import hash_tensor
+from feeler.studio.requests import hash_tensor
 
 pytestmark = [
     pytest.mark.slow,

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import feeler
+from feeler.analysis import find_closest
 from feeler.antenna.modes import compute_modes
-from feeler.dispersion import find_closest
+from feeler.objects.trials import trials as list_ninety
 from feeler.spikes import place_sensilla
-from feeler.stimulus.ninety import trials as list_ninety
 from feeler.studio import Studio, study
 from feeler.studio.decoder import ANSWERS
-from feeler.tensors.scaling import rectify, scale_common
+from feeler.tensors.transforms import rectify, scale_common
 from feeler.wall import FOLLOWING, calibrate, follow, make_turn
 
 from ._page import APP
@@ -53,7 +53,7 @@ def make_antenna():
     return antenna.replace(
         segment_length=factor * antenna.segment_length,
         segment_mass=factor * antenna.segment_mass,
-        sensors=feeler.antenna.antenna.make_even_sensors(antenna.n_segments, 23),
+        sensors=feeler.antenna.segments.make_even_sensors(antenna.n_segments, 23),
     )
 
 

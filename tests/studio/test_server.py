@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from feeler.errors import InvalidInput
 from feeler.studio import Studio
-from feeler.studio.exporting import PAGE, SPACE_SCRIPT, bundle, read_page
+from feeler.studio.export import PAGE, SPACE_SCRIPT, bundle, read_page
 from feeler.studio.server import _MAX_PAGES, FILES
 
 from ._messages import unpack

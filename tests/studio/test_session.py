@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.studio import Session, study
-from feeler.studio.hand import _apply, _hold_all, replay
-from feeler.studio.touching import Readings, hash_tensor, make_simulation
-from feeler.studio.wish import TouchWish
+from feeler.studio.live import _apply, _hold_all, replay
+from feeler.studio.requests import Readings, TouchWish, hash_tensor, make_simulation
 
 from ._messages import unpack
 
@@ -273,7 +272,7 @@ def test_what_cannot_be_computed_names_remedies_that_the_page_has():
 
 def test_every_other_way_out(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "feeler.studio.alone._teach_all", lambda *_: None
+        "feeler.studio.export._teach_all", lambda *_: None
     )  # test_alone.py has it
     page = Page()
     for what, begin in (
@@ -295,7 +294,7 @@ def test_every_other_way_out(tmp_path, monkeypatch):
 
 def test_files_are_opened_and_damaged_ones_are_explained():
     page = Page()
-    text = feeler.antenna.file.write_antenna(feeler.presets.make_preset("robot"))
+    text = feeler.antenna.files.write_antenna(feeler.presets.make_preset("robot"))
     page.ask({"type": "open", "name": "a.toml", "text": text}).wait()
     assert page.find("opened")[0][0]["original"]["length"] == pytest.approx(62.45)
     rows = "\n".join(f"{k},{','.join([str(0.001 * k)] * 8)}" for k in range(20))

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.antenna.file import write_antenna
-from feeler.plotting.turn import describe_turnable
+from feeler.antenna.files import write_antenna
+from feeler.plotting.antennas import describe_turnable
 from feeler.studio import Session, Studio
-from feeler.studio.exporting import SPACE_SCRIPT, read_page
-from feeler.studio.touching import hash_tensor
-from feeler.studio.wish import AntennaWish, TouchWish, wish_for
-from feeler.tensors.scaling import fold_planes
+from feeler.studio.export import SPACE_SCRIPT, read_page
+from feeler.studio.requests import AntennaWish, TouchWish, hash_tensor, wish_for
+from feeler.tensors.transforms import fold_planes
 from tests.studio.test_browser import ask, find_problems, open_page, wait_for
 
 from ._messages import unpack

@@ -14,34 +14,34 @@ from awkward_touches import make_antenna
 from matplotlib.figure import Figure
 
 import feeler
-from feeler.antenna.file import write_antenna
+from feeler.antenna.files import write_antenna
 from feeler.errors import InvalidInput
 from feeler.physics.contact import get_contact
-from feeler.studio import (
-    Session,
-    alone,
-    board,
-    catalogue,
-    drawing,
-    hand,
-    leaving,
-    opening,
-    running,
-    session,
-    study,
-    turning,
-    widget,
-)
+from feeler.studio import Session, session, study
+from feeler.studio import export as alone
+from feeler.studio import export as drawing
+from feeler.studio import export as leaving
+from feeler.studio import live as board
+from feeler.studio import live as hand
+from feeler.studio import live as opening
+from feeler.studio import requests as catalogue
+from feeler.studio import server as widget
+from feeler.studio import session as running
+from feeler.studio import session as turning
 from feeler.studio.decoder import Range
-from feeler.studio.listener import Listener
-from feeler.studio.script import write_script
-from feeler.studio.touching import (
+from feeler.studio.export import write_script
+from feeler.studio.live import Listener
+from feeler.studio.requests import (
+    AntennaWish,
+    ObjectWish,
+    TouchWish,
     describe_mode,
     describe_scene,
     make_simulation,
+    read_number,
     simulate_pieces,
+    wish_for,
 )
-from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish, read_number, wish_for
 from feeler.wall import make_turn
 
 from ._messages import unpack
@@ -683,7 +683,8 @@ def test_a_picture_has_the_sign_of_a_bend_and_each_segment_s_own_length():
 
 
 def test_a_movie_shows_the_tensor_up_to_now_and_objects_turned_as_they_are(monkeypatch):
-    from feeler.plotting import movie, posture
+    from feeler.plotting import antennas as posture
+    from feeler.plotting import movie
 
     patches, films = [], []
     make_patch = posture.make_patch
@@ -743,7 +744,7 @@ def test_beliefs_stand_beside_their_own_samples_and_before_a_study_there_is_none
 
         return SimpleNamespace(study=known, update=update, restart=lambda: None)
 
-    monkeypatch.setattr("feeler.studio.listener.Judge", judge)
+    monkeypatch.setattr("feeler.studio.live.Judge", judge)
     row = np.full(5, 0.01)
     one.take(0.0, row)
     one.learn("study")

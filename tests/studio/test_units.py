@@ -12,16 +12,20 @@ import pytest
 
 from feeler.presets import make_preset
 from feeler.spikes import CAMPANIFORM, place_sensilla
-from feeler.spikes.kernel import TABLE, encode_touch
-from feeler.studio.alone import _pack, _pack_contact, _pack_expected, _pack_shapes
-from feeler.studio.catalogue import describe_original
+from feeler.spikes.sensilla import TABLE, encode_touch
 from feeler.studio.decoder import KINDS, Range, TouchDecoder
-from feeler.studio.exporting import bundle, read_page
-from feeler.studio.hand import replay
-from feeler.studio.messages import pack
+from feeler.studio.export import (
+    _pack,
+    _pack_contact,
+    _pack_expected,
+    _pack_shapes,
+    bundle,
+    read_page,
+)
+from feeler.studio.live import replay
+from feeler.studio.requests import AntennaWish, TouchWish, describe_original, simulate_pieces
 from feeler.studio.server import FILES
-from feeler.studio.touching import simulate_pieces
-from feeler.studio.wish import AntennaWish, TouchWish
+from feeler.studio.session import pack
 
 TESTS = ("page.test.mjs", "drawn.test.mjs", "app.test.mjs")
 WISHES = (

@@ -9,10 +9,15 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.studio.catalogue import describe_original
-from feeler.studio.messages import pack, read_message
-from feeler.studio.script import _write_antenna
-from feeler.studio.wish import AntennaWish, TouchWish, _sample_handles, compute_compliance
+from feeler.studio.export import _write_antenna
+from feeler.studio.requests import (
+    AntennaWish,
+    TouchWish,
+    _sample_handles,
+    compute_compliance,
+    describe_original,
+)
+from feeler.studio.session import pack, read_message
 
 from ._messages import unpack
 
@@ -60,7 +65,7 @@ def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
 
 
 def test_a_file_is_an_antenna_and_its_plain_data_come_back():
-    text = feeler.antenna.file.write_antenna(feeler.presets.make_preset("constant"))
+    text = feeler.antenna.files.write_antenna(feeler.presets.make_preset("constant"))
     wish = TouchWish(
         antenna=AntennaWish(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
     )

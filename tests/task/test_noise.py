@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.task import NOISES, Common, Mixed, Noise, Relative, parse_noise
+from feeler.objects import NOISES, Common, Mixed, Noise, Relative, parse_noise
 
 
 @pytest.fixture

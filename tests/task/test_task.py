@@ -4,10 +4,19 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.disk.toml import read_toml, save_toml
 from feeler.errors import InvalidInput
-from feeler.stimulus import Ball, Box, Wall, place, sample_trials
-from feeler.task import Common, Nuisances, Relative, Task
+from feeler.files import read_toml, save_toml
+from feeler.objects import (
+    Ball,
+    Box,
+    Common,
+    Nuisances,
+    Relative,
+    Task,
+    Wall,
+    place,
+    sample_trials,
+)
 
 TASK = Task(objects=("ball:radius=1.5", "box"), locations=(0.6, 0.9), noise="common:0.03")
 ODD = feeler.Antenna(

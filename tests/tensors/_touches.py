@@ -8,7 +8,7 @@ import numpy as np
 
 import feeler
 from feeler.execute import ProcessExecutor, ThreadExecutor
-from feeler.stimulus.feature import make_feature
+from feeler.objects.shapes import make_feature
 
 N_TRIALS = 24
 N = 12

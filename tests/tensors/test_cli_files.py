@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-from feeler.antenna.cockroach import cockroach
-from feeler.antenna.file import load_antenna
+from feeler.antenna.animals import cockroach
+from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.progress import ProgressBar

@@ -7,7 +7,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.tensors import find_breaches, rectify, scale_common, validate
-from feeler.tensors.quantities import QUANTITIES, Quantity
+from feeler.tensors.schema import QUANTITIES, Quantity
 
 from ._sets import make_set
 
@@ -140,7 +140,7 @@ def test_several_breaches_are_told_together():
 
 
 def test_a_set_larger_than_a_block_is_looked_at_to_its_end(monkeypatch):
-    monkeypatch.setattr("feeler.tensors.contract.BLOCK", 2 * 5 * 40 * 8)
+    monkeypatch.setattr("feeler.tensors.schema.BLOCK", 2 * 5 * 40 * 8)
     assert find_breaches(make_set()) == []
     for trial in range(8):
         tensors = make_set()

@@ -14,7 +14,7 @@ import pytest
 from awkward_touches import INTERVAL, N_SAMPLES, SENSORS, list_trials, make_antenna, make_set
 
 import feeler
-from feeler.physics.mjcf import write_mjcf
+from feeler.physics.spec import write_mjcf
 from feeler.robot import load_robot, write_robot
 from feeler.tensors.formats import save
 

@@ -14,12 +14,20 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from feeler.disk.guard import Limits
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.tensors.formats import FORMATS, Format, detect, find_writer, load, save
-from feeler.tensors.inspect import describe_file, find_problems
+from feeler.sandbox import Limits
+from feeler.tensors.formats import (
+    FORMATS,
+    Format,
+    describe_file,
+    detect,
+    find_problems,
+    find_writer,
+    load,
+    save,
+)
 from feeler.tensors.models import Model, load_model, save_model
-from feeler.tensors.plain import REQUIRED, complete
+from feeler.tensors.writers import REQUIRED, complete
 
 from ._sets import judge, make_set, make_trial
 
@@ -376,7 +384,7 @@ def test_one_trial_of_one_sample_survives_every_format(tmp_path):
     "kind", ["(2,", "f8,(3", "O", "V8", "<f16", "{'a': 1}", 8, None, ["a"]]
 )
 def test_a_type_is_one_of_few_words_and_never_parsed(tmp_path, whole, kind):
-    from feeler.tensors.plain import describe, restore
+    from feeler.tensors.writers import describe, restore
 
     content = json.loads(describe(whole))
     content["variables"]["angle"]["type"] = kind
@@ -430,7 +438,7 @@ def test_options_that_a_format_needs_are_named(tmp_path, whole):
 @pytest.mark.parametrize("suffix", [".nc", ".mat"])
 def test_a_file_of_ones_own_may_skip_the_guard(tmp_path, whole, suffix, monkeypatch):
     save(whole, tmp_path / f"set{suffix}")
-    monkeypatch.setattr("feeler.disk.guard._ask", lambda *_: pytest.fail("asked the guard"))
+    monkeypatch.setattr("feeler.sandbox._ask", lambda *_: pytest.fail("asked the guard"))
     xr.testing.assert_identical(load(tmp_path / f"set{suffix}", trusted=True), complete(whole))
 
 

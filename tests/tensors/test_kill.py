@@ -22,7 +22,7 @@ import feeler
 from feeler.errors import FeelerError
 from feeler.execute import OutOfMemory, ProcessExecutor, WorkerCrashed
 from feeler.execute.processes import USUAL, prepare_workers
-from feeler.experiment import job
+from feeler.experiments import runner as job
 from feeler.tensors.formats import load
 
 from ._sets import find_finished
@@ -52,7 +52,7 @@ def start(store, workers):
     """
     context = multiprocessing.get_context("forkserver")
     prepare_workers(
-        [*USUAL, "feeler.experiment.gather", "feeler.physics.chain", "feeler.tensors.store"]
+        [*USUAL, "feeler.experiments.runner", "feeler.physics.chain", "feeler.tensors.store"]
     )
     told, theirs = context.Pipe(duplex=False)
     process = context.Process(target=work, args=(theirs, store, workers))

@@ -6,7 +6,7 @@ import xarray as xr
 from sklearn.utils import get_tags
 
 import feeler
-from feeler.dispersion import compute_mse, compute_nmi, compute_pearson, compute_ssim
+from feeler.analysis import compute_mse, compute_nmi, compute_pearson, compute_ssim
 from feeler.errors import InvalidInput
 
 

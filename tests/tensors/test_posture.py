@@ -7,8 +7,8 @@ import pytest
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.stimulus.ninety import trials
-from feeler.tensors.posture import reconstruct_posture
+from feeler.objects.trials import trials
+from feeler.tensors.transforms import reconstruct_posture
 
 
 def test_all_hinges_give_the_shape_itself():
@@ -59,7 +59,7 @@ def test_another_antenna_is_refused():
 def test_curvature_in_space_is_that_of_both_bendings_and_not_of_torsion():
     import xarray as xr
 
-    from feeler.tensors.posture import compute_bend
+    from feeler.tensors.transforms import compute_bend
 
     antenna = feeler.Antenna.from_beam(
         length=8.0,

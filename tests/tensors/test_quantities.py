@@ -9,11 +9,11 @@ import pint
 import pytest
 
 import feeler
-from feeler.dispersion import compute_dispersion
+from feeler.analysis import compute_dispersion
 from feeler.errors import InvalidInput
 from feeler.tensors import QUANTITIES, Quantity, find_breaches, make_tensors
 from feeler.tensors.formats import load
-from feeler.tensors.quantities import _find_contact
+from feeler.tensors.schema import _find_contact
 from tensors._touches import antenna, options, trials
 
 UNITS = pint.UnitRegistry()

@@ -10,10 +10,9 @@ import xarray as xr
 
 import feeler
 from feeler.errors import Doubtful, InvalidInput
-from feeler.stimulus import Ball, Triangle
+from feeler.objects import Ball, Triangle
 from feeler.tensors import fold_signs, measure_peak, mirror_to_left, rectify
-from feeler.tensors.posture import compute_bend
-from feeler.tensors.sides import get_bending
+from feeler.tensors.transforms import compute_bend, get_bending
 from tests.tensors._touches import antenna
 
 SIDES = ("left", "right", "left", "right")

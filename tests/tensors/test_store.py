@@ -19,12 +19,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from feeler import files as disk
 from feeler.errors import InvalidInput, StoreError
-from feeler.tensors import disk, stored
-from feeler.tensors.records import Label, seal
-from feeler.tensors.shards import INNER, find_inner
+from feeler.tensors import stored
 from feeler.tensors.store import open_store, save_store
-from feeler.tensors.stored import find_damage, read_store
+from feeler.tensors.stored import INNER, Label, find_damage, find_inner, read_store, seal
 
 from ._sets import CONFIGURATION, N_TRIALS, fill, find_finished, make_set, make_trial
 
@@ -237,7 +236,7 @@ FULL = """
 import sys; sys.path.insert(0, {tests!r})
 from tensors._sets import make_trial, make_set, CONFIGURATION
 from feeler.tensors.stored import read_store
-from feeler.tensors.shards import INNER, find_inner
+from feeler.tensors.stored import INNER, find_inner
 from feeler.tensors.store import open_store, save_store
 from feeler.errors import StoreError
 import xarray, pathlib
@@ -310,7 +309,7 @@ def test_a_second_writer_is_refused_by_name(path):
     code = f"""
 import sys; sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from tensors._sets import CONFIGURATION
-from feeler.tensors.shards import INNER, find_inner
+from feeler.tensors.stored import INNER, find_inner
 from feeler.tensors.store import open_store, save_store
 with open_store({str(path)!r}, CONFIGURATION, 8) as store:
     print("open", flush=True)

@@ -12,14 +12,14 @@ import pytest
 import xarray as xr
 
 import feeler
-from feeler.disk import provenance
+from feeler import provenance
 from feeler.errors import SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.tensors.formats import load
 
 from ._touches import N_TRIALS, antenna, options, pick, run, trials
 
-verb = importlib.import_module("feeler.experiment.touch")  # the module
+verb = importlib.import_module("feeler.experiments.tactile")  # the module
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def test_other_trials_are_refused_by_name(tmp_path):
 
 
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
-    from feeler.experiment import job as module
+    from feeler.experiments import runner as module
 
     real = module.run_lanes
 
@@ -165,7 +165,7 @@ def test_a_disk_too_small_is_said_before_anything_is_simulated(tmp_path, monkeyp
 
 
 def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
-    from feeler.experiment import job as module
+    from feeler.experiments import runner as module
 
     real = module.run_lanes
 

@@ -15,7 +15,7 @@ from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.physics.simulation import Simulation
 from feeler.plotting.results import plot_trial
-from feeler.plotting.touch import plot_touch
+from feeler.plotting.tensors import plot_touch
 from feeler.studies.tradeoff import load_declared
 from feeler.tensors import QUANTITIES, in_unit
 

@@ -12,8 +12,6 @@ from feeler.errors import InvalidInput
 from feeler.tracking import (
     Tracks,
     compute_antenna_angle,
-    exploration,
-    files,
     find_sweeps,
     load_tracks,
     make_synthetic_tracks,
@@ -22,6 +20,8 @@ from feeler.tracking import (
     trackers,
     tracks,
 )
+from feeler.tracking import kinematics as exploration
+from feeler.tracking import tracks as files
 from feeler.tracking.trackers import Found
 
 NAMES = ("nose", "left_tip", "elbow")

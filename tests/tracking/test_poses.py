@@ -224,7 +224,7 @@ def test_frames_that_are_left_out_of_the_times_are_gaps(tmp_path):
 def test_each_film_begins_a_pause_after_the_one_before_has_ended(tmp_path, trials):
     from pynwb import NWBHDF5IO
 
-    from feeler.tensors.nwb import PAUSE
+    from feeler.tensors.writers import PAUSE
 
     films = [trials[1], trials[0], trials[1]]
     save_poses(films, tmp_path / "a.nwb", session_start=START, identifier="walk")

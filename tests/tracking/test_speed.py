@@ -13,7 +13,7 @@ from feeler.tracking import (
     make_synthetic_tracks,
     measure_exploration,
 )
-from feeler.tracking.speed import bridge_gaps, differentiate, smooth
+from feeler.tracking.kinematics import bridge_gaps, differentiate, smooth
 
 DEGREES = np.deg2rad(1.0) * 1e-3  # °/s in rad/ms
 

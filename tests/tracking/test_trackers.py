@@ -25,8 +25,7 @@ from feeler.tracking import (
     measure_posture,
     trackers,
 )
-from feeler.tracking.clock import spread_frames
-from feeler.tracking.trackers import PLANES, Found, project
+from feeler.tracking.trackers import PLANES, Found, project, spread_frames
 from feeler.tracking.tracks import Tracks, _doubt
 
 DATA = Path(__file__).parent / "data"

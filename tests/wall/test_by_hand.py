@@ -20,10 +20,9 @@ from feeler.wall import (
     slide,
     summarise,
 )
-from feeler.wall.course import Course, _measure_turns
-from feeler.wall.following import Run
-from feeler.wall.peak import Peak, find_sweep_peak, place_top
-from feeler.wall.sensitivity import SETUP_CHOICES, Case
+from feeler.wall.approach import Peak, find_sweep_peak, place_top
+from feeler.wall.distance import SETUP_CHOICES, Case
+from feeler.wall.following import Course, Run, _measure_turns
 
 N, STEP = 80, 0.5
 ANTENNA = Antenna(
@@ -323,7 +322,7 @@ def test_tensors_of_a_wall_carry_the_numbers_of_its_set_up(posture, angle):
 
 def test_what_a_sliding_wall_bends_most_is_beyond_the_slack_shape():
     """A hooked antenna, pressed a little elsewhere: the dot is where it was pressed."""
-    from feeler.plotting.wall import Shapes
+    from feeler.plotting.results import Shapes
 
     hook, pressed = np.zeros(N), np.zeros(N)
     hook[60:66], pressed[18:24] = 0.3, 0.05

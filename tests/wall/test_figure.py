@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.plotting.look import PALETTE
-from feeler.plotting.wall import Shapes, plot_shapes
+from feeler.plotting.results import Shapes, plot_shapes
+from feeler.plotting.style import PALETTE
 from feeler.presets import cockroach
 from feeler.studies.paper import fig3
 from feeler.studies.paper.fig3_family import (
@@ -24,7 +24,7 @@ from feeler.studies.paper.fig3_family import (
 )
 from feeler.studies.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
-from feeler.wall.sensitivity import SETUP_CHOICES
+from feeler.wall.distance import SETUP_CHOICES
 
 
 @pytest.mark.long

@@ -20,7 +20,7 @@ from feeler.wall import (
     map_distance,
     summarise,
 )
-from feeler.wall.peak import compute_smooth_curvature
+from feeler.wall.approach import compute_smooth_curvature
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
+from feeler.objects.distance import compute_clearance
 from feeler.presets import cockroach
-from feeler.stimulus.clearance import compute_clearance
 from feeler.wall import (
     DISTANCES,
     FOLLOWING,
@@ -20,8 +20,8 @@ from feeler.wall import (
     make_turn,
     slide,
 )
+from feeler.wall.distance import BENDS, FRICTIONS
 from feeler.wall.following import BODY_LOST, CALIBRATION, LISTENING, SETTLING
-from feeler.wall.sensitivity import BENDS, FRICTIONS
 
 
 @pytest.mark.further

@@ -7,12 +7,12 @@ import pytest
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
 from feeler.physics.run import run_scene
+from feeler.physics.scene import Clock
 from feeler.presets import cockroach
 from feeler.wall import Posture, approach
-from feeler.wall.sweep import _begin, make_wall_scene
+from feeler.wall.approach import _begin, make_wall_scene
 
 FEW = (22.0, 16.0, 10.0, 6.0)
 

@@ -13,12 +13,11 @@ from cosseratbench.solver import Diverged
 from cosseratbench.trajectory import Trajectory
 
 import feeler
-from feeler.antenna.antenna import Antenna
-from feeler.physics.chain.batch import ChainStepper
+from feeler.antenna.segments import Antenna
 from feeler.physics.chain.fields import B_PULL_X, B_PULL_Y
-from feeler.physics.clock import Clock
+from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.contact import Contact
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Clock, Scene
 
 STEP = 0.02  # time step over the period of the stiffest bending wave, divided by 2π
 M, KG, S = 1e3, 1e3, 1e3  # mm, g, ms

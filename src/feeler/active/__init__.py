@@ -4,13 +4,10 @@ Environments for Gymnasium are in ``feeler.active.environment``, which needs the
 nothing else here does. Policies against each other: ``feeler.studies.contests``.
 """
 
-from feeler.active.arena import Arena
-from feeler.active.follow import FollowTask
-from feeler.active.learned import make_learned
 from feeler.active.observer import Episodes, Known, Observer
-from feeler.active.policies import POLICIES, parse_policy
+from feeler.active.policies import POLICIES, make_learned, parse_policy
 from feeler.active.show import film_policy
-from feeler.active.task import ActiveTask, LocaliseTask, Start, TouchTask
+from feeler.active.tasks import ActiveTask, Arena, FollowTask, LocaliseTask, Start, TouchTask
 
 __all__ = [
     "POLICIES",

@@ -16,11 +16,10 @@ from typing import Annotated, Any
 import numpy as np
 from scipy.special import softmax
 
-from feeler.active.arena import Arena
-from feeler.active.task import SAMPLE, TouchTask
-from feeler.decoding.told import weigh_touches
+from feeler.active.tasks import SAMPLE, Arena, TouchTask
+from feeler.decoding.observers import weigh_touches
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
+from feeler.validation import checked
 
 MENU = (0.0, 0.03, 0.06, 0.12, 0.3, 0.6, 1.2)  # [C] mm/ms
 PERIOD = 5.0  # [C] ms between two decisions

@@ -11,14 +11,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from feeler.active.arena import Arena
 from feeler.active.observer import Observer, Policy
-from feeler.antenna.antenna import Antenna
+from feeler.active.tasks import Arena
+from feeler.antenna.segments import Antenna
 from feeler.physics.scene import Scene
-from feeler.plotting.look import style
+from feeler.plotting.antennas import MovingAntenna, make_patch
 from feeler.plotting.movie import SLOWER, choose_frames, say_clock, write_movie
-from feeler.plotting.posture import MovingAntenna, make_patch
-from feeler.records.checked import checked
+from feeler.plotting.style import style
+from feeler.validation import checked
 
 _PEAK = 0.06  # rad; where the colours end [C]
 

@@ -6,11 +6,9 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import require_plane
+from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.rules import show
+from feeler.validation import checked, show
 
 _FASTEST = 2 * np.pi * 1e9  # [C] rad/ms; no part of an antenna swings so fast
 

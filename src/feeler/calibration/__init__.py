@@ -1,27 +1,42 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
 
-from feeler.calibration.fitting import Fit, fit, make_starts
-from feeler.calibration.hinges import FAMILIES, Band, Hinges, compute_band, make_hinges
-from feeler.calibration.identify import (
+from feeler.calibration.fitting import (
+    METHODS,
     Directions,
+    Fit,
+    Minimum,
     Profiles,
     analyse_directions,
     bootstrap,
     compute_profiles,
+    fit,
+    make_starts,
+    search,
     walk_loose,
 )
-from feeler.calibration.optimise import METHODS, Minimum, search
-from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces
+from feeler.calibration.hinges import FAMILIES, Band, Hinges, compute_band, make_hinges
 from feeler.calibration.problem import (
+    Measured,
     Problem,
+    Protocol,
+    Target,
+    Targets,
     compute_distance,
     compute_residuals,
     compute_symmetric_accuracy,
+    load_targets,
+    make_targets,
 )
-from feeler.calibration.protocol import Measured, Protocol
-from feeler.calibration.recording import Traces, load_traces
-from feeler.calibration.targets import Target, Targets, load_targets, make_targets
-from feeler.calibration.trace import find_release, find_rest, measure_trace
+from feeler.calibration.traces import (
+    TraceFit,
+    Traces,
+    find_release,
+    find_rest,
+    fit_traces,
+    load_traces,
+    make_synthetic_traces,
+    measure_trace,
+)
 
 __all__ = [
     "FAMILIES",

@@ -10,10 +10,8 @@ import numpy as np
 
 from feeler.antenna import Antenna, Constant, Exponential, Linear
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.record import Record, freeze
-from feeler.records.registry import Registry
-from feeler.records.rules import show
+from feeler.records import Record, Registry, freeze
+from feeler.validation import checked, show
 
 # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
 _TIP_STIFFNESS, _TIP_DAMPING = 3.85e-4, 0.0153

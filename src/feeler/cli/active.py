@@ -19,7 +19,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json, say_what_stays
+from feeler.cli.options import Json, say_json, say_what_stays
 from feeler.errors import MissingExtra
 
 
@@ -56,8 +56,8 @@ def active(
     from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.disk.provenance import describe_versions
     from feeler.progress import ProgressBar
+    from feeler.provenance import describe_versions
     from feeler.studies.contests import load_contest, write_active
 
     contest = load_contest(sets=sets, copies=copies, noise=noise)

@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import require_new
+from feeler.cli.options import require_new
 from feeler.errors import InvalidInput
 
 
@@ -34,8 +34,8 @@ def antenna(
     """
     from dataclasses import replace
 
-    from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
-    from feeler.antenna.file import save_antenna
+    from feeler.antenna.animals import PROFILE_NAMES, cockroach
+    from feeler.antenna.files import save_antenna
     from feeler.presets import read_preset
 
     require_new(file)

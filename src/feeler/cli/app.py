@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from feeler.cli.page import Verbs, add_verb, list_options, say_in_shell
-from feeler.disk.files import FULL
+from feeler.cli.options import Verbs, add_verb, list_options, say_in_shell
 from feeler.errors import FeelerError, lacks_memory, say_warnings
+from feeler.files import FULL
 from feeler.terminal import escape, plain_output
 
 _GROUPS = {
@@ -70,7 +70,7 @@ for verb in _VERBS:
 
 def _show_version(asked: bool) -> None:
     if asked:
-        from feeler.disk.provenance import list_versions
+        from feeler.provenance import list_versions
 
         typer.echo(" ".join(f"{name} {version}" for name, version in list_versions().items()))
         raise typer.Exit

@@ -21,9 +21,8 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.page import EngineName
-from feeler.cli.say import Json, say_json
-from feeler.disk.files import write_text
+from feeler.cli.options import EngineName, Json, say_json
+from feeler.files import write_text
 
 _BAD = (
     0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
@@ -209,9 +208,9 @@ def _save(
     """calibration.html, calibration.png, profile.png, calibration.json and antenna.toml, the
     antenna of the mean parameters.
     """
-    from feeler.antenna.file import save_antenna
+    from feeler.antenna.files import save_antenna
     from feeler.report import Section, write_page
-    from feeler.report.section import to_json
+    from feeler.report.page import to_json
 
     out.mkdir(parents=True, exist_ok=True)
     antenna = hinges.build(result.p).replace(name=f"fitted to {traces.source} traces")
@@ -271,7 +270,7 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     import xarray as xr
 
     from feeler.cli.choose import parse_start
-    from feeler.tensors.nwb import save_nwb
+    from feeler.tensors.writers import save_nwb
 
     shares = {"displacement": traces.displacement, "fitted": result.simulated}
     dataset = xr.Dataset(

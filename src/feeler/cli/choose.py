@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
 
@@ -24,7 +24,7 @@ def choose_antenna(name: str) -> Antenna:
 
         if is_robot_file(name):
             return load_robot(name).antenna
-        from feeler.antenna.file import load_antenna
+        from feeler.antenna.files import load_antenna
 
         return load_antenna(Path(name))
     raise InvalidInput(
@@ -37,7 +37,7 @@ def name_antennas(names: Sequence[str]) -> dict[str, Antenna]:
     """The chosen antennas by what a page calls them: a file by its name without ending, but with it
     where something else has that name, and so a colour, already.
     """
-    from feeler.stimulus.ninety import SPEEDS, make_features
+    from feeler.objects.trials import SPEEDS, make_features
 
     taken = {*PRESETS, *SPEEDS, *(feature.kind for feature in make_features())}
     short = {name: Path(name).stem for name in names}

@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, describe_timesteps, say_json
+from feeler.cli.options import Json, describe_timesteps, say_json
 
 
 def compare(
@@ -38,11 +38,11 @@ def compare(
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import name_antennas
     from feeler.decoding import READERS
-    from feeler.disk.provenance import describe_versions
     from feeler.errors import InvalidInput
+    from feeler.objects import load_objects
+    from feeler.objects.trials import trials
     from feeler.physics.engine import DEFAULT_ENGINE
-    from feeler.stimulus import load_objects
-    from feeler.stimulus.ninety import trials
+    from feeler.provenance import describe_versions
     from feeler.studies.comparison import compare_antennas, touch_whole, write_comparison
     from feeler.studies.scale import SCALES
 

@@ -22,7 +22,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import require_new
+from feeler.cli.options import require_new
 from feeler.errors import InvalidInput
 
 
@@ -56,7 +56,7 @@ def convert(
     """
     from feeler.cli.choose import parse_start
     from feeler.cli.info import name_instead
-    from feeler.disk.guard import Limits
+    from feeler.sandbox import Limits
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 

@@ -16,8 +16,8 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, require_new, say_json, say_what_stays
-from feeler.disk.files import write_text
+from feeler.cli.options import Json, require_new, say_json, say_what_stays
+from feeler.files import write_text
 
 
 def design(
@@ -57,10 +57,9 @@ def design(
     """Search for the antenna that tells a task's touches apart best, and judge it on touches that
     the search has not seen.
     """
-    from feeler.antenna.space import require_plane
+    from feeler.antenna.segments import require_plane
     from feeler.cli.choose import choose_executor
-    from feeler.design.outcome import JOURNAL, carry_out
-    from feeler.design.plan import TEMPLATE, load_plan
+    from feeler.design.plan import JOURNAL, TEMPLATE, carry_out, load_plan
 
     if new:
         require_new(task)
@@ -79,9 +78,9 @@ def design(
 
 
 def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool) -> None:
-    from feeler.design.making import measure_tolerance
     from feeler.design.page import write_design
-    from feeler.disk.provenance import describe_versions
+    from feeler.design.plan import measure_tolerance
+    from feeler.provenance import describe_versions
 
     tolerance = measure_tolerance(found.best, found.task, executor=executor) if robot else None
     fewer, error = found.compare()

@@ -42,8 +42,8 @@ def export(
     import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
-    from feeler.physics.mjcf import write_mjcf
-    from feeler.stimulus.feature import parse_feature
+    from feeler.objects.shapes import parse_feature
+    from feeler.physics.spec import write_mjcf
 
     if file.suffix.lower() not in (".xml", ".mjcf"):
         raise InvalidInput(

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.options import Json, say_json
 
 
 def follow(

@@ -15,8 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.page import list_options, say_in_shell
-from feeler.cli.say import Json, say_json
+from feeler.cli.options import Json, list_options, say_in_shell, say_json
 from feeler.errors import FeelerError, InvalidInput
 from feeler.terminal import escape
 
@@ -44,8 +43,8 @@ def info(
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
     them is executed.
     """
-    from feeler.disk.guard import Limits
-    from feeler.tensors.inspect import describe_file
+    from feeler.sandbox import Limits
+    from feeler.tensors.formats import describe_file
 
     limits, also = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
     found, refused = {}, []
@@ -77,8 +76,7 @@ def name_instead(path: str | Path, kind: str) -> FeelerError | None:
     """What a file is that holds nothing of this kind, and the command that takes it; None where it
     may be of the kind, but is at fault, or is unknown.
     """
-    from feeler.tensors.formats import find_formats
-    from feeler.tensors.inspect import find_advice, open_file
+    from feeler.tensors.formats import find_advice, find_formats, open_file
 
     if not Path(path).exists():
         return None
@@ -102,9 +100,9 @@ def list_rooms() -> dict[str, Any]:
     tables that no verb reads as they are.
     """
     from feeler.design.plan import DESIGN_FILES
-    from feeler.robot.files import ROBOT_FILES
-    from feeler.tensors.kinds import PLAIN_TABLES
-    from feeler.tracking.files import TRACK_FILES
+    from feeler.robot.recordings import ROBOT_FILES
+    from feeler.tensors.formats import PLAIN_TABLES
+    from feeler.tracking.tracks import TRACK_FILES
 
     named = {**_name_traces(), **_name_results(), **PLAIN_TABLES}
     return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **named}
@@ -112,8 +110,7 @@ def list_rooms() -> dict[str, Any]:
 
 def _name_traces() -> dict[str, Any]:
     """Tables that ``feeler calibrate`` reads, by its own reader."""
-    from feeler.tensors.formats import Format
-    from feeler.tensors.kinds import PLAIN_TABLES
+    from feeler.tensors.formats import PLAIN_TABLES, Format
 
     def load(path: Path, limits: Any, trusted: bool) -> list[str]:
         from feeler.calibration import load_traces

@@ -72,7 +72,7 @@ def reproduce(
         prepare_workers([*USUAL, *_PREPARED])  # while this process imports what it needs itself
 
     from feeler.cli.choose import change_antenna, choose_antenna
-    from feeler.cli.say import say_what_stays
+    from feeler.cli.options import say_what_stays
     from feeler.physics.contact import get_contact
     from feeler.physics.engine import choose_timestep, get_engine
     from feeler.studies.paper.context import Context

@@ -48,7 +48,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from feeler.cli.page import Verbs, list_examples
+from feeler.cli.options import Json, Verbs, list_examples, say_json
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -69,7 +69,6 @@ from feeler.cli.robot_options import (
     make_touches,
     tell,
 )
-from feeler.cli.say import Json, say_json
 
 app = Verbs(
     help=(
@@ -83,7 +82,7 @@ app = Verbs(
 @app.command()
 def example(folder: Annotated[Path, typer.Argument(help="where to put them")] = Path()) -> None:
     """Copy the example files (made by a surrogate robot) to a folder."""
-    from feeler.robot.examples import EXAMPLES, get_example
+    from feeler.robot.description import EXAMPLES, get_example
 
     folder.mkdir(parents=True, exist_ok=True)
     for name in EXAMPLES:
@@ -279,7 +278,7 @@ def classify(
     the recording's notes know of the touch is printed beside.
     """
     from feeler.robot import choose_before, make_classifier, subtract_rest
-    from feeler.robot.answer import judge_recording
+    from feeler.robot.classify import judge_recording
 
     robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
     units = {"unit": unit, "time_unit": time_unit}

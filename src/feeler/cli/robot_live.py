@@ -11,6 +11,7 @@ from typing import Annotated, Any, BinaryIO
 import numpy as np
 import typer
 
+from feeler.cli.options import Json, require_new, say_json
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
@@ -29,9 +30,8 @@ from feeler.cli.robot_options import (
     require,
     tell,
 )
-from feeler.cli.say import Json, require_new, say_json
-from feeler.disk.files import write_text
 from feeler.errors import InvalidInput, require_extra
+from feeler.files import write_text
 
 _WAITING = 10**6  # [C] lines that wait while touches are simulated
 _WRONG = "broken", "outside", "restarts"
@@ -80,8 +80,8 @@ def stream(
         make_classifier,
         make_decoder,
     )
-    from feeler.robot.link import Link
     from feeler.robot.live import LiveTouch, Readings
+    from feeler.robot.stream import Link
 
     if serial:
         require_extra("serial", "robot", "a serial port")
@@ -128,8 +128,8 @@ def stream(
 
 def _listen(source: str, serial: bool, baud: int, link, n: int, time_unit: str | None):
     """Times and values as they arrive; what arrives before they are asked for waits."""
-    from feeler.robot.recording import find_time_factor
-    from feeler.robot.samples import open_serial, read_lines, read_samples
+    from feeler.robot.recordings import find_time_factor
+    from feeler.robot.stream import open_serial, read_lines, read_samples
 
     factor = find_time_factor(time_unit or "ms")
     arriving = open_serial(source, baud) if serial else read_lines(_open_input())
@@ -200,7 +200,7 @@ def replay(
     import time
 
     from feeler.robot import load_recording
-    from feeler.robot.link import frame_sample
+    from feeler.robot.stream import frame_sample
 
     read = load_recording(recording, **Robot(antenna).channels)
     began = time.monotonic()
@@ -250,7 +250,7 @@ def _decode(touch, samples, readings, every: int, say, link):
 
 
 def _describe_state(state) -> dict[str, Any]:
-    from feeler.robot.answer import describe_touch
+    from feeler.robot.classify import describe_touch
 
     return {
         "since_contact": state.since_contact,
@@ -275,7 +275,7 @@ def _count(link, readings) -> dict[str, int]:
 
 
 def _say_state(known) -> None:
-    from feeler.robot.answer import name_touch
+    from feeler.robot.classify import name_touch
 
     label = name_touch(tuple(known["label"].values())) if known["label"] else ""
     if known["unlike_all"]:
@@ -297,7 +297,7 @@ def _say_whole_json(
 
 
 def _say_whole(contact: bool, missed: int, link, readings, labels: dict | None, answer) -> None:
-    from feeler.robot.answer import name_notes
+    from feeler.robot.classify import name_notes
 
     if answer is not None:
         typer.echo(f"as a whole: {answer}")

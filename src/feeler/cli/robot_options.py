@@ -107,8 +107,8 @@ class Robot:
 
 def make_touches(objects: Path | None, locations: str | None, speeds: str | None) -> list:
     """The touches to tell apart: the paper's, but for what was said."""
+    from feeler.objects import load_objects
     from feeler.robot.touches import make_touches as make_robot_touches
-    from feeler.stimulus import load_objects
 
     features = None if objects is None else load_objects(objects)
     return make_robot_touches(

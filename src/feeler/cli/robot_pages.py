@@ -11,14 +11,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.ticker import MaxNLocator
 
-from feeler.decoding.stream import StreamState
-from feeler.disk.files import write_text
-from feeler.plotting.look import pick_shades
+from feeler.decoding.streams import StreamState
+from feeler.files import write_text
+from feeler.plotting.style import pick_shades
 from feeler.report import Section, write_page
-from feeler.report.section import to_json
-from feeler.robot.answer import Answer, name_notes, name_touch
-from feeler.robot.factors import RobotFit
-from feeler.robot.recording import Recording
+from feeler.report.page import to_json
+from feeler.robot.classify import Answer, name_notes, name_touch
+from feeler.robot.fit import RobotFit
+from feeler.robot.recordings import Recording
 
 
 def write_answers(

@@ -19,7 +19,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.say import Json, say_adapted, say_json
+from feeler.cli.options import Json, say_adapted, say_json
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,11 +115,11 @@ def spikes(said: _SpikeOptions) -> None:
 def _make_touches(said: _SpikeOptions) -> Any:
     """The touches of a file, or one made now."""
     from feeler.cli.choose import choose_antenna
-    from feeler.experiment.touch import touch
-    from feeler.stimulus.feature import parse_feature
-    from feeler.stimulus.trial import Trial
-    from feeler.tensors.contract import validate
+    from feeler.experiments.tactile import touch
+    from feeler.objects.shapes import parse_feature
+    from feeler.objects.trials import Trial
     from feeler.tensors.formats import load
+    from feeler.tensors.schema import validate
 
     if said.touches is not None:
         return validate(load(said.touches)).load()
@@ -154,9 +154,9 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: 
     """The page, and what is said in the terminal."""
     import numpy as np
 
-    from feeler.plotting.raster import plot_touch_spikes
+    from feeler.plotting.results import plot_touch_spikes
     from feeler.report import Section, write_page
-    from feeler.tensors.unit import in_unit
+    from feeler.tensors.transforms import in_unit
 
     shown = drawn.isel(trial=said.show)
     times = in_unit(drawn["spike_time"], "ms").values

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from feeler.cli.say import require_new
-from feeler.disk.files import write_text
+from feeler.cli.options import require_new
 from feeler.errors import InvalidInput
+from feeler.files import write_text
 
 if TYPE_CHECKING:
     from feeler.studio import AntennaWish
@@ -57,7 +57,7 @@ def studio(
     from feeler.presets import PRESETS
     from feeler.robot import load_calibration
     from feeler.studio import Boards, Studio
-    from feeler.studio.wish import wish_for
+    from feeler.studio.requests import wish_for
 
     robot = Robot(antenna)
     wish = wish_for(antenna if antenna in PRESETS else robot.antenna)

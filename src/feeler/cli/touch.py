@@ -24,8 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.page import EngineName
-from feeler.cli.say import Json, say_json
+from feeler.cli.options import EngineName, Json, say_json
 
 _MANY = "; repeat it with --store"
 
@@ -116,7 +115,7 @@ class _TouchOptions:
 
     def list_options(self) -> dict[str, Any]:
         """What one touch and many are simulated with."""
-        from feeler.stimulus.flow import parse_flow
+        from feeler.objects.motion import parse_flow
 
         return {
             "duration": self.duration,
@@ -128,8 +127,8 @@ class _TouchOptions:
 
     def make_trials(self) -> list[Any]:
         """Every combination of features, sizes, locations and speeds."""
-        from feeler.stimulus.feature import parse_feature
-        from feeler.stimulus.trial import Trial
+        from feeler.objects.shapes import parse_feature
+        from feeler.objects.trials import Trial
 
         named = [
             f"outline:file={self.outline}" if kind == "outline" and self.outline else kind
@@ -170,8 +169,8 @@ def touch(said: _TouchOptions) -> None:
 def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
-    from feeler.cli.say import say_what_stays
-    from feeler.experiment.touch import touch as simulate
+    from feeler.cli.options import say_what_stays
+    from feeler.experiments.tactile import touch as simulate
     from feeler.progress import ProgressBar
 
     with choose_executor(said.workers, said.cluster, processes=said.processes) as executor:
@@ -201,8 +200,8 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
 
 def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and movie."""
-    from feeler.cli.say import say_adapted
-    from feeler.experiment.touch import touch as simulate
+    from feeler.cli.options import say_adapted
+    from feeler.experiments.tactile import touch as simulate
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
 
@@ -265,7 +264,7 @@ def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any)
     from matplotlib.figure import Figure
 
     from feeler.plotting import plot_touch, style
-    from feeler.plotting.turn import describe_turnable
+    from feeler.plotting.antennas import describe_turnable
 
     with style():
         figure = Figure(figsize=(4.5, 3.0), layout="constrained")
@@ -289,8 +288,7 @@ def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any)
 
 def _measure(tensors: Any) -> dict[str, tuple[float, str]]:
     """The peak of each quantity, the same from either side, and its unit."""
-    from feeler.tensors.sides import measure_peak
-    from feeler.tensors.unit import in_unit
+    from feeler.tensors.transforms import in_unit, measure_peak
 
     force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1)
     return {

@@ -35,9 +35,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.page import list_options, say_in_shell
-from feeler.cli.say import Json, say_json
-from feeler.disk.files import write_text, writing
+from feeler.cli.options import Json, list_options, say_in_shell, say_json
+from feeler.files import write_text, writing
 
 _SIDES = ("left", "right")
 _HEADER = (
@@ -229,7 +228,7 @@ def tracks(said: _TrackOptions) -> None:
 def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
     """The options that change a number, as given, else as kept in the files, else as by default."""
     import feeler
-    from feeler.tracking.speed import MAX_GAP
+    from feeler.tracking.kinematics import MAX_GAP
 
     kept = trials[0].settings
     if any(trial.settings != kept for trial in trials):

@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, describe_timesteps, say_json
+from feeler.cli.options import Json, describe_timesteps, say_json
 
 
 def tradeoff(
@@ -55,9 +55,9 @@ def tradeoff(
     and samples since contact.
     """
     from feeler.cli.choose import name_antennas
-    from feeler.disk.provenance import describe_versions
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.progress import ProgressBar
+    from feeler.provenance import describe_versions
     from feeler.studies.tradeoff import load_declared, split_measured, write_tradeoff
 
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.options import Json, say_json
 from feeler.terminal import escape
 
 
@@ -30,8 +30,8 @@ def validate(
     exit code 1 if anything is wrong.
     """
     from feeler.cli.info import list_rooms
-    from feeler.disk.guard import Limits
-    from feeler.tensors.inspect import find_problems
+    from feeler.sandbox import Limits
+    from feeler.tensors.formats import find_problems
 
     limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
     found = {file: find_problems(file, limits, rooms) for file in files}

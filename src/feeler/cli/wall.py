@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.say import Json, say_json
+from feeler.cli.options import Json, say_json
 from feeler.errors import InvalidInput
 
 
@@ -116,7 +116,7 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
 
 def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     """wall.html with the antennae beside the wall and the maps, their pictures, and wall.json."""
-    from feeler.plotting.wall import Shapes, plot_maps, plot_shapes
+    from feeler.plotting.results import Shapes, plot_maps, plot_shapes
     from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)

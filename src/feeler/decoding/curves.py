@@ -1,22 +1,220 @@
-"""All accuracy curves of one comparison, with their null and their baseline."""
+"""Accuracy curves of a comparison with their nulls and baselines, and whether an order holds."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from itertools import pairwise
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
+from sklearn.base import clone
 
-from feeler.decoding.classifiers import make_fitting_lda, make_lda
-from feeler.decoding.codes import CODES, JointFit, encode_with, fit_null, make_null
-from feeler.decoding.plan import Plan
-from feeler.decoding.reader import READERS, Reader
-from feeler.decoding.sweep import Sweep, compute_sweep
-from feeler.dispersion.index import check_tensors
-from feeler.records.checked import checked
-from feeler.task.noise import NOISES, Common
-from feeler.tensors.scaling import label_like
-from feeler.tensors.sides import measure_peak, mirror_to_left
+from feeler.analysis.dispersion import Interval, bootstrap_difference
+from feeler.analysis.indices import check_tensors
+from feeler.decoding.classifiers import READERS, Reader, make_fitting_lda, make_labels, make_lda
+from feeler.decoding.sweeps import Plan, Sweep, compute_sweep
+from feeler.errors import Doubtful, InvalidInput
+from feeler.objects.noise import NOISES, Common, Relative
+from feeler.tensors.transforms import (
+    MUCH,
+    find_right,
+    fold_planes,
+    fold_signs,
+    label_like,
+    measure_negative,
+    measure_peak,
+    mirror_to_left,
+    need,
+    rectify,
+)
+from feeler.validation import checked
+
+# The codes that a reader can be given, and two tests of those fitted with their bases.
+#
+# The tests are identical touches, which tell nothing, and every touch twice.
+
+CODES = ("joint", "sparse", "ridge", "raw")
+"""Kinds of code; ``feeler.encoding.LABELS`` has a label for each.
+
+``joint`` activations are fitted together with the bases (the paper's recipe); ``sparse`` and
+``ridge`` ones belong to fixed bases, with and without the sparseness constraint; ``raw`` is the
+tensors themselves.
+"""
+
+
+class _Coder(Protocol):
+    """What has learned bases."""
+
+    def transform(self, tensors: Any, /, code: str) -> Any:
+        """Tensors in the bases that were learned."""
+
+
+class _Encoder(_Coder, Protocol):
+    """What makes codes of tensors: :class:`feeler.encoding.ConvolutiveNMF`, or one like it."""
+
+    def fit(self, tensors: Any, /) -> Any:
+        """Learn bases of tensors (trial, sensor, time)."""
+
+
+@checked
+def make_codes(
+    tensors: Any, encoder: _Encoder | None, kinds: Sequence[str] = CODES
+) -> dict[str, Any]:
+    """Every kind of code of the same tensors, after one fit of the bases.
+
+    Parameters
+    ----------
+    tensors
+        Non-negative (trial, sensor, time).
+    encoder
+        An unfitted encoder such as :class:`feeler.encoding.ConvolutiveNMF`; it is fitted here
+        unless only ``raw`` is asked for.
+    kinds
+        Any of joint, sparse, ridge, raw.
+    """
+    array = check_tensors(tensors, least=1)
+    if unknown := [kind for kind in kinds if kind not in CODES]:
+        raise InvalidInput(f"unknown code {unknown[0]!r}; known: {', '.join(CODES)}.")
+    codes = {}
+    if set(kinds) - {"raw"}:
+        if encoder is None:
+            raise InvalidInput("codes need an encoder; only 'raw' does without.")
+        codes["joint"] = encoder.fit(array).activations_
+    codes |= {kind: encode_with(array, encoder, kind) for kind in kinds if kind != "joint"}
+    dims = {
+        kind: ("trial", "sensor" if kind == "raw" else "component", "time") for kind in kinds
+    }
+    return {kind: label_like(codes[kind], tensors, dims[kind], kind) for kind in kinds}
+
+
+@checked
+def encode_with(
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: _Coder | None, kind: str
+) -> Any:
+    """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
+    if kind == "joint":
+        raise InvalidInput(
+            "joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'."
+        )
+    if kind == "raw":
+        return tensors
+    if encoder is None:
+        raise InvalidInput(f"the code {kind!r} needs an encoder; only 'raw' does without.")
+    return encoder.transform(tensors, code=kind)
+
+
+@checked
+def make_null(tensors: Any, n_copies: Annotated[int, "> 0"] | None = None) -> np.ndarray:
+    """One and the same tensor, as often as there were trials.
+
+    A pipeline that tells these apart measures itself.
+
+    The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies
+    reach, labelled as if they were different touches, comes from the method and not from touch.
+    """
+    array = check_tensors(tensors, least=1)
+    energy = (array**2).sum(axis=(1, 2))
+    typical = np.argsort(energy, kind="stable")[len(array) // 2]
+    return np.repeat(array[typical][None], n_copies or len(array), axis=0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointFit:
+    """Jointly fitted codes, and how the fit ended.
+
+    Attributes
+    ----------
+    codes : np.ndarray
+        (trial, component, time)
+    converged : bool
+        Whether the fit ended by its tolerance, not by its iterations.
+    """
+
+    codes: np.ndarray
+    n_iter: int
+    converged: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Twins:
+    """Accuracies on the codes of a set in which every touch stands twice.
+
+    Attributes
+    ----------
+    same : Sweep
+        Trained and tested on noisy copies of the first twins, as in the paper's recipe.
+    other : Sweep
+        Tested on copies of the second twins: what of the accuracy belongs to the touch.
+    """
+
+    same: Sweep
+    other: Sweep
+    fitted: JointFit
+
+    @property
+    def kept(self) -> float:
+        """Share of the accuracy above chance that carries over to the twin; at least 0."""
+        above = self.same.ratios > 0
+        height = self.same.noisy[above].mean() - self.same.chance
+        return (
+            float(max(self.other.noisy[above].mean() - self.other.chance, 0.0) / height)
+            if height > 0
+            else 0.0
+        )
+
+
+def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
+    """An unfitted copy of an encoder with those of the settings that it knows."""
+    known = encoder.get_params()
+    return clone(encoder).set_params(
+        **{key: value for key, value in settings.items() if key in known}
+    )
+
+
+def _fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
+    """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
+    fitted = configure(encoder, {"max_iter": n_iter}).fit(tensors)
+    done = int(getattr(fitted, "n_iter_", 0))
+    return JointFit(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
+
+
+def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
+    """Joint codes of one tensor, repeated as if it were different touches."""
+    return _fit_jointly(make_null(tensors), encoder, n_iter)
+
+
+def compare_twins(
+    tensors: np.ndarray,
+    labels: np.ndarray,
+    encoder: Any,
+    plan: Plan,
+    *,
+    random_state: Annotated[int, "≥ 0"] = 0,
+) -> Twins:
+    """Each tensor twice in one joint fit; one twin is learned, the other is tested.
+
+    A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
+    """
+    fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
+    first, second = np.split(fitted.codes, 2)
+    options: dict[str, Any] = {
+        "ratios": plan.ratios,
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "noise": Relative(each="vector"),
+        "estimator": make_fitting_lda(len(labels), plan.n_copies),
+        "random_state": random_state,
+    }
+    same = compute_sweep(first, labels, **options)
+    return Twins(
+        same=same,
+        other=compute_sweep(first, labels, held_out=(second, labels), **options),
+        fitted=fitted,
+    )
+
+
+# All accuracy curves of one comparison, with their null and their baseline.
 
 _MAIN_NOISES = ("relative",)
 """The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
@@ -318,4 +516,222 @@ def compute_baseline(
         encode=PeakEncoder(random_state),
         estimator=make_lda(None),
         random_state=random_state,
+    )
+
+
+# Two comparisons: one antenna at several speeds, several antennas at the slowest speed.
+
+
+@checked
+def group_tensors(
+    tensors: Mapping[str, Any],
+    encoder: Any,
+    plan: Plan,
+    *,
+    quantity: str = "angle",
+    reference: str = "exponential",
+    random_state: Annotated[int, "≥ 0"] = 0,
+) -> dict[str, dict[str, Group]]:
+    """Both comparisons of ``list_groups``, encoded, with a null of jointly fitted codes."""
+    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    listed = list_groups(tensors, quantity=quantity, reference=reference)
+    groups: dict[str, dict[str, Group]] = {}
+    nulls: dict[
+        bytes, JointFit
+    ] = {}  # the slow touches of the reference stand in both comparisons
+
+    def find_null(array: np.ndarray) -> JointFit:
+        if (key := array.tobytes()) not in nulls:
+            nulls[key] = fit_null(array, configure(encoder, settings), plan.null_iter)
+        return nulls[key]
+
+    if "speed" in listed:
+        fitted = configure(encoder, settings)
+        ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
+        codes = make_codes(
+            np.concatenate([array for array, _ in listed["speed"].values()]), fitted
+        )
+        parts = {kind: np.split(code, ends) for kind, code in codes.items()}
+        groups["speed"] = {
+            name: Group(
+                tensors=a,
+                labels=y,
+                encoder=fitted,
+                codes={kind: parts[kind][k] for kind in parts},
+                null=find_null(a),
+            )
+            for k, (name, (a, y)) in enumerate(listed["speed"].items())
+        }
+    if "profile" in listed:
+        groups["profile"] = {}
+        for name, (array, labels) in listed["profile"].items():
+            fitted = configure(encoder, settings)
+            codes = make_codes(array, fitted)
+            fields = {"encoder": fitted, "codes": codes, "null": find_null(array)}
+            groups["profile"][name] = Group(tensors=array, labels=labels, **fields)
+    return groups
+
+
+@checked
+def list_groups(
+    tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
+) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:
+    """Tensors and labels of every group, rectified, on one scale, in one order of stimuli.
+
+    ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the
+    slowest speed. A comparison with one group only is left out.
+
+    Touches from the right are mirrored first (:func:`feeler.tensors.mirror_to_left`). Trials that
+    do not say their side, as of antennas touched on both, or in space of an azimuth other than 0,
+    may bend both ways: where more than a quarter of such a trial's sum of squares is negative,
+    bending both ways is kept in all groups, as further sensors
+    (:func:`feeler.tensors.fold_signs`), with a ``Doubtful`` warning.
+    """
+    if reference not in tensors:
+        raise InvalidInput(
+            f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}."
+        )
+    for data in tensors.values():
+        need(data, quantity, "speed")
+    arrays = _rectify_all({name: data[quantity] for name, data in tensors.items()})
+    peak = measure_peak(*arrays.values())
+    if not peak > 0:
+        raise InvalidInput(
+            f"no tensor has a {quantity} other than 0: did any contact take place?"
+        )
+    speed = np.asarray(tensors[reference]["speed"])
+
+    def pick(name: str, wanted: float) -> tuple[np.ndarray, np.ndarray]:
+        every = make_labels(tensors[name])
+        trials = np.flatnonzero(np.asarray(tensors[name]["speed"]) == wanted)
+        trials = trials[np.argsort(every[trials], kind="stable")]
+        return arrays[name][trials] / peak, every[trials]
+
+    listed = {
+        "speed": {f"{v:g} m/s": pick(reference, v) for v in np.unique(speed)},
+        "profile": {name: pick(name, speed.min()) for name in tensors},
+    }
+    return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
+
+
+def _rectify_all(given: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Tensors (trial, sensor, time) ≥ 0 of all sets, made in one way."""
+    sets = {name: fold_planes(mirror_to_left(tensors)) for name, tensors in given.items()}
+    lost = max(_measure_other_way(tensors) for tensors in sets.values())
+    if lost > MUCH:
+        warnings.warn(
+            f"up to {lost:.0%} of a touch's signal (sum of squares) is bending the other way, which"
+            " rectifying would remove: bending both ways is kept, as twice the sensors.",
+            Doubtful,
+            stacklevel=4,
+        )
+    keep = fold_signs if lost > MUCH else rectify
+    return {name: keep(tensors).values for name, tensors in sets.items()}
+
+
+def _measure_other_way(tensors: Any) -> float:
+    """The greatest negative share of those trials whose direction no label says."""
+    share = measure_negative(tensors)
+    if find_right(tensors) is not None:
+        known = np.isin(tensors["side"], ("left", "right"))
+        share = share[~(known & (np.asarray(tensors.coords.get("azimuth", 0.0)) == 0))]
+    return float(share.max(initial=0.0))
+
+
+# Whether an order that was claimed holds, with effect size, interval and null.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """One claim of an order, first to last, on one measure.
+
+    Attributes
+    ----------
+    means : tuple[tuple[str, float], ...]
+        Groups with their means, in the claimed order.
+    difference : Interval
+        First minus last over paired stimuli, > 0 if the ends stand as claimed; d_z as effect.
+    word : str
+        ``agrees``, ``ends agree`` (the middle does not), ``undecided`` or ``opposite``.
+    explained : float
+        Share of the first group's accuracy above chance that the null reaches; NaN: no null.
+    """
+
+    claim: str
+    measure: str
+    means: tuple[tuple[str, float], ...]
+    difference: Interval
+    word: str
+    explained: float = float("nan")
+
+    @property
+    def is_evidence(self) -> bool:
+        """Whether the null leaves the measure standing: less than half of it explained."""
+        return not self.explained >= 0.5
+
+    def describe(self) -> str:
+        """One line of words."""
+        order = ", ".join(f"{name} {mean:.3g}" for name, mean in self.means)
+        line = f"{self.claim}, {self.measure}: {self.word} ({order}; difference {self.difference}, "
+        line += f"d_z {self.difference.effect:.2g})"
+        if not self.is_evidence:
+            line += f"; no evidence: identical tensors reach {100 * self.explained:.0f} % of it"
+        return line
+
+
+def judge_order(
+    values: Mapping[Any, np.ndarray],
+    *,
+    claim: str,
+    measure: str,
+    greater: bool = True,
+    explained: float = float("nan"),
+    random_state: int = 0,
+) -> Verdict:
+    """Judge "the first is the greatest, the last the least" (``greater``), or the reverse.
+
+    Parameters
+    ----------
+    values
+        Values per stimulus (stimulus,) for each group, in the claimed order; stimuli in the same
+        order in all groups.
+    greater
+        True if the claim says first > … > last, False if first < … < last.
+
+    Notes
+    -----
+    ``agrees``: the means stand in the claimed order and the 95 % bootstrap interval of the ends'
+    difference lies above 0. ``ends agree``: the latter only. ``opposite``: the interval lies below
+    0. Otherwise ``undecided``.
+    """
+    if len(values) < 2:
+        raise InvalidInput(f"an order needs at least two groups, got {len(values)}.")
+    groups = [np.asarray(v, dtype=float) for v in values.values()]
+    sign = 1.0 if greater else -1.0
+    difference = bootstrap_difference(
+        sign * groups[0], sign * groups[-1], np.random.default_rng(random_state)
+    )
+    means = [float(v.mean()) for v in groups]
+    ordered = all(sign * a > sign * b for a, b in pairwise(means))
+    word = "opposite" if difference.high < 0 else "undecided"
+    if difference.low > 0:
+        word = "agrees" if ordered else "ends agree"
+    return Verdict(
+        claim=claim,
+        measure=measure,
+        means=tuple(zip(map(str, values), means, strict=True)),
+        difference=difference,
+        word=word,
+        explained=explained,
+    )
+
+
+def compute_explained(sweep: Sweep, null: Sweep) -> float:
+    """Share of a sweep's accuracy above chance that the null reaches, ≥ 0."""
+    above = np.isin(sweep.ratios, null.ratios), np.isin(null.ratios, sweep.ratios)
+    height = sweep.noisy[above[0]].mean() - sweep.chance
+    return (
+        float(max(null.noisy[above[1]].mean() - null.chance, 0.0) / height)
+        if height > 0
+        else float("nan")
     )

@@ -15,11 +15,9 @@ from scipy.special import log_softmax, softmax
 from scipy.stats import binomtest
 from sklearn.svm import SVC
 
-from feeler.decoding.classifiers import spread_votes
-from feeler.decoding.labels import Labels
-from feeler.decoding.reader import NO_CONTACT, Reader
+from feeler.decoding.classifiers import NO_CONTACT, Labels, Reader, spread_votes
 from feeler.errors import InvalidInput
-from feeler.tensors.scaling import find_scale
+from feeler.tensors.transforms import find_scale
 
 # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
 BEFORE, AFTER = 1500, 400

@@ -2,17 +2,34 @@
 constraints, and a search.
 """
 
-from feeler.design.constraints import Constraints
-from feeler.design.making import make_strips, measure_tolerance
-from feeler.design.outcome import DesignOutcome, carry_out
 from feeler.design.page import write_design
-from feeler.design.plan import DesignPlan, load_plan
-from feeler.design.problem import Candidate, DesignProblem
-from feeler.design.scoring import Score, score
-from feeler.design.search import SEARCHES, Optimum, optimise
-from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
-from feeler.design.space import Design, Space, match_compliance
-from feeler.design.task import DesignTask
+from feeler.design.plan import (
+    DesignOutcome,
+    DesignPlan,
+    carry_out,
+    load_plan,
+    make_strips,
+    measure_tolerance,
+)
+from feeler.design.scoring import (
+    CHOICES,
+    DesignTask,
+    Score,
+    choose_sensors,
+    measure_sensors,
+    score,
+)
+from feeler.design.search import (
+    SEARCHES,
+    Candidate,
+    Constraints,
+    Design,
+    DesignProblem,
+    Optimum,
+    Space,
+    match_compliance,
+    optimise,
+)
 
 __all__ = [
     "CHOICES",

@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
-from feeler.design.making import WIDEST, make_strips
-from feeler.design.outcome import DesignOutcome
+from feeler.antenna.segments import Antenna
+from feeler.design.plan import WIDEST, DesignOutcome, make_strips
 from feeler.design.scoring import Score
-from feeler.disk.files import ensure_folder
 from feeler.errors import MissingExtra
+from feeler.files import ensure_folder
+from feeler.objects.trials import Trial
 from feeler.physics.contact import get_contact
-from feeler.plotting.look import PALETTE
-from feeler.records.checked import checked
+from feeler.plotting.style import PALETTE
 from feeler.report import Section, write_page
-from feeler.stimulus.trial import Trial
+from feeler.validation import checked
 
 _LEAD = (
     "The touches were drawn three times. The search used the first draws; the second, the test"
@@ -184,7 +183,7 @@ def plot_confusion(found: DesignOutcome, figure: Figure) -> None:
 
 def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
     """One touch of the best antenna, or a line that says how to get it."""
-    from feeler.experiment.touch import touch
+    from feeler.experiments.tactile import touch
     from feeler.plotting import write_touch_movie
 
     task = found.task

@@ -1,25 +1,115 @@
-"""Plans: one TOML file says what is to be told apart, which antennas may be tried, what they must
-keep, and how to search.
-"""
+"""Plans from TOML, fabrication tolerances, and a plan carried out."""
 
+import json
 import os
-from dataclasses import field
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.file import load_antenna
-from feeler.design.constraints import Constraints
-from feeler.design.search import SEARCHES
-from feeler.design.space import Space
-from feeler.design.task import DesignTask
-from feeler.disk.toml import make_record, read_toml
+import numpy as np
+from annotated_types import Len
+from filelock import FileLock
+
+from feeler.antenna.files import Source, load_antenna, save_antenna
+from feeler.antenna.segments import Antenna, require_plane
+from feeler.design.scoring import DesignTask, Score, score
+from feeler.design.search import SEARCHES, Constraints, DesignProblem, Optimum, Space, optimise
 from feeler.errors import InvalidInput
+from feeler.files import (
+    ensure_folder,
+    make_record,
+    parse_json,
+    read_bytes,
+    read_toml,
+    write_text,
+)
 from feeler.presets import PRESETS, make_preset
-from feeler.records.checked import checked
-from feeler.records.record import Record
-from feeler.records.rules import show
+from feeler.provenance import compute_digest
+from feeler.records import Record, Shown
+from feeler.robot.description import ROBOT_FACTS, Flexures
 from feeler.tensors.formats import Format
+from feeler.validation import checked, show
+
+# Making: a design as flexure hinges that can be cut, and what is lost when they are cut a
+# little wrong.
+
+SHEETS = (
+    0.0075,
+    0.0127,
+    0.0254,
+    0.0508,
+    0.0762,
+    0.127,
+)  # mm; thicknesses in which Kapton is sold [B]
+WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
+
+
+@checked
+def make_strips(
+    antenna: Antenna,
+    length: Annotated[float, "> 0"] = 0.5,
+    sheets: Annotated[tuple[Annotated[float, "> 0"], ...], Len(1)] = SHEETS,
+) -> Flexures:
+    """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (E
+    t³).
+
+    Each hinge takes the thickest sheet of which a strip at least ``length`` wide is soft enough, so
+    that widths can be cut; otherwise the thinnest.
+    """
+    require_plane(antenna, "cutting flexures from sheets")
+    modulus, stocks = ROBOT_FACTS["modulus"].number, np.array(sorted(sheets))
+    widths = 12 * antenna.stiffness[:, None] * length / (modulus * stocks**3)
+    fits = (widths >= length) & (widths <= WIDEST)
+    chosen = np.where(
+        fits.any(axis=1),
+        fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1),
+        _nearest(widths, length),
+    )
+    hinges = np.arange(antenna.n_segments)
+    return Flexures(
+        width=widths[hinges, chosen],
+        thickness=stocks[chosen],
+        length=np.array(length),
+        modulus=np.array(modulus),
+    )
+
+
+def _nearest(widths: np.ndarray, length: float) -> np.ndarray:
+    """For hinges that no sheet fits: the sheet whose strip comes nearest to what can be cut."""
+    return np.abs(np.log(widths / np.sqrt(length * WIDEST))).argmin(axis=1)
+
+
+@checked
+def measure_tolerance(
+    antenna: Antenna,
+    task: DesignTask,
+    purpose: str = "test",
+    *,
+    share: Annotated[float, "> 0"] = 0.05,
+    copies: Annotated[int, "> 0"] = 6,
+    seed: Annotated[int, "≥ 0"] = 0,
+    **options: Any,
+) -> list[Score]:
+    """Scores of copies whose hinges were made wrong: width and thickness each off by up to ±
+    ``share``, hinge by hinge.
+
+    Stiffness goes with width and the cube of thickness, and damping with stiffness.
+    """
+    require_plane(antenna, "the tolerance of flexures")
+    rng, found = np.random.default_rng(seed), []
+    for _ in range(copies):
+        width, thickness = 1 + share * rng.uniform(-1, 1, (2, antenna.n_segments))
+        factor = width * thickness**3
+        made = antenna.replace(
+            stiffness=antenna.stiffness * factor, damping=antenna.damping * factor
+        )
+        found.append(score(made, task, purpose, **options))
+    return found
+
+
+# Plans: one TOML file says what is to be told apart, which antennas may be tried, what they
+# must keep, and how to search.
 
 _NO_CONSTRAINTS = Constraints()
 _SEARCH = {
@@ -125,7 +215,7 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     return make_record(DesignPlan, content, path.name)
 
 
-def _describe(plan: DesignPlan) -> list[str]:
+def _describe_plan(plan: DesignPlan) -> list[str]:
     task = plan.task
     return [
         f"objects     {', '.join(item.name for item in task.objects)}",
@@ -143,6 +233,170 @@ DESIGN_FILES = {
         kind="design",
         detect=lambda path, start: b"feeler.design/" in start,
         load=lambda path, limits, trusted: load_plan(path),
-        tell=_describe,
+        tell=_describe_plan,
     ),
 }
+
+
+# A plan carried out: searched, judged on tests, the best looked at once on the final draws, all
+# kept in one folder.
+
+JOURNAL, _FINALS = "journal.jsonl", "finals.json"
+_MAX_BYTES = 2**20  # [C]
+
+
+@checked
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DesignOutcome(Shown):
+    """What a plan came to.
+
+    Attributes
+    ----------
+    ends : tuple[Optimum, ...]
+        Where each start ended, the best on the test draws first.
+    tests : tuple[Score, ...]
+        Their scores on the test draws.
+    final : Score
+        The best one's on the final draws.
+    looks : int
+        How many designs have been judged on these final draws, this one included: 1 is an honest
+        test.
+    """
+
+    DRAWN = "draw_outcome"
+
+    plan: DesignPlan
+    ends: tuple[Optimum, ...]
+    tests: tuple[Score, ...]
+    reference_test: Score
+    final: Score
+    reference_final: Score
+    looks: int
+
+    @property
+    def best(self) -> Antenna:
+        """The antenna to build."""
+        return self.ends[0].design.antenna
+
+    @property
+    def task(self) -> DesignTask:
+        """The task at the best one's own speed."""
+        return self.plan.task.at(self.ends[0].design.speed)
+
+    def compare(self, purpose: str = "final") -> tuple[float, float]:
+        """Share of the reference's errors that the best one avoids, and its standard error over
+        touches met by both.
+        """
+        mine, other = (
+            (self.final, self.reference_final)
+            if purpose == "final"
+            else (self.tests[0], self.reference_test)
+        )
+        if other.errors == 0:
+            return float("nan"), float("nan")
+        touches = (other.wrong - mine.wrong).mean(axis=(0, 1))  # (touch,)
+        error = touches.std(ddof=1) / np.sqrt(touches.size) if touches.size > 1 else np.nan
+        return float(touches.mean() / other.errors), float(error / other.errors)
+
+    def to_plain(self) -> dict[str, Any]:
+        """As JSON: scores, and what each start came to."""
+        return {
+            "looks": self.looks,
+            "fewer_errors": self.compare(),
+            "final": _describe(self.final),
+            "reference_final": _describe(self.reference_final),
+            "reference_test": _describe(self.reference_test),
+            "ends": [
+                {
+                    "x": end.best.x.tolist(),
+                    "speed": end.design.speed,
+                    "counts": end.counts,
+                    "seconds": end.seconds,
+                }
+                | {
+                    "history": end.history,
+                    "optimiser_bits": end.best.bits,
+                    "test": _describe(test),
+                }
+                for end, test in zip(self.ends, self.tests, strict=True)
+            ],
+            "names": self.plan.space.names,
+        }
+
+
+@checked
+def carry_out(
+    plan: DesignPlan,
+    out: str | os.PathLike,
+    *,
+    watch: Callable[[DesignProblem], None] | None = None,
+    **options: Any,
+) -> DesignOutcome:
+    """Search as the plan says, choose among the ends by the test draws, judge the choice on the
+    final ones.
+
+    The folder receives the journal (the same call goes on from it), ``antenna.toml`` and
+    ``design.json``.
+
+    Raises
+    ------
+    InvalidInput
+        As :func:`feeler.design.optimise`, which looks at the task before minutes are spent.
+    """
+    out = Path(out)
+    ensure_folder(out)
+    asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
+    ends = optimise(plan.task, plan.space, plan.constraints, **asked, **options)
+    own = [plan.task.at(end.design.speed) for end in ends]
+    tests = [
+        score(end.design.antenna, task, "test", **options)
+        for end, task in zip(ends, own, strict=True)
+    ]
+    order = sorted(range(len(ends)), key=lambda k: -tests[k].bits)
+    best, task = ends[order[0]].design.antenna, own[order[0]]
+    found = DesignOutcome(
+        plan=plan,
+        ends=tuple(ends[k] for k in order),
+        tests=tuple(tests[k] for k in order),
+        reference_test=score(plan.reference, plan.task, "test", **options),
+        final=score(best, task, "final", **options),
+        reference_final=score(plan.reference, plan.task, "final", **options),
+        looks=_count_looks(out / _FINALS, task, best),
+    )
+    _keep(found, out)
+    return found
+
+
+def _count_looks(path: Path, task: DesignTask, antenna: Antenna) -> int:
+    """Note that this antenna was judged on the final draws of this seed; how many have been."""
+    damaged = InvalidInput(
+        f"{path} is damaged; remove it, and take another final seed in the task."
+    )
+    with FileLock(path.with_name(f".{path.name}.lock")):  # another search in the same folder
+        try:
+            known = parse_json(read_bytes(path, _MAX_BYTES), str(path)) if path.exists() else {}
+        except InvalidInput as error:
+            raise damaged from error
+        if not all(isinstance(names, list) for names in known.values()):
+            raise damaged  # somebody else's file, perhaps
+        seen = known.setdefault(str(dict(task.seeds)["final"]), [])
+        name = compute_digest(antenna)[:16]
+        if name not in seen:
+            seen.append(name)
+        write_text(path, json.dumps(known))
+    return len(seen)
+
+
+def _keep(found: DesignOutcome, out: Path) -> None:
+    note = (
+        f"designed: {found.final.bits:.4g} bits on final draws, the reference"
+        f" {found.reference_final.bits:.4g}"
+    )
+    sources = {name: Source(tag="C", note=note) for name in ("stiffness", "damping")}
+    save_antenna(found.best, out / "antenna.toml", sources)
+    write_text(out / "design.json", json.dumps(found.to_plain(), indent=1, sort_keys=True))
+
+
+def _describe(one: Score) -> dict[str, Any]:
+    names = ("bits", "bits_error", "errors", "errors_error", "peak")
+    return {name: getattr(one, name) for name in names}

@@ -1,23 +1,8 @@
-r"""Score: bits that a stated decoder gets of touches it has never met; smooth in the antenna, with
-its standard error.
-
-The decoder learns from clean touches. It takes the tensors of class k in noise for normal, with the
-mean m_k of the class's touches and the covariance Σ_k = σ² 1 + B_kᵀ B_k: white noise of known sd σ,
-and the scatter B_k of the touches about their mean, which is what the nuisances do. With u = y −
-m_k and S_k = σ² 1 + B_k B_kᵀ (small), its logits are
-
-    −½ (|u|² − uᵀ B_kᵀ S_k⁻¹ B_k u) / σ² − ½ ln det S_k.
-
-Asked about other touches in noise, its posterior p(k|y) gives
-
-    bits = log₂ K + ⟨log₂ p(true | y)⟩,
-
-a lower bound on the mutual information of class and tensor, as any decoder's cross-entropy is
-(Barber & Agakov 2003). The same noise is drawn for all antennas, in pairs n, −n, so that the score
-is a smooth function of the tensors, and its derivative is exact for the noise that was drawn. The
-share of errors, a staircase, is only reported.
+"""Bits that a stated decoder gets of held-out touches, their error, and the fewest sensors that
+give them.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
@@ -25,23 +10,107 @@ from typing import Annotated, Any
 import numpy as np
 from sklearn.base import clone
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna, make_even_sensors
 from feeler.decoding import READERS, Reader
-from feeler.decoding.sweep import N_COPIES
-from feeler.decoding.told import fit_class
-from feeler.design.task import DesignTask
+from feeler.decoding.observers import fit_class
+from feeler.decoding.sweeps import N_COPIES
+from feeler.errors import InvalidInput, MissingExtra
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
-from feeler.physics.clock import Clock
+from feeler.objects.bodies import Object, make_object
+from feeler.objects.noise import Common
+from feeler.objects.task import Nuisances, Task
+from feeler.objects.trials import LEAD, Trial
 from feeler.physics.contact import get_contact
 from feeler.physics.run import expect_motions
 from feeler.physics.run import simulate as run_scenes
-from feeler.physics.scene import Scene
-from feeler.records.checked import checked
-from feeler.records.shown import Shown
-from feeler.stimulus.object import Object, make_object
-from feeler.stimulus.trial import LEAD
-from feeler.task.noise import Common
+from feeler.physics.scene import Clock, Scene
+from feeler.records import Ge, Gt, Registry, Shown, Unit
+from feeler.validation import checked
+
+# What a designed antenna is to tell apart: a task with touches to learn from and to ask about.
+
+
+class DesignTask(Task):
+    """A :class:`feeler.objects.Task`, and how many touches of each class are learned from and asked.
+
+    Attributes
+    ----------
+    train : int
+        Touches of each class that the decoder learns from.
+    test : int
+        Other touches of each class that it is asked about.
+    unseen : Nuisances | None
+        How those differ, if not as the touches that are learned from do: for example of sizes and
+        at places that those never had.
+    timestep : float
+        Integration step [ms].
+    seeds : Any
+        Of the touches for the optimiser, for tests, and for the final judgement that is looked at
+        once.
+
+    Raises
+    ------
+    InvalidInput
+        Fewer than two classes, or a field outside its range.
+    """
+
+    train: Annotated[int, Ge(2)] = 4
+    test: Annotated[int, Ge(1)] = 4
+    unseen: Nuisances | None = None
+    timestep: Annotated[float, Gt(0), Unit("ms")] = 0.05
+    seeds: Any = (("optimiser", 1), ("test", 2), ("final", 3))
+
+    def _check(self) -> None:
+        super()._check()
+        if not self.noise.size > 0:
+            raise InvalidInput(
+                "the noise of a design's task must be > 0: without it all is told."
+            )
+        if self.n_classes < 2:
+            raise InvalidInput(
+                "a design's task needs at least two classes (objects × locations): with one there"
+                " is nothing to tell apart."
+            )
+        if missing := {"optimiser", "test", "final"} - dict(self.seeds).keys():
+            raise InvalidInput(
+                f"seeds must name optimiser, test and final; {min(missing)} lacks."
+            )
+
+    def at(self, speed: float | None) -> "DesignTask":
+        """The task at one speed of a design's own, if it has one."""
+        return self if speed is None else self.replace(speeds=(speed,))
+
+    def draw_classes(self, antenna: Antenna, purpose: str, speed: float) -> list[Trial]:
+        """The touches for one purpose, class by class, ``train`` before ``test`` ones."""
+        each = self.train + self.test
+        met, _ = self.draw(antenna, purpose, speed=speed, each=each)
+        if self.unseen is None:
+            return met
+        new, _ = self.replace(nuisances=self.unseen, unseen=None).draw(
+            antenna, purpose, speed=speed, each=each
+        )
+        return [met[k] if k % each < self.train else new[k] for k in range(len(met))]
+
+
+# Score: bits that a stated decoder gets of touches it has never met; smooth in the antenna,
+# with its standard error.
+#
+# The decoder learns from clean touches. It takes the tensors of class k in noise for normal,
+# with the mean m_k of the class's touches and the covariance Σ_k = σ² 1 + B_kᵀ B_k: white noise
+# of known sd σ, and the scatter B_k of the touches about their mean, which is what the
+# nuisances do. With u = y − m_k and S_k = σ² 1 + B_k B_kᵀ (small), its logits are
+#
+#     −½ (|u|² − uᵀ B_kᵀ S_k⁻¹ B_k u) / σ² − ½ ln det S_k.
+#
+# Asked about other touches in noise, its posterior p(k|y) gives
+#
+#     bits = log₂ K + ⟨log₂ p(true | y)⟩,
+#
+# a lower bound on the mutual information of class and tensor, as any decoder's cross-entropy is
+# (Barber & Agakov 2003). The same noise is drawn for all antennas, in pairs n, −n, so that the
+# score is a smooth function of the tensors, and its derivative is exact for the noise that was
+# drawn. The share of errors, a staircase, is only reported.
 
 N_DRAWS = 32  # [C] pairs of drawn noise
 _NOISE_SEED = 0
@@ -128,7 +197,7 @@ def touch_classes(
     **options: Any,
 ) -> np.ndarray:
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
-    same trials, in space as :func:`feeler.tensors.scaling.fold_planes` puts its planes.
+    same trials, in space as :func:`feeler.tensors.transforms.fold_planes` puts its planes.
     """
     scenes = _make_scenes(antenna, task, purpose, speed)
     step = scenes[0].contact.scale_timestep(task.timestep)
@@ -284,3 +353,126 @@ def estimate_error(values: np.ndarray) -> float:
         return float("nan")
     spread = values.mean(axis=0).var(axis=1, ddof=1)  # the same draws meet all speeds
     return float(np.sqrt(spread.sum() / count) / values.shape[1])
+
+
+# Sensors: which few hinges tell nearly as much as all of them, by what rule they are chosen,
+# and what each set tells.
+
+_Choice = Callable[[np.ndarray, float, int], np.ndarray]
+"""``choice(tensors, sd, count)``: numbers of sensors of tensors (class, touch, sensor, time), best
+first, at least ``count``.
+"""
+CHOICES: Registry[_Choice] = Registry("choice of sensors")
+"""Every known rule by its name."""
+
+
+@checked
+def choose_sensors(
+    antenna: Antenna,
+    task: DesignTask,
+    count: Annotated[int, "> 0"],
+    choice: str = "d-optimal",
+    purpose: str = "optimiser",
+) -> np.ndarray:
+    """The hinge numbers (count,) of the antenna's sensors that a rule of :data:`CHOICES` takes
+    first, rising.
+
+    Noise that is relative is a share of the peak over all of the antenna's sensors, whichever are
+    kept.
+    """
+    if count > antenna.sensors.size:
+        raise InvalidInput(
+            f"count must be at most the antenna's {antenna.sensors.size} sensors, got {count}."
+        )
+    known = _feel(antenna, task, purpose)
+    return np.sort(antenna.sensors[CHOICES[choice](known, task.noise.size, count)[:count]])
+
+
+@checked
+def measure_sensors(
+    antenna: Antenna,
+    task: DesignTask,
+    counts: list[int],
+    choice: str = "d-optimal",
+    purpose: str = "test",
+) -> np.ndarray:
+    """Bits (count,) that sets of so many sensors tell; chosen on the optimiser's draws, asked on
+    those of ``purpose``.
+    """
+    known, asked = (_feel(antenna, task, name) for name in ("optimiser", purpose))
+    chosen = [
+        np.sort(CHOICES[choice](known, task.noise.size, n)[:n]) for n in counts
+    ]  # in their order along the antenna
+    return np.array([_tell(asked[:, :, own], task, len(antenna.planes)) for own in chosen])
+
+
+def _tell(felt: np.ndarray, task: DesignTask, planes: int) -> float:
+    """Bits of what sensors feel, put plane by plane, as the score meets the same noise."""
+    tensors = felt.reshape(*felt.shape[:3], planes, -1).swapaxes(2, 3)
+    with hold_blas():
+        return float(
+            decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.noise.size)[
+                0
+            ].mean()
+        )
+
+
+def _feel(antenna: Antenna, task: DesignTask, purpose: str) -> np.ndarray:
+    """The angles (class, touch, sensor, time) in whose unit the noise is white, of each sensor one
+    plane after the other; noise that is not even is taken for white.
+    """
+    angles = touch_classes(antenna, task, purpose, task.speeds[0])
+    flat = task.noise.whiten(angles.reshape(-1, *angles.shape[2:]))
+    each, count = angles.shape[:2], antenna.sensors.size
+    planes = flat.reshape(*each, len(antenna.planes), count, angles.shape[3])
+    return planes.swapaxes(2, 3).reshape(*each, count, -1)
+
+
+@CHOICES.register("d-optimal")
+def _choose_greedily(tensors: np.ndarray, sd: float, count: int) -> np.ndarray:
+    """One after the other, each that adds most to ln det(1 + Σ_s M_s M_sᵀ / σ²): twice the
+    information [nat] that a normal source with these class means would pass through them (Krause et
+    al. 2008 bound how far greed can be off).
+    """
+    means = tensors.mean(axis=1)
+    means = means - means.mean(axis=0)
+    each = np.einsum("kst,jst->skj", means, means) / sd**2
+    order: list[int] = []
+    total = np.eye(len(means))
+    for _ in range(count):
+        gain = np.linalg.slogdet(total + each)[1]
+        gain[order] = -np.inf
+        order.append(int(gain.argmax()))
+        total = total + each[order[-1]]
+    return np.array(order)
+
+
+@CHOICES.register("even")
+def _choose_evenly(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
+    return make_even_sensors(tensors.shape[2], count) - 1
+
+
+@CHOICES.register("random")
+def _choose_by_chance(tensors: np.ndarray, _sd: float, _count: int) -> np.ndarray:
+    return np.random.default_rng(0).permutation(tensors.shape[2])
+
+
+@CHOICES.register("sspoc")
+def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
+    """PySensors' sparse sensor placement for classification (Brunton et al. 2016): each sensor's
+    time course in one vector, whose greatest absolute value counts for the sensor."""
+    try:
+        from pysensors.classification import SSPOC
+    except ImportError as error:
+        raise MissingExtra(
+            "sparse placement needs PySensors: pip install 'feeler[design]'."
+        ) from error
+    peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[
+        ..., 0
+    ]
+    flat, labels = (
+        peaks.reshape(-1, tensors.shape[2]),
+        np.repeat(np.arange(len(tensors)), tensors.shape[1]),
+    )
+    model = SSPOC(n_sensors=count).fit(flat, labels, quiet=True)
+    return np.asarray(model.get_selected_sensors())

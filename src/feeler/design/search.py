@@ -1,24 +1,462 @@
-"""Optimise: from one or several starts to the antennas that tell a task's touches apart best."""
+"""The search: antennas near a given one, their cost, and optimisers from several starts."""
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from feeler.design.constraints import Constraints
-from feeler.design.problem import FAR, Candidate, DesignProblem, check_task
-from feeler.design.scoring import score
-from feeler.design.space import Design, Space
-from feeler.design.task import DesignTask
-from feeler.disk.journal import Journal
-from feeler.errors import InvalidInput, require_extra
+from feeler.antenna.modes import compute_modes
+from feeler.antenna.segments import Antenna
+from feeler.design.scoring import DesignTask, Score, score
+from feeler.errors import InvalidInput, SimulationDiverged, require_extra
 from feeler.progress import Advance, show_progress
-from feeler.records.checked import checked
-from feeler.records.registry import Registry
-from feeler.records.shown import Shown
+from feeler.provenance import Journal, make_key
+from feeler.records import Ge, Gt, Record, Registry, Shown
+from feeler.validation import checked
+
+# Space: antennas near one that is given, described by a few numbers.
+
+_PositiveSpace = Annotated[float, Gt(0)]
+_Range = tuple[_PositiveSpace, _PositiveSpace]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Design:
+    """A point of a space: an antenna, and how fast to touch with it (None: as the task says)."""
+
+    antenna: Antenna
+    speed: float | None = None
+
+
+class Space(Record):
+    """Antennas x ↦ log-factors on a reference's stiffness, damping, length, radius; sensors; speed.
+
+    Stiffness and damping have values at knots spread evenly over the segments, between which the
+    logarithm of the factor is a natural cubic spline: 0 knots leave the profile, 1 scales it, 2
+    give the exponential family (of an exponential reference), as many as hinges free each hinge.
+    All entries of x are 0 at the reference; ±1 is each bound. In space the factors are those of
+    both planes of bending; torsion stays the reference's.
+
+    Attributes
+    ----------
+    stiffness : int
+        Knots.
+    damping : int
+        Knots.
+    span : float
+        The greatest factor on stiffness and damping at a knot, either way.
+    length : Range
+        Least and greatest factor on all segment lengths; mass goes with it.
+    radius : Range
+        Of the collision radius.
+    warp : float
+        Sensors at shares (j / (m − 1))^w of the hinges, w from 1/warp to warp; 1: they stay.
+    speed : Range | None
+        Slowest and fastest touch [m/s]; None: the task's.
+    held : Literal[nothing, total, tip]
+        The reference's compliance that every antenna has, too; see :func:`match_compliance`.
+
+    Raises
+    ------
+    InvalidInput
+        No freedom at all, or a range that does not hold the reference.
+    """
+
+    reference: Antenna
+    stiffness: Annotated[int, Ge(0)] = 2
+    damping: Annotated[int, Ge(0)] = 2
+    span: Annotated[float, Gt(1)] = 100.0
+    length: _Range = (1.0, 1.0)
+    radius: _Range = (1.0, 1.0)
+    warp: Annotated[float, Ge(1)] = 1.0
+    speed: _Range | None = None
+    held: Literal["nothing", "total", "tip"] = "nothing"
+
+    def _check(self) -> None:
+        n = self.reference.n_segments
+        if max(self.stiffness, self.damping) > n:
+            raise InvalidInput(
+                f"stiffness and damping must have 0 to {n} knots, one per hinge."
+            )
+        for name in ("length", "radius"):
+            low, high = getattr(self, name)
+            if not low <= 1 <= high:
+                raise InvalidInput(
+                    f"{name} must be factors (low ≤ 1, high ≥ 1), got {getattr(self, name)}."
+                )
+        if self.speed is not None and self.speed[0] >= self.speed[1]:
+            raise InvalidInput(f"speed must be a range 0 < low < high [m/s], got {self.speed}.")
+        if not self.names:
+            raise InvalidInput(
+                "this space has no freedom: give stiffness or damping knots, or a range of length,"
+                " radius, warp or speed."
+            )
+
+    @property
+    def names(self) -> list[str]:
+        """What each number of x changes."""
+        ends = [name for name in ("length", "radius") if getattr(self, name) != (1.0, 1.0)]
+        ends += ["warp"] * (self.warp > 1) + ["speed"] * (self.speed is not None)
+        knots = [
+            f"{what} {k + 1}"
+            for what in ("stiffness", "damping")
+            for k in range(getattr(self, what))
+        ]
+        return knots + ends
+
+    def build(self, x: Annotated[np.ndarray, "parameter"]) -> Design:
+        """The design at x, entries beyond ±1 taken at the bound."""
+        base, n = self.reference, self.reference.n_segments
+        knots = [self.stiffness, self.stiffness + self.damping]
+        *logs, rest = np.split(np.clip(np.asarray(x, dtype=float), -1.0, 1.0), knots)
+        part = dict(zip(self.names[knots[1] :], rest, strict=True))
+        changes: dict[str, Any] = {}
+        for name, at in zip(("stiffness", "damping"), logs, strict=True):
+            factor = np.exp(np.log(self.span) * make_basis(n, len(at)) @ at)
+            rows = getattr(base, name)
+            changes[name] = _put_bending(rows, list_bending(rows) * factor)
+        if self.held != "nothing":
+            changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
+        grow = np.exp(_scale(part.get("length"), self.length))
+        changes["segment_length"] = base.segment_length * grow
+        changes["segment_mass"] = base.segment_mass * grow
+        changes["radius"] = base.radius * np.exp(_scale(part.get("radius"), self.radius))
+        if "warp" in part:
+            changes["sensors"] = place_sensors(
+                n, base.sensors.size, float(self.warp ** part["warp"])
+            )
+        speed = None
+        if self.speed is not None:
+            speed = float(np.exp(np.interp(part["speed"], (-1, 1), np.log(self.speed))))
+        return Design(antenna=base.replace(**changes, name="design"), speed=speed)
+
+
+@checked
+def match_compliance(
+    shape: Annotated[np.ndarray, "... segment"],
+    reference: Antenna,
+    held: Literal["total", "tip"] = "total",
+) -> np.ndarray:
+    """Stiffness of this shape, scaled so that one compliance is the reference's.
+
+    ``held`` is the ``total`` Σ 1/k_n, or that of the ``tip`` under a force, Σ (L − s_n)² / k_n with
+    s_n the place of hinge n. In space it is the sum of both planes of bending, and torsion is not
+    scaled.
+    """
+    shape, arm = np.asarray(shape, float), reference.length - reference.hinge_position
+    if shape.shape != reference.stiffness.shape or not np.all(shape > 0):
+        raise InvalidInput(
+            f"shape must be a stiffness > 0 for each of the {arm.size} segments of the reference"
+            f" {reference.stiffness.shape}, got shape {shape.shape}."
+        )
+    weight = arm**2 if held == "tip" else np.ones_like(arm)
+    bent, known = list_bending(shape), list_bending(reference.stiffness)
+    return _put_bending(shape, bent * np.sum(weight / bent) / np.sum(weight / known))
+
+
+def list_bending(rows: np.ndarray) -> np.ndarray:
+    """What a hinge has for bending, without torsion: (plane, segment), in the plane (segment,)."""
+    return rows if rows.ndim == 1 else rows[:2]
+
+
+def _put_bending(rows: np.ndarray, bent: np.ndarray) -> np.ndarray:
+    """The rows with others for bending, and that of torsion as it is."""
+    return bent if rows.ndim == 1 else np.concatenate([bent, rows[2:]])
+
+
+def make_basis(n_segments: int, knots: int) -> np.ndarray:
+    """Values (segment, knot) of the natural cubic splines that are 1 at one knot and 0 at the
+    others.
+    """
+    if knots < 2:
+        return np.ones((n_segments, knots))
+    if knots == n_segments:
+        return np.eye(n_segments)
+    places = np.linspace(0, n_segments - 1, knots)
+    return CubicSpline(places, np.eye(knots), bc_type="natural")(np.arange(n_segments))
+
+
+def place_sensors(n_segments: int, count: int, warp: float) -> np.ndarray:
+    """``count`` hinge numbers at shares (j / (count − 1))^warp; where two fall together the next
+    free one to the tip.
+    """
+    wanted = 1 + np.round((n_segments - 1) * np.linspace(0, 1, count) ** warp).astype(int)
+    for j in range(1, count):
+        wanted[j] = max(wanted[j], wanted[j - 1] + 1)
+    for j in range(count - 1, -1, -1):
+        wanted[j] = min(wanted[j], n_segments - (count - 1 - j))
+    return wanted
+
+
+def _scale(value: Any, ends: _Range) -> float:
+    """A log-factor: 0 at the reference, the ends' at ±1."""
+    return (
+        0.0
+        if value is None
+        else float(np.interp(value, (-1, 0, 1), (np.log(ends[0]), 0.0, np.log(ends[1]))))
+    )
+
+
+# Constraints: what keeps a search from winning by ringing, floppiness or hinges that nobody can
+# make.
+
+_Positive = Annotated[float, Gt(0)]
+
+
+class Constraints(Record):
+    """What a design must keep; all are off by default. In space stiffness is that of bending.
+
+    Attributes
+    ----------
+    damping_ratio : Positive | None
+        Least damping ratio of each of the first ``modes`` modes.
+    damping_share : Positive | None
+        Least damping ratio of each of them as a share of the reference's own.
+    mass : Positive | None
+        Greatest mass [mg].
+    compliance : tuple[Positive, Positive] | None
+        Least and greatest total compliance Σ 1/k as shares of the reference's.
+    softest : Positive | None
+        Least stiffness of a hinge as a share of the reference's softest.
+    thickness : Positive | None
+        Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64
+        ℓ).
+    modulus : Positive
+        [MPa]; Kapton.
+    peak_angle : Positive | None
+        Greatest angle of a hinge in all touches [rad]; known only after they are simulated.
+    """
+
+    damping_ratio: _Positive | None = None
+    damping_share: _Positive | None = None
+    modes: Annotated[int, Ge(1)] = 6
+    mass: _Positive | None = None
+    compliance: tuple[_Positive, _Positive] | None = None
+    softest: _Positive | None = None
+    thickness: _Positive | None = None
+    modulus: _Positive = 2500.0
+    peak_angle: _Positive | None = None
+
+    def _check(self) -> None:
+        if self.compliance is not None and self.compliance[0] > self.compliance[1]:
+            raise InvalidInput(
+                f"compliance must be shares 0 < low ≤ high, got {self.compliance}."
+            )
+
+    def check(self, antenna: Antenna, reference: Antenna) -> dict[str, float]:
+        """By constraint, how far it is broken, as the logarithm of the factor that is missing; 0:
+        it holds.
+        """
+        found = {}
+        if self.damping_ratio is not None or self.damping_share is not None:
+            ratio = compute_modes(antenna, self.modes).damping_ratio
+            if self.damping_ratio is not None:
+                found["damping_ratio"] = _lack(ratio.min(), self.damping_ratio)
+            if self.damping_share is not None:
+                wanted = self.damping_share * compute_modes(reference, self.modes).damping_ratio
+                found["damping_share"] = max(
+                    _lack(a, b) for a, b in zip(ratio, wanted, strict=True)
+                )
+        if self.mass is not None:
+            found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
+        if self.compliance is not None:
+            own, other = (list_bending(one.stiffness) for one in (antenna, reference))
+            share = np.sum(1 / own) / np.sum(1 / other)
+            found["compliance"] = _lack(share, self.compliance[0]) + _lack(
+                self.compliance[1], share
+            )
+        if self.softest is not None:
+            own, other = (list_bending(one.stiffness) for one in (antenna, reference))
+            found["softest"] = _lack(own.min(), self.softest * other.min())
+        if self.thickness is not None:
+            found["thickness"] = _lack(
+                compute_diameter(antenna, self.modulus).min(), self.thickness
+            )
+        return found
+
+    def check_peak(self, peak: float) -> float:
+        """How far the peak angle is too great."""
+        return 0.0 if self.peak_angle is None else _lack(self.peak_angle, peak)
+
+
+def compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
+    """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E
+    π d⁴ / (64 ℓ). In space (plane, segment).
+    """
+    return (
+        64 * list_bending(antenna.stiffness) * antenna.segment_length / (np.pi * modulus)
+    ) ** 0.25
+
+
+def _lack(value: float, least: float) -> float:
+    return max(float(np.log(least / value)), 0.0) if value > 0 else np.inf
+
+
+# A search's problem: what each candidate costs, from the journal where it is known, and how
+# many broke down.
+
+FAR = 1e3  # [C] cost of what breaks a constraint, or diverges: more than any number of missing bits
+_CLEAR = (
+    0.02,
+    0.99,
+)  # [C] shares of log₂ K outside which the reference says that there is nothing to search
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Candidate:
+    """A point that was looked at; ``cost``: missing bits or errors; ≥ ``FAR`` if it must not win.
+
+    Attributes
+    ----------
+    fate : str
+        ``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the
+        limit).
+    """
+
+    x: np.ndarray
+    cost: float
+    bits: float = float("nan")
+    bits_error: float = float("nan")
+    errors: float = float("nan")
+    peak: float = float("nan")
+    fate: str = "simulated"
+
+
+@checked
+@dataclass(kw_only=True, eq=False)
+class DesignProblem:
+    """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``.
+
+    Attributes
+    ----------
+    aim : Literal[bits, accuracy]
+        What costs: missing bits, or the share named wrong.
+    options : dict[str, Any]
+        Workers or executor, as for :func:`feeler.touch`.
+    watch : Callable[[DesignProblem], None] | None
+        Called after each candidate.
+    seconds : float
+        Processor time of the simulations.
+    """
+
+    task: DesignTask
+    space: Space
+    constraints: Constraints = field(default_factory=Constraints)
+    options: dict[str, Any] = field(default_factory=dict)
+    journal: Journal = field(default_factory=Journal)
+    aim: Literal["bits", "accuracy"] = "bits"
+    watch: Callable[["DesignProblem"], None] | None = None
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("simulated", "excluded", "diverged", "peak"), 0)
+    )
+    seconds: float = 0.0
+    best: Candidate | None = None
+
+    @property
+    def evaluations(self) -> int:
+        """Candidates that were simulated, or taken from the journal."""
+        return sum(self.counts.values()) - self.counts["excluded"]
+
+    @property
+    def ceiling(self) -> float:
+        """log₂ K."""
+        return float(np.log2(self.task.n_classes))
+
+    def look(self, x: np.ndarray) -> Candidate:
+        """What the point x costs."""
+        found = self._look(np.asarray(x, dtype=float))
+        self.counts[found.fate] += 1
+        if self.best is None or found.cost < self.best.cost:
+            self.best = found
+        if self.watch:
+            self.watch(self)
+        return found
+
+    def _look(self, x: np.ndarray) -> Candidate:
+        design = self.space.build(x)
+        if broken := self.measure_violation(design):
+            return Candidate(x=x, cost=FAR * (1 + broken), fate="excluded")
+        bits, bits_error, errors, peak = self._recall(x, design)
+        if np.isinf(peak):
+            return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
+        over = self.constraints.check_peak(peak)
+        cost, fate = (errors if self.aim == "accuracy" else self.ceiling - bits), "simulated"
+        if over:
+            cost, fate = FAR * (1 + over), "peak"
+        return Candidate(
+            x=x,
+            cost=cost,
+            bits=bits,
+            bits_error=bits_error,
+            errors=errors,
+            peak=peak,
+            fate=fate,
+        )
+
+    def measure_violation(self, design: Design) -> float:
+        """How far the design breaks what is known before it is simulated."""
+        return sum(self.constraints.check(design.antenna, self.space.reference).values())
+
+    def _recall(self, x: np.ndarray, design: Design) -> np.ndarray:
+        """Bits, their error, share of errors, and peak; a peak of ∞ where it diverged."""
+        values, seconds = self.journal.get_or(lambda: self._measure(design), x)
+        self.seconds += seconds
+        return np.array(values, dtype=float)
+
+    def _measure(self, design: Design) -> tuple[np.ndarray, float]:
+        """What the journal keeps: the four numbers, and the processor time [s] they took."""
+        began = time.process_time()
+        return self._simulate(design), time.process_time() - began
+
+    def _simulate(self, design: Design) -> np.ndarray:
+        try:
+            task = self.task.at(design.speed)
+            found = score(design.antenna, task, "optimiser", **self.options)
+        except SimulationDiverged:
+            return np.array([0.0, 0.0, 1.0, np.inf])
+        return np.array([found.bits, np.nan_to_num(found.bits_error), found.errors, found.peak])
+
+    def describe(self) -> str:
+        """A short text that changes with anything that changes a score."""
+        made_with = {"task": self.task, "space": self.space, "constraints": self.constraints}
+        return make_key(made_with, "feeler.design.search")
+
+
+def check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
+    """Refuse a task at which there is nothing to gain, before minutes are spent.
+
+    Raises
+    ------
+    InvalidInput
+        ``found``, the score of the reference, is next to nothing, or next to everything.
+    """
+    whole, chance = np.log2(task.n_classes), 1 / task.n_classes
+    share, told = found.bits / whole, f"{found.bits:.4g} of {whole:.4g} bits"
+    if aim == "accuracy":
+        right = 1 - found.errors
+        share, told = (
+            (right - chance) / (1 - chance),
+            f"{right:.0%} right (chance {chance:.0%})",
+        )
+    if share < _CLEAR[0]:
+        raise InvalidInput(
+            f"the reference tells {told}: nothing can be told in this noise, so that a search would"
+            f" follow chance. Lower the noise (now {task.noise}), or give more time or larger"
+            " objects."
+        )
+    if share > _CLEAR[1]:
+        raise InvalidInput(
+            f"the reference already tells {told}: nothing is left to gain. Raise the noise (now"
+            f" {task.noise}), or give less time or more classes."
+        )
+
+
+# Optimise: from one or several starts to the antennas that tell a task's touches apart best.
 
 _STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
 _TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all constraints

@@ -1,22 +1,21 @@
 """Tensors become codes: convolutive NMF with exact sparseness, and measures of what it finds."""
 
-from feeler.encoding.bases import (
+from feeler.encoding.code import encode
+from feeler.encoding.convolution import (
     compute_basis_similarity,
     compute_stability,
     locate_components,
     match_components,
+    reconstruct,
 )
-from feeler.encoding.code import encode
-from feeler.encoding.convolution import reconstruct
-from feeler.encoding.entropy import (
+from feeler.encoding.measures import (
+    LocationMapping,
     compute_entropies,
     compute_histogram_entropy,
     compute_mass_entropy,
+    map_locations,
 )
-from feeler.encoding.files import load_encoder, save_encoder
-from feeler.encoding.inputs import LABELS
-from feeler.encoding.mapping import LocationMapping, map_locations
-from feeler.encoding.model import ConvolutiveNMF
+from feeler.encoding.model import LABELS, ConvolutiveNMF, load_encoder, save_encoder
 from feeler.encoding.sparseness import hoyer_sparseness, project_to_sparseness
 
 __all__ = [

@@ -10,17 +10,18 @@ from typing import Annotated
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.encoding.activations import apply_gram, descend_activations
 from feeler.encoding.convolution import (
+    apply_gram,
     compute_basis_gram,
     compute_spectra,
     correlate_with_bases,
+    descend_activations,
     fourier_length,
     invert_spectra,
 )
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
-from feeler.records.checked import checked
-from feeler.tensors.scaling import find_scale
+from feeler.tensors.transforms import find_scale
+from feeler.validation import checked
 
 # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
 TRIALS_PER_TASK = 8

@@ -1,22 +1,29 @@
-"""The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ) of each trial, and its products.
-
-A trial starts with nothing before it and its window ends at T: what a basis would do after T is not
-seen, and nothing of it runs into the next trial. Zero padding by L − 1 makes the circular
-correlations of the Fourier transform equal to these.
-
-Inner products of shifted bases, and of shifted activations, replace reconstructions. Both matrices
-are Toeplitz up to the end of the window, so that two small sums along diagonals give them exactly.
+"""The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ), and the steps of its activations
+and bases.
 """
 
+from itertools import combinations
 from typing import Annotated
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
+from scipy.optimize import linear_sum_assignment
 
 from feeler.compiled import compiled, lean
+from feeler.encoding.sparseness import project_row
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
+from feeler.validation import checked
+
+# The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ) of each trial, and its products.
+#
+# A trial starts with nothing before it and its window ends at T: what a basis would do after T
+# is not seen, and nothing of it runs into the next trial. Zero padding by L − 1 makes the
+# circular correlations of the Fourier transform equal to these.
+#
+# Inner products of shifted bases, and of shifted activations, replace reconstructions. Both
+# matrices are Toeplitz up to the end of the window, so that two small sums along diagonals give
+# them exactly.
 
 _REGISTER = 8  # numbers of double precision in the widest vector register
 
@@ -218,3 +225,451 @@ def _correlate_lags(activations, out):
                     later, target = activations[n, m, u:], out[m, k]
                     for d in range(reach):
                         target[d] += value * later[d]
+
+
+# Steps of the activations on fixed bases.
+#
+# They need what the bases see (A) and the bases' inner products (kernel, fringe).
+
+
+@compiled
+def apply_gram(kernel, fringe, activations, out):
+    """out = G·activations for one trial, both (component, time)."""
+    n_components, n_times = activations.shape
+    wide = np.empty((n_components, n_times + kernel.shape[2]))
+    _apply_wide(kernel, fringe, activations, np.zeros(n_times + 3), wide)
+    out[:] = wide[:, fringe.shape[2] : fringe.shape[2] + n_times]
+
+
+@lean
+def _apply_wide(kernel, fringe, activations, padded, wide):
+    """The same, as :func:`.add_convolved` lays it out; ``padded`` ends with three zeros."""
+    n_components, n_times = activations.shape
+    wide[:] = 0.0
+    for k in range(n_components):
+        first, stop = _find_extent(activations[k])
+        for t in range(n_times):
+            padded[t] = activations[k, t]
+        for m in range(n_components):
+            add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, wide[m])
+
+
+@lean
+def _find_extent(row):
+    """First entry that is not zero, and the one after the last."""
+    first, stop = 0, row.size
+    while first < stop and row[first] == 0.0:
+        first += 1
+    while stop > first and row[stop - 1] == 0.0:
+        stop -= 1
+    return first, stop
+
+
+@compiled
+def multiply_activations(seen, kernel, fringe, activations, n_sweeps):
+    """Multiplicative updates H ← H·A/(G H) of activations (trial, component, time), in place."""
+    # what scikit-learn's NMF puts in place of a vanishing denominator
+    tiny = np.finfo(np.float32).eps
+    pulled = np.empty(activations.shape[1:])
+    for n in range(activations.shape[0]):
+        for _ in range(n_sweeps):
+            apply_gram(kernel, fringe, activations[n], pulled)
+            for m in range(pulled.shape[0]):
+                for t in range(pulled.shape[1]):
+                    below = pulled[m, t] if pulled[m, t] != 0.0 else tiny
+                    ratio = (
+                        activations[n, m, t] / below
+                    )  # before the product: it cannot overflow
+                    activations[n, m, t] = ratio * max(seen[n, m, t], 0.0)
+
+
+@compiled
+def project_activations(activations, l1, joint):
+    """Put activations (trial, component, time) onto the sparseness constraint, in place; ``joint``:
+    one constraint per component over all trials.
+    """
+    n_trials, n_components, n_times = activations.shape
+    together = n_trials if joint else 1
+    row, projected = np.empty((together, n_times)), np.empty((together, n_times))
+    for first in range(0, n_trials, together):
+        for m in range(n_components):
+            row[:] = activations[first : first + together, m]
+            project_row(row.ravel(), l1, projected.ravel())
+            activations[first : first + together, m] = projected
+
+
+@compiled
+def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_sweeps, tol):
+    """Projected-gradient sweeps under the sparseness constraint, in place.
+
+    Activations are (trial, component, time). With ``joint`` there is one constraint per component
+    over all trials given, otherwise one per component and trial. ``steps`` (trial, component) are
+    the step sizes in units of the step that cannot fail; they are kept between calls. A trial ends
+    early once a sweep lowers its loss by less than ``tol`` times what the bases explain. Returns
+    the most sweeps that any trial took.
+    """
+    safe = np.empty(kernel.shape[0])
+    for m in range(safe.size):
+        # Gershgorin: no eigenvalue of a Toeplitz matrix lies above
+        bound = np.abs(kernel[m, m]).sum()
+        safe[m] = 1.0 / bound if bound > 0.0 else 0.0
+    if joint:
+        return _descend_group(
+            seen, kernel, fringe, activations, steps[0], safe, l1, n_sweeps, tol
+        )
+    most = 0
+    for n in range(activations.shape[0]):
+        sweeps = _descend_group(
+            seen[n : n + 1],
+            kernel,
+            fringe,
+            activations[n : n + 1],
+            steps[n],
+            safe,
+            l1,
+            n_sweeps,
+            tol,
+        )
+        most = max(most, sweeps)
+    return most
+
+
+@compiled
+def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps, tol):
+    """Sweeps over the components of trials that share one constraint per component."""
+    n_trials, n_components, n_times = activations.shape
+    row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
+    change = np.zeros((n_trials, n_times + 3))
+    pulled = np.empty((n_trials, n_components, n_times + kernel.shape[2]))
+    pull = np.empty((n_trials, n_times + kernel.shape[2]))
+    for n in range(n_trials):
+        _apply_wide(kernel, fringe, activations[n], change[n], pulled[n])
+    for sweep in range(n_sweeps):
+        gained, explained = 0.0, 0.0
+        for m in range(n_components):
+            if safe[m] > 0.0:
+                gained += _descend_row(
+                    m,
+                    seen,
+                    kernel,
+                    fringe,
+                    activations,
+                    pulled,
+                    steps,
+                    safe[m],
+                    l1,
+                    row,
+                    projected,
+                    change,
+                    pull,
+                )
+            if tol > 0.0:
+                for n in range(n_trials):
+                    for t in range(n_times):
+                        explained += seen[n, m, t] * activations[n, m, t]
+        if gained <= tol * explained:
+            return sweep + 1
+    return n_sweeps
+
+
+@compiled
+def _descend_row(
+    m, seen, kernel, fringe, activations, pulled, steps, safe, l1, row, projected, change, pull
+):
+    """One step of component m, halved until the loss falls; returns the fall.
+
+    The next step begins longer.
+    """
+    while True:
+        _step_down(m, fringe.shape[2], seen, activations, pulled, steps[m] * safe, row)
+        project_row(row, l1, projected)
+        fall = _measure_fall(
+            m, seen, kernel[m, m], fringe[m, m], activations, pulled, projected, change, pull
+        )
+        if fall > 0.0:
+            break
+        if steps[m] <= 1.0:  # the step that cannot fail: nothing left but rounding
+            steps[m] = 1.0
+            return 0.0
+        steps[m] = max(0.5 * steps[m], 1.0)
+    steps[m] *= 1.2
+    _accept(m, kernel, fringe, activations, pulled, projected, change, pull)
+    return fall
+
+
+@lean
+def _step_down(m, reach, seen, activations, pulled, step, row):
+    """Row m of all trials (trial × time), a step down the gradient."""
+    n_trials, _, n_times = activations.shape
+    for n in range(n_trials):
+        a, b, c = activations[n, m], pulled[n, m, reach : reach + n_times], seen[n, m]
+        target = row[n * n_times : (n + 1) * n_times]
+        for t in range(n_times):
+            target[t] = a[t] - step * (b[t] - c[t])
+
+
+@lean(fastmath={"reassoc", "contract"})  # sums in vector registers
+def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, change, pull):
+    """How far the loss falls if row m becomes ``projected``; the change, and G times it."""
+    n_trials, _, n_times = activations.shape
+    reach = fringe.shape[0]
+    total = 0.0
+    for n in range(n_trials):
+        old, new = activations[n, m], projected[n * n_times : (n + 1) * n_times]
+        delta = change[n, :n_times]
+        for t in range(n_times):
+            delta[t] = new[t] - old[t]
+        pull[n] = 0.0
+        first, stop = _find_extent(delta)
+        add_convolved(kernel, fringe, change[n], first, stop, pull[n])
+        before, after = pulled[n, m, reach : reach + n_times], pull[n, reach : reach + n_times]
+        wanted = seen[n, m]
+        for t in range(first, stop):
+            total -= delta[t] * (before[t] - wanted[t] + 0.5 * after[t])
+    return total
+
+
+@lean
+def _accept(m, kernel, fringe, activations, pulled, projected, change, pull):
+    """Row m becomes ``projected``, and G times the activations follows."""
+    n_trials, n_components, n_times = activations.shape
+    for n in range(n_trials):
+        first, stop = _find_extent(change[n, :n_times])
+        old, new = activations[n, m], projected[n * n_times : (n + 1) * n_times]
+        for t in range(n_times):
+            old[t] = new[t]
+        target, source = pulled[n, m], pull[n]
+        for t in range(first, stop + kernel.shape[2] - 3):
+            target[t] += source[t]
+        for k in range(n_components):
+            if k != m:
+                add_convolved(kernel[k, m], fringe[k, m], change[n], first, stop, pulled[n, k])
+
+
+# The bases: their multiplicative updates, their order and scale, and how alike two sets are.
+
+Bases = Annotated[np.ndarray, "component sensor lag"]
+_Others = Annotated[
+    np.ndarray, "partner sensor shift"
+]  # as many sensors, but other bases and lags
+# scikit-learn's NMF puts it in place of a vanishing denominator
+_TINY = float(np.finfo(np.float32).eps)
+
+
+def multiply_bases(
+    components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
+) -> tuple[np.ndarray, float, float]:
+    """Multiplicative updates W ← W·B/(W C), of which none raises the loss (Lee & Seung 2001).
+
+    Parameters
+    ----------
+    components : np.ndarray
+        Bases W (component, sensor, lag).
+    seen : np.ndarray
+        B, the data correlated with the activations (component, sensor, lag).
+    gram : np.ndarray
+        C, the activations correlated with each other (component, lag, component, lag).
+    n_sweeps : int
+        Number of updates.
+
+    Returns
+    -------
+    components : np.ndarray
+        The new bases.
+    shared, square : float
+        ⟨B, W⟩ and ⟨W, W C⟩, of which the loss ½‖V‖² − ⟨B, W⟩ + ½⟨W, W C⟩ consists.
+    """
+    n_components, n_sensors, n_lags = components.shape
+    size = n_components * n_lags
+    flat = components.transpose(1, 0, 2).reshape(n_sensors, size)
+    # the Fourier transform leaves −1e-16
+    target = np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)
+    square = gram.reshape(size, size)
+    pulled = flat @ square
+    for _ in range(n_sweeps):
+        flat = flat / np.where(pulled == 0, _TINY, pulled) * target  # this order: no overflow
+        # numbers that fade for ever end up slowing the processor
+        flat[flat < 1e-50 * flat.max()] = 0
+        pulled = flat @ square
+    bases = np.ascontiguousarray(
+        flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
+    )
+    return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
+
+
+def descend_bases(
+    components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
+) -> tuple[np.ndarray, float, float]:
+    """Each entry of the bases in turn to where the loss is lowest, the others held.
+
+    An entry that was zero can come back, which no multiplication can do. Parameters and returns are
+    those of :func:`multiply_bases`.
+
+    References
+    ----------
+    Cichocki & Phan 2009, IEICE Trans. Fundam. E92-A:708 (HALS).
+    """
+    n_components, n_sensors, n_lags = components.shape
+    size = n_components * n_lags
+    flat = components.transpose(1, 0, 2).reshape(n_sensors, size)
+    target = seen.transpose(1, 0, 2).reshape(n_sensors, size)
+    square = gram.reshape(size, size)
+    flat = np.ascontiguousarray(flat)
+    _descend_entries(flat, np.ascontiguousarray(target), square, n_sweeps)
+    bases = np.ascontiguousarray(
+        flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2)
+    )
+    return bases, float(np.vdot(target, flat)), float(np.vdot(flat, flat @ square))
+
+
+@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
+def _descend_entries(rows, target, square, n_sweeps):
+    """Lower ½ w·C w − b·w for each row w ≥ 0 and b of ``target``, entry by entry, in place."""
+    for n in range(rows.shape[0]):
+        row, wanted = rows[n], target[n]
+        for _ in range(n_sweeps):
+            for i in range(row.size):
+                if square[i, i] > 0.0:
+                    pulled = 0.0
+                    for j in range(row.size):
+                        pulled += square[i, j] * row[j]
+                    row[i] = max(row[i] + (wanted[i] - pulled) / square[i, i], 0.0)
+
+
+@checked
+def locate_components(components: Bases) -> np.ndarray:
+    """Where along the antenna each basis acts.
+
+    Parameters
+    ----------
+    components : np.ndarray
+        Bases (component, sensor, lag).
+
+    Returns
+    -------
+    np.ndarray
+        Centre of mass over sensors (component,), 0 at the first sensor and 1 at the last; 1 for a
+        basis of zeros.
+    """
+    profile = components.sum(axis=2)
+    mass = profile.sum(axis=1)
+    place = np.linspace(0, 1, components.shape[1])
+    return np.where(mass > 0, profile @ place / np.where(mass > 0, mass, 1), 1.0)
+
+
+def canonicalise(
+    components: np.ndarray, activations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Order the components from base to tip and give each basis unit length.
+
+    The activations take over the lengths, so that the reconstruction stays the same.
+    """
+    order, length = _find_canon(components)
+    return components[order] / length[:, None, None], activations[:, order] * length[:, None]
+
+
+def canonicalise_sums(
+    components: np.ndarray, seen: np.ndarray, gram: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """The same with the sums over activations that :func:`.learn_batch` goes on from: the data
+    correlated with them (component, sensor, lag), and with each other (component, lag, component,
+    lag).
+    """
+    order, length = _find_canon(components)
+    seen = seen[order] * length[:, None, None]
+    gram = gram[order][:, :, order] * length[:, None, None, None] * length[:, None]
+    return components[order] / length[:, None, None], (seen, gram)
+
+
+def _find_canon(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Order from base to tip, and the length of each basis in that order; 1 for one of zeros."""
+    order = np.argsort(locate_components(components), kind="stable")
+    length = np.sqrt((components[order] ** 2).sum(axis=(1, 2)))
+    return order, np.where(length > 0, length, 1.0)
+
+
+@checked
+def compute_basis_similarity(
+    first: Bases, second: _Others, *, shift: bool = True
+) -> np.ndarray:
+    """Greatest cosine over all shifts between each basis of one set and each of another.
+
+    Parameters
+    ----------
+    first, second : np.ndarray
+        Bases (component, sensor, lag); the numbers of components and lags may differ.
+    shift : bool, default=True
+        False: the cosine at the lags where both stand.
+
+    Returns
+    -------
+    np.ndarray
+        (component of first, component of second), in [0, 1]: 1 for the same basis, however it is
+        scaled or, with ``shift``, shifted within the lags.
+    """
+    length = first.shape[2] + second.shape[2]
+    spectra = [np.fft.rfft(_to_unit(bases), length) for bases in (first, second)]
+    overlap = np.einsum("asf,bsf->abf", spectra[0], spectra[1].conj())
+    cosines = np.fft.irfft(overlap, length)
+    return np.clip(cosines.max(axis=2) if shift else cosines[:, :, 0], 0, 1)
+
+
+@checked
+def match_components(
+    first: Bases, second: _Others, *, shift: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pair the bases of two sets so that their similarities have the greatest sum.
+
+    Parameters
+    ----------
+    first, second : np.ndarray
+        Bases (component, sensor, lag).
+    shift : bool, default=True
+        Whether a basis counts as the same where it is shifted within the lags.
+
+    Returns
+    -------
+    order : np.ndarray
+        For each basis of ``first``, the number of its partner in ``second``.
+    similarity : np.ndarray
+        The cosine of each pair, see :func:`compute_basis_similarity`.
+    """
+    similarity = compute_basis_similarity(first, second, shift=shift)
+    if not np.isfinite(similarity).all():
+        raise InvalidInput(
+            "bases with NaN, or with numbers that are too large, have no partners."
+        )
+    rows, order = linear_sum_assignment(-similarity)
+    return order, similarity[rows, order]
+
+
+@checked
+def compute_stability(restarts: list[Bases], *, shift: bool = True) -> float:
+    """How alike the bases of several restarts are.
+
+    Random non-negative bases already score far above 0, so compare scores between numbers of
+    components rather than read one by itself.
+
+    Parameters
+    ----------
+    restarts : list of np.ndarray
+        Bases (component, sensor, lag) of each restart.
+    shift : bool, default=True
+        Whether a basis counts as the same where it is shifted within the lags. A basis that begins
+        in the middle of its pattern then looks like one that holds all of it, so compare both.
+
+    Returns
+    -------
+    float
+        Mean cosine of matched bases over all pairs of restarts, in [0, 1]; NaN for one restart.
+    """
+    pairs = [
+        match_components(first, second, shift=shift)[1].mean()
+        for first, second in combinations(restarts, 2)
+    ]
+    return float(np.mean(pairs)) if pairs else float("nan")
+
+
+def _to_unit(components: np.ndarray) -> np.ndarray:
+    length = np.sqrt((components**2).sum(axis=(1, 2), keepdims=True))
+    return components / np.where(length > 0, length, 1)

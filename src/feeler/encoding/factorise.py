@@ -1,6 +1,4 @@
-"""One factorisation from one start, activations and bases in turn, until the loss stands; and what
-a batch at a time adds to one.
-"""
+"""One factorisation from one start: activations and bases in turn, until the loss stands."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,23 +6,242 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from feeler.encoding.activations import (
-    descend_activations,
-    multiply_activations,
-    project_activations,
-)
-from feeler.encoding.bases import descend_bases, multiply_bases
-from feeler.encoding.code import encode
+from feeler.encoding.code import TRIALS_PER_TASK, encode
 from feeler.encoding.convolution import (
+    apply_gram,
     compute_activation_gram,
     compute_basis_gram,
     compute_spectra,
+    correlate_with_activations,
+    correlate_with_bases,
+    descend_activations,
+    descend_bases,
+    fourier_length,
+    invert_spectra,
+    multiply_activations,
+    multiply_bases,
+    project_activations,
 )
-from feeler.encoding.data import Data
-from feeler.encoding.slide import slide_bases
 from feeler.encoding.sparseness import l1_of_unit_vector
+from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, hold_blas
+
+# The tensors of a fit, made ready once for any number of starts.
+
+
+class Data:
+    """Tensors made ready once for any number of factorisations: their transform and their size."""
+
+    def __init__(self, tensors: np.ndarray, n_lags: int):
+        self.n_trials, self.n_sensors, self.n_times = tensors.shape
+        self.n_lags = n_lags
+        # how many lags further a basis may be looked for, each way
+        self.margin = min(n_lags // 2, self.n_times - n_lags)
+        self.length = fourier_length(self.n_times, n_lags + self.margin)
+        starts = range(0, self.n_trials, TRIALS_PER_TASK)
+        self.blocks = [slice(start, start + TRIALS_PER_TASK) for start in starts]
+        self.spectra = compute_spectra(tensors, self.length)
+        self.energy = float(np.vdot(tensors, tensors))
+        self.silent = ~tensors.any(axis=(1, 2))
+
+    def see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
+        """A (trial, component, time): the bases (their transform) correlated with the tensors."""
+        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
+        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]))
+        correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)
+        return invert_spectra(out, self.length, self.n_times)
+
+    def gather(
+        self, activations: np.ndarray, run: Callable = map, margin: int = 0
+    ) -> np.ndarray:
+        """B (component, sensor, lag): the tensors correlated with activations (trial, component,
+        time), over the lags −margin … n_lags + margin − 1.
+        """
+        parts = run(lambda block: self._gather(activations, block), self.blocks)
+        signal = invert_spectra(sum(parts), self.length, self.length)
+        last = self.n_lags + margin
+        return np.concatenate([signal[..., self.length - margin :], signal[..., :last]], axis=2)
+
+    def _gather(self, activations: np.ndarray, trials: slice) -> np.ndarray:
+        h_re, h_im = compute_spectra(activations[trials], self.length)
+        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
+        out = np.zeros((2, activations.shape[1], self.n_sensors, v_re.shape[2]))
+        correlate_with_activations(v_re, v_im, h_re, h_im, out)
+        return out
+
+
+# Where fits begin: bases and activations drawn from a seed, or given.
+
+
+def draw_starts(
+    model: Any,
+    tensors: np.ndarray,
+    data: Data,
+    components: np.ndarray | None,
+    activations: np.ndarray | None,
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The (bases, activations) that each restart of an encoder begins from; one where either is
+    given.
+    """
+    given = components is not None or activations is not None
+    for rng in make_generators(model.random_state, 1 if given else model.n_restarts):
+        bases = components
+        if bases is None:
+            bases = start_bases(tensors, model.n_components, model.n_lags, model.init, rng)
+        bases = _check_start(
+            "components", bases, (model.n_components, data.n_sensors, model.n_lags)
+        )
+        codes = activations
+        if codes is None:
+            codes = _start_activations(data, bases, model.init, rng)
+        shape = (data.n_trials, model.n_components, data.n_times)
+        yield bases, _check_start("activations", codes, shape)
+
+
+def make_generators(random_state, n: int) -> list[np.random.Generator]:
+    """One generator per restart, from whatever scikit-learn or NumPy takes as a seed."""
+    if isinstance(random_state, np.random.RandomState):
+        random_state = random_state.randint(2**31)
+    return np.random.default_rng(random_state).spawn(n)
+
+
+def start_bases(
+    tensors: np.ndarray, n_components: int, n_lags: int, init: str, rng: np.random.Generator
+) -> np.ndarray:
+    """Starting bases (component, sensor, lag).
+
+    ``windows`` takes stretches of the tensors, drawn with the probability of their energy, and adds
+    a floor of a tenth of their mean, because an entry at zero would stay there. ``random`` draws
+    uniform numbers in [0, 1) and scales them to the data.
+    """
+    n_trials, n_sensors, n_times = tensors.shape
+    if init == "random":
+        return rng.random((n_components, n_sensors, n_lags)) * (2 * tensors.mean())
+    power = np.einsum("nxt,nxt->nt", tensors, tensors)
+    total = np.cumsum(np.pad(power, ((0, 0), (1, 0))), axis=1)
+    windows = np.maximum(total[:, n_lags:] - total[:, :-n_lags], 0).ravel()
+    weight = windows / windows.sum() if windows.sum() > 0 else None
+    chosen = rng.choice(windows.size, n_components, p=weight)
+    trial, onset = np.unravel_index(chosen, (n_trials, n_times - n_lags + 1))
+    bases = np.stack([tensors[n, :, t : t + n_lags] for n, t in zip(trial, onset, strict=True)])
+    floor = bases.mean(axis=(1, 2), keepdims=True)
+    return bases + floor * rng.uniform(0.05, 0.15, bases.shape)
+
+
+def _start_activations(
+    data: Data, components: np.ndarray, init: str, rng: np.random.Generator
+) -> np.ndarray:
+    """Starting activations (trial, component, time).
+
+    ``windows`` takes what the bases see, at the best scale; ``random`` takes uniform numbers.
+    """
+    shape = (data.n_trials, components.shape[0], data.n_times)
+    if init == "random":
+        return rng.random(shape)
+    kernel, fringe = compute_basis_gram(components)
+    spectra = compute_spectra(components, data.length)
+    seen = np.maximum(data.see(spectra, slice(None)), 0)
+    pulled = np.empty(shape[1:])
+    for trial in seen:
+        apply_gram(kernel, fringe, trial, pulled)
+        bend = np.vdot(trial, pulled)
+        trial *= np.vdot(trial, trial) / bend if bend > 0 else 0
+    return seen
+
+
+def _check_start(name: str, value, shape: tuple[int, ...]) -> np.ndarray:
+    value = np.array(value, dtype=float)
+    if value.shape != shape:
+        raise InvalidInput(f"The starting {name} need the shape {shape}; got {value.shape}.")
+    if not (np.isfinite(value).all() and (value >= 0).all()):
+        raise InvalidInput(f"The starting {name} must be finite and non-negative.")
+    return value
+
+
+# Bases that begin too early or too late, found by a wider look at the data.
+#
+# A basis that begins in the middle of a pattern is a trap: what stands before its first lag, or
+# after its last one, can only come back if all its activations move together. So now and then
+# each basis is fitted to a wider window of lags on the same activations, and the best stretch
+# of it is kept.
+
+_SWEEPS = 5  # over the wide bases [C]
+# of what a basis explains: stretches that explain this much less than the best are as good [C]
+_EQUAL = 0.01
+
+
+def slide_bases(
+    data: Data, components: np.ndarray, activations: np.ndarray, run: Callable = map
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Bases that begin where their patterns do, and activations moved the other way.
+
+    Of the stretches of lags that explain nearly as much as the best one, the last is taken: an
+    activation cannot stand before the window, so that a basis that begins with silence misses the
+    patterns with which a window begins.
+
+    Returns
+    -------
+    tuple or None
+        Bases (component, sensor, lag) and activations (trial, component, time), as copies; None
+        where every basis stays.
+    """
+    if data.margin == 0:
+        return None
+    windows = _choose_windows(data, components, activations, run)
+    moves = [first - data.margin for first, _ in windows]
+    if not any(moves):
+        return None
+    bases, moved = components.copy(), activations.copy()
+    for m, ((_, basis), move) in enumerate(zip(windows, moves, strict=True)):
+        if move:
+            bases[m], moved[:, m] = basis, _move(activations[:, m], move)
+    return bases, moved
+
+
+def _choose_windows(data, components, activations, run) -> list[tuple[int, np.ndarray]]:
+    """For each component the first lag to keep of the wide window, and the basis (sensor, lag)."""
+    n_components, n_sensors, n_lags = components.shape
+    margin, width = data.margin, data.n_lags + 2 * data.margin
+    seen = data.gather(activations, run, margin)
+    later = np.pad(activations, ((0, 0), (0, 0), (0, margin)))  # lags count from −margin
+    gram = compute_activation_gram(later, width)
+    wide = np.full((n_components, n_sensors, width), 1e-2 * components.mean())
+    wide[:, :, margin : margin + n_lags] = components
+    wide, _, _ = descend_bases(
+        wide, seen, gram, _SWEEPS
+    )  # together: none takes what others explain
+    windows = []
+    for m in range(n_components):
+        others = sum(wide[k] @ gram[k, :, m] for k in range(n_components) if k != m)
+        windows.append(_cut(wide[m], seen[m] - others, gram[m, :, m], n_lags))
+    return windows
+
+
+def _cut(wide, target, square, n_lags) -> tuple[int, np.ndarray]:
+    """The last of the stretches of lags that explain almost as much as the best one."""
+    shared = sliding_window_view((wide * target).sum(axis=0), n_lags).sum(axis=1)
+    overlap = (wide.T @ wide) * square
+    bent = [overlap[k : k + n_lags, k : k + n_lags].sum() for k in range(len(shared))]
+    explained = shared - 0.5 * np.array(bent)
+    best = explained.max()
+    first = int(np.flatnonzero(explained >= best - _EQUAL * abs(best)).max())
+    return first, wide[:, first : first + n_lags]
+
+
+def _move(rows: np.ndarray, move: int) -> np.ndarray:
+    """Rows (trial, time) later by ``move`` samples; what leaves the window is lost."""
+    moved = np.zeros_like(rows)
+    if move > 0:
+        moved[:, move:] = rows[:, :-move]
+    else:
+        moved[:, :move] = rows[:, -move:]
+    return moved
+
+
+# One factorisation from one start, activations and bases in turn, until the loss stands; and
+# what a batch at a time adds to one.
 
 # iterations after which bases are looked for at other lags, and how many decide [C]
 _SLIDES, _TRIAL = (5, 10, 20, 40), 5

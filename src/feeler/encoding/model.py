@@ -1,8 +1,10 @@
-"""ConvolutiveNMF: the encoder, as a scikit-learn estimator."""
+"""ConvolutiveNMF: the encoder, as a scikit-learn estimator, what it accepts, and its files."""
 
+import os
 import warnings
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
@@ -11,24 +13,163 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.encoding.bases import canonicalise, canonicalise_sums, compute_stability
 from feeler.encoding.code import encode
-from feeler.encoding.convolution import compute_activation_gram, reconstruct
-from feeler.encoding.data import Data
-from feeler.encoding.factorise import Factors, Settings, factorise, learn_batch, open_pool
-from feeler.encoding.inputs import (
-    FIXED_CODES,
-    as_tensors,
-    check_choice,
-    check_settings,
-    check_size,
+from feeler.encoding.convolution import (
+    canonicalise,
+    canonicalise_sums,
+    compute_activation_gram,
+    compute_stability,
+    reconstruct,
 )
-from feeler.encoding.starts import draw_starts, make_generators, start_bases
-from feeler.errors import InvalidInput
+from feeler.encoding.factorise import (
+    Data,
+    Factors,
+    Settings,
+    draw_starts,
+    factorise,
+    learn_batch,
+    make_generators,
+    open_pool,
+    start_bases,
+)
+from feeler.encoding.sparseness import check_sparseness
+from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.execute.threads import count_cores
 from feeler.progress import show_progress
-from feeler.records.shown import show_html
-from feeler.tensors.scaling import check_squares, find_scale, label_like, refuse_masked
+from feeler.records import show_html
+from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.transforms import (
+    check_squares,
+    find_scale,
+    fold_planes,
+    label_like,
+    refuse_masked,
+)
+from feeler.validation import checked
+
+# The door of the encoder: what it takes, and what it says to what it cannot take.
+
+_CONSTRAINTS = ("trial", "all")
+FIXED_CODES = ("sparse", "ridge", "nonnegative")
+LABELS = {
+    "joint": "joint fit (paper)",
+    "sparse": "fixed bases, sparse",
+    "ridge": "fixed bases, ridge",
+    "nonnegative": "fixed bases, least squares",
+    "raw": "tensors",
+}
+"""What figures and tables call each kind of code; ``raw`` is no code at all."""
+_STARTS = ("windows", "random")
+
+
+def as_tensors(X: Any) -> np.ndarray:
+    """Tensors (trial, sensor, time) as an array of non-negative floats.
+
+    Parameters
+    ----------
+    X : np.ndarray, xr.DataArray or xr.Dataset
+        An array, a DataArray with these dims, or feeler's Dataset, of which ``angle`` is read.
+
+    Raises
+    ------
+    InvalidInput
+        Other dims, nothing in it, NaN, infinite, masked or negative entries.
+    """
+    if hasattr(X, "data_vars"):
+        if "angle" not in X:
+            raise InvalidInput(
+                f"The Dataset has no variable 'angle'; it has {sorted(X.data_vars)}. Pass one of"
+                " them."
+            )
+        X = X["angle"]
+    X = fold_planes(X)
+    if hasattr(X, "dims"):
+        if set(X.dims) != {"trial", "sensor", "time"}:
+            raise InvalidInput(
+                f"The tensors need the dims trial, sensor, time; got {tuple(X.dims)}."
+            )
+        X = X.transpose("trial", "sensor", "time").values
+    refuse_masked(X)
+    tensors = np.asarray(X)
+    if tensors.dtype.kind not in "fiub":
+        raise InvalidInput(f"The tensors need numbers; got an array of {tensors.dtype}.")
+    if tensors.ndim != 3:
+        hint = " One tensor is X[None]." if tensors.ndim == 2 else ""
+        raise InvalidInput(
+            f"The tensors need the shape (trial, sensor, time); got {tensors.shape}.{hint}"
+        )
+    if 0 in tensors.shape:
+        raise InvalidInput(
+            f"The tensors are empty: shape {tensors.shape} (trial, sensor, time)."
+        )
+    tensors = np.ascontiguousarray(tensors, dtype=float)
+    _check_values(tensors)
+    return tensors
+
+
+def _check_values(tensors: np.ndarray) -> None:
+    # NaN carries through both, and no copy of the data is made
+    low, high = tensors.min(), tensors.max()
+    if not (np.isfinite(low) and np.isfinite(high)):
+        trial = next(i for i, tensor in enumerate(tensors) if not np.isfinite(tensor).all())
+        raise InvalidInput(
+            f"The tensors hold NaN or infinite entries, the first in trial {trial}. Drop such"
+            " trials, or fill the gaps before encoding."
+        )
+    if low < 0:
+        share = float((tensors < 0).mean())
+        raise InvalidInput(
+            f"The tensors hold negative entries ({share:.1%} of them, the lowest {low:.3g}); the"
+            " factorisation is non-negative. Rectify first (feeler.tensors): rectify(X) keeps"
+            " bending one way, as the paper's does, of touches from the right after"
+            " mirror_to_left(X); fold_signs(X) keeps both ways as twice the sensors."
+        )
+
+
+def check_settings(estimator: Any) -> None:
+    """Refuse parameters that mean nothing, each with what would."""
+    for name in ("n_components", "n_lags", "n_restarts", "max_iter"):
+        value = getattr(estimator, name)
+        if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
+            raise InvalidInput(f"{name} must be a whole number of at least 1; got {value!r}.")
+    if estimator.sparseness is not None:
+        check_sparseness(estimator.sparseness)
+    check_choice("constraint", estimator.constraint, _CONSTRAINTS)
+    check_choice("init", estimator.init, _STARTS)
+    if estimator.code is not None:
+        check_choice("code", estimator.code, FIXED_CODES)
+    for name in ("tol", "ridge"):
+        value = getattr(estimator, name)
+        if not value >= 0:
+            raise InvalidInput(f"{name} must be 0 or more; got {value!r}.")
+
+
+def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    """Refuse an unknown name and list the known ones."""
+    if value not in choices:
+        raise InvalidInput(
+            f"{name} must be one of {', '.join(map(repr, choices))}; got {value!r}."
+        )
+
+
+def check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:
+    """Refuse bases longer than a trial, and more of them than the data can pin down."""
+    n_trials, _, n_times = tensors.shape
+    if n_lags > n_times:
+        raise InvalidInput(
+            f"n_lags is {n_lags}, but a trial has {n_times} samples; choose n_lags of at most "
+            f"{n_times}, or longer trials."
+        )
+    most = max(n_trials * n_times // n_lags, 1)
+    if n_components > most:
+        raise InvalidInput(
+            f"n_components is {n_components}, but {n_trials} trials of {n_times} samples hold only"
+            f" {most} separate windows of n_lags = {n_lags} samples; more bases than that are not"
+            f" determined. Choose at most {most}, or fewer lags."
+        )
+
+
+# ConvolutiveNMF: the encoder, as a scikit-learn estimator.
 
 _SHOWN = ("relative_residual_", "stability_", "n_iter_", "n_sensors_in_")
 _OF_FIT = (
@@ -475,3 +616,119 @@ def _count_threads(n_jobs: int | None) -> int:
     if n_jobs < 1:
         raise InvalidInput(f"n_jobs must be None, -1 or at least 1; got {n_jobs}.")
     return int(n_jobs)
+
+
+# An encoder on disk: a model file, arrays beside a JSON header, no pickle.
+
+_KIND, _VERSION = "ConvolutiveNMF", 1
+_ARRAYS = ("components_", "activations_", "loss_curve_", "restarts_", "restart_components_")
+_SUMS = ("sum_seen", "sum_gram")
+"""From which ``partial_fit`` goes on."""
+_NUMBERS = (
+    *("reconstruction_err_", "relative_residual_", "n_iter_", "n_sensors_in_"),
+    *("stability_", "stability_in_place_"),
+)
+
+
+@checked
+def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
+    """Write a fitted encoder; the file appears whole or not at all.
+
+    Raises
+    ------
+    StoreError
+        The encoder is not fitted.
+    """
+    if not hasattr(encoder, "components_"):
+        raise StoreError("The encoder has no bases yet: fit it before saving.")
+    parameters = encoder.get_params()
+    if not isinstance(parameters["random_state"], int | None):
+        parameters["random_state"] = None  # a generator has no lasting name
+    arrays = {
+        name: np.asarray(getattr(encoder, name))
+        for name in _ARRAYS + _NUMBERS
+        if hasattr(encoder, name)
+    } | dict(zip(_SUMS, getattr(encoder, "_sums", ()), strict=False))
+    save_model(
+        Model(kind=_KIND, version=_VERSION, arrays=arrays, settings={"parameters": parameters}),
+        path,
+    )
+    return Path(path)
+
+
+@checked
+def load_encoder(path: str | os.PathLike, *, trusted: bool = False) -> ConvolutiveNMF:
+    """Read an encoder that :func:`save_encoder` wrote.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+    trusted : bool, default=False
+        Skip the guard, for a file of your own.
+
+    Raises
+    ------
+    StoreError
+        No such file, another kind or version, or arrays that do not fit together.
+    """
+    if not Path(path).exists():
+        raise StoreError(f"There is no file {path}.")
+    try:
+        model = load_model(path, kind=_KIND, version=_VERSION, trusted=trusted)
+    except InvalidInput as error:
+        raise StoreError(
+            f"{path} is not an encoder of feeler, or is damaged ({error}). Save it again."
+        ) from error
+    return _rebuild(path, model)
+
+
+def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
+    """The estimator from a model, or a word on what does not fit."""
+    try:
+        encoder = ConvolutiveNMF(**model.settings["parameters"])
+        check_settings(encoder)
+        numbers = {name: model.arrays[name].item() for name in _NUMBERS if name in model.arrays}
+        components = model.arrays["components_"]
+        n_sensors = numbers["n_sensors_in_"]
+    except (KeyError, TypeError, ValueError, AttributeError, FeelerError) as error:
+        raise StoreError(
+            f"{path} lacks parts of an encoder ({error}). Save it again."
+        ) from error
+    # n_components and n_lags may have been set to other numbers after the fit
+    if (
+        components.ndim != 3
+        or components.shape[1] != n_sensors
+        or not np.isfinite(components).all()
+        or (components < 0).any()
+    ):
+        raise StoreError(
+            f"The bases in {path} should be (component, {n_sensors}, lag), finite and non-negative;"
+            f" got {components.shape}."
+        )
+    _check_beside(path, components.shape, model.arrays)
+    for name, value in (
+        {name: model.arrays[name] for name in _ARRAYS if name in model.arrays} | numbers
+    ).items():
+        setattr(encoder, name, value)
+    if all(name in model.arrays for name in _SUMS):
+        encoder._sums = model.arrays[_SUMS[0]], model.arrays[_SUMS[1]]
+    return encoder
+
+
+def _check_beside(path: str | os.PathLike, shape: tuple[int, ...], arrays: dict) -> None:
+    """Refuse arrays that do not belong to bases of this shape (component, sensor, lag)."""
+    n_components, _, n_lags = shape
+    found = {name: np.shape(arrays[name]) for name in arrays}
+    expected = {
+        "activations_": (*found.get("activations_", ())[:1], n_components),
+        "restart_components_": (*found.get("restart_components_", ())[:1], *shape),
+        "sum_seen": shape,
+        "sum_gram": (n_components, n_lags, n_components, n_lags),
+    }
+    for name, own in expected.items():
+        if name in found and found[name][: len(own)] != own:
+            raise StoreError(
+                f"The array {name} in {path} has the shape {found[name]}, which does not go with"
+                f" bases of {shape}. Save it again."
+            )

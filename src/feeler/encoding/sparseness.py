@@ -6,7 +6,7 @@ import numpy as np
 
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
+from feeler.validation import checked
 
 
 @checked

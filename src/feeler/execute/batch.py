@@ -16,7 +16,7 @@ from typing import Any, Protocol
 from feeler.errors import InvalidInput, OutOfMemory
 from feeler.execute.processes import CRASHES
 from feeler.execute.threads import ThreadExecutor
-from feeler.records.checked import checked
+from feeler.validation import checked
 
 _RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
 _WINDOW = (

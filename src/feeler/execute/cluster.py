@@ -16,7 +16,7 @@ from typing import Any
 
 from feeler.errors import Doubtful, InvalidInput, MissingExtra, StoreError
 from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
-from feeler.records.checked import checked
+from feeler.validation import checked
 
 _PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
 _GLANCE = 1.0  # [C] s between two looks at whether there are workers

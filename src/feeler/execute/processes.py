@@ -21,10 +21,10 @@ from typing import Any
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
-from feeler.disk.files import TEMPORARY_DAYS, sweep_old
 from feeler.errors import FeelerError, InvalidInput, OutOfMemory, lacks_memory, say_warnings
 from feeler.execute.threads import check_workers
-from feeler.records.checked import checked
+from feeler.files import TEMPORARY_DAYS, sweep_old
+from feeler.validation import checked
 
 try:
     import resource

@@ -14,7 +14,7 @@ from pebble import ThreadPool
 from threadpoolctl import ThreadpoolController
 
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
+from feeler.validation import checked
 
 _MAX_WORKERS = 1024  # [C] more than any machine has cores for
 _GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running

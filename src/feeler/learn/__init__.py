@@ -5,17 +5,15 @@ other tools read.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from feeler.learn.crate import write_crate
-    from feeler.learn.dataset import TouchDataset
-    from feeler.learn.parquet import export_parquet
-    from feeler.learn.split import split_trials
+    from feeler.learn.dataset import TouchDataset, split_trials
+    from feeler.learn.export import export_parquet, write_crate
 
 # PyTorch and pyarrow are extras and slow to load: each name is fetched when it is used.
 _HOMES = {
     "TouchDataset": "dataset",
-    "export_parquet": "parquet",
-    "split_trials": "split",
-    "write_crate": "crate",
+    "export_parquet": "export",
+    "split_trials": "dataset",
+    "write_crate": "export",
 }
 
 __all__ = ["TouchDataset", "export_parquet", "split_trials", "write_crate"]

@@ -5,7 +5,7 @@ Friction is Coulomb's in all of them, with the coefficient of the object (``Obje
 ``chain``, ``chain-consistent`` and ``mujoco`` take :class:`Contact` word for word: the impedance
 sets how far surfaces sink in, ``solref`` how fast they come back. The ``rod`` engines stand for the
 limit of rigid surfaces: a spring at each hinge, so stiff that it sinks in by 0.001 mm (``rod``) or
-0.02 mm (``rod-inertia``), see ``feeler.physics.rod.model``. A time constant means nothing where
+0.02 mm (``rod-inertia``), see ``feeler.physics.rod.stepper``. A time constant means nothing where
 nothing has inertia, so they read nothing of :class:`Contact`. Their friction sticks by a
 spring as stiff, and slips at the coefficient times the normal force of the step before.
 
@@ -38,10 +38,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
-from feeler.records.registry import Registry
-from feeler.stimulus.object import Object
+from feeler.objects.bodies import Object
+from feeler.records import Registry
 
 _LONGEST = 0.2  # ms; [C] the time constant that every engine's timestep is made for
 _SHORTEST = 0.005  # ms; [C] of the default contact, for antennas that end in a needle's point

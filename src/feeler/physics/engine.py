@@ -1,16 +1,228 @@
-"""Engines by name. Each is imported when first asked for, so that analysis needs no simulator."""
+"""Engines by name, and what every engine offers."""
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from threading import Timer
+from typing import Any, Protocol
+
+import numpy as np
 
 from feeler.physics.contact import Contact
 from feeler.physics.scene import Scene
-from feeler.physics.stepper import Stepper
-from feeler.records.registry import Registry
+from feeler.records import Registry
+
+# What every engine offers: scenes in lanes that are stepped together, and each driven and read
+# by itself.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class State:
+    """Where every lane is now; forces are those of the step that led there.
+
+    In space angles are (lane, plane, segment), vectors have three numbers, the base has its place
+    and its rotation vector, and its moment is a vector.
+
+    Attributes
+    ----------
+    angle : np.ndarray
+        Hinge angles (lane, segment) [rad].
+    velocity : np.ndarray
+        Their rates (lane, segment) [rad/ms].
+    force : np.ndarray
+        Contact force of each object on the antenna (lane, object, 2) [N].
+    place : np.ndarray
+        Place of each object, its foremost point (lane, object, 2) [mm].
+    forward : np.ndarray
+        First axis of each object's frame (lane, object, 2).
+    object_work : np.ndarray
+        Work done on the antenna by each object since time 0 (lane, object) [mJ].
+    base : np.ndarray
+        Place [mm] and heading [rad] of the base (lane, 3).
+    base_force : np.ndarray
+        Force of the base on the antenna (lane, 2) [N].
+    base_moment : np.ndarray
+        Moment of the base on the antenna (lane,) [N·mm], positive as angles are.
+    base_work : np.ndarray
+        Work done on the antenna by its base since time 0 (lane,) [mJ].
+    contact_place : np.ndarray
+        Where the contacts act, weighted by force (lane,), as a share of the length; NaN without
+        contact.
+    sink : np.ndarray
+        How deep contacts have sunk at most since time 0 (lane,), over the smaller radius.
+    """
+
+    angle: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    place: np.ndarray
+    forward: np.ndarray
+    object_work: np.ndarray
+    base: np.ndarray
+    base_force: np.ndarray
+    base_moment: np.ndarray
+    base_work: np.ndarray
+    contact_place: np.ndarray
+    sink: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contacts:
+    """The contacts of one lane's last step, (contact, …).
+
+    Attributes
+    ----------
+    object : np.ndarray
+        Number of the object.
+    segment : np.ndarray
+        Number of the segment, 1 at the base.
+    place : np.ndarray
+        Arc length from the base as a share of the length.
+    point : np.ndarray
+        (contact, 2) [mm].
+    normal : np.ndarray
+        Unit vector (contact, 2) from the object to the antenna.
+    distance : np.ndarray
+        Gap between the surfaces [mm], negative.
+    force : np.ndarray
+        Force on the antenna (contact, 2) [N].
+    """
+
+    object: np.ndarray
+    segment: np.ndarray
+    place: np.ndarray
+    point: np.ndarray
+    normal: np.ndarray
+    distance: np.ndarray
+    force: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.place)
+
+
+MICRO = 1e3  # µJ in a mJ: work leaves the engines in µJ
+_COLUMNS = {
+    "force": (2, 3),
+    "work": (2, 2),
+    "base": (3, 6),
+    "base_force": (2, 3),
+    "base_moment": (1, 3),
+    "contact_place": (1, 1),
+    "sink": (1, 1),
+}
+"""What a sample holds behind the angles and velocities of all hinges, and how many numbers each is,
+in the plane and in space.
+"""
+
+
+def make_row(state: State) -> np.ndarray:
+    """A sample (lane, column): angle, velocity, and COLUMNS; forces and works are sums over the
+    objects.
+    """
+    work = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
+    lanes, force = len(state.angle), state.force.sum(axis=1)
+    base = (state.base, state.base_force, state.base_moment)
+    parts = (state.angle, state.velocity, force, work, *base, state.contact_place, state.sink)
+    return np.concatenate([part.reshape(lanes, -1) for part in parts], axis=1)
+
+
+def split_rows(tape: np.ndarray, hinges: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """The samples (…, column) by name, as copies (…, number), angles in the shape ``hinges``; what
+    COLUMNS counts as one number is (…). Work comes in µJ.
+    """
+    sizes = {name: size[len(hinges) - 1] for name, size in _COLUMNS.items()}
+    n = int(np.prod(hinges))
+    ends = np.cumsum([n, n, *sizes.values()])[:-1]
+    parts = dict(zip(("angle", "velocity", *sizes), np.split(tape, ends, axis=-1), strict=True))
+    found = {
+        name: (part[..., 0] if sizes.get(name) == 1 else part).copy()
+        for name, part in parts.items()
+    }
+    for name in ("angle", "velocity"):
+        found[name] = found[name].reshape(*tape.shape[:-1], *hinges)
+    found["work"] *= MICRO
+    return found
+
+
+class Stepper(Protocol):
+    """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its
+    neighbours.
+
+    Attributes
+    ----------
+    advice : str
+        What helps where a simulation diverges.
+    """
+
+    scenes: list[Scene]
+    timestep: float
+    advice: str = "Use a smaller timestep, a slower or smaller feature, or a softer contact"
+
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
+        """Take steps in every lane; whether some lane has come to an end.
+
+        ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each step's
+        end, in place of the commanded ones.
+        """
+
+    def record(
+        self,
+        tape: np.ndarray,
+        sample: int,
+        stop: int,
+        every: int,
+        drives: Mapping[int, np.ndarray] | None = None,
+    ) -> tuple[int, bool]:
+        """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write its row to
+        ``tape`` (lane, sample, column). The first sample that was not written, and whether some
+        lane has come to an end, after which nothing goes on.
+        """
+        for k in range(sample, stop):
+            own = slice((k - sample) * every, (k - sample + 1) * every)
+            ended = self.step(
+                every, {lane: rates[own] for lane, rates in drives.items()} if drives else None
+            )
+            tape[:, k] = make_row(self.read())
+            if ended:
+                return k + 1, True
+        return stop, False
+
+    def read(self) -> State:
+        """The state of every lane, as copies."""
+
+    def read_sink(self) -> np.ndarray:
+        """How deep contacts have sunk at most since time 0 (lane,), over the smaller radius."""
+
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of a lane's last step."""
+
+    def find_broken(self) -> np.ndarray:
+        """Whether each lane (lane,) has come to an end: numbers that are not finite, or
+        :meth:`explain` knows.
+        """
+
+    def explain(self, lane: int) -> Exception | None:
+        """What ended a lane, if the engine knows better than that its numbers are not finite."""
+
+    def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
+        """Command the base: velocity (2,) and turn rate; in space both (3,)."""
+
+    def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
+        """Command an object, likewise."""
+
+    def save(self, lane: int) -> Any:
+        """All that a lane's future depends on, but for its scene."""
+
+    def load(self, lane: int, saved: Any) -> None:
+        """Put a lane back to where it was saved, to the last bit."""
+
+    def reset(self, lane: int, scene: Scene) -> None:
+        """Begin another scene in one lane."""
+
+
+# Engines by name. Each is imported when first asked for, so that analysis needs no simulator.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,14 +256,14 @@ ENGINES: Registry[Engine] = Registry(
     "engine",
     {
         "chain-consistent": (
-            "feeler.physics.chain.engine:CONSISTENT"
+            "feeler.physics.chain.stepper:CONSISTENT"
         ),  # damping inside the contact solve
-        "chain": "feeler.physics.chain.engine:PARITY",  # MuJoCo's discrete equations, step for step
+        "chain": "feeler.physics.chain.stepper:PARITY",  # MuJoCo's discrete equations, step for step
         "mujoco": "feeler.physics.mujoco:MUJOCO",  # the reference
         "rod": (
-            "feeler.physics.rod.engine:ROD"
+            "feeler.physics.rod.stepper:ROD"
         ),  # quasi-static: no inertia, implicit steps of any length
-        "rod-inertia": "feeler.physics.rod.engine:ROD_INERTIA",  # the same with mass at its nodes
+        "rod-inertia": "feeler.physics.rod.stepper:ROD_INERTIA",  # the same with mass at its nodes
     },
 )
 """Every engine by its name."""

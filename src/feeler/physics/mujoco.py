@@ -1,20 +1,22 @@
-"""The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's
-words.
-"""
+"""The reference engine: MuJoCo, in the plane and in space."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from typing import Any, cast
 
 import mujoco
 import numpy as np
 
+from feeler.antenna.segments import to_vector
 from feeler.errors import InvalidInput
 from feeler.physics.contact import find_radius
-from feeler.physics.engine import Engine
-from feeler.physics.reaction import compute_reaction
+from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, compile_model
-from feeler.physics.stepper import Contacts, State, Stepper
+from feeler.physics.spec import ROOTED, compile_model, to_quaternion
+from feeler.physics.statics import compute_reaction
+
+# The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's
+# words.
 
 
 class MujocoStepper(Stepper):
@@ -306,10 +308,320 @@ def _find_normals(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 def _make(scenes: Sequence[Scene], timestep: float) -> Stepper:
     if scenes[0].antenna.spatial:
-        from feeler.physics.mujoco_space import SpaceMujocoStepper
-
         return SpaceMujocoStepper(scenes, timestep)
     return MujocoStepper(scenes, timestep)
 
 
 MUJOCO = Engine(make=_make, timestep=0.02)
+
+
+# The reference engine in space: MuJoCo, with a base that moves as told and walls that it would
+# not let move.
+
+_KEPT = ("scenes", "model")
+
+
+class SpaceMujocoStepper(Stepper):
+    """One scene in space in MuJoCo."""
+
+    def __init__(self, scenes: Sequence[Scene], timestep: float) -> None:
+        self.timestep, self.scenes = float(timestep), list(scenes)
+        self.reset(0, self.scenes[0])
+
+    def reset(self, lane: int, scene: Scene) -> None:
+        """Begin another scene."""
+        self.scenes[0], antenna = scene, scene.antenna
+        self.model = compile_model(scene, self.timestep)
+        self.data = mujoco.MjData(self.model)
+        self.drive = np.array(scene.base_velocity)
+        rates = [[*o.velocity, *np.ravel(o.turn)] for o in scene.objects]
+        self.object_rate = np.array(rates).reshape(-1, 6)
+        self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
+        self.sink, self.planes = 0.0, len(antenna.planes)
+        self.base_wrench, self.contacts = np.zeros((2, 3)), _list_none()
+        self._thin = [np.minimum(antenna.radius, find_radius(item)) for item in scene.objects]
+        n, loose = self.planes * antenna.n_segments, 3 * (antenna.follicle is not None)
+        self._q, self._v = slice(7 + loose, 7 + loose + n), slice(6 + loose, 6 + loose + n)
+        self.data.qpos[3:7] = to_quaternion(scene.base_pose[3:])
+        self.data.qpos[self._q] = scene.initial_angle.T.ravel()
+        self.data.qvel[self._v] = scene.initial_velocity.T.ravel()
+        self._command()
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def _rotate(self, body: int) -> np.ndarray:
+        """A body's rotation now, from what its ball joint says."""
+        found = np.zeros(9)
+        address = 3 if body == 0 else 7 * body + (self._q.stop - 7) + 3
+        mujoco.mju_quat2Mat(found, self.data.qpos[address : address + 4])
+        return found.reshape(3, 3)
+
+    def _command(self) -> None:
+        """Give base and objects their rates; a ball joint takes them in the body's own axes."""
+        for k, rate in enumerate((self.drive, *self.object_rate)):
+            at = 0 if k == 0 else self._v.stop + 6 * (k - 1)
+            self.data.qvel[at : at + 6] = [*rate[:3], *(self._rotate(k).T @ rate[3:])]
+
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
+        """Take steps; ``drives`` (step, 6) replace the commanded base velocity."""
+        with np.errstate(all="ignore"):  # what has diverged says so by its numbers
+            for k in range(n_steps):
+                self._step(drives[0][k] if drives else self.drive)
+        return bool(self.find_broken()[0])
+
+    def _step(self, drive: np.ndarray) -> None:
+        model, data, h = self.model, self.data, self.timestep
+        before = self._base_rate()
+        change = (drive - before) / h
+        change[3:] = self._rotate(0).T @ change[3:]
+        data.qfrc_applied[:6] = ROOTED * change
+        self._move_walls()
+        mujoco.mj_fwdPosition(model, data)
+        round_contacts(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        rods = self._list_rods() if self.scenes[0].flow is not None else []
+        self._drag(rods, data.qvel)
+        self._carry_walls()
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        mujoco.mj_fwdConstraint(model, data)
+        self.contacts = self._find_contacts()
+        self._count_work()
+        rates, place, moving = data.qvel.copy(), self._root, self._root_rate()
+        self._drag(rods, data.qvel + h * self._ease(rods, change))
+        mujoco.mj_Euler(model, data)
+        data.qacc[:] = (data.qvel - rates) / h  # not MuJoCo's: damping is implicit
+        self._react(place, rates)
+        self.drive = np.array(drive, dtype=float)
+        self._command()
+        middle = 0.5 * (moving + self._root_rate())
+        self.base_work += h * float(self.base_wrench.ravel() @ middle)
+
+    def _base_rate(self) -> np.ndarray:
+        rate = self.data.qvel[:6]
+        return np.concatenate([rate[:3], self._rotate(0) @ rate[3:]])
+
+    @property
+    def _root(self) -> np.ndarray:
+        """Where hinge 1 is (3,): the base, and what its follicle gives."""
+        given = self._slides @ self.data.qpos[7 : self._q.start]
+        return self.data.qpos[:3] + self.scenes[0].base_pose[:3] + given
+
+    @property
+    def _slides(self) -> np.ndarray:
+        """The follicle's axes in the world (3, slide); none without one."""
+        return self._rotate(0)[:, : self._v.start - 6]
+
+    def _root_rate(self) -> np.ndarray:
+        """Velocity of hinge 1 and angular velocity of the base (6,)."""
+        rate, data = self._base_rate(), self.data
+        slide = self._slides @ data.qvel[6 : self._v.start]
+        swept = np.cross(rate[3:], self._slides @ data.qpos[7 : self._q.start])
+        return np.concatenate([rate[:3] + swept + slide, rate[3:]])
+
+    def _list_rods(self) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Body of each segment, how it turns the rates of all into those of its middle (velocity,
+        turn; 6, rate), and its drag over these (6, 6).
+        """
+        model, data, scene = self.model, self.data, self.scenes[0]
+        first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
+        rods = []
+        for n, length in enumerate(scene.antenna.segment_length):
+            along = data.xmat[first + n].reshape(3, 3)[:, 1]
+            rows, drag = np.zeros((6, model.nv)), np.zeros((6, 6))
+            middle = data.xpos[first + n] + 0.5 * length * along
+            mujoco.mj_jac(model, data, rows[:3], rows[3:], middle, first + n)
+            straight, across = np.outer(along, along), np.eye(3) - np.outer(along, along)
+            flow: Any = scene.flow
+            drag[:3, :3] = length * (flow.drag * across + flow.along * straight)
+            drag[3:, 3:] = length**3 / 12 * flow.drag * across
+            rods.append((first + n, rows, drag))
+        return rods
+
+    def _drag(self, rods: list, rate: np.ndarray) -> None:
+        """Apply the drag of the flow at these rates of all joints."""
+        data, flow = self.data, cast(Any, self.scenes[0].flow)
+        for body, rows, drag in rods:
+            push = -drag @ (rows @ rate - [*flow.velocity, 0, 0, 0])
+            along = data.xmat[body].reshape(3, 3)[:, 1]
+            n = body - rods[0][0]
+            arm = data.xpos[body] - data.xipos[body]
+            arm = arm + 0.5 * self.scenes[0].antenna.segment_length[n] * along
+            push[3:] += np.cross(arm, push[:3])
+            data.xfrc_applied[body] = push
+
+    def _ease(self, rods: list, change: np.ndarray) -> np.ndarray:
+        """Accelerations of all joints with a drag that is implicit, as the hinges' damping is, for
+        MuJoCo's step to find: (M + h (C + Jᵀ D J)) q̈ = τ, the base's being known.
+        """
+        model, data, h = self.model, self.data, self.timestep
+        found = np.zeros(model.nv)
+        if not rods:
+            return found
+        whole = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, whole)
+        own = slice(6, self._v.stop)
+        plain = whole[own] + h * np.diag(model.dof_damping)[own]
+        eased = plain + h * sum(rows.T @ drag @ rows for _, rows, drag in rods)[own]
+        torque = (data.qfrc_smooth + data.qfrc_constraint)[own]
+        found[:6] = change
+        found[own] = np.linalg.solve(eased[:, own], torque - eased[:, :6] @ change)
+        data.qfrc_smooth[own] += plain @ found - torque
+        return found
+
+    def _react(self, place: np.ndarray, rates: np.ndarray) -> None:
+        """Force and moment of the base on the antenna, by Newton's and Euler's laws over it, with
+        the rates of the step's start.
+        """
+        model, data = self.model, self.data
+        after = data.qvel.copy()
+        data.qvel[:] = rates
+        mujoco.mj_rnePostConstraint(model, data)
+        data.qvel[:] = after
+        first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
+        turn, force = data.cfrc_int[first, :3], data.cfrc_int[first, 3:]
+        arm = data.subtree_com[model.body_rootid[first]] - place
+        self.base_wrench = np.array([force, turn + np.cross(arm, force)])
+
+    def _list_walls(self) -> list[tuple[int, int]]:
+        """(object, geom) of each wall."""
+        walls = [o for o, item in enumerate(self.scenes[0].objects) if item.feature.unbounded]
+        kind = mujoco.mjtObj.mjOBJ_GEOM
+        return [(o, mujoco.mj_name2id(self.model, kind, f"wall{o + 1}")) for o in walls]
+
+    def _move_walls(self) -> None:
+        """Put the walls where their bodies are."""
+        for o, geom in self._list_walls():
+            item, turn = self.scenes[0].objects[o], self._rotate(o + 1)
+            self.model.geom_pos[geom] = self._place[o]
+            axes = turn @ np.column_stack([item.axes[1], item.axes[2], item.axes[0]])
+            mujoco.mju_mat2Quat(self.model.geom_quat[geom], axes.ravel())
+
+    def _carry_walls(self) -> None:
+        """Add the walls' velocity to what contacts with them aim at: a_ref = −b (v − v_wall) …"""
+        data = self.data
+        walls = {geom: o for o, geom in self._list_walls()}
+        for contact in data.contact if walls else ():
+            o = walls.get(contact.geom[0])
+            if o is None or contact.efc_address < 0:
+                continue
+            normal, *across = contact.frame.reshape(3, 3)
+            rate = self.object_rate[o]
+            own = rate[:3] + np.cross(rate[3:], contact.pos - self._place[o])
+            rows = [normal]
+            if contact.dim == 3:
+                slide = zip(across, contact.friction, strict=False)
+                rows = [normal + sign * mu * t for t, mu in slide for sign in (1, -1)]
+            for k, row in enumerate(rows):
+                at = contact.efc_address + k
+                data.efc_aref[at] += data.efc_KBIP[at, 1] * float(row @ own)
+
+    @property
+    def _place(self) -> np.ndarray:
+        """Places (object, 3) of the objects now."""
+        start = np.array([o.place for o in self.scenes[0].objects]).reshape(-1, 3)
+        return start + self.data.qpos[self._q.stop :].reshape(-1, 7)[:, :3]
+
+    def _find_contacts(self) -> Contacts:
+        model, data, antenna = self.model, self.data, self.scenes[0].antenna
+        first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
+        walls = {geom: o for o, geom in self._list_walls()}
+        rows, wrench = [], np.zeros(6)
+        for k, contact in enumerate(data.contact):
+            flipped = model.geom_contype[contact.geom[1]] != 0  # the antenna is the second
+            own, other = contact.geom[::-1] if flipped else contact.geom
+            body = model.geom_bodyid[own]
+            o = walls.get(other, model.geom_bodyid[other] - first - antenna.n_segments)
+            mujoco.mj_contactForce(model, data, k, wrench)
+            frame, sign = contact.frame.reshape(3, 3), 1.0 if flipped else -1.0
+            n = body - first
+            along, length = data.xmat[body].reshape(3, 3)[:, 1], antenna.segment_length[n]
+            share = np.clip((contact.pos - data.xpos[body]) @ along / length, 0.0, 1.0)
+            distance = contact.dist - contact.includemargin
+            self.sink = max(self.sink, float(-distance / self._thin[o][n]))
+            arc = (antenna.hinge_position[n] + share * length) / antenna.length
+            force = sign * (frame.T @ wrench[:3])
+            rows.append((o, n + 1, arc, contact.pos.copy(), sign * frame[0], distance, force))
+        return _list_contacts(rows) if rows else _list_none()
+
+    def _count_work(self) -> None:
+        for o, point, force in zip(*self._pick("object", "point", "force"), strict=True):
+            rate = self.object_rate[o]
+            own = rate[:3] + np.cross(rate[3:], point - self._place[o])
+            self.object_work[o] += self.timestep * float(force @ own)
+
+    def _pick(self, *names: str) -> list[np.ndarray]:
+        return [getattr(self.contacts, name) for name in names]
+
+    def read(self) -> State:
+        """The state, as copies."""
+        data, scene = self.data, self.scenes[0]
+        shape = (scene.antenna.n_segments, self.planes)
+        force = np.zeros((len(scene.objects), 3))
+        np.add.at(force, self.contacts.object, self.contacts.force)
+        push = np.sum(self.contacts.force * self.contacts.normal, axis=1)
+        place = push @ self.contacts.place / push.sum() if push.sum() > 0 else np.nan
+        turned = to_vector(self._rotate(0))
+        base = np.concatenate([self._root, turned])
+        forward = [self._rotate(o + 1) @ item.forward for o, item in enumerate(scene.objects)]
+        return State(
+            angle=data.qpos[self._q].reshape(shape).T[None].copy(),
+            velocity=data.qvel[self._v].reshape(shape).T[None].copy(),
+            force=force[None],
+            place=self._place[None],
+            forward=np.array(forward).reshape(1, -1, 3),
+            object_work=self.object_work[None].copy(),
+            base=base[None],
+            base_force=self.base_wrench[None, 0].copy(),
+            base_moment=self.base_wrench[None, 1].copy(),
+            base_work=np.array([self.base_work]),
+            contact_place=np.array([place]),
+            sink=np.array([self.sink]),
+        )
+
+    def read_sink(self) -> np.ndarray:
+        """How deep contacts have sunk at most (1,)."""
+        return np.array([self.sink])
+
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of the last step."""
+        return self.contacts
+
+    def find_broken(self) -> np.ndarray:
+        """Whether its numbers are no longer finite."""
+        return ~np.isfinite([self.data.qpos.sum() + self.data.qvel.sum()])
+
+    def explain(self, lane: int) -> None:
+        """Nothing that its numbers do not show."""
+
+    def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
+        """Command the base."""
+        self.drive = np.array([*velocity, *turn])
+
+    def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
+        """Command an object."""
+        self.object_rate[o] = *velocity, *turn
+        rate = self.drive
+        self.drive = self._base_rate()
+        self._command()
+        self.drive = rate
+
+    def save(self, lane: int) -> dict[str, Any]:
+        """All that the future depends on, but for the scene."""
+        return {name: copy(value) for name, value in vars(self).items() if name not in _KEPT}
+
+    def load(self, lane: int, saved: dict[str, Any]) -> None:
+        """Go back to where it was saved; the timestep stays."""
+        kept = {name: copy(value) for name, value in saved.items() if name != "timestep"}
+        vars(self).update(kept)
+
+
+def _list_contacts(rows: list[tuple]) -> Contacts:
+    names = ("object", "segment", "place", "point", "normal", "distance", "force")
+    columns = map(np.array, zip(*rows, strict=True))
+    return Contacts(**dict(zip(names, columns, strict=True)))
+
+
+def _list_none() -> Contacts:
+    none = (0, 1, 0.0, np.zeros(3), np.zeros(3), 0.0, np.zeros(3))
+    found = _list_contacts([none])
+    return Contacts(**{name: value[:0] for name, value in vars(found).items()})

@@ -1,25 +1,569 @@
-"""A simulation in the hand: step it, steer it, look at it, save it, go back."""
+"""Simulations that are stepped, steered, saved and restored: one, or many side by side."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import wait
+from dataclasses import dataclass, fields, replace
+from functools import wraps
+from threading import Event, RLock
+from typing import Annotated, Any
+from weakref import finalize
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
-from feeler.errors import InvalidInput
-from feeler.physics.contact import Contact, get_contact
-from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.physics.lanes import Simulations, Turn
-from feeler.physics.scene import Scene
-from feeler.physics.snapshot import Snapshot
-from feeler.physics.stepper import MICRO, Contacts
-from feeler.records.checked import checked
-from feeler.records.shown import make_picture
-from feeler.stimulus.base import BaseMotion, Vector, check_vector, read_base
-from feeler.stimulus.convex import trace_rim
-from feeler.stimulus.flow import Flow
-from feeler.stimulus.object import Object, check_clear, make_objects
-from feeler.stimulus.trial import Trial
+from feeler.antenna.segments import Antenna
+from feeler.errors import Doubtful, InvalidInput
+from feeler.execute import ThreadExecutor
+from feeler.objects.bodies import Object, check_clear, make_objects
+from feeler.objects.motion import (
+    BaseMotion,
+    Flow,
+    Vector,
+    check_number,
+    check_vector,
+    lift,
+    lift_turn,
+    read_base,
+)
+from feeler.objects.shapes import trace_rim
+from feeler.objects.trials import Trial
+from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
+from feeler.physics.engine import (
+    DEFAULT_ENGINE,
+    MICRO,
+    Contacts,
+    State,
+    Stepper,
+    choose_timestep,
+    get_engine,
+)
+from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
+from feeler.physics.scene import MAX_STEPS, Scene
+from feeler.records import make_picture
+from feeler.validation import checked
+
+# Snapshots: a moment of simulations, and what it belongs to.
+
+BUILT = ("antenna", "objects", "contact", "gravity", "flow", "base")
+"""The parts of a scene that an engine's tables are made of; commands do not change them."""
+_PARTS = (*BUILT, "paths", "base_motion")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Snapshot:
+    """A moment of some lanes, to which they can go back as often as one likes.
+
+    Attributes
+    ----------
+    scene, began : tuple[Scene, ...]
+        What each lane simulates, and the same before commands replaced a recorded path.
+    engine, timestep
+        Of the simulations [ms].
+    owner : object
+        The simulations themselves, whose lanes may have begun other scenes since.
+    """
+
+    lane: tuple[int, ...]
+    step: tuple[int, ...]
+    scene: tuple[Scene, ...]
+    began: tuple[Scene, ...]
+    failed: tuple[Exception | None, ...]
+    saved: tuple[Any, ...]
+    engine: str
+    timestep: float
+    owner: object
+
+
+def is_built_alike(one: Scene, other: Scene) -> bool:
+    """Whether an engine's tables of one scene are those of the other, but for its state."""
+    return all(getattr(one, name) == getattr(other, name) for name in BUILT)
+
+
+def list_differences(here: Scene, there: Scene) -> list[str]:
+    """How the scene of a snapshot (``there``) differs from that of a simulation, in words."""
+    return [
+        _describe(name, getattr(here, name), getattr(there, name))
+        for name in _PARTS
+        if getattr(here, name) != getattr(there, name)
+    ]
+
+
+def _describe(name: str, here: Any, there: Any) -> str:
+    if name == "antenna":
+        return f"antenna {there.name!r} for {here.name!r} ({_list_fields(here, there)})"
+    if name == "objects" and [o.name for o in here] == [o.name for o in there]:
+        pairs = [(a, b) for a, b in zip(here, there, strict=True) if a != b]
+        return ", ".join(f"object {a.name!r} ({_list_fields(a, b)})" for a, b in pairs)
+    if name == "objects":
+        names = [", ".join(o.name for o in some) or "none" for some in (there, here)]
+        return f"objects {names[0]} for {names[1]}"
+    if name in ("gravity", "base"):
+        return f"{name} {there} for {here}"
+    if name == "contact":
+        return f"contact ({_list_fields(here, there)})"
+    return {"base_motion": "base motion", "paths": "paths of objects"}.get(name, name)
+
+
+def _list_fields(here: Any, there: Any) -> str:
+    """Names of the fields in which two records of one class differ."""
+    own = (field.name for field in fields(here))
+    return ", ".join(
+        name for name in own if _differs(getattr(here, name), getattr(there, name))
+    )
+
+
+def _differs(a: Any, b: Any) -> bool:
+    arrays = isinstance(a, np.ndarray) or isinstance(b, np.ndarray)
+    return not (np.array_equal(a, b) if arrays else a == b)
+
+
+# Simulations side by side: many scenes, each stepped, steered, saved and reset by itself.
+
+Turn = float | tuple[float, float, float]
+MAX_TURN = 0.1  # rad; [C] the most that a base or an object may turn in one timestep
+
+
+def _alone(method: Callable) -> Callable:
+    """A method that waits until no other thread steps, steers or reads the same simulations."""
+
+    @wraps(method)
+    def run(self: "Simulations", *args: Any, **options: Any) -> Any:
+        with self._turn:
+            return method(self, *args, **options)
+
+    return run
+
+
+@checked
+class Simulations:
+    """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those
+    it has alone.
+
+    Threads may share them: while one steps, steers or reads, the others wait. Pickled or copied at
+    any moment they go on from there, independently.
+
+    Parameters
+    ----------
+    scenes
+        One per lane; :func:`feeler.physics.simulation.build_scene` makes them of an antenna and
+        objects.
+    engine, timestep
+        As for :class:`feeler.Simulation`.
+    workers
+        Threads that step the lanes; the numbers do not depend on it.
+
+    Attributes
+    ----------
+    failed
+        The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane
+        back.
+    """
+
+    def __init__(
+        self,
+        scenes: Sequence[Scene],
+        *,
+        engine: str = DEFAULT_ENGINE,
+        timestep: float | None = None,
+        workers: Annotated[int, "> 0"] = 1,
+    ) -> None:
+        scenes, self._fixed = list(scenes), timestep is not None
+        step = choose_timestep(timestep, engine, *(scene.contact for scene in scenes))
+        self.timestep = check_number(step, "timestep")
+        if not scenes or len({scene.antenna.rest_angle.shape for scene in scenes}) != 1:
+            raise InvalidInput(
+                "simulations side by side need at least one scene, and one number of segments and"
+                " of planes for all."
+            )
+        if self.timestep <= 0:
+            raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
+        self._engine, self._workers, self._owner = engine, workers, object()
+        self._kind = get_engine(engine)
+        for scene in scenes:
+            self._kind.check(scene.contact, self.timestep)
+            self._check_rate(scene, scene.base_velocity, "the base")
+            if self._kind.check is Contact.check_timestep:  # engines that follow the contact
+                told = scene.antenna, scene.contact, scene.speed, self.timestep
+                self._warn(list_doubts(*told, fixed=self._fixed))
+        self._build(scenes)
+
+    def _build(self, scenes: list[Scene]) -> None:
+        """Put one scene into each lane, at time 0."""
+        kind = self._kind = get_engine(self._engine)
+        lanes = 1 if len(scenes) == 1 else kind.lanes
+        idle = replace(
+            scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None
+        )
+        filled = [*scenes, *[idle] * (-len(scenes) % lanes)]
+        self._steppers = [
+            kind.make(filled[k : k + lanes], self.timestep)
+            for k in range(0, len(filled), lanes)
+        ]
+        self._lanes, self._n, self._began = lanes, len(scenes), list(scenes)
+        self._steps = [[0] * lanes for _ in self._steppers]
+        self._chunk = count_chunk(filled[:lanes])
+        self._look_for_guides()
+        self.failed: list[Exception | None] = [None] * len(scenes)
+        self._state: State | None = None
+        self._stop, self._turn = Event(), RLock()
+        self._sunk = [np.zeros(lanes, dtype=bool) for _ in self._steppers]
+        workers = min(self._workers, len(self._steppers))
+        self._pool = ThreadExecutor(workers) if workers > 1 else None
+        if self._pool is not None:
+            finalize(self, self._pool.kill)
+
+    @_alone
+    def __getstate__(self) -> dict[str, Any]:
+        kept = ("timestep", "_engine", "_workers", "_owner", "_began", "_sunk")
+        return {"moment": self.snapshot()} | {name: vars(self)[name] for name in kept}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        moment, sunk = state.pop("moment"), state.pop("_sunk")
+        vars(self).update(state)
+        self._build(self._began)
+        self._sunk = [np.array(lanes) for lanes in sunk]
+        self.restore(moment)
+
+    def __len__(self) -> int:
+        return self._n
+
+    def _find(self, lane: int) -> tuple[Stepper, int]:
+        if not 0 <= lane < self._n:
+            raise InvalidInput(f"there is no lane {lane}; valid: 0 to {self._n - 1}.")
+        return self._steppers[lane // self._lanes], lane % self._lanes
+
+    def get_scene(self, lane: int) -> Scene:
+        """The scene of a lane as it began, less what commands have replaced."""
+        stepper, k = self._find(lane)
+        return stepper.scenes[k]
+
+    @_alone
+    def step(self, ms: float) -> None:
+        """Go on by ``ms`` [ms], a whole number of timesteps.
+
+        Raises
+        ------
+        InvalidInput
+            No whole number of timesteps, or a base whose recorded path ends before; nothing has
+            moved then.
+        KeyboardInterrupt
+            After :meth:`cancel` in another thread, or Ctrl-C; ``time`` says how far each lane came,
+            and all can go on.
+        """
+        n_steps = self._count_steps(ms)
+        if self._guided:
+            self._check_paths(n_steps)
+        self._state = None
+        groups, futures = range(len(self._steppers)), []
+        try:
+            if self._pool is None:
+                self._advance(groups, n_steps)
+            else:
+                count = self._pool.workers
+                futures = [
+                    self._pool.submit(self._advance, groups[k::count], n_steps)
+                    for k in range(count)
+                ]
+            for future in futures:
+                future.result()
+        except KeyboardInterrupt:
+            self._stop.set()
+            wait(futures)
+            self._stop.clear()
+            raise
+        for stepper, sunk in zip(self._steppers, self._sunk, strict=True):
+            sink = stepper.read_sink()
+            if np.any((sink > DEEP) & ~sunk):
+                lane = int(np.argmax(sink))
+                follows = self._kind.check is Contact.check_timestep
+                contact = stepper.scenes[lane].contact if follows else None
+                self._warn([describe_sink(float(sink[lane]), contact, fixed=self._fixed)])
+                sunk |= sink > DEEP
+
+    @staticmethod
+    def _warn(doubts: Iterable[str]) -> None:
+        for doubt in doubts:
+            warnings.warn(doubt, Doubtful, stacklevel=4)
+
+    def _advance(self, groups: range, n_steps: int) -> None:
+        """Step the lanes of these steppers, one after the other."""
+        go = advance if self._guided or n_steps > self._chunk else advance_freely
+        for group in groups:
+            if go(self._steppers[group], self._steps[group], n_steps, self._stop):
+                self._note_broken(self._steppers[group], group)
+
+    def _count_steps(self, ms: float) -> int:
+        count = check_number(ms, "ms") / self.timestep
+        if count > MAX_STEPS:
+            raise InvalidInput(
+                f"{ms:g} ms are {count:.3g} timesteps of {self.timestep:g} ms; one command takes at"
+                f" most {MAX_STEPS:.0e}, {MAX_STEPS * self.timestep:g} ms."
+            )
+        whole = round(count)
+        if whole < 1 or abs(count - whole) > 1e-6 * count:
+            raise InvalidInput(
+                f"a simulation goes on by whole timesteps of {self.timestep:g} ms, got {ms} ms. Use"
+                f" for example {max(1, whole) * self.timestep:g} ms."
+            )
+        return whole
+
+    def _look_for_guides(self) -> None:
+        """Note whether any lane needs more than its commands, so that a short step costs what it
+        computes.
+        """
+        self._guided = any(
+            scene.guided for stepper in self._steppers for scene in stepper.scenes
+        )
+
+    def _check_paths(self, n_steps: int) -> None:
+        for stepper, steps in zip(self._steppers, self._steps, strict=True):
+            for step, scene in zip(steps, stepper.scenes, strict=True):
+                if scene.base_motion is not None and scene.follows:
+                    scene.base_motion.compute_pose(np.array([(step + n_steps) * self.timestep]))
+
+    def _note_broken(self, stepper: Stepper, group: int) -> None:
+        for k in np.flatnonzero(stepper.find_broken()):
+            lane = group * self._lanes + int(k)
+            if lane < self._n and self.failed[lane] is None:
+                self.failed[lane] = explain_end(
+                    stepper, int(k), self._steps[group][k] * self.timestep
+                )
+
+    def cancel(self) -> None:
+        """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own
+        thread.
+        """
+        self._stop.set()
+
+    @property
+    def time(self) -> np.ndarray:
+        """(lane,) [ms]."""
+        return self.timestep * np.array(self._steps).ravel()[: self._n]
+
+    @property
+    @_alone
+    def state(self) -> State:
+        """Where every lane is now; all arrays have the lane first."""
+        if self._state is None:
+            parts = [stepper.read() for stepper in self._steppers]
+            self._state = (
+                parts[0]
+                if len(parts) == 1 and self._lanes == self._n
+                else _join(parts, self._n)
+            )
+        return self._state
+
+    @property
+    def shape(self) -> np.ndarray:
+        """Base, hinges and tip (lane, segment + 1, 2) [mm] in the world; in space (…, 3)."""
+        state, antennas = self.state, [self.get_scene(lane).antenna for lane in range(self._n)]
+        dims = 3 if antennas[0].spatial else 2
+        turned = state.base[:, dims:] if dims == 3 else state.base[:, 2]
+        rows = zip(antennas, state.angle, turned, state.base, strict=True)
+        return np.stack([a.shape(angle, turn) + base[:dims] for a, angle, turn, base in rows])
+
+    @_alone
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of a lane's last step."""
+        stepper, k = self._find(lane)
+        return stepper.read_contacts(k)
+
+    @_alone
+    def move_base(self, lane: int, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0) -> None:
+        """From the next step on a lane's base moves with ``velocity`` [mm/ms] and turns with
+        ``turn`` [rad/ms], in space both vectors.
+
+        The change takes one timestep, in which the antenna feels the acceleration. A recorded path
+        is left for good.
+
+        Raises
+        ------
+        InvalidInput
+            Not finite, or faster than the timestep can follow.
+        """
+        stepper, k = self._find(lane)
+        velocity, turn = read_rate(stepper.scenes[k], velocity, turn)
+        self._check_rate(stepper.scenes[k], np.hstack([velocity, turn]), "the base")
+        if stepper.scenes[k].follows:
+            start = tuple(stepper.scenes[k].base_pose.tolist())
+            stepper.scenes[k] = replace(stepper.scenes[k], base=start, base_motion=None)
+        stepper.move_base(k, velocity, turn)
+
+    @_alone
+    def move_object(
+        self, lane: int, o: int, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0
+    ) -> None:
+        """From the next step on object number ``o`` of a lane moves and turns like this [mm/ms,
+        rad/ms].
+
+        Raises
+        ------
+        InvalidInput
+            No such object, not finite, or faster than the timestep can follow.
+        """
+        stepper, k = self._find(lane)
+        scene = stepper.scenes[k]
+        if not 0 <= o < len(scene.objects):
+            raise InvalidInput(f"there is no object {o}; the scene has {len(scene.objects)}.")
+        velocity, turn = read_rate(scene, velocity, turn)
+        self._check_rate(
+            scene, np.hstack([velocity, turn]), f"object {o} ({scene.objects[o].name})"
+        )
+        paths = [*scene.paths, *[None] * (len(scene.objects) - len(scene.paths))]
+        if paths[o] is not None:
+            paths[o] = None
+            stepper.scenes[k] = replace(scene, paths=tuple(paths))
+        stepper.move_object(k, o, velocity, turn)
+
+    def _check_rate(self, scene: Scene, rate: Sequence[float] | np.ndarray, what: str) -> None:
+        far = self._kind.stride * float(scene.antenna.radius.min())
+        dims = 3 if scene.antenna.spatial else 2
+        speed, turn = np.hypot.reduce(rate[:dims]), np.hypot.reduce(rate[dims:])
+        if self.timestep * speed > far or self.timestep * turn > MAX_TURN:
+            raise InvalidInput(
+                f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most"
+                f" {far / self.timestep:.3g} mm/ms ({self._kind.stride:g} of the antenna's radii in"
+                f" a step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
+                f" {speed:.3g} and {turn:.3g}. Use a smaller timestep or move slower."
+            )
+
+    @_alone
+    def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
+        """This moment of some lanes (default all)."""
+        chosen = tuple(range(self._n) if lanes is None else lanes)
+        found = [self._find(lane) for lane in chosen]
+        return Snapshot(
+            lane=chosen,
+            step=tuple(
+                self._steps[lane // self._lanes][k]
+                for lane, (_, k) in zip(chosen, found, strict=True)
+            ),
+            scene=tuple(stepper.scenes[k] for stepper, k in found),
+            began=tuple(self._began[lane] for lane in chosen),
+            failed=tuple(self.failed[lane] for lane in chosen),
+            saved=tuple(stepper.save(k) for stepper, k in found),
+            engine=self._engine,
+            timestep=self.timestep,
+            owner=self._owner,
+        )
+
+    @_alone
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a moment, to the last bit; only the lanes of the snapshot do.
+
+        The moment is one of these simulations, or of others with the same engine, timestep and
+        scenes.
+
+        Raises
+        ------
+        InvalidInput
+            A snapshot of something else; the message says what differs, and nothing has changed.
+        """
+        self._check_snapshot(snapshot)
+        for lane, step, scene, began, failed, saved in zip(
+            snapshot.lane,
+            snapshot.step,
+            snapshot.scene,
+            snapshot.began,
+            snapshot.failed,
+            snapshot.saved,
+            strict=True,
+        ):
+            stepper, k = self._find(lane)
+            if not is_built_alike(stepper.scenes[k], scene):
+                stepper.reset(k, scene)
+            stepper.scenes[k], self._began[lane] = scene, began
+            stepper.load(k, saved)
+            self._steps[lane // self._lanes][k], self.failed[lane] = step, failed
+        self._state = None
+        self._look_for_guides()
+
+    def _check_snapshot(self, snapshot: Snapshot) -> None:
+        """Refuse a snapshot of other simulations, unless these are the same in all that counts."""
+        if not isinstance(snapshot, Snapshot):
+            raise InvalidInput(
+                f"restore takes what snapshot() gave, got {type(snapshot).__name__}."
+            )
+        if snapshot.owner is self._owner:
+            return
+        found = [
+            f"{name} {there} for {here}"
+            for name, there, here in (
+                ("engine", snapshot.engine, self._engine),
+                ("timestep", f"{snapshot.timestep:g} ms", f"{self.timestep:g} ms"),
+            )
+            if there != here
+        ]
+        for lane, began in zip(snapshot.lane, snapshot.began, strict=True):
+            self._find(lane)
+            where = f"in lane {lane} " if self._n > 1 else ""
+            found += [where + words for words in list_differences(self._began[lane], began)]
+        if found:
+            raise InvalidInput(
+                f"the snapshot is of another simulation: it has {'; '.join(found)}. Restore it in"
+                " one that is made as that was."
+            )
+
+    @_alone
+    def reset(self, lane: int, scene: Scene | None = None) -> None:
+        """Begin another scene in one lane (default: the same again); its neighbours go on as if
+        nothing had been.
+        """
+        stepper, k = self._find(lane)
+        scene = scene or stepper.scenes[k]
+        own, other = stepper.scenes[k].antenna, scene.antenna
+        if own.rest_angle.shape != other.rest_angle.shape:
+            what = "planes" if own.n_segments == other.n_segments else "segments"
+            counts = [len(a.planes) if what == "planes" else a.n_segments for a in (own, other)]
+            raise InvalidInput(
+                f"a lane keeps its number of {what}: it has {counts[0]}, the new antenna"
+                f" {counts[1]}. Begin new simulations for it."
+            )
+        self._kind.check(scene.contact, self.timestep)
+        self._check_rate(scene, scene.base_velocity, "the base")
+        stepper.reset(k, scene)
+        self._began[lane] = scene
+        self._steps[lane // self._lanes][k], self.failed[lane], self._state = 0, None, None
+        self._look_for_guides()
+
+
+def read_rate(scene: Scene, velocity: Vector, turn: Turn) -> tuple[Vector, Turn]:
+    """What a base or an object is told to do: velocity (2,) and turn rate; in space both (3,).
+
+    Raises
+    ------
+    InvalidInput
+        Not finite, or of three numbers where the antenna lies in the plane.
+    """
+    if not scene.antenna.spatial:
+        return check_vector(velocity, "velocity"), check_number(turn, "turn")
+    flat = np.ndim(turn) == 0
+    spin = check_number(turn, "turn") if flat else check_vector(turn, "turn", (3,))
+    return lift(check_vector(velocity, "velocity", (2, 3))), lift_turn(spin)
+
+
+def _join(parts: Sequence[State], n: int) -> State:
+    """The states of several groups as one, lanes that only fill up left out; fewer objects than
+    most: NaN.
+    """
+    most = max(part.place.shape[1] for part in parts)
+    fields = {}
+    for name in parts[0].__dataclass_fields__:
+        arrays = [getattr(part, name) for part in parts]
+        if name in ("force", "place", "forward", "object_work"):
+            arrays = [_widen(array, most) for array in arrays]
+        fields[name] = np.concatenate(arrays)[:n]
+    return State(**fields)
+
+
+def _widen(array: np.ndarray, most: int) -> np.ndarray:
+    if array.shape[1] == most:
+        return array
+    missing = [(0, 0), (0, most - array.shape[1]), *[(0, 0)] * (array.ndim - 2)]
+    return np.pad(array, missing, constant_values=np.nan)
+
+
+# A simulation in the hand: step it, steer it, look at it, save it, go back.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,7 +676,7 @@ class Simulation:
     base
         How the base moves from time 0 on; steer it later by :meth:`move_base`.
     flow
-        What drags an antenna in space along: a :class:`feeler.stimulus.flow.Flow`.
+        What drags an antenna in space along: a :class:`feeler.objects.motion.Flow`.
     angle, velocity
         Hinge angles [rad] and rates [rad/ms] at time 0 (segment,); default: at rest.
 

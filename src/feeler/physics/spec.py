@@ -1,20 +1,28 @@
-"""A scene as MuJoCo's MjSpec. The only module that writes one.
-
-Everything is in g, mm, ms, so each MuJoCo default that assumes SI is set on purpose: timestep
-(default 2 µs here), gravity (1000 g), solref (20 µs) and solver tolerance. The planar chain lies in
-z = 0; every hinge turns about −z, so that an angle is positive from +y towards +x. Objects and a
-moving base are bodies so heavy that the antenna cannot slow them.
-"""
+"""A scene as MuJoCo's MjSpec or MJCF, to simulate, to view or to control."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from feeler.physics.contact import MIN_FRICTION
-from feeler.physics.scene import Scene
-from feeler.stimulus.base import lift
-from feeler.stimulus.object import Object
+from feeler.antenna.segments import Antenna, Follicle
+from feeler.errors import InvalidInput
+from feeler.files import writing
+from feeler.objects.bodies import Object
+from feeler.objects.meshes import is_box, list_solids
+from feeler.objects.motion import lift
+from feeler.objects.trials import Trial
+from feeler.physics.contact import MIN_FRICTION, Softness
+from feeler.physics.engine import choose_timestep, get_engine
+from feeler.physics.scene import Scene, make_scene
+
+# A scene as MuJoCo's MjSpec. The only module that writes one.
+#
+# Everything is in g, mm, ms, so each MuJoCo default that assumes SI is set on purpose: timestep
+# (default 2 µs here), gravity (1000 g), solref (20 µs) and solver tolerance. The planar chain
+# lies in z = 0; every hinge turns about −z, so that an angle is positive from +y towards +x.
+# Objects and a moving base are bodies so heavy that the antenna cannot slow them.
 
 # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
 HEAVY = 1e9
@@ -46,13 +54,11 @@ def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.
     spec.compiler.degree = False
     _set_options(spec.option, scene, timestep)
     if scene.antenna.spatial:
-        from feeler.physics.spec_space import add_in_space
-
         add_in_space(spec, scene)
         return spec
     _add_antenna(spec, scene, moving)
     for o, item in enumerate(scene.objects):
-        _add_object(spec, scene, o, item)
+        _add_object_spec(spec, scene, o, item)
     return spec
 
 
@@ -149,7 +155,7 @@ def soften(
     }
 
 
-def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
+def _add_object_spec(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
     body = spec.worldbody.add_body(name=f"object{o + 1}", pos=[*item.place, 0.0])
     _add_planar_joints(body, f"object{o + 1}", HEAVY)
     for shape in _list_geoms(spec, o, item):
@@ -208,3 +214,240 @@ def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
 def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
     return make_spec(scene, timestep, moving=moving).compile()
+
+
+# Scenes in space as MuJoCo has them: one hinge for each plane, objects and base on slides and a
+# ball.
+#
+# A wall without end is a plane of the world, which MuJoCo does not let move: the engine moves
+# it.
+
+_AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
+"""What the hinges of each plane turn about, in the segment's frame."""
+
+
+def add_in_space(spec: mujoco.MjSpec, scene: Scene) -> None:
+    """Put the scene's base, antenna and objects into the spec."""
+    antenna = scene.antenna
+    base = spec.worldbody.add_body(name="base", pos=scene.base_pose[:3])  # its ball turns it
+    _add_joints(base, "base", ROOTED)
+    soft, parent = scene.contact.soften(antenna), base
+    width = soft.widen(*scene.contact.widen(scene.speed))
+    for n in range(antenna.n_segments):
+        parent = _add_segment(parent, scene, n, soft, float(width[n]))
+    for o, item in enumerate(scene.objects):
+        _add_object(spec, scene, o, item)
+
+
+def _add_segment(
+    parent: mujoco.MjsBody, scene: Scene, n: int, soft: Softness, width: float
+) -> mujoco.MjsBody:
+    antenna = scene.antenna
+    before = antenna.segment_length[n - 1] if n else 0.0
+    length, centre = antenna.segment_length[n], antenna.mass_centre[n]
+    body = parent.add_body(name=f"segment{n + 1}", pos=[0, before, 0])
+    if n == 0 and antenna.follicle is not None:
+        _add_follicle(body, antenna.follicle)
+    for k, plane in enumerate(antenna.planes):
+        body.add_joint(
+            name=f"hinge{n + 1}{plane}",
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=_AXES[k],
+            stiffness=[antenna.stiffness[k, n], 0.0, 0.0],
+            damping=[antenna.damping[k, n], 0.0, 0.0],
+            springref=antenna.rest_angle[k, n],
+        )
+    across = antenna.inertia[n]
+    body.explicitinertial = True
+    body.mass, body.ipos = antenna.segment_mass[n], [0, centre, 0]
+    body.inertia = [across, antenna.axial[n], across]
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        fromto=[0, 0, 0, 0, length, 0],
+        size=[antenna.radius[n], 0, 0],
+        contype=1,
+        conaffinity=0,
+        rgba=[0.45, 0.25, 0.1, 1],
+        solmix=1.0,
+        **soften(scene, 0.0, float(soft.d_max[n]), width),
+    )
+    return body
+
+
+def _add_follicle(body: mujoco.MjsBody, follicle: Follicle) -> None:
+    """Three slides along the base's axes."""
+    for k, axis in enumerate("xyz"):
+        body.add_joint(
+            name=f"follicle_{axis}",
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
+            axis=np.eye(3)[k],
+            stiffness=[follicle.stiffness[k], 0.0, 0.0],
+            damping=[follicle.damping[k], 0.0, 0.0],
+        )
+
+
+def _add_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
+    """Three slides and a ball, and a mass that nothing here can slow."""
+    for axis, direction in (("x", [1, 0, 0]), ("y", [0, 1, 0]), ("z", [0, 0, 1])):
+        body.add_joint(name=f"{name}_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction)
+    body.add_joint(name=f"{name}_turn", type=mujoco.mjtJoint.mjJNT_BALL)
+    body.explicitinertial = True
+    body.mass, body.ipos, body.inertia = mass, [0, 0, 0], [mass] * 3
+    body.gravcomp = 1.0
+
+
+def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
+    axes = np.column_stack([item.axes[1], item.axes[2], item.axes[0]])  # MuJoCo's planes face z
+    body = spec.worldbody.add_body(name=f"object{o + 1}", pos=item.place)
+    _add_joints(body, f"object{o + 1}", HEAVY)
+    shared = {"contype": 0, "conaffinity": 1, "rgba": [0.2, 0.5, 0.3, 1], "solmix": 0.0}
+    shared |= soften(scene, item.friction)
+    if item.feature.unbounded:
+        plane = mujoco.mjtGeom.mjGEOM_PLANE
+        spec.worldbody.add_geom(
+            name=f"wall{o + 1}",
+            type=plane,
+            size=[0, 0, 1],
+            pos=item.place,
+            quat=_read_quaternion(axes),
+            **shared,
+        )
+        return
+    for number, corners in enumerate(list_solids(item.feature)):
+        name = f"object{o + 1}part{number}"
+        body.add_geom(**_describe_solid(spec, name, corners, item), **shared)
+
+
+def _describe_solid(
+    spec: mujoco.MjSpec, name: str, corners: np.ndarray, item: Object
+) -> dict[str, object]:
+    """Geom fields of a convex solid; the rounding of what has faces is the geom's margin."""
+    rounding, world = item.feature.rounding, corners @ item.axes
+    if len(corners) == 1:
+        return {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [rounding, 0, 0], "pos": world[0]}
+    if len(corners) == 2:
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        return {"type": kind, "size": [rounding, 0, 0], "fromto": world.ravel()}
+    turned = _read_quaternion(item.axes.T)
+    if is_box(corners):
+        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2 @ item.axes
+        size = np.ptp(corners, axis=0) / 2
+        place = {"pos": middle, "quat": turned, "margin": rounding}
+        return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, **place}
+    mesh = spec.add_mesh(name=name)
+    mesh.uservert = corners.ravel()
+    place = {"quat": turned, "margin": rounding}
+    return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, **place}
+
+
+def to_quaternion(vector: np.ndarray) -> np.ndarray:
+    """MuJoCo's quaternion (4,) of a rotation vector [rad]."""
+    size, found = float(np.linalg.norm(vector)), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(found, np.asarray(vector) / size if size else np.eye(3)[0], size)
+    return found
+
+
+def _read_quaternion(matrix: np.ndarray) -> np.ndarray:
+    found = np.zeros(4)
+    mujoco.mju_mat2Quat(found, matrix.ravel())
+    return found
+
+
+# What makes a model one to control: servos at its base, sensors, objects that are put.
+
+SERVOS = ("base_x", "base_y", "base_turn")
+_STIFF = 2 * np.pi * 0.05  # [C] rad/ms; the base follows its command like a servo of 50 Hz
+
+
+def add_control(spec: mujoco.MjSpec, scene: Scene) -> None:
+    """Servos at the base, sensors at the sensors, objects that are put where one wants them."""
+    mass = float(spec.body("base").mass)
+    for name in SERVOS:
+        servo = spec.add_actuator(
+            name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, gear=[1, 0, 0, 0, 0, 0]
+        )
+        stiff = mass * _STIFF**2
+        servo.set_to_position(kp=stiff, kv=2 * mass * _STIFF)  # critically damped
+    for hinge in map(int, scene.antenna.sensors):
+        _add_sensors(spec, scene.antenna, hinge)
+    for number in range(1, len(scene.objects) + 1):
+        body = spec.body(f"object{number}")
+        for joint in list(body.joints):
+            spec.delete(joint)
+        body.mocap = True
+
+
+def _add_sensors(spec: mujoco.MjSpec, antenna: Antenna, hinge: int) -> None:
+    """Angle and velocity of a hinge, and touch on the segment beyond it."""
+    joint = {"objtype": mujoco.mjtObj.mjOBJ_JOINT, "objname": f"hinge{hinge}"}
+    spec.add_sensor(name=f"angle{hinge}", type=mujoco.mjtSensor.mjSENS_JOINTPOS, **joint)
+    spec.add_sensor(name=f"velocity{hinge}", type=mujoco.mjtSensor.mjSENS_JOINTVEL, **joint)
+    length, radius = antenna.segment_length[hinge - 1], antenna.radius[hinge - 1]
+    spec.body(f"segment{hinge}").add_site(
+        name=f"skin{hinge}",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        fromto=[0, 0, 0, 0, length, 0],
+        size=[2 * radius, 0, 0],  # wider than the segment: contacts lie on its surface
+        rgba=[0, 0, 0, 0],
+    )
+    spec.add_sensor(
+        name=f"touch{hinge}",
+        type=mujoco.mjtSensor.mjSENS_TOUCH,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        objname=f"skin{hinge}",
+    )
+
+
+# A scene as MJCF: for MuJoCo's own viewer, or for control of the antenna.
+
+
+def write_mjcf(
+    antenna: Antenna,
+    trial: Trial,
+    path: Path,
+    timestep: float | None = None,
+    *,
+    control: bool = False,
+) -> Path:
+    """Write the trial's scene as MJCF in g, mm, ms; the keyframe ``start`` sets the object
+    moving.
+
+    Parameters
+    ----------
+    control
+        A model to be controlled: the base hangs on three joints with position actuators, the
+        objects are mocap bodies (they stand where ``mocap_pos`` puts them), and each sensor gives
+        its hinge's angle and velocity and the force of touch on its segment.
+
+    Raises
+    ------
+    InvalidInput
+        ``control`` of an antenna that bends in space.
+    """
+    scene = make_scene(antenna, trial)
+    if control and antenna.spatial:
+        raise InvalidInput("control=True is for antennas that bend in one plane.")
+    spec = make_spec(scene, choose_timestep(timestep, "mujoco", scene.contact), moving=control)
+    spec.comment = (
+        "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one"
+        " millisecond."
+    )
+    spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
+    if control:
+        add_control(spec, scene)
+    spec.compile()
+    key = spec.add_key(name="start")
+    if antenna.spatial:
+        start = get_engine("mujoco").make([scene], spec.option.timestep)
+        key.qpos, key.qvel = start.data.qpos.copy(), start.data.qvel.copy()  # type: ignore[attr-defined]
+    elif control:
+        key.qpos = [0.0] * len(SERVOS) + [*scene.initial_angle]
+        key.ctrl = [0.0] * len(SERVOS)
+    else:
+        key.qpos = [*scene.initial_angle, 0.0, 0.0, 0.0]
+        key.qvel = [*scene.initial_velocity, *scene.objects[0].velocity, scene.objects[0].turn]
+    spec.compile()
+    path = Path(path)
+    with writing(path) as part:
+        part.write_text(spec.to_xml())
+    return path

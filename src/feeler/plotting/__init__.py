@@ -1,18 +1,22 @@
 """Style and primitives: take an Axes, draw, compute nothing."""
 
-from feeler.plotting.bases import plot_bases
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS, mark_places, set_decades, style
-from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
-from feeler.plotting.posture import (
+from feeler.plotting.antennas import (
     OBJECT_COLOUR,
     MovingAntenna,
     make_patch,
     plot_posture,
     plot_profiles,
 )
-from feeler.plotting.raster import plot_raster
-from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
-from feeler.plotting.touch import plot_touch, write_touch_movie, write_touches_movie
+from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.results import plot_bases, plot_raster
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS, mark_places, set_decades, style
+from feeler.plotting.tensors import (
+    plot_tensor,
+    plot_tensor_grid,
+    plot_touch,
+    write_touch_movie,
+    write_touches_movie,
+)
 
 __all__ = [
     "FPS",

@@ -13,10 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from feeler.disk.files import writing
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.plotting.look import fix_layout
-from feeler.records.checked import checked
+from feeler.files import writing
+from feeler.plotting.style import fix_layout
+from feeler.validation import checked
 
 _MOVIE_WIDTH = 1080
 """Pixels across every movie: small text is read, and eight movies stay below 2 MB."""

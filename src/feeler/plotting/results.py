@@ -1,26 +1,482 @@
-"""What notebooks show: a figure that shows itself, pictures of results, and one trial of a Dataset
-as picture and movie.
-"""
+"""Pictures of results: spikes, bases, accuracy, closest matches, walls, and what notebooks show."""
 
 import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse
 
+from feeler.analysis import Dispersion, Interval
 from feeler.antenna import Antenna
+from feeler.decoding.curves import Curves
+from feeler.decoding.sweeps import Sweep
 from feeler.errors import InvalidInput
-from feeler.plotting.bases import plot_bases
-from feeler.plotting.tensor import plot_tensor
-from feeler.plotting.touch import write_touch_movie
-from feeler.records.checked import checked
-from feeler.tensors.quantities import IN_SPACE
-from feeler.tensors.sides import get_bending, measure_peak
-from feeler.tensors.unit import in_unit
+from feeler.plotting.style import FEWEST, PALETTE, PROFILE_COLOURS, pick_colours, pick_shades
+from feeler.plotting.tensors import plot_tensor, plot_tensor_grid, write_touch_movie
+from feeler.tensors.schema import IN_SPACE
+from feeler.tensors.transforms import get_bending, in_unit, measure_peak
+from feeler.validation import checked
+from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_peak
+
+# Draw spikes: a raster of units over time, and how often all of them fire.
+
+
+@checked
+def plot_raster(
+    times: np.ndarray,
+    ax: Axes,
+    side: np.ndarray | None = None,
+    lead: float = 0.0,
+    around: np.ndarray | None = None,
+) -> None:
+    """Spikes of one trial (unit, event) [ms], a row for each unit, from base to tip.
+
+    Parameters
+    ----------
+    times
+        NaN beyond a unit's last spike.
+    side
+        (unit,) 1 or −1; units of different sides share rows and differ in colour.
+    lead
+        Time of contact [ms], marked.
+    around
+        (unit,) where side 1 lies around the antenna, from x towards z [degrees].
+    """
+    times = np.asarray(times)
+    if times.ndim != 2:
+        raise InvalidInput(f"times must be (unit, event), got shape {times.shape}.")
+    sides = np.ones(len(times), dtype=int) if side is None else np.asarray(side)
+    turns = np.zeros(len(times)) if around is None else np.asarray(around)
+    drawn = [(turn, one) for turn in np.unique(turns) for one in (1, -1)]
+    members = [(turns == turn) & (sides == one) for turn, one in drawn]
+    for k, (turn, one) in enumerate(drawn):
+        rows = times[members[k]]
+        unit, event = np.nonzero(np.isfinite(rows))
+        where, words = rows[unit, event], f"bent towards {_name_side(turn, one)}"
+        colour = PALETTE[k % len(PALETTE)]
+        ax.plot(where, unit + 1, "|", color=colour, ms=2.5, mew=0.6, label=words)
+    ax.axvline(lead, color="0.6", lw=0.6)
+    ax.set(xlabel="time [ms]", ylabel="unit (base → tip)")
+    ax.set_ylim(0.5, max(map(np.sum, members)) + 0.5)
+
+
+def _name_side(turn: float, side: int) -> str:
+    """What a side is called: by its axis, or by its angle around the antenna."""
+    angle = (turn + (0.0 if side == 1 else 180.0)) % 360.0
+    return {0.0: "+x", 90.0: "+z", 180.0: "−x", 270.0: "−z"}.get(angle, f"{angle:g}°")
+
+
+@checked
+def plot_touch_spikes(
+    tensor: np.ndarray,
+    times: np.ndarray,
+    rate: np.ndarray,
+    time: np.ndarray,
+    side: np.ndarray,
+    figure: Figure,
+    lead: float = 0.0,
+    around: np.ndarray | None = None,
+) -> None:
+    """One touch: what is felt (sensor, time) [degrees], in space (plane, sensor, time) of which the
+    bending towards x and z is drawn; spikes (unit, event) [ms] below it; and the mean rate of all
+    units (unit, time) [Hz].
+    """
+    felt = tensor[:2] if tensor.ndim == 3 else tensor[None]
+    axes = figure.subplots(
+        len(felt) + 2, 1, sharex=True, height_ratios=(*[2] * len(felt), 2, 1)
+    )
+    names = ("angle [°]",) if len(felt) == 1 else ("angle towards x [°]", "angle towards z [°]")
+    largest = np.abs(felt).max()
+    for ax, plane, name in zip(axes, felt, names, strict=False):
+        _draw_felt(plane, time, ax, name, largest)
+    spikes, mean = axes[-2:]
+    plot_raster(times, spikes, side, lead, around)
+    spikes.set_xlabel("")
+    spikes.legend(loc="upper right", markerscale=3)
+    mean.plot(time, rate.mean(axis=0), color="black", lw=0.8)
+    mean.set(xlabel="time [ms]", ylabel="mean rate [Hz]", xlim=(time[0], time[-1]))
+    figure.align_ylabels(axes)
+
+
+def _draw_felt(
+    plane: np.ndarray, time: np.ndarray, ax: Axes, name: str, largest: float
+) -> None:
+    """The bending of every sensor (sensor, time) as colours."""
+    edges = (*(time[0], time[-1]), 0.5, len(plane) + 0.5)
+    image = ax.imshow(
+        plane,
+        aspect="auto",
+        origin="lower",
+        extent=edges,
+        cmap="RdBu_r",
+        interpolation="nearest",
+    )
+    image.set_clim(-largest, largest)
+    ax.figure.colorbar(image, ax=ax, label=name)
+    ax.set_ylabel("sensor (base → tip)")
+
+
+# Draw bases: what an encoder takes touches to be made of.
+
+
+@checked
+def plot_bases(
+    sets: Mapping[str, Annotated[np.ndarray, "component sensor lag"]], sampling: float, ax: Axes
+) -> None:
+    """A row of bases for each set (component, sensor, lag), base to tip upwards; each basis on its
+    own colour scale.
+
+    ``sampling`` [ms]. Shorter bases stand among longer ones on one scale of lags.
+    """
+    shape = np.max([components.shape for components in sets.values()], axis=0)
+    grid = [
+        [_pad(components, m, shape[1:]) for m in range(shape[0])]
+        for components in sets.values()
+    ]
+    columns = [f"basis {m + 1}" for m in range(shape[0])]
+    image = plot_tensor_grid(
+        grid,
+        sampling * np.arange(shape[2]),
+        ax,
+        Normalize(0, 1),
+        list(sets),
+        columns,
+        "of the basis' greatest",
+    )
+    ax.set(xlabel="lag [ms]", ylabel="sensor (base → tip upwards)")
+    if (figure := ax.get_figure(root=False)) is not None:
+        figure.colorbar(
+            image,
+            ax=ax,
+            label="share of each basis' greatest value",
+            location="bottom",
+            aspect=40,
+            pad=0.02,
+        )
+
+
+def _pad(components: np.ndarray, m: int, shape: np.ndarray) -> np.ndarray:
+    """Basis ``m`` as a share of its greatest value, in an otherwise empty (sensor, lag); empty if
+    there is none.
+    """
+    padded = np.full(shape, np.nan)
+    if m < len(components):
+        basis = components[m]
+        padded[: basis.shape[0], : basis.shape[1]] = basis / (basis.max() or 1)
+    return padded
+
+
+# Draw accuracy against noise.
+
+_NULL: dict[str, Any] = {"ls": "--", "marker": "s"}
+_BASELINE: dict[str, Any] = {"ls": "-.", "marker": "x", "ms": 4, "lw": 0.7}
+_ANY = "#59636e"  # in a legend, what every group has
+
+
+def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
+    """Mean ± 1 SD by group; null dashed, baseline dash-dotted, chance dotted."""
+    found = curves.find(kind, noise)
+    colours: dict[Any, Any] = pick_colours([*found, *curves.baselines])
+    for name, sweep in found.items():
+        plot_sweep(sweep, ax, color=colours[name], label=name)
+    # fixed codes have one null: identical touches get one code
+    for place, name in enumerate(found if kind == "joint" else [None]):
+        null = curves.find_null(kind, noise, group=name)
+        if null is not None:
+            colour = colours.get(name, "#000000")
+            plot_sweep(null, ax, color=colour, **_NULL)
+            if not place:
+                _name(null, ax, label="null: one tensor repeated", lw=1, ms=3, **_NULL)
+    for place, (name, sweep) in enumerate(curves.baselines.items()):
+        points = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)
+        ax.plot(*points, color=colours[name], **_BASELINE)
+        if not place:
+            _name(sweep, ax, label="peak place and time only", **_BASELINE)
+    ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
+    ax.set(xlim=(0, 32), ylim=(0, 103))
+    ax.tick_params(labelsize=7)
+
+
+def _name(sweep: Sweep, ax: Axes, **style: Any) -> None:
+    """An entry of the legend in no group's colour, of a curve with as many points as these."""
+    ax.plot(100 * sweep.ratios, np.full(len(sweep.ratios), np.nan), color=_ANY, **style)
+
+
+def plot_sweep(sweep: Sweep, ax: Axes, **style: Any) -> None:
+    """One accuracy curve on noisy copies, mean ± 1 SD."""
+    mean, sd = 100 * sweep.noisy.mean(axis=1), 100 * sweep.noisy.std(axis=1)
+    (line,) = ax.plot(100 * sweep.ratios, mean, **{"lw": 1, "marker": ".", "ms": 3, **style})
+    if len(mean) < FEWEST:
+        ax.vlines(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), lw=1)
+    else:
+        ax.fill_between(
+            100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0
+        )
+
+
+# Draw closest matches, how far apart the tensors of each group lie; and values with their
+# intervals.
+
+
+def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
+    """One kind of code, each group above its name."""
+    plot_kinds([dispersion], index, ax)
+    names = [str(group) for group in dispersion.groups]
+    ax.set_xticks(
+        range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7
+    )
+    ax.tick_params(axis="y", labelsize=7)
+
+
+def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:
+    """Every tensor's closest match as a dot, group averages with their 95 % intervals; a free place
+    between sets.
+    """
+    sets = [
+        {str(g): (d.values(index, g), d.average[index][g]) for g in d.groups}
+        for d in dispersions
+    ]
+    plot_groups(sets, ax)
+
+
+def plot_groups(sets: Sequence[Mapping[str, tuple[np.ndarray, Interval]]], ax: Axes) -> None:
+    """Every value (trial,) of each group as a dot, its average with the interval beside it; a free
+    place between sets.
+    """
+    rng = np.random.default_rng(0)  # spreads the dots sideways only
+    starts = np.arange(len(sets)) * (len(sets[0]) + 1)
+    colours = pick_colours(sets[0])
+    for place, group in enumerate(sets[0]):
+        values = [members[group][0] for members in sets]
+        dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(
+            -0.15, 0.15, sum(map(len, values))
+        )
+        colour = colours[group]
+        ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
+        mean, low, high = np.array([_list_interval(members[group][1]) for members in sets]).T
+        error = mean - low, high - mean
+        ax.errorbar(
+            starts + place + 0.28,
+            mean,
+            error,
+            fmt="o",
+            ms=4,
+            capsize=2,
+            color=colour,
+            label=group,
+        )
+
+
+def name_kinds(dispersions: Sequence[Dispersion], names: Sequence[str], ax: Axes) -> None:
+    """The kind of code below the middle of each set that ``plot_kinds`` drew."""
+    n_groups = len(dispersions[0].groups)
+    ax.set_xticks(np.arange(len(dispersions)) * (n_groups + 1) + (n_groups - 1) / 2, names)
+
+
+def plot_spreads(
+    ax: Axes,
+    places: Iterable[float],
+    spreads: Iterable[Mapping[str, Any]],
+    *,
+    across: bool = False,
+    **style: Any,
+) -> None:
+    """Values with their intervals, in the form in which ``Section.values`` keeps them, side by side
+    or (``across``) one below the other; what is undefined is left out.
+    """
+    known = [(at, one) for at, one in zip(places, spreads, strict=True) if "value" in one]
+    at, values = [at for at, _ in known], [one["value"] for _, one in known]
+    half = [one["high"] - one["value"] for _, one in known]
+    if across:
+        ax.errorbar(values, at, xerr=half, **style)
+    else:
+        ax.errorbar(at, values, yerr=half, **style)
+
+
+def _list_interval(interval: Interval) -> tuple[float, float, float]:
+    return interval.estimate, interval.low, interval.high
+
+
+# Antennae beside a wall at every distance, and the map from greatest curvature to distance.
+
+_WALL = "#59636e"
+_STATES = {
+    "hook": ("#000000", "inverted J in contact"),
+    "met": (PALETTE[0], "in contact, no J"),
+    "free": ("#BBBBBB", "no contact"),
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shapes:
+    """Antennae beside walls, one per distance, farthest first.
+
+    Attributes
+    ----------
+    points : np.ndarray
+        (step, node, 2) [mm]
+    wall : np.ndarray
+        Place of the wall across the body (step,) [mm].
+    peak : np.ndarray
+        Point of greatest bend (step, 2) [mm], NaN without contact.
+    """
+
+    points: np.ndarray
+    wall: np.ndarray
+    contact: np.ndarray
+    inverted: np.ndarray
+    peak: np.ndarray
+
+    @classmethod
+    def of_sweep(cls, sweep: Approach) -> "Shapes":
+        """Equilibria of an approach."""
+        position = find_sweep_peak(sweep).position
+        state = (sweep.distance, sweep.contact, sweep.inverted, position)
+        return cls._make(sweep.antenna, sweep.points, sweep.posture, *state)
+
+    @classmethod
+    def of_slides(cls, touch: WallTouch) -> "Shapes":
+        """Where a sliding wall has left every antenna in the end."""
+        last = np.stack([motion.angle[-1] for motion in touch.motions])
+        contact, inverted = touch.contact[:, -1], touch.inverted[:, -1]
+        peak = find_peak(touch.antenna, last - touch.antenna.rest_angle).position
+        state = (touch.distance[:, -1], contact, inverted, np.where(contact, peak, np.nan))
+        return cls._make(touch.antenna, touch.points[:, -1], touch.posture, *state)
+
+    @classmethod
+    def _make(cls, antenna, points, posture, distance, contact, inverted, position) -> "Shapes":
+        arc = np.append(antenna.hinge_position, antenna.length)
+        peak = np.array(
+            [
+                [np.interp(s, arc, shape[:, axis]) for axis in (0, 1)]
+                for s, shape in zip(position, points, strict=True)
+            ]
+        )
+        return cls(
+            points=points,
+            wall=posture.sign * distance,
+            contact=contact,
+            inverted=inverted,
+            peak=peak,
+        )
+
+
+def plot_shapes(
+    rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)
+) -> None:
+    """Every shape beside its wall: a row per antenna, a column per distance; ``cell`` [mm].
+
+    The figure gets the legend.
+    """
+    lines, colours, walls, dots = [], [], [], []
+    for row, shapes in enumerate(rows.values()):
+        for column, points in enumerate(shapes.points):
+            shift = np.array([column * cell[0], -row * cell[1]])
+            lines.append(points + shift)
+            kind = "free" if not shapes.contact[column] else "met"
+            colours.append(_STATES["hook" if shapes.inverted[column] else kind][0])
+            walls.append(
+                np.array([[shapes.wall[column], -18.0], [shapes.wall[column], 38.0]]) + shift
+            )
+            dots.append(shapes.peak[column] + shift)
+    ax.add_collection(LineCollection(walls, colors=_WALL, linewidths=0.8))
+    ax.add_collection(LineCollection(lines, colors=colours, linewidths=0.9))
+    ax.plot(*np.array(dots).T, "o", color=PALETTE[2], ms=2)
+    first = next(iter(rows.values()))
+    columns = cell[0] * np.arange(len(first.wall))
+    ax.set(xticks=columns + 0.4 * cell[0], xticklabels=[f"{abs(x):.3g}" for x in first.wall])
+    ax.set_xlabel("wall distance [mm]")
+    ax.set(
+        yticks=-cell[1] * np.arange(len(rows)) + 10.0, yticklabels=list(rows), aspect="equal"
+    )
+    ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
+    ax.tick_params(length=0)
+    ax.spines[["left", "bottom"]].set_visible(False)
+    marks = [Line2D([], [], color=colour, label=words) for colour, words in _STATES.values()]
+    marks.append(Line2D([], [], color=_WALL, label="wall"))
+    marks.append(
+        Line2D([], [], color=PALETTE[2], marker="o", ls="", ms=3, label="greatest bend")
+    )
+    ax.get_figure().legend(handles=marks, loc="outside lower center", ncols=len(marks))
+
+
+def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int = 4) -> None:
+    """Every ``every``-th shape of each antenna in a panel of its own, over one another, base at
+    the origin, coloured by the distance of its wall; dots: greatest bend.
+    """
+    distances = np.abs(next(iter(rows.values())).wall)[::every]
+    colours = pick_shades("wall distance", len(distances))
+    for (name, shapes), ax in zip(rows.items(), axes, strict=True):
+        for k, colour in zip(range(0, len(shapes.wall), every), colours, strict=True):
+            ax.axvline(shapes.wall[k], color=colour, lw=0.8, ls="--")
+            ax.plot(
+                *shapes.points[k].T, color=colour, lw=1.2, label=f"{distances[k // every]:.3g}"
+            )
+            ax.plot(*shapes.peak[k], "o", color=colour, mec="#000000", mew=0.5, ms=4, zorder=3)
+        ax.add_patch(Ellipse((-3.0, -4.0), 5.0, 9.0, color="#BBBBBB", lw=0))
+        ax.text(-3.0, -11.0, "head", ha="center", fontsize=7, color="#59636e")
+        ax.set(title=name, xlabel="x [mm]", aspect="equal")
+    axes[0].set_ylabel("y [mm]")
+    if (figure := axes[0].get_figure(root=False)) is not None:
+        handles, labels = axes[0].get_legend_handles_labels()
+        dot = Line2D([], [], marker="o", ls="", color="#FFFFFF", mec="#000000", ms=4)
+        figure.legend(
+            [*handles, dot],
+            [*labels, "greatest bend"],
+            loc="outside right center",
+            title="wall distance [mm]",
+            title_fontsize=7,
+        )
+
+
+def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
+    """Distance against the peak's position, lines and R²; peaks at the base as open marks."""
+    for mark, (name, found) in zip("os^D", maps.items(), strict=False):
+        colour = PROFILE_COLOURS.get(name, PALETTE[0])
+        r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
+        ax.plot(
+            found.position[found.used],
+            found.distance[found.used],
+            mark,
+            ms=3,
+            color=colour,
+            label=f"{name}: {r2}",
+        )
+        rest = ~found.used & np.isfinite(found.position)
+        ax.plot(
+            found.position[rest],
+            found.distance[rest],
+            mark,
+            mfc="none",
+            ms=3 + "os^D".index(mark),
+            color=colour,
+        )
+        if not found.undefined:
+            ends = np.array(
+                [np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])]
+            )
+            ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
+    ax.set(
+        xlabel="point of greatest curvature [mm from base]",
+        ylabel="wall distance [mm]",
+        ylim=(3, 56),
+        xlim=(-1.5, 43),
+    )
+    ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
+    ax.legend(loc="upper center", ncols=2, columnspacing=1.0)
+
+
+# What notebooks show: a figure that shows itself, pictures of results, and one trial of a
+# Dataset as picture and movie.
 
 _DPI = 110
 _QUANTITIES = ("stiffness [N·mm/rad]", "damping [N·mm·ms/rad]")

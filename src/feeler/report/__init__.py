@@ -1,6 +1,12 @@
 """Reports: figures, movies, tables, words and numbers as one self-contained page."""
 
-from feeler.report.page import Part, render_page, write_page
-from feeler.report.section import Section, make_interval, make_spread
+from feeler.report.page import (
+    Part,
+    Section,
+    make_interval,
+    make_spread,
+    render_page,
+    write_page,
+)
 
 __all__ = ["Part", "Section", "make_interval", "make_spread", "render_page", "write_page"]

@@ -1,9 +1,16 @@
 """The robotic antenna: hinges, sensor calibration, recordings, surrogate robot, transfer."""
 
-from feeler.robot.comparison import compute_comparison, make_profiles
-from feeler.robot.dataset import make_dataset
-from feeler.robot.description import RobotFile, load_robot, write_robot
-from feeler.robot.factors import (
+from feeler.robot.classify import Lessons, draw_lessons, make_classifier
+from feeler.robot.description import (
+    ROBOT_FACTS,
+    Flexures,
+    RobotFile,
+    load_robot,
+    make_flexures,
+    make_robot,
+    write_robot,
+)
+from feeler.robot.fit import (
     RobotFit,
     compare_tips,
     fit_factors,
@@ -12,30 +19,46 @@ from feeler.robot.factors import (
     simulate_release,
     solve_factors,
 )
-from feeler.robot.gap import Gap
-from feeler.robot.hinge import ROBOT_FACTS, Flexures, make_flexures
-from feeler.robot.lessons import Lessons, draw_lessons, make_classifier
-from feeler.robot.mending import find_bad_channels, repair
-from feeler.robot.parts import PARTS, keep_parts, measure_parts
-from feeler.robot.preset import make_robot
 from feeler.robot.reality import (
+    PARTS,
     Touches,
     add_robots,
     align_recordings,
     choose_before,
     draw_robots,
+    keep_parts,
     make_decoder,
     make_training,
+    measure_parts,
     measure_transfer,
     read_touches,
     sweep_shots,
     touch_robots,
 )
-from feeler.robot.recording import Recording, load_recording, save_recording
-from feeler.robot.sensor import SensorCalibration, fit_sensors, load_calibration_table
-from feeler.robot.sensor_file import load_calibration, save_calibration
-from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches, subtract_rest
-from feeler.robot.touches import compute_tip, get_label, make_touches, simulate_touches
+from feeler.robot.recordings import Recording, load_recording, save_recording
+from feeler.robot.repair import find_bad_channels, make_dataset, repair
+from feeler.robot.sensors import (
+    SensorCalibration,
+    fit_sensors,
+    load_calibration,
+    load_calibration_table,
+    save_calibration,
+)
+from feeler.robot.surrogate import (
+    Gap,
+    Surrogate,
+    make_surrogate,
+    make_tip_touches,
+    subtract_rest,
+)
+from feeler.robot.touches import (
+    compute_comparison,
+    compute_tip,
+    get_label,
+    make_profiles,
+    make_touches,
+    simulate_touches,
+)
 
 __all__ = [
     "PARTS",

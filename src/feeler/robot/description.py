@@ -1,20 +1,196 @@
-"""Robot files: one TOML file describes a robotic antenna, its sensors and their calibration."""
+"""Robot files: one TOML file describes hinges, sensors and calibration of a robotic antenna."""
 
 import os
 from functools import cached_property
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.disk.files import read_start, writing
-from feeler.disk.toml import make_record, read_toml
+from feeler.antenna.files import Fact
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.record import Ge, Gt, Le, Of, Record, Unit
-from feeler.robot.hinge import ROBOT_FACTS, Flexures
-from feeler.robot.sensor import MAX_HINGES
+from feeler.files import make_record, read_start, read_toml, writing
+from feeler.records import Ge, Gt, Le, Of, Record, Unit, freeze
+from feeler.robot.sensors import MAX_HINGES
+from feeler.validation import checked
+
+# The robotic antenna's hinges: geometry, theoretical stiffness, numbers with their sources.
+
+ROBOT_FACTS: dict[str, Fact] = {
+    "n_hinges": Fact(value=8, unit="1", tag="P", note="capacitive hinges"),
+    "body": Fact(
+        value=(73.0, 16.0, 2.0),
+        unit="mm",
+        tag="P",
+        note="length, width, thickness of the whole device",
+    ),
+    "mass": Fact(value=0.491, unit="g", tag="P", note="of the whole device"),
+    "modulus": Fact(value=2500.0, unit="MPa", tag="P", note="Young's modulus of Kapton"),
+    "stiffness_factor": Fact(value=1.19, unit="1", tag="P", note="p1: k = p1·k_th"),
+    "damping_factor": Fact(
+        value=2.06, unit="ms", tag="P", note="p2: c = p2·k_th; the unit is not stated [C]"
+    ),
+    "spacing": Fact(
+        value=7.85, unit="mm", tag="D", note="between hinges; from the poster [A, D]"
+    ),
+    "mount": Fact(
+        value=6.2, unit="mm", tag="D", note="rigid part before hinge 1; about, [A, D]"
+    ),
+    "last_link": Fact(value=7.5, unit="mm", tag="D", note="beyond hinge 8; about, [A, D]"),
+    "width": Fact(
+        value=(11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6),
+        unit="mm",
+        tag="D",
+        note="±0.3, base to tip; [A, D]",
+    ),
+    "thickness": Fact(
+        value=0.0508,
+        unit="mm",
+        tag="C",
+        note="of the flexure; plausible range 0.0254 to 0.0508",
+    ),
+    "hinge_length": Fact(
+        value=0.5, unit="mm", tag="C", note="of the flexure; plausible range 0.5 to 0.9"
+    ),
+    "radius": Fact(
+        value=1.0,
+        unit="mm",
+        tag="C",
+        note="collision radius: half the 2 mm thickness of the device",
+    ),
+}
+
+
+class Flexures(Record):
+    """Flexure hinges as geometry; each field is one number or one per hinge, base to tip.
+
+    Attributes
+    ----------
+    width : np.ndarray
+        Width across the antenna [mm].
+    thickness : np.ndarray
+        Thickness of the bending sheet [mm].
+    length : np.ndarray
+        Free length of the flexure along the antenna [mm].
+    modulus : np.ndarray
+        Young's modulus [MPa = N/mm²].
+    """
+
+    width: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
+    thickness: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
+    length: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
+    modulus: Annotated[np.ndarray, "hinge?", Gt(0), Unit("MPa")]
+
+    def _check(self) -> None:
+        try:
+            arrays = np.broadcast_arrays(np.empty(1), *vars(self).values())[1:]
+        except ValueError as error:
+            raise InvalidInput(
+                "width, thickness, length and modulus must be one number or one per hinge, all of"
+                " one length."
+            ) from error
+        vars(self).update(zip(vars(self), map(freeze, arrays), strict=True))
+        with np.errstate(over="ignore", under="ignore"):
+            theory = self.stiffness
+        if not np.all((theory > 0) & np.isfinite(theory)):
+            raise InvalidInput(
+                "width, thickness, length and modulus give no stiffness that can be computed with;"
+                f" check their units (mm, MPa): got {theory.min():g} to {theory.max():g} N·mm/rad."
+            )
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Theoretical stiffness (hinge,) [N·mm/rad]: k_th = E·w·t³/(12·ℓ) (Methods; form [B])."""
+        return self.modulus * self.width * self.thickness**3 / (12 * self.length)
+
+
+@checked
+def make_flexures(**changes: float | np.ndarray) -> Flexures:
+    """The robot's eight hinges.
+
+    ``thickness``, ``length``, ``width`` and ``modulus`` replace the defaults.
+    """
+    facts = {
+        "length": "hinge_length",
+        **{key: key for key in ("width", "thickness", "modulus")},
+    }
+    values: dict[str, Any] = {name: ROBOT_FACTS[fact].value for name, fact in facts.items()}
+    return Flexures(**values | changes)
+
+
+# The robotic antenna as an :class:`~feeler.antenna.Antenna` of eight hinges.
+
+MOUNT = ROBOT_FACTS["mount"].number
+"""Rigid part before hinge 1 [mm]. The model starts at hinge 1: a clamped rigid mount does not move,
+so it has no place in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to
+get places on the device.
+"""
+
+
+@checked
+def make_robot(
+    *,
+    hinges: Flexures | None = None,
+    stiffness_factor: Annotated[float, "> 0"] = ROBOT_FACTS["stiffness_factor"].number,
+    damping_factor: Annotated[float, "> 0"] = ROBOT_FACTS["damping_factor"].number,
+    mass: Annotated[float, "> 0"] = ROBOT_FACTS["mass"].number,
+    radius: float = ROBOT_FACTS["radius"].number,
+    name: str = "robot",
+) -> Antenna:
+    """The robotic antenna: k = p1·k_th and c = p2·k_th, k_th from each flexure's geometry.
+
+    The antenna's length counts from hinge 1 (62.45 mm); the 6.2 mm mount before it is rigid and not
+    part of the model. The sheet's thickness, its free length, the share of mass in each link and
+    the unit of p2 are not published [C], so absolute frequencies and forces of the real robot must
+    not be read off this preset: fit p1 and p2 to a recording with :func:`feeler.robot.fit_factors`.
+
+    Parameters
+    ----------
+    hinges
+        Flexure geometry; default :func:`make_flexures`.
+    stiffness_factor, damping_factor
+        p1 [1] and p2 [ms].
+    mass
+        Mass of the whole device [g]; link masses are its share by area, width × length, the rest is
+        mount [C].
+    radius
+        Collision radius [mm].
+
+    Returns
+    -------
+    Antenna
+        8 segments, every hinge a sensor.
+    """
+    hinges = make_flexures() if hinges is None else hinges
+    n = hinges.stiffness.size
+    segment_length = np.append(
+        np.full(n - 1, ROBOT_FACTS["spacing"].number), ROBOT_FACTS["last_link"].number
+    )
+    return Antenna(
+        segment_length=segment_length,
+        segment_mass=_share_mass(mass, segment_length, hinges.width),
+        radius=np.full(n, radius),
+        stiffness=stiffness_factor * hinges.stiffness,
+        damping=damping_factor * hinges.stiffness,
+        sensors=np.arange(1, n + 1),
+        name=name,
+    )
+
+
+def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Mass (segment,) [g] of links of one areal density.
+
+    The mount takes the device's remaining length at full width.
+    """
+    length, body_width, _ = ROBOT_FACTS["body"].numbers
+    link_area = segment_length * width
+    mount_area = max(length - segment_length.sum(), MOUNT) * body_width
+    return mass * link_area / (link_area.sum() + mount_area)
+
+
+# Robot files: one TOML file describes a robotic antenna, its sensors and their calibration.
 
 _SCHEMA = "feeler.robot/1"
 _HEAD = """\
@@ -253,3 +429,22 @@ def load_robot(path: str | os.PathLike) -> RobotFile:
     return make_record(
         RobotFile, {"name": path.stem, **content, "folder": path.parent}, path.name
     )
+
+
+# Example files, made by a surrogate robot and labelled so (``benchmarks/robot_examples.py``).
+
+EXAMPLES = {
+    "recording": "surrogate_ball_tip_fast.csv",
+    "calibration": "surrogate_calibration_table.csv",
+    "release": "surrogate_release.csv",
+}
+
+
+def get_example(name: str) -> Path:
+    """Path of an example file.
+
+    ``recording`` holds capacitance, ``calibration`` a bench table, ``release`` angles.
+    """
+    if name not in EXAMPLES:
+        raise InvalidInput(f"unknown example {name!r}; valid: {', '.join(EXAMPLES)}.")
+    return Path(str(files("feeler.robot") / "data" / EXAMPLES[name]))

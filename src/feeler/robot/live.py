@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.decoding.clouds import CloudReader
-from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.stream import StreamState
+from feeler.decoding.observers import CloudReader
+from feeler.decoding.streams import StreamDecoder, StreamState
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
-from feeler.robot.answer import Answer, judge_recording
-from feeler.robot.mending import repair
-from feeler.robot.recording import Recording, find_unit
-from feeler.robot.sensor import SensorCalibration
+from feeler.robot.classify import Answer, judge_recording
+from feeler.robot.recordings import Recording, find_unit
+from feeler.robot.repair import repair
+from feeler.robot.sensors import SensorCalibration
 from feeler.robot.surrogate import subtract_rest
 
 _IN_A_ROW = 20  # [C] samples outside what is possible, from which on the unit must be wrong

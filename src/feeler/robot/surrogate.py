@@ -1,25 +1,22 @@
-"""A surrogate robot: an independent model in the place of hardware that published no recordings.
-
-Nothing that comes out of it is a measurement of the real robot; every recording carries
-source="surrogate".
-"""
+"""Surrogate robots: an independent model, its electronics, and how far it may differ."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.compiled import compiled
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.robot.gap import Gap, draw_antenna, draw_trial
-from feeler.robot.hinge import ROBOT_FACTS
-from feeler.robot.mending import repair
-from feeler.robot.preset import MOUNT, make_robot
-from feeler.robot.recording import Recording
-from feeler.robot.sensing import Sensing, draw_sensing
-from feeler.robot.sensor import SensorCalibration
+from feeler.objects import Trial
+from feeler.objects.task import NAMES as NUISANCES
+from feeler.objects.task import Nuisances
+from feeler.records import Ge, Lt, Record
+from feeler.robot.description import MOUNT, ROBOT_FACTS, make_robot
+from feeler.robot.recordings import Recording
+from feeler.robot.repair import repair
+from feeler.robot.sensors import SensorCalibration, fit_sensors
 from feeler.robot.touches import (
     INTERVAL,
     ROBOT_LEAD,
@@ -28,7 +25,246 @@ from feeler.robot.touches import (
     make_touches,
     simulate_pairs,
 )
-from feeler.stimulus import Trial
+from feeler.validation import checked
+
+# The reality gap as numbers: how far a surrogate robot may differ from the model.
+
+_Size = Annotated[float, Ge(0)]
+
+
+class Gap(Record):
+    """Standard deviations and sizes of every difference.
+
+    All are choices [C]; none was measured on the real robot.
+
+    ``Gap()`` is one reality gap; ``Gap().scaled(2)`` doubles every entry and ``Gap().scaled(0)``
+    removes them all.
+
+    Attributes
+    ----------
+    stiffness : float
+        sd of the stiffness of all hinges together, as a share.
+    stiffness_each : float
+        sd of each hinge's own stiffness, as a share.
+    damping : float
+        sd of the damping of all hinges together, as a share.
+    mass : float
+        sd of each link's mass, as a share.
+    length : float
+        sd of each link's length, as a share.
+    rest_angle : float
+        sd of each hinge's rest angle [rad].
+    play : float
+        Compliance of the mount at the base, as a share of hinge 1's; its angle is not sensed.
+    location : float
+        sd of the place of contact, as a fraction of the length.
+    speed : float
+        sd of the feature's speed, as a share.
+    size : float
+        sd of the feature's size, as a share.
+    approach : float
+        sd of the feature's direction [degrees].
+    friction : float
+        sd of the logarithm of friction.
+    noise : float
+        sd of each reading [rad]; the paper's device resolves less than 1° = 0.017 rad.
+    quantum : float
+        Step of the converter [rad].
+    gain : float
+        sd of each channel's change of gain since its calibration, as a share.
+    drift : float
+        sd of each channel's wander over one second [rad].
+    crosstalk : float
+        Share of each neighbour's signal in a channel.
+    bend : float
+        Departure of the capacitance's characteristic from a straight line at 0.35 rad, as a share.
+    hysteresis : float
+        Half-width of the sensing hysteresis [rad].
+    jitter : float
+        sd of each sample's time [ms].
+    dropped : float
+        Share of samples lost.
+    """
+
+    stiffness: _Size = 0.10
+    stiffness_each: _Size = 0.08
+    damping: _Size = 0.25
+    mass: _Size = 0.08
+    length: _Size = 0.01
+    rest_angle: _Size = 0.015
+    play: _Size = 0.10
+    location: _Size = 0.01
+    speed: _Size = 0.02
+    size: _Size = 0.03
+    approach: _Size = 2.0
+    friction: _Size = 0.3
+    noise: _Size = 0.004
+    quantum: _Size = 0.002
+    gain: _Size = 0.03
+    drift: _Size = 0.010
+    crosstalk: _Size = 0.02
+    bend: _Size = 0.03
+    hysteresis: _Size = 0.006
+    jitter: _Size = 0.05
+    dropped: Annotated[float, Ge(0), Lt(0.5)] = 0.01
+
+    def scaled(self, factor: float) -> "Gap":
+        """Every entry times ``factor``; the share of dropped samples stays below 0.4."""
+        if not (np.isfinite(factor) and factor >= 0):
+            raise InvalidInput(f"the size of a gap must be finite and ≥ 0, got {factor}.")
+        values = {entry.name: factor * getattr(self, entry.name) for entry in fields(self)}
+        return Gap(**{**values, "dropped": min(values["dropped"], 0.4)})
+
+
+def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
+    """The same antenna with its mechanics drawn around the nominal.
+
+    Shares are log-normal, so all stay positive.
+    """
+    n = antenna.n_segments
+    shares = {
+        "stiffness": np.exp(
+            gap.stiffness * rng.standard_normal() + gap.stiffness_each * rng.standard_normal(n)
+        ),
+        "damping": np.exp(gap.damping * rng.standard_normal()),
+        "segment_mass": np.exp(gap.mass * rng.standard_normal(n)),
+        "segment_length": np.exp(gap.length * rng.standard_normal(n)),
+    }
+    changes = {name: getattr(antenna, name) * share for name, share in shares.items()}
+    return antenna.replace(
+        **changes, rest_angle=antenna.rest_angle + gap.rest_angle * rng.standard_normal(n)
+    )
+
+
+def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
+    """The same touch as an experimenter would carry it out.
+
+    Place, speed, size, direction and friction are drawn.
+    """
+    named = {name: getattr(gap, name) for name in NUISANCES}
+    return Nuisances(kind="normal", **named).jitter([trial], rng)[0]
+
+
+# The surrogate's electronics: from true hinge angles to the capacitances of a real device.
+
+_BASE = 5.0  # [C] pF of a straight hinge
+_SENSITIVITY = 1.2  # [C] pF/rad
+_SPREAD = 0.15  # [C] sd of base and sensitivity between hinges, as a share
+_BEND_ANGLE = 0.35  # rad at which Gap.bend is stated
+_BENCH_RANGE = np.deg2rad(40.0)  # [C] rad
+_BENCH_LEVELS, _BENCH_REPEATS = 17, 6  # [C]
+_BENCH_INTERVAL = 500.0  # [C] ms between readings
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sensing:
+    """Eight capacitive channels with their faults; arrays are (hinge,).
+
+    Attributes
+    ----------
+    base : np.ndarray
+        Capacitance of the straight hinge [pF].
+    sensitivity : np.ndarray
+        Capacitance per angle [pF/rad].
+    gain : np.ndarray
+        Gain during recordings relative to the calibration bench [1].
+    """
+
+    base: np.ndarray
+    sensitivity: np.ndarray
+    gain: np.ndarray
+    gap: Gap
+
+    def read(
+        self, angle: np.ndarray, rng: np.random.Generator, *, on_bench: bool = False
+    ) -> np.ndarray:
+        """Capacitances (hinge, sample) [pF] of true angles (hinge, sample) [rad] at 1 kHz.
+
+        In order: hysteresis (a play operator), cross-talk from neighbours, bent characteristic,
+        gain, wander, noise, quantisation. On the bench the gain is 1 and nothing wanders.
+        """
+        gap = self.gap
+        if len(angle) != len(self.base):
+            raise InvalidInput(
+                f"the robot senses {len(self.base)} hinges, got angles of {len(angle)}."
+            )
+        seen = play(np.ascontiguousarray(angle, dtype=float), gap.hysteresis)
+        seen = seen + gap.crosstalk * _sum_neighbours(seen)
+        signal = seen * (1 + gap.bend * seen / _BEND_ANGLE)
+        if not on_bench:
+            signal = signal * self.gain[:, None]
+            signal = signal + np.cumsum(
+                gap.drift / np.sqrt(1000) * rng.standard_normal(signal.shape), axis=1
+            )
+        signal = signal + gap.noise * rng.standard_normal(signal.shape)
+        capacitance = self.base[:, None] + self.sensitivity[:, None] * signal
+        step = gap.quantum * _SENSITIVITY
+        return np.round(capacitance / step) * step if step > 0 else capacitance
+
+    def bench(self, rng: np.random.Generator) -> dict[str, Any]:
+        """A calibration table (reading,).
+
+        Each hinge is bent by itself through known angles, up and down, several times.
+
+        Keys ``hinge``, ``angle`` [rad], ``capacitance`` [pF], ``time`` [ms].
+        """
+        up = np.linspace(-_BENCH_RANGE, _BENCH_RANGE, _BENCH_LEVELS)
+        angles = np.tile(np.concatenate([up, up[::-1]]), _BENCH_REPEATS)
+        n = self.base.size
+        readings = []
+        for hinge in range(n):
+            bent = np.zeros((n, angles.size))
+            bent[hinge] = angles
+            readings.append(self.read(bent, rng, on_bench=True)[hinge])
+        return {
+            "hinge": np.repeat(np.arange(1, n + 1), angles.size),
+            "angle": np.tile(angles, n),
+            "capacitance": np.concatenate(readings),
+            "time": np.arange(n * angles.size) * _BENCH_INTERVAL,
+        }
+
+    def calibrate(self, rng: np.random.Generator, robot: str) -> SensorCalibration:
+        """The lines that a user of this robot would fit to a bench table."""
+        return fit_sensors(**self.bench(rng), robot=robot)
+
+
+def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
+    """Channels drawn at random."""
+    return Sensing(
+        base=_BASE * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
+        sensitivity=_SENSITIVITY * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
+        gain=np.exp(gap.gain * rng.standard_normal(n_hinges)),
+        gap=gap,
+    )
+
+
+@compiled
+def play(signal: np.ndarray, half_width: float) -> np.ndarray:
+    """Play (backlash) operator on each row: the output moves only when an end of the gap pushes it.
+
+    ``y_t = min(max(y_{t−1}, x_t − r), x_t + r)`` from y_0 = x_0, r = ``half_width``.
+    """
+    moved = np.empty_like(signal)
+    for row in range(signal.shape[0]):
+        y = signal[row, 0]
+        for t in range(signal.shape[1]):
+            x = signal[row, t]
+            y = min(max(y, x - half_width), x + half_width)
+            moved[row, t] = y
+    return moved
+
+
+def _sum_neighbours(signal: np.ndarray) -> np.ndarray:
+    total = np.zeros_like(signal)
+    total[1:] += signal[:-1]
+    total[:-1] += signal[1:]
+    return total
+
+
+# A surrogate robot: an independent model in the place of hardware that published no recordings.
+#
+# Nothing that comes out of it is a measurement of the real robot; every recording carries
+# source="surrogate".
 
 _RESTING = 0.75 * ROBOT_LEAD  # ms before contact whose mean is taken as the resting angle
 

@@ -1,12 +1,20 @@
 """Spikes: from bending to what a nerve says. Sensilla, their trains, and who reads them."""
 
-from feeler.spikes.population import Population, find_gain, place_sensilla
-from feeler.spikes.readers import SPIKE_CODES, PoissonReader, SpikeReader
-from feeler.spikes.sensillum import CAMPANIFORM, HAIR, Sensillum
-from feeler.spikes.stream import SensillaStream
-from feeler.spikes.train import (
+from feeler.spikes.sensilla import (
+    CAMPANIFORM,
+    HAIR,
+    Population,
+    Sensillum,
+    find_gain,
+    place_sensilla,
+)
+from feeler.spikes.trains import (
     POISSON,
+    SPIKE_CODES,
     Firing,
+    PoissonReader,
+    SensillaStream,
+    SpikeReader,
     attach_trains,
     count_spikes,
     draw_spikes,

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any
 
-from feeler.records.record import Ge, Gt, Record, Unit
-from feeler.records.registry import Registry
-from feeler.stimulus.ninety import LOCATIONS
+from feeler.objects.trials import LOCATIONS
+from feeler.records import Ge, Gt, Record, Registry, Unit
 
 if TYPE_CHECKING:
-    from feeler.decoding.plan import Plan
+    from feeler.decoding.sweeps import Plan
     from feeler.encoding.model import ConvolutiveNMF
 
 SCALES: Registry["Scale"] = Registry("scale")
@@ -69,7 +68,7 @@ class Scale(Record):
     warn : bool
         Whether a fit that stops early says so; below paper scale it does so on purpose.
     sweep : Mapping[str, Any]
-        What the noise sweeps change of ``feeler.decoding.sweep.Plan``.
+        What the noise sweeps change of ``feeler.decoding.sweeps.Plan``.
     jitters : bool
         Whether touches shifted in place and speed are simulated and tested.
     choices : bool
@@ -177,7 +176,7 @@ class Scale(Record):
     @property
     def plan(self) -> "Plan":
         """Ratios, repeats and copies of the noise sweeps."""
-        from feeler.decoding.plan import Plan
+        from feeler.decoding.sweeps import Plan
 
         return Plan(**self.sweep)
 

@@ -4,7 +4,7 @@ import json
 from importlib.resources import files
 from typing import Any
 
-from feeler.disk.toml import parse_toml
+from feeler.files import parse_toml
 
 
 def read_shipped(study: str, name: str) -> dict[str, Any]:

@@ -9,22 +9,20 @@ from typing import Annotated, Any, Self
 import numpy as np
 import xarray as xr
 
-from feeler.antenna.antenna import Antenna
-from feeler.decoding.reader import READERS, measure_reader
-from feeler.disk.journal import Journal
-from feeler.disk.provenance import compute_digest, make_key
+from feeler.analysis import compute_energies, compute_energy, measure_information
+from feeler.antenna.segments import Antenna
+from feeler.decoding.classifiers import READERS, measure_reader
 from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
-from feeler.experiment.touch import touch
-from feeler.information import compute_energies, compute_energy, measure_information
+from feeler.experiments.tactile import touch
+from feeler.objects import NOISES, Noise, Task
+from feeler.objects.trials import Trial
 from feeler.progress import show_progress
-from feeler.records.checked import checked
-from feeler.records.record import Ge, Gt, OneOf, Record, Unit
-from feeler.stimulus.trial import Trial
-from feeler.task import NOISES, Noise, Task
-from feeler.tensors.scaling import fold_planes
-from feeler.tensors.unit import in_unit
+from feeler.provenance import Journal, compute_digest, make_key
+from feeler.records import Ge, Gt, OneOf, Record, Unit
+from feeler.tensors.transforms import fold_planes, in_unit
+from feeler.validation import checked
 
 _WHOLE = "whole touch"
 _MATCHED = "distance and samples"
@@ -42,7 +40,7 @@ class Study(Record):
     task : Task
         Objects, places, speeds and nuisances; the seeds of the purposes ``train`` and ``test``.
     levels : dict[Annotated[str, OneOf(NOISES)], tuple[float, ...]]
-        Sizes of each kind of noise, by its name in :data:`feeler.task.NOISES`.
+        Sizes of each kind of noise, by its name in :data:`feeler.objects.NOISES`.
     headline : dict[str, float]
         The size of each kind that figures show.
     windows : dict[str, Any]

@@ -2,12 +2,11 @@
 share one front end.
 """
 
-from feeler.studio.alone import write_touch_page
-from feeler.studio.board import Boards
-from feeler.studio.server import Studio
+from feeler.studio.export import write_touch_page
+from feeler.studio.live import Boards
+from feeler.studio.requests import AntennaWish, ObjectWish, TouchWish
+from feeler.studio.server import Studio, show_studio
 from feeler.studio.session import Session
-from feeler.studio.widget import show_studio
-from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
 __all__ = [
     "AntennaWish",

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from feeler.decoding.stream import OnsetFinder, Stream
+from feeler.decoding.streams import OnsetFinder, Stream
 from feeler.errors import InvalidInput
-from feeler.stimulus.trial import Trial
-from feeler.studio.wish import TouchWish, make_shape
+from feeler.objects.trials import Trial
+from feeler.studio.requests import TouchWish, make_shape
 
 KINDS = ("ball", "box", "triangle")
 OUTSIDE = "outside"

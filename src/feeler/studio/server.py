@@ -1,10 +1,9 @@
-"""The local server: static files and one WebSocket, on 127.0.0.1, for whoever knows the token in
-the address.
-"""
+"""The local server on 127.0.0.1, and the studio in a notebook's cell."""
 
 import asyncio
 import contextlib
 import errno
+import json
 import logging
 import os
 import secrets
@@ -15,15 +14,22 @@ from http import HTTPStatus
 from pathlib import PurePath
 from typing import Any
 
-from feeler.errors import FeelerError, InvalidInput
-from feeler.records.checked import checked
-from feeler.studio.board import Boards
-from feeler.studio.catalogue import make_catalogue
-from feeler.studio.exporting import PAGE, SPACE_SCRIPT, read_page
-from feeler.studio.messages import MAX_MESSAGE
-from feeler.studio.session import Session
-from feeler.studio.touching import simulate_pieces
-from feeler.studio.wish import AntennaWish, TouchWish
+from feeler.antenna.segments import Antenna
+from feeler.errors import FeelerError, InvalidInput, require_extra
+from feeler.studio.export import PAGE, SPACE_SCRIPT, read_page, write_module
+from feeler.studio.live import Boards
+from feeler.studio.requests import (
+    AntennaWish,
+    TouchWish,
+    make_catalogue,
+    simulate_pieces,
+    wish_for,
+)
+from feeler.studio.session import MAX_MESSAGE, Session
+from feeler.validation import checked
+
+# The local server: static files and one WebSocket, on 127.0.0.1, for whoever knows the token in
+# the address.
 
 _HOST, _PORT = "127.0.0.1", 8765
 _KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
@@ -249,3 +255,51 @@ def _explain(port: int, error: Exception) -> InvalidInput:
         f"cannot listen on port {port} of {_HOST}: {str(error).rstrip('.')}. Give --port 0 to take"
         " any free one."
     )
+
+
+# The studio in a notebook's cell: the same front end; the kernel replaces the server.
+
+
+@checked
+def show_studio(antenna: Antenna | str = "exponential") -> Any:
+    """A widget for Jupyter, VS Code, Colab or marimo; show it as a cell's last value.
+
+    Parameters
+    ----------
+    antenna
+        The name of a preset, or an antenna of your own.
+
+    Returns
+    -------
+    anywidget.AnyWidget
+        Its ``session`` does the work; ``close()`` ends it.
+
+    Raises
+    ------
+    MissingExtra
+        anywidget is not installed.
+    InvalidInput
+        No preset of this name.
+    """
+    return _make_widget(wish_for(antenna))
+
+
+def _make_widget(wish: AntennaWish) -> Any:
+    """The widget of a wish."""
+    require_extra("anywidget", "notebook", "the studio in a notebook")
+    import anywidget
+
+    class StudioWidget(anywidget.AnyWidget):
+        _esm = write_module()
+        _css = read_page("studio.css")
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.session = Session(lambda data: self.send({}, buffers=[data]), wish)
+            self.on_msg(lambda widget, content, buffers: self.session.take(json.dumps(content)))
+
+        def close(self) -> None:
+            self.session.close()
+            super().close()
+
+    return StudioWidget()

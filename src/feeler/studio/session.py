@@ -1,40 +1,259 @@
-"""A session: what one open page is shown. Messages in, messages out; the newest wish ends the work
-on the older.
-"""
+"""A session: what one open page is shown; messages in, messages out, the newest request first."""
 
+import json
 import logging
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Mapping
 from functools import partial
-from threading import Event
+from threading import Event, Lock, Thread, current_thread
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
-from feeler.plotting.turn import describe_turnable
-from feeler.records.checked import checked
+from feeler.experiments.tactile import touch
+from feeler.physics.contact import get_contact
+from feeler.plotting.antennas import describe_turnable
 from feeler.studio import study
-from feeler.studio.board import Boards, listen
-from feeler.studio.catalogue import make_catalogue
 from feeler.studio.decoder import ANSWERS, OUTSIDE
-from feeler.studio.desk import Desk
-from feeler.studio.hand import Hand
-from feeler.studio.leaving import make_file
-from feeler.studio.messages import pack, read_message
-from feeler.studio.opening import open_calibration, open_text, read_file
-from feeler.studio.running import run_along_wall
-from feeler.studio.study import AntennaStudy
-from feeler.studio.touching import (
+from feeler.studio.export import make_file
+from feeler.studio.live import Boards, Hand, Say, listen, open_calibration, open_text, read_file
+from feeler.studio.requests import (
+    PREVIEW,
+    AntennaWish,
+    TouchWish,
     count_samples,
     describe_antenna,
     describe_mode,
     describe_scene,
     hash_tensor,
+    make_catalogue,
+    read_number,
     simulate_pieces,
 )
-from feeler.studio.turning import fold_sensors, touch_in_space
-from feeler.studio.wish import AntennaWish, TouchWish, read_number
+from feeler.studio.study import AntennaStudy, heed
+from feeler.validation import checked
+from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
+
+# Messages between page and server: the page sends JSON, the server answers a JSON header and
+# float32 numbers.
+#
+# A packed message is four bytes (length of the header, little-endian), the header as JSON
+# padded with blanks to a multiple of four, and after it the arrays one after the other;
+# ``arrays`` in the header lists their names and shapes.
+
+MAX_MESSAGE = 8 * 2**20  # [C] of one message from the page: a recording dropped on it
+
+
+def pack(header: Mapping[str, Any], **arrays: np.ndarray) -> bytes:
+    """One message as bytes."""
+    numbers = {
+        name: np.ascontiguousarray(values, dtype="<f4") for name, values in arrays.items()
+    }
+    plan = [[name, list(values.shape)] for name, values in numbers.items()]
+    text = json.dumps({**header, "arrays": plan}, ensure_ascii=True, allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    return b"".join(
+        [struct.pack("<I", len(text)), text, *(values.tobytes() for values in numbers.values())]
+    )
+
+
+def read_message(text: str | bytes) -> dict[str, Any]:
+    """A message of the page.
+
+    Raises
+    ------
+    InvalidInput
+        No JSON object with a ``type``, or too long.
+    """
+    if len(text) > MAX_MESSAGE:
+        raise InvalidInput(
+            f"a message may have at most {MAX_MESSAGE:,} bytes, got {len(text):,}."
+        )
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InvalidInput(f"a message must be JSON ({str(error)[:80]}).") from None
+    if not isinstance(content, dict) or not isinstance(content.get("type"), str):
+        raise InvalidInput("a message must be a JSON object with a type.")
+    return content
+
+
+# A desk: work of several kinds at once, and of each kind only what was wished for last.
+
+_Work = Callable[[Event], None]
+
+
+class Desk:
+    """One thread per kind of work at most; new work of a kind stops the older, begins when it has
+    ended, and takes the place of what has not begun.
+    """
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._now: dict[str, tuple[Event, Thread]] = {}
+        self._next: dict[str, _Work] = {}
+
+    def give(self, kind: str, work: _Work) -> None:
+        """Run ``work(stop)`` in its thread; it should end within milliseconds of ``stop``."""
+        with self._lock:
+            if kind in self._now:
+                self._next[kind] = work
+                self._now[kind][0].set()
+                return
+            thread = Thread(
+                target=self._run, args=(kind, work), daemon=True, name=f"feeler studio {kind}"
+            )
+            self._now[kind] = (Event(), thread)
+            thread.start()
+
+    def _run(self, kind: str, work: _Work | None) -> None:
+        try:
+            while work is not None:
+                stop = self._now[kind][0]
+                if not stop.is_set():
+                    work(stop)
+                with self._lock:
+                    work = self._next.pop(kind, None)
+                    if work is not None:
+                        self._now[kind] = (Event(), current_thread())
+                    else:
+                        del self._now[kind]
+        except BaseException:
+            with self._lock:
+                self._now.pop(kind, None)
+            raise
+
+    def stop(self, kind: str) -> None:
+        """End the work of one kind."""
+        with self._lock:
+            self._next.pop(kind, None)
+            if kind in self._now:
+                self._now[kind][0].set()
+
+    def clear(self, wait: float = 0.0) -> None:
+        """End all work, and wait for it up to so many seconds."""
+        with self._lock:
+            running = list(self._now.values())
+            self._next.clear()
+            for stop, _ in running:
+                stop.set()
+        for _, thread in running:
+            if (
+                thread is not current_thread()
+            ):  # who finds that its page is gone clears the desk from within
+                thread.join(wait)
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything still runs."""
+        with self._lock:
+            return bool(self._now)
+
+
+# A touch of an antenna in space: computed whole, shown as a view that is turned by hand.
+
+
+def touch_in_space(wish: TouchWish) -> xr.Dataset:
+    """The touch, with every hinge as a sensor.
+
+    Raises
+    ------
+    InvalidInput
+        Further objects, which the view does not draw.
+    """
+    if wish.objects:
+        raise InvalidInput(
+            "the studio shows one object beside an antenna in space; take the others away, or touch"
+            " it by feeler.Simulation."
+        )
+    antenna = wish.antenna.make_any()
+    preview = get_contact(None, antenna).scale_timestep(PREVIEW)
+    return touch(
+        antenna,
+        wish.make_trial(),
+        duration=wish.duration,
+        timestep=preview if wish.preview else None,
+        all_hinges=True,
+    )
+
+
+def fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+    """The tensor (sensor, time) of angles (plane, segment, time): the sensors of one plane after
+    those of the other.
+    """
+    return angle[:, antenna.sensors - 1].reshape(-1, angle.shape[-1])
+
+
+# A body that follows a wall, sent while it runs.
+
+_PIECE = 20  # periods of 1 ms
+_FACES = (120.0, 150.0)  # [C] mm before and after the turn
+
+
+def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: Event) -> None:
+    """Calibrate, then run past one turn of ``turn`` degrees; the map is kept for the next run."""
+    course = make_turn(turn, _FACES)
+    corners = course.line.tolist()
+    say(
+        {
+            "part": "begin",
+            "antenna": describe_antenna(antenna),
+            "wall": corners,
+            "heading": FOLLOWING.base_angle,
+        }
+    )
+    rows: list[tuple[np.ndarray, np.ndarray]] = []
+    sent = 0
+
+    def watch(body: np.ndarray, angle: np.ndarray) -> None:
+        nonlocal sent
+        heed(stop)
+        rows.append((body, angle))
+        if len(rows) == _PIECE:
+            say({"part": "piece", "first": sent}, **_take(rows))
+            sent += _PIECE
+
+    known = _find_map(antenna, speed, stop)
+    run = follow(antenna, course, speed=speed, distance_map=known, watch=watch)
+    if rows:
+        say({"part": "piece", "first": sent}, **_take(rows))
+    end: dict[str, Any] = {
+        "error": run.error,
+        "collided": run.collided,
+        "target": run.target,
+        "nearest": run.nearest,
+    }
+    say({"part": "end", **end}, distance=run.distance, estimate=run.estimate)
+
+
+def _take(rows: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
+    taken = {
+        "body": np.array([body for body, _ in rows]),
+        "angle": np.array([angle for _, angle in rows]),
+    }
+    rows.clear()
+    return taken
+
+
+_maps: dict[tuple[Antenna, float], DistanceMap] = {}
+
+
+def _find_map(antenna: Antenna, speed: float, stop: Event) -> DistanceMap:
+    def watch(body: np.ndarray, angle: np.ndarray) -> None:
+        heed(stop)
+
+    if (antenna, speed) not in _maps:
+        if len(_maps) >= 32:
+            _maps.clear()
+        _maps[antenna, speed] = calibrate(antenna, speed=speed, watch=watch)
+    return _maps[antenna, speed]
+
+
+# A session: what one open page is shown. Messages in, messages out; the newest wish ends the
+# work on the older.
 
 _SLOTS = ("A", "B")
 _Put = Callable[[bytes], None]

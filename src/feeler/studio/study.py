@@ -10,17 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
-from feeler.dispersion import INDICES, compute_nmi, compute_pearson, compute_ssim, find_closest
+from feeler.analysis import INDICES, compute_nmi, compute_pearson, compute_ssim, find_closest
+from feeler.antenna.segments import Antenna
 from feeler.encoding import ConvolutiveNMF
-from feeler.physics.clock import Clock
+from feeler.objects.trials import Trial, trials
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import make_groups, run_group
-from feeler.physics.scene import make_scene
-from feeler.stimulus.ninety import trials
-from feeler.stimulus.trial import Trial
+from feeler.physics.scene import Clock, make_scene
 from feeler.studio.decoder import N_HELD_OUT, N_TEMPLATES, Range, TouchDecoder
-from feeler.tensors.scaling import rectify, scale_common
+from feeler.tensors.transforms import rectify, scale_common
 
 _DURATION, _INTERVAL = 380.0, 1.0  # ms [P]
 INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}

@@ -6,26 +6,35 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from feeler.tensors.contract import find_breaches, validate
-    from feeler.tensors.dataset import make_tensors
-    from feeler.tensors.quantities import QUANTITIES, Quantity
-    from feeler.tensors.scaling import fold_signs, rectify, scale_common
-    from feeler.tensors.sides import measure_peak, mirror_to_left
-    from feeler.tensors.unit import in_unit
+    from feeler.tensors.schema import (
+        QUANTITIES,
+        Quantity,
+        find_breaches,
+        make_tensors,
+        validate,
+    )
+    from feeler.tensors.transforms import (
+        fold_signs,
+        in_unit,
+        measure_peak,
+        mirror_to_left,
+        rectify,
+        scale_common,
+    )
 
 # imported when first asked for: whoever reads a file in a process of its own needs none of it
 _HOMES = {
-    "QUANTITIES": "quantities",
-    "Quantity": "quantities",
-    "find_breaches": "contract",
-    "fold_signs": "scaling",
-    "in_unit": "unit",
-    "make_tensors": "dataset",
-    "measure_peak": "sides",
-    "mirror_to_left": "sides",
-    "rectify": "scaling",
-    "scale_common": "scaling",
-    "validate": "contract",
+    "QUANTITIES": "schema",
+    "Quantity": "schema",
+    "find_breaches": "schema",
+    "fold_signs": "transforms",
+    "in_unit": "transforms",
+    "make_tensors": "schema",
+    "measure_peak": "transforms",
+    "mirror_to_left": "transforms",
+    "rectify": "transforms",
+    "scale_common": "transforms",
+    "validate": "schema",
 }
 
 __all__ = [

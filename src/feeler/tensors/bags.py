@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from feeler.disk.files import read_start
-from feeler.disk.guard import open_guarded
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import read_start
+from feeler.sandbox import open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
 
 _MAGIC = b"\x89MCAP0\r\n"

@@ -1,27 +1,44 @@
-"""Formats: every kind of file that feeler knows, one record each; ``load``, ``save`` and ``info``
-go through them.
-
-A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the
-package.
-"""
+"""Formats: every kind of file that feeler reads or writes, and what a file holds."""
 
 import inspect
+import json
 import os
+import re
 from codecs import BOM_UTF8
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from feeler.disk.files import read_start
-from feeler.disk.foreign import name_start
-from feeler.disk.guard import Limits, find_limits
-from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.registry import Registry
-from feeler.tensors.contract import find_breaches, refuse
+from feeler.antenna.files import AntennaFile, read_antenna_file
+from feeler.errors import FeelerError, InvalidInput
+from feeler.files import name_start, read_start
+from feeler.records import Registry
+from feeler.sandbox import Limits, find_limits, open_guarded
+from feeler.tensors import store, stored
+from feeler.tensors import stored as records
+from feeler.tensors.models import Model, read_model
+from feeler.tensors.schema import find_breaches, refuse
+from feeler.tensors.table import Table, find_heading, read_table
+from feeler.tensors.writers import (
+    MAGIC,
+    load_csv,
+    restore,
+    save_csv,
+    save_mat,
+    save_netcdf,
+    save_nwb,
+)
+from feeler.validation import checked
+
+# Formats: every kind of file that feeler knows, one record each; ``load``, ``save`` and
+# ``info`` go through them.
+#
+# A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the
+# package.
 
 _START = 512  # bytes by which a file is recognised
 _UNKNOWN = (
@@ -75,14 +92,14 @@ class Format:
 FORMATS: Registry[Format] = Registry(
     "format",
     {
-        "store": "feeler.tensors.kinds:STORE",
-        "zarr": "feeler.tensors.kinds:ZARR",
-        "netcdf": "feeler.tensors.kinds:NETCDF",
-        "nwb": "feeler.tensors.kinds:NWB",
-        "mat": "feeler.tensors.kinds:MAT",
-        "csv": "feeler.tensors.kinds:CSV",
-        "antenna": "feeler.tensors.kinds:ANTENNA",
-        "model": "feeler.tensors.kinds:MODEL",
+        "store": "feeler.tensors.formats:STORE",
+        "zarr": "feeler.tensors.formats:ZARR",
+        "netcdf": "feeler.tensors.formats:NETCDF",
+        "nwb": "feeler.tensors.formats:NWB",
+        "mat": "feeler.tensors.formats:MAT",
+        "csv": "feeler.tensors.formats:CSV",
+        "antenna": "feeler.tensors.formats:ANTENNA",
+        "model": "feeler.tensors.formats:MODEL",
     },
 )
 
@@ -192,3 +209,296 @@ def find_writer(suffix: str) -> Callable[..., None]:
 def list_options(suffix: str) -> list[str]:
     """Names of the options that the writer of an ending takes."""
     return list(inspect.signature(find_writer(suffix)).parameters)[2:]
+
+
+# What a file holds, and what is wrong with it, in words.
+
+_MAX_VALUES = 6
+_LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
+
+
+def describe_file(
+    path: str | os.PathLike,
+    limits: Limits | None = None,
+    also: Mapping[str, Format] | None = None,
+    advice: Mapping[str, str] | None = None,
+) -> list[str]:
+    """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration,
+    versions, licence; ``also`` are formats of other rooms, beside ``FORMATS``. ``advice`` says what
+    to do next with each kind of content, where the format has no words of its own.
+    """
+    path = Path(path)
+    refused: list[str] = []
+    form, content = open_file(path, limits, also, refused=refused)
+    lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
+    lines += (form.tell or _describe_dataset)(content)
+    lines += [f"because     {words}" for words in refused] if form.kind == "table" else []
+    if form.tell is not list and (words := find_advice(form, content, path.name, advice or {})):
+        lines.append(f"next        {words}")
+    return lines
+
+
+def find_advice(form: Format, content: Any, name: str, advice: Mapping[str, str]) -> str:
+    """What to do next with a file: in its format's own words, which know more, or ``advice``."""
+    if form.tell is list:
+        return next((line[12:] for line in reversed(content) if line[:5] == "next "), "")
+    if form.kind == "tensors" and "sensor" not in content.dims:
+        return ""
+    return advice.get(form.kind, "").format(name)
+
+
+def open_file(
+    path: str | os.PathLike,
+    limits: Limits | None,
+    also: Mapping[str, Format] | None,
+    whole: bool = False,
+    refused: list[str] | None = None,
+) -> tuple[Format, Any]:
+    """The first of the file's likely formats that can read it, and the content; ``whole``: all of
+    a large file. A Dataset without sensors is taken if no other format can read the file. What the
+    others say is put into ``refused``.
+    """
+    refused = [] if refused is None else refused
+    other = None
+    path = Path(path)
+    for form in find_formats(path, also).values():
+        try:
+            glance = None if whole else form.glance
+            content = glance(path) if glance else form.load(path, find_limits(limits), False)
+        except InvalidInput as error:
+            refused.append(str(error))
+            continue
+        if not isinstance(content, xr.Dataset) or "sensor" in content.dims:
+            return form, content
+        other = form, content
+    if other is None:
+        raise InvalidInput(refused[0])
+    return other
+
+
+def _describe_dataset(dataset: xr.Dataset) -> list[str]:
+    lines = [
+        "sizes       " + ", ".join(f"{name} {size}" for name, size in dataset.sizes.items())
+    ]
+    for name, item in dataset.data_vars.items():
+        unit = item.attrs.get("units", "no unit")
+        dims = ", ".join(map(str, item.dims))
+        lines.append(f"{name:11} ({dims}) [{unit}] {_find_spread(item)}".rstrip())
+    for name, item in dataset.coords.items():
+        unit = f" [{item.attrs['units']}]" if "units" in item.attrs else ""
+        lines.append(f"{name:11} {_summarise(item.values)}{unit}")
+    return lines + [f"{name:11} {shorten(value)}" for name, value in dataset.attrs.items()]
+
+
+def _find_spread(item: xr.DataArray) -> str:
+    if not item.size or item.nbytes > _LARGE or item.dtype.kind not in "fiu":
+        return ""
+    values = item.values  # of a store this reads, each time
+    return (
+        "" if np.isnan(values).all() else f"{np.nanmin(values):.3g} … {np.nanmax(values):.3g}"
+    )
+
+
+def _summarise(values: np.ndarray) -> str:
+    distinct, first = np.unique(values, return_index=True)
+    if distinct.size <= _MAX_VALUES:
+        return ", ".join(
+            f"{value:g}" if values.dtype.kind == "f" else str(value)
+            for value in values.ravel()[np.sort(first)]  # in the file's order
+        )
+    return f"{distinct[0]} … {distinct[-1]} ({distinct.size} values)"
+
+
+def shorten(value: object) -> str:
+    """A value as text of one line, cut where it is long."""
+    text = value if isinstance(value, str) else json.dumps(value, default=str)
+    return text if len(text) <= 160 else f"{text[:150]}… ({len(text):,} characters)"
+
+
+def find_problems(
+    path: str | os.PathLike,
+    limits: Limits | None = None,
+    also: Mapping[str, Format] | None = None,
+) -> list[str]:
+    """What is wrong with a file, one line each; empty where nothing is.
+
+    Tensors are held against the data contract; of other kinds (``also`` as in
+    :func:`describe_file`) it is said whether they can be read.
+    """
+    try:
+        for form in find_formats(path, also).values():
+            if form.find_damage and (damage := form.find_damage(Path(path))):
+                return damage
+        refused: list[str] = []
+        form, content = open_file(path, limits, also, whole=True, refused=refused)
+        if form.kind == "table":
+            return [f"{Path(path).name} is {form.words}", *refused]
+        touches = form.kind == "tensors" and not _holds_posture(content)
+        return find_breaches(content) if touches else []
+    except FeelerError as error:
+        return [str(error)]
+
+
+def _holds_posture(dataset: xr.Dataset) -> bool:
+    """Whether it is what ``feeler tracks --points`` writes, which holds no touches."""
+    return {"bend", "piece_length"} <= {*dataset.data_vars} and "angle" not in dataset
+
+
+# The formats that feeler ships, as records for the registry.
+
+_ZARR = (
+    "zarr.json",
+    ".zgroup",
+    ".zarray",
+)  # of Zarr 3, and of Zarr 2, which is refused by name
+HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def guarded(function: str) -> Callable[[Path, Limits, bool], xr.Dataset]:
+    """A loader that lets the guard call ``function`` (``"module:name"``), which gives what
+    ``plain.describe`` gives.
+    """
+
+    def load(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
+        return restore(*open_guarded(function, path, limits, trusted=trusted), path.name)
+
+    return load
+
+
+def _starts(*magic: bytes) -> Callable[[Path, bytes], bool]:
+    return lambda path, start: start.startswith(magic)
+
+
+def _is_antenna(path: Path, start: bytes) -> bool:
+    other = re.search(rb'schema\s*=\s*"feeler\.(?!antenna/)', start)
+    return b"feeler.antenna/" in start or (path.suffix.lower() == ".toml" and not other)
+
+
+def _describe_antenna(file: AntennaFile) -> list[str]:
+    antenna = file.antenna
+    lines = [
+        f"name        {antenna.name}",
+        (
+            f"segments    {antenna.n_segments}, {antenna.length:g} mm,"
+            f" {antenna.segment_mass.sum() * 1e3:g} mg"
+        ),
+        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
+        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
+        f"sensors     {antenna.sensors.size}",
+    ]
+    return lines + [
+        f"source      {name}: [{item.tag}] {item.reference} {item.note}"
+        for name, item in file.sources.items()
+    ]
+
+
+def _describe_model(model: Model) -> list[str]:
+    arrays = [
+        f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()
+    ]
+    made = ", ".join(f"{name} {version}" for name, version in model.versions.items())
+    return [
+        f"kind {model.kind}, version {model.version}, by {made}",
+        *arrays,
+        f"settings {shorten(model.settings)}",
+    ]
+
+
+STORE = Format(
+    words="store of trials (Zarr v3)",
+    suffix=".zarr",
+    detect=lambda path, start: records.is_store(path),
+    load=lambda path, limits, trusted: stored.read_store(path),
+    save=store.save_store,
+    describe=stored.describe_store,
+    glance=lambda path: stored.read_store(path, first=stored.MANY),
+    find_damage=stored.find_damage,
+)
+ZARR = Format(
+    words="Zarr v3 group",
+    detect=lambda path, start: any((path / name).exists() for name in _ZARR),
+    load=guarded("feeler.tensors.readers:read_zarr"),
+)
+NWB = Format(
+    words="NWB file (HDF5)",
+    suffix=".nwb",
+    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
+    load=guarded("feeler.tensors.readers:read_hdf5"),
+    save=save_nwb,
+)
+NETCDF = Format(
+    words="NetCDF-4 file (HDF5)",
+    suffix=".nc",
+    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
+    load=guarded("feeler.tensors.readers:read_hdf5"),
+    save=save_netcdf,
+)
+MAT = Format(
+    words="MATLAB 5 file",
+    suffix=".mat",
+    detect=_starts(b"MATLAB 5.0 MAT-file"),
+    load=guarded("feeler.tensors.readers:read_mat"),
+    save=save_mat,
+)
+CSV = Format(
+    words="one tensor as CSV",
+    suffix=".csv",
+    detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
+    load=lambda path, limits, trusted: load_csv(path, limits),
+    save=save_csv,
+)
+ANTENNA = Format(
+    words="antenna (TOML)",
+    kind="antenna",
+    detect=_is_antenna,
+    load=lambda path, limits, trusted: read_antenna_file(path),
+    tell=_describe_antenna,
+)
+MODEL = Format(
+    words="model (safetensors)",
+    kind="model",
+    detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
+    load=lambda path, limits, trusted: read_model(path, limits, trusted=trusted),
+    tell=_describe_model,
+)
+
+
+_MOST = 12  # columns that are listed
+_ADVICE = (
+    "a robot's recording needs time_ms and hinge1_deg, hinge2_deg …: feeler robot check",
+    "tracks need head_x, head_y, left_tip_x, left_tip_y …: feeler tracks",
+    "a trace to calibrate with needs time_ms and displacements: feeler calibrate --data",
+)
+
+
+def _is_table(path: Path, start: bytes) -> bool:
+    lines = start.decode("utf-8-sig", "ignore").split("\n")
+    heading = None if b"\0" in start or name_start(start) else find_heading(enumerate(lines, 1))
+    return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
+
+
+_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", "")
+
+
+def _describe(table: Table) -> list[str]:
+    lines = [f"rows        {len(table.values)}"]
+    for name, values in list(zip(table.columns, table.values.T, strict=True))[:_MOST]:
+        seen = values[~np.isnan(values)]
+        span = f"{seen.min():.4g} … {seen.max():.4g}" if seen.size else "empty"
+        if name in table.words:
+            span = f"text ({table.words[name][:40]!r} …)"
+        lines.append(f"column      {name}: {span}")
+    if len(table.columns) > _MOST:
+        lines.append(f"            … {len(table.columns)} columns in all")
+    return lines + [f"next        {words}" for words in _ADVICE]
+
+
+PLAIN_TABLES = {
+    "table": Format(
+        words="a table that no verb of feeler reads as it is",
+        kind="table",
+        detect=_is_table,
+        load=lambda path, limits, trusted: read_table(path, words=True),
+        tell=_describe,
+    ),
+}

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from feeler.disk.files import NAME, parse_json
-from feeler.disk.guard import Limits, open_guarded
-from feeler.disk.provenance import make_plain
 from feeler.errors import InvalidInput
-from feeler.tensors.disk import write_atomic
+from feeler.files import NAME, parse_json, write_atomic
+from feeler.provenance import make_plain
+from feeler.sandbox import Limits, open_guarded
 
 _FORMAT = "feeler.model/1"
 

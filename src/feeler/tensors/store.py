@@ -1,34 +1,22 @@
-"""The store: finished trials on disk as they come, safe against whatever ends the process.
-
-Trials are kept in groups: one shard for each variable and one record. A trial is finished when the
-record ``progress/000012.json`` of its group names it. The record is renamed into place only after
-the disk has the group's shards, and it holds their digests: killed at any moment, a store holds
-each finished trial whole, and every other one is computed again. For other readers a store is one
-consolidated Zarr v3 group.
+"""The store being written: finished trials on disk as they come, safe against whatever ends the
+process.
 """
 
+import json
 import os
+import warnings
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from feeler.disk.files import Lock
-from feeler.disk.provenance import make_plain
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.tensors.disk import explain, sync_folder, write_atomic
-from feeler.tensors.folder import (
-    check_configuration,
-    differ,
-    find_differences,
-    find_intact,
-    make_folder,
-    sweep,
-)
-from feeler.tensors.group import StoredGroup, encode_rows, make_group_record, write_group
-from feeler.tensors.records import (
+from feeler.files import TEMPORARY, Lock, explain, sync_folder, write_atomic
+from feeler.provenance import make_plain
+from feeler.tensors.stored import (
     FORMAT,
     LABEL,
     PROGRESS,
@@ -36,15 +24,254 @@ from feeler.tensors.records import (
     Label,
     Layout,
     check_same,
+    check_shards,
+    compute_sum,
+    empty,
+    encode_shard,
+    find_groups,
+    find_key,
     find_shard,
+    label_trials,
+    make_array,
+    make_group,
     make_layout,
     merge,
+    open_array,
     read_label,
+    read_record,
+    read_store,
     record_path,
     seal,
+    to_array,
 )
-from feeler.tensors.shards import label_trials, make_array, make_group, open_array
-from feeler.tensors.stored import read_store, to_array
+
+# One group of trials on its way into a store; its shards may be written by any worker that sees
+# the folder.
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredGroup:
+    """A group whose shards are on disk; its trials are finished when the store has written its
+    record.
+
+    Attributes
+    ----------
+    n_bytes : int
+        What its shards take on disk.
+    """
+
+    layout: Layout
+    record: GroupRecord
+    n_bytes: int
+
+
+def write_group(
+    path: Path, size: int, indices: Sequence[int], trials: xr.Dataset, made: Sequence[Any]
+) -> StoredGroup:
+    """Write the shards of a group that the store does not hold yet.
+
+    Raises
+    ------
+    StoreError
+        The disk is full, or this machine does not see the store.
+    """
+    if not (path / PROGRESS).is_dir():
+        raise StoreError(
+            f"this worker sees no store at {path}. The folder must be shared by all workers, under"
+            " one name."
+        )
+    layout = make_layout(trials)
+    with explain(
+        path,
+        f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe",
+    ):
+        for name in layout.variables:
+            (path / name).mkdir(exist_ok=True)
+        shards = {
+            name: encode_rows(layout, name, size, indices, trials) for name in layout.variables
+        }
+        record = make_group_record(layout, size, indices, trials, made, shards)
+        for name, raw in shards.items():
+            write_atomic(path / name / find_key(record.group, layout.variables[name]), raw)
+    return StoredGroup(layout=layout, record=record, n_bytes=sum(map(len, shards.values())))
+
+
+def make_group_record(
+    layout: Layout,
+    size: int,
+    indices: Sequence[int],
+    trials: xr.Dataset,
+    made: Sequence[Any],
+    shards: dict[str, bytes],
+) -> GroupRecord:
+    """The record of trials of one group, whose shards are these."""
+    order = np.argsort(indices)
+    return GroupRecord(
+        group=indices[0] // size,
+        trials=sorted(indices),
+        labels={
+            name: make_plain(trials.variables[name].values[order]) for name in layout.labels
+        },
+        shards={name: [compute_sum(raw)] for name, raw in shards.items()},
+        made=[make_plain(made[place]) for place in order] if made else [],
+    )
+
+
+def encode_rows(
+    layout: Layout,
+    name: str,
+    size: int,
+    indices: Sequence[int],
+    trials: xr.Dataset,
+    held: tuple[Sequence[int], np.ndarray] | None = None,
+) -> bytes:
+    """The bytes of a group's shard: these trials, and those it holds already (their rows and
+    values).
+    """
+    item = layout.variables[name]
+    values = empty(item, size)
+    if held is not None:
+        values[held[0]] = held[1]
+    values[[index % size for index in indices]] = trials.variables[name].values
+    return encode_shard(item, values, size)
+
+
+# The folder of a store: made, swept of what a killed process left, and looked through for what
+# is whole and fits.
+
+_MAX_DIFFERENCES = 5
+_ORIGIN = (
+    "versions",
+    "code",
+)  # entries of a configuration that say which program made the numbers
+
+
+def find_intact(path: Path, label: Label) -> dict[int, GroupRecord]:
+    """Records of groups that can be read; a damaged group is announced and its record removed: it
+    is computed again.
+    """
+    records = {}
+    for group in find_groups(path):
+        try:
+            records[group] = read_record(path, group, label)
+            check_shards(path, records[group], label)
+        except InvalidInput as error:
+            records.pop(group, None)
+            first, last = (
+                group * label.group,
+                min((group + 1) * label.group, label.n_trials) - 1,
+            )
+            warnings.warn(
+                f"trials {first} to {last} will be computed again: {error}", stacklevel=6
+            )
+            record_path(path, group).unlink()
+    return records
+
+
+def make_folder(path: Path) -> None:
+    """Make a store's folder; refuse one that holds something else."""
+    if path.exists() and not path.is_dir():
+        raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
+    if path.exists() and not (path / PROGRESS).is_dir():
+        foreign = [entry.name for entry in _list_folder(path) if not _is_temporary(entry.name)]
+        if foreign:
+            raise StoreError(
+                f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new"
+                " folder."
+            )
+    (path / PROGRESS).mkdir(parents=True, exist_ok=True)
+    sync_folder(path)
+    sync_folder(path.absolute().parent)
+
+
+def sweep(path: Path) -> None:
+    """Refuse links anywhere in the store, and remove what a killed process left half written."""
+    for folder in (path, *(Path(entry.path) for entry in _list_folder(path) if entry.is_dir())):
+        for entry in _list_folder(folder):
+            if _is_temporary(entry.name) and entry.is_file():
+                os.unlink(entry.path)
+
+
+def _is_temporary(name: str) -> bool:
+    return name.startswith(".") and name.endswith(TEMPORARY)
+
+
+def check_configuration(path: Path, stored: Label, asked: Label) -> None:
+    """Raise where a store was begun with another configuration, or by other code."""
+    differences = find_differences(stored.configuration, asked.configuration)
+    if stored.n_trials > asked.n_trials:
+        differences.insert(0, f"number of trials: {stored.n_trials} → {asked.n_trials}")
+    if differences and all(words.startswith(_ORIGIN) for words in differences):
+        raise StoreError(
+            f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old"
+            " and new trials might not fit together. Finish it with the code that began it, or use"
+            " a new store; feeler.load reads it."
+        )
+    if differences:
+        raise differ(path, differences)
+
+
+def differ(path: Path, differences: list[str]) -> StoreError:
+    """The error that names what differs."""
+    return StoreError(
+        f"the store {path} was made by another configuration (stored → asked):"
+        f" {'; '.join(differences)}. Use a new store, or the stored configuration."
+    )
+
+
+def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
+    """Up to five places where two configurations differ, as ``name: stored → asked``."""
+    if isinstance(stored, dict) and isinstance(asked, dict):
+        pairs = [
+            (_join(name, key), stored.get(key), asked.get(key))
+            for key in sorted({*stored, *asked})
+        ]
+    elif isinstance(stored, list) and isinstance(asked, list) and len(stored) == len(asked):
+        pairs = [
+            (f"{name}[{n}]", a, b) for n, (a, b) in enumerate(zip(stored, asked, strict=True))
+        ]
+    else:
+        return [] if stored == asked else [f"{name}: {_show(stored)} → {_show(asked)}"]
+    found: list[str] = []
+    for place, a, b in pairs:
+        if len(found) < _MAX_DIFFERENCES and a != b:
+            found += find_differences(a, b, place)
+    return found[:_MAX_DIFFERENCES]
+
+
+def _join(name: str, key: str) -> str:
+    return f"{name}.{key}" if name else key
+
+
+def _show(value: Any) -> str:
+    text = "nothing" if value is None else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _list_folder(folder: Path) -> list[os.DirEntry]:
+    """Entries of a folder, by name; a symbolic link among them is refused, since it may lead
+    anywhere.
+    """
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError as error:
+        raise InvalidInput(f"cannot read the folder {folder}: {error.strerror}.") from error
+    for entry in entries:
+        if entry.is_symlink():
+            raise InvalidInput(
+                f"{entry.path} is a symbolic link; inside a store they are refused. Copy the"
+                " data in."
+            )
+    return entries
+
+
+# The store: finished trials on disk as they come, safe against whatever ends the process.
+#
+# Trials are kept in groups: one shard for each variable and one record. A trial is finished
+# when the record ``progress/000012.json`` of its group names it. The record is renamed into
+# place only after the disk has the group's shards, and it holds their digests: killed at any
+# moment, a store holds each finished trial whole, and every other one is computed again. For
+# other readers a store is one consolidated Zarr v3 group.
 
 _MAX_TRIALS = 100_000_000  # [C]
 _SMALL, _GREAT = (

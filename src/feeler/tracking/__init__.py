@@ -3,13 +3,17 @@ explores.
 """
 
 from feeler.tensors.table import Table, parse_table, read_table
-from feeler.tracking.angle import SIDES, compute_antenna_angle
-from feeler.tracking.exploration import Exploration, measure_exploration
-from feeler.tracking.nwb import save_poses
-from feeler.tracking.posture import measure_posture
-from feeler.tracking.speed import Sweeps, find_sweeps
-from feeler.tracking.synthetic import make_synthetic_tracks, save_dltdv
-from feeler.tracking.tracks import LANDMARKS, Tracks, load_tracks
+from feeler.tracking.kinematics import (
+    SIDES,
+    Exploration,
+    Sweeps,
+    compute_antenna_angle,
+    find_sweeps,
+    measure_exploration,
+    measure_posture,
+)
+from feeler.tracking.quality import make_synthetic_tracks, save_dltdv
+from feeler.tracking.tracks import LANDMARKS, Tracks, load_tracks, save_poses
 
 __all__ = [
     "LANDMARKS",

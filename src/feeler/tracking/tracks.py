@@ -1,18 +1,35 @@
-"""Tracks: the positions of landmarks in every frame of a film."""
+"""Tracks: positions of landmarks in every frame of a film, and as poses in NWB."""
 
+import json
 import os
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
+from datetime import datetime
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.record import ALLOW_NAN, Gt, Len, Record, Unit
-from feeler.tensors.table import Table
-from feeler.tracking.clock import read_clock, spread_frames
-from feeler.tracking.trackers import OWN_UNIT, PLACEHOLDER, Found, project, read_tracker
+from feeler.records import ALLOW_NAN, Gt, Len, Record, Unit
+from feeler.sandbox import Limits
+from feeler.tensors.formats import HDF5, Format
+from feeler.tensors.readers import name_series
+from feeler.tensors.table import Table, find_heading
+from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
+from feeler.tracking.trackers import (
+    OWN_UNIT,
+    PLACEHOLDER,
+    Found,
+    project,
+    read_clock,
+    read_tracker,
+    spread_frames,
+)
+from feeler.validation import checked
+
+# Tracks: the positions of landmarks in every frame of a film.
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
@@ -421,3 +438,231 @@ def _require_axes(table: Table, found: dict, key: object, shown: str, axes: str 
                 f" {', '.join(table.columns[:12])}. Each landmark needs its {' and '.join(axes)}."
             )
         table.refuse_words(table.columns[found[key, axis]])
+
+
+# Tracked landmarks as poses in Neurodata Without Borders (ndx-pose), one clock for all films;
+# needs the extra ``nwb``.
+
+
+@checked
+def save_poses(
+    trials: Sequence[Tracks],
+    path: str | os.PathLike,
+    *,
+    session_start: datetime | str,
+    identifier: str,
+    edges: Sequence[tuple[str, str]] = (),
+    subject: str = "",
+    settings: Mapping[str, Any] | None = None,
+) -> None:
+    """Write films of one animal as NWB: a table of trials, and for each a ``PoseEstimation`` with a
+    series per landmark, its places as the tracker gave them (``Tracks.unfiltered``) and, where it
+    gave one, its likelihood as ``confidence``.
+
+    All films share the session's clock: each begins 1 s after the one before has ended, because
+    tracks do not hold when they were filmed. ``load_tracks(path, individual="trial_000000")`` reads
+    one again.
+
+    Parameters
+    ----------
+    trials
+        With the same landmarks, in px or mm (stored in mm, with the factor to metres).
+    session_start, identifier, subject
+        As :func:`feeler.tensors.writers.save_nwb` has them.
+    edges
+        Which landmarks are joined, for instance neighbours along a flagellum.
+    settings
+        What the films were measured with (plain data), kept as JSON in ``data_collection``;
+        ``load_tracks`` gives it back as ``Tracks.settings``.
+
+    Raises
+    ------
+    MissingExtra
+        pynwb or ndx-pose is not installed.
+    InvalidInput
+        No trial, other landmarks in one of them, an edge to an unknown one, or no time zone.
+    """
+    require_pynwb()
+    names = trials[0].landmarks if trials else ()
+    if not names or any(one.landmarks != names for one in trials):
+        raise InvalidInput(
+            "poses need at least one film, and in all of them the same landmarks in the same order."
+        )
+    if unknown := [name for edge in edges for name in edge if name not in names]:
+        raise InvalidInput(f"an edge joins {unknown[0]!r}; the tracks hold {', '.join(names)}.")
+    file = make_nwb(
+        identifier,
+        session_start,
+        words=f"feeler: {', '.join(sorted({one.source for one in trials}))} landmarks",
+        about=f"{len(trials)} films of tracked landmarks; missing places are NaN",
+        subject=make_subject(subject),
+        data_collection=json.dumps({"feeler tracks": dict(settings)}) if settings else None,
+    )
+    from ndx_pose import Skeleton, Skeletons
+
+    places = np.array(
+        [[names.index(name) for name in edge] for edge in edges], dtype=np.uint8
+    ).reshape(-1, 2)
+    skeleton = Skeleton(name="skeleton", nodes=list(names), edges=places)
+    module = file.create_processing_module("behavior", "tracked landmarks")
+    module.add(Skeletons(skeletons=[skeleton]))
+    begin = 0.0
+    for number, one in enumerate(trials):
+        poses = _make_poses(one, f"trial_{number:06d}", skeleton, begin)
+        module.add(poses)
+        end = begin + float(one.time[-1]) * 1e-3
+        file.add_trial(
+            start_time=begin,
+            stop_time=end,
+            timeseries=list(poses.pose_estimation_series.values()),
+        )
+        begin = end + PAUSE
+    write_nwb(file, path)
+
+
+def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
+    """One film; a series per landmark."""
+    from ndx_pose import PoseEstimation, PoseEstimationSeries
+
+    unit: dict[str, Any] = {"unit": "pixels" if tracks.unit == "px" else "unknown"}
+    if tracks.unit == "mm":
+        unit = {"unit": "meters", "conversion": 1e-3}
+    whole = tracks.position if tracks.unfiltered is None else tracks.unfiltered
+    flat = whole.shape[2] == 2
+    frame = "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
+    series = [
+        PoseEstimationSeries(
+            name=title,
+            data=place * ((1.0, -1.0) if flat else 1.0),
+            reference_frame=frame if flat else "that of the cameras' calibration",
+            description=f"place of {name}; NaN where it was not seen",
+            starting_time=begin,
+            rate=float(np.round(1e3 / tracks.interval, 6)),
+            **unit,
+            **sure,
+        )
+        for name, title, place, sure in zip(
+            tracks.landmarks,
+            name_series(tracks.landmarks),
+            np.moveaxis(whole, 1, 0),
+            _list_confidence(tracks),
+            strict=True,
+        )
+    ]
+    return PoseEstimation(
+        name=title,
+        pose_estimation_series=series,
+        description=f"{tracks.source} landmarks, as feeler read them",
+        source_software=tracks.notes.get("software", "unknown"),
+        skeleton=skeleton,
+    )
+
+
+def _list_confidence(tracks: Tracks) -> list[dict[str, Any]]:
+    """What a series says of its landmark's likelihood."""
+    if tracks.likelihood is None:
+        return [{} for _ in tracks.landmarks]
+    words = "likelihood by the tracker; NaN where it gave none"
+    return [{"confidence": row, "confidence_definition": words} for row in tracks.likelihood.T]
+
+
+# What ``feeler info`` says of a tracker's file.
+
+_SCORER = re.compile(rb"(?m)^\s*\"?scorer\"?[,;\t]")
+_MAX_NAMES = 12
+
+
+def _is_tracks(path: Path, start: bytes) -> bool:
+    """Whether a file may hold landmarks: HDF5, or a table with a column x and y of one point."""
+    if start.startswith(HDF5) or _SCORER.search(start.removeprefix(b"\xef\xbb\xbf")):
+        return True
+    if b"\0" in start:
+        return False
+    heading = find_heading(enumerate(start.decode("utf-8-sig", "ignore").split("\n"), 1))
+    names = [] if heading is None else [name.lower() for name in heading.names]
+    points = [name[:-1] for name in names if re.search(r"[_. ]x$", name)]
+    return any(f"{point}y" in names for point in points)
+
+
+def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
+    found = read_tracker(path, None, first=True)
+    if isinstance(found, Table):
+        found = read_landmarks(found)
+    if not len(found.position):
+        raise InvalidInput(
+            f"{path.name} names {_list(found.names)}, but holds no frame of a film."
+        )
+    rate = "not in the file (--frame-rate)"
+    if found.frame_rate is not None:
+        rate = f"{found.frame_rate:g} frames/s, as the file claims (--frame-rate mends it)"
+    if found.timed:
+        rate = f"{found.frame_rate:.4g} frames/s, by {found.timed}"
+    lines = [
+        f"by          {found.software or 'no tracker that is named'}",
+        f"landmarks   {_list(found.names)}",
+        f"frames      {found.position.shape[0]}, frame rate {rate}",
+        *_describe_animals(found),
+        *_describe_spans(found),
+    ]
+    lines += [f"{name:12}{text}" for name, text in found.notes.items()]
+    return [*lines, f"next        {_suggest(path, found)}"]
+
+
+def _list(names: tuple[str, ...]) -> str:
+    more = f", … ({len(names)} in all)" if len(names) > _MAX_NAMES else ""
+    return ", ".join(names[:_MAX_NAMES]) + more
+
+
+def _describe_animals(found: Found) -> list[str]:
+    if len(found.individuals) < 2:
+        return []
+    animals = _list(found.individuals)
+    return [f"animals     {animals} (--individual chooses); said of {found.individuals[0]}:"]
+
+
+def _describe_spans(found: Found) -> list[str]:
+    """Where the landmarks are, by axis, and how many of them were not seen or are doubted."""
+    seen = np.isfinite(found.position).any(axis=2)
+    lines = []
+    for axis, values in zip("xyz", np.moveaxis(found.position, 2, 0), strict=False):
+        if np.isfinite(values).any():
+            low, high = np.nanmin(values), np.nanmax(values)
+            lines.append(f"{axis:12}{low:.4g} … {high:.4g} [{found.unit}]")
+    lines.append(f"seen        {seen.mean():.1%} of places")
+    if found.likelihood is not None and seen.any():
+        share = np.mean(found.likelihood[seen] < MIN_LIKELIHOOD)
+        lines.append(f"doubted     {share:.1%} of them (likelihood below {MIN_LIKELIHOOD:g})")
+    return lines
+
+
+def _suggest(path: Path, found: Found) -> str:
+    """The command that measures with these landmarks; those that it needs are to be named."""
+    words = ["feeler tracks", path.name]
+    tips = [name if name in found.names else "" for name in ("left_tip", "right_tip")]
+    if not all(tips):
+        words.append(f"--tips {','.join(tips) if any(tips) else 'LEFT,RIGHT'}")
+    if not {"head", "abdomen"} <= {*found.names}:
+        words.append("--body HEAD,ABDOMEN")
+    if found.frame_rate is None or found.frame_rate <= PLACEHOLDER:
+        words.append("--frame-rate RATE")
+    if found.position.shape[2] == 3:
+        words.append("--plane space")
+    if len(found.individuals) > 1:
+        words.append(f"--individual {found.individuals[0]}")
+    if len(found.names) < 3:
+        words.append(
+            f"(which needs a tip, head and abdomen, or three --points; here are {len(found.names)}"
+            " landmarks. feeler calibrate --data takes a column frame and how far tips are aside)"
+        )
+    return " ".join(words)
+
+
+TRACK_FILES = {
+    "tracks": Format(
+        words="tracks of landmarks",
+        kind="tracks",
+        detect=_is_tracks,
+        load=_load,
+        tell=list,
+    ),
+}

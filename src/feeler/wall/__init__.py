@@ -2,20 +2,38 @@
 it.
 """
 
-from feeler.wall.course import Course, make_turn
-from feeler.wall.distance_map import DistanceMap, bootstrap_median, fit_distance, map_distance
-from feeler.wall.following import FOLLOWING, Controller, Run, calibrate, follow
-from feeler.wall.peak import (
+from feeler.wall.approach import (
+    DISTANCES,
+    Approach,
     Peak,
+    Posture,
+    approach,
     compute_curvature,
     compute_smooth_curvature,
     find_peak,
     find_sweep_peak,
 )
-from feeler.wall.posture import Posture
-from feeler.wall.sensitivity import Case, compare, count_orderings, make_postures, summarise
+from feeler.wall.distance import (
+    Case,
+    DistanceMap,
+    bootstrap_median,
+    compare,
+    count_orderings,
+    fit_distance,
+    make_postures,
+    map_distance,
+    summarise,
+)
+from feeler.wall.following import (
+    FOLLOWING,
+    Controller,
+    Course,
+    Run,
+    calibrate,
+    follow,
+    make_turn,
+)
 from feeler.wall.sliding import WallTouch, drive, slide
-from feeler.wall.sweep import DISTANCES, Approach, approach
 
 __all__ = [
     "DISTANCES",

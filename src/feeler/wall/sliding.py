@@ -9,17 +9,15 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.execute import Executor
-from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import Result, expect_motions, simulate
-from feeler.physics.scene import Motion, Scene
-from feeler.records.checked import checked
-from feeler.tensors.dataset import make_motion_tensors
-from feeler.wall.posture import Posture
-from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene
+from feeler.physics.scene import Clock, Motion, Scene
+from feeler.tensors.schema import make_motion_tensors
+from feeler.validation import checked
+from feeler.wall.approach import DISTANCES, Approach, Posture, approach, make_wall_scene
 
 _SPEED = (
     0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following

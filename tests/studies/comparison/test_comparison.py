@@ -7,11 +7,11 @@ import pytest
 from matplotlib.figure import Figure
 
 import feeler
+from feeler.analysis import bootstrap_difference, compute_dispersion
 from feeler.decoding import list_groups, make_lda, make_svm
-from feeler.dispersion import bootstrap_difference, compute_dispersion
 from feeler.encoding import LABELS, compute_histogram_entropy
+from feeler.objects.trials import trials
 from feeler.report import Section
-from feeler.stimulus.ninety import trials
 from feeler.studies.comparison import compare_antennas, write_comparison
 from feeler.studies.comparison.page import plot
 from feeler.studies.scale import SCALES

@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 from feeler.active import Observer, film_policy, parse_policy, show
 from feeler.active.show import write_film
 from feeler.cli.app import app
-from feeler.disk.sources import find_data, find_modules
 from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
+from feeler.provenance import find_data, find_modules
 from feeler.report import Section
 from feeler.studies.contests import (
     Contest,
@@ -117,7 +117,7 @@ def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
 
 def test_a_contest_s_key_knows_the_code_and_the_learned_weights():
     modules = find_modules(Contest.__module__)
-    assert {"feeler.active.observer", "feeler.active.arena", "feeler.active.learned"} <= {
+    assert {"feeler.active.observer", "feeler.active.tasks", "feeler.active.policies"} <= {
         *modules
     }
     assert "feeler.studies.contests.page" not in modules

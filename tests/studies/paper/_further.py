@@ -15,8 +15,8 @@ from unittest.mock import patch
 import xarray as xr
 from pypdf import PdfReader
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting import touch
+from feeler.antenna.segments import Antenna
+from feeler.plotting import tensors as touch
 from feeler.report import Section
 from feeler.studies.paper import fig2b, fig6, movieS3, open_receptor
 from feeler.studies.paper.context import Context

@@ -5,15 +5,14 @@ import pytest
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from feeler.experiment.touch import touch
-from feeler.plotting.touch import take_curvature
+from feeler.experiments.tactile import touch
+from feeler.objects import Ball, Box, Trial
+from feeler.plotting.tensors import take_curvature
 from feeler.presets import cockroach
-from feeler.stimulus import Ball, Box, Trial
 from feeler.studies.paper.drawn import draw_moment, find_touch
 from feeler.studies.paper.fig1_compliance import count_active
 from feeler.studies.paper.fig1_touch import choose_moments
-from feeler.tensors.posture import compute_bend, reconstruct_posture
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import compute_bend, in_unit, reconstruct_posture
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
-from feeler.plotting.words import LEAST
-from feeler.report.section import Section
+from feeler.plotting.style import LEAST
+from feeler.report.page import Section
 from feeler.studies.paper import kept
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from feeler.decoding.plan import Plan
+from feeler.decoding.sweeps import Plan
 from feeler.studies.paper.fig5_new import compute
 
 PLAN = Plan(ratios=(0.01,), n_repeats=1, n_copies=4, probe=0.01)

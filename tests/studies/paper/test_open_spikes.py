@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from feeler.stimulus.ninety import SPEEDS
+from feeler.objects.trials import SPEEDS
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from scipy import stats
 
-from feeler.decoding.sweep import Sweep
-from feeler.dispersion import INDICES, Interval
+from feeler.analysis import INDICES, Interval
+from feeler.decoding.sweeps import Sweep
 from feeler.errors import InvalidInput
 from feeler.report import Section
-from feeler.robot.recording import Recording
+from feeler.robot.recordings import Recording
 from feeler.studies.contests import load_contest, load_stored
 from feeler.studies.paper import (
     fig1,

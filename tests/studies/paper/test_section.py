@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from pypdf import PdfReader
 
-from feeler.plotting.look import DOUBLE, SINGLE
-from feeler.report.section import Section
+from feeler.plotting.style import DOUBLE, SINGLE
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.report import write_report
 

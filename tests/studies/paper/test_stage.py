@@ -2,7 +2,7 @@
 
 import pytest
 
-from feeler.disk import provenance
+from feeler import provenance
 from feeler.errors import FeelerError
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.stage import Stage, hold, is_kept, run_stage

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from feeler.decoding.plan import Plan
+from feeler.decoding.sweeps import Plan
 from feeler.presets import cockroach
 from feeler.studies.paper import fig1, fig5_bending, fig5_sparse, fig5_speed
 from feeler.studies.paper.window import WINDOWS
-from feeler.tensors.dataset import label_units
+from feeler.tensors.schema import label_units
 
 PLAN = Plan(ratios=(0.2,), n_repeats=3, n_copies=4)
 ASKED = {

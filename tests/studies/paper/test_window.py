@@ -15,7 +15,7 @@ from feeler.studies.paper.window import (
     measure_window,
     resample,
 )
-from feeler.tensors.dataset import label_units
+from feeler.tensors.schema import label_units
 
 TIME = np.arange(800.0)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from feeler.antenna.cockroach import cockroach
+from feeler.antenna.animals import cockroach
 from feeler.errors import InvalidInput
 from feeler.studies.spiking import load_spiking
 

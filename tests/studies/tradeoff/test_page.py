@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import feeler
-from feeler.plotting.look import style
+from feeler.plotting.style import style
 from feeler.report import Section
 from feeler.studies.tradeoff import average_sets, find_best, load_declared, write_tradeoff
 from feeler.studies.tradeoff.draw import plot_tradeoff

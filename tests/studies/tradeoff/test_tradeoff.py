@@ -11,9 +11,9 @@ from scipy.special import stdtrit
 from typer.testing import CliRunner
 
 import feeler
+from feeler.analysis import compute_information, scale_peaks
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.information import compute_information, scale_peaks
 from feeler.studies.tradeoff import average_sets, find_best, load_declared
 
 BALLS = [feeler.Ball(radius=1.5), feeler.Ball(radius=3.0)]

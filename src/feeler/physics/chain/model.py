@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
+from feeler.objects.bodies import Object
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.narrow import MIN_VALUE
+from feeler.physics.chain.contact import MIN_VALUE
 from feeler.physics.contact import MIN_FRICTION, Contact, find_invweight, find_radius
 from feeler.physics.scene import Scene
-from feeler.stimulus.object import Object
 
 _MARGIN = 1e-5  # mm; [C] what the search for near segments allows for rounding
 

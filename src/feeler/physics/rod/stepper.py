@@ -1,19 +1,242 @@
-"""The rod, stepped: one scene."""
+"""The rod engine: a scene as plain arrays, stepped, without inertia or with."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from feeler.antenna.space import require_plane
+from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
-from feeler.physics.engine import announce_compiling
-from feeler.physics.rod import fields as f
-from feeler.physics.rod.march import march, relax
-from feeler.physics.rod.model import FIRMNESS, SOFT, RodLane, make_rod_lane, make_rod_model
-from feeler.physics.rod.newton import place_nodes
+from feeler.objects.bodies import Object
+from feeler.objects.shapes import Feature
+from feeler.physics.contact import Contact, find_radius, get_contact
+from feeler.physics.engine import Contacts, Engine, State, Stepper, announce_compiling
+from feeler.physics.rod import newton as f
+from feeler.physics.rod.newton import march, place_nodes, relax
 from feeler.physics.scene import Scene
-from feeler.physics.stepper import Contacts, State, Stepper
+
+# A scene as plain arrays: what the rod's compiled functions read and write.
+
+# [C] 1/mm²; contact stiffness over that of the node's hinge per rad. At rest nodes sink in by some
+# 1e-3 mm, in motion, where
+# a harder contact would cost more iterations than it is worth, by some 0.02 mm.
+FIRMNESS, SOFT = 1e3, 20.0
+_FAR = 1e4  # mm; half length of a face without end
+
+
+class _RodModel(NamedTuple):
+    """What stays as it is.
+
+    Attributes
+    ----------
+    table : np.ndarray
+        (segment, column)
+    faces : np.ndarray
+        (face, column), in the frames of their objects; a part's faces run clockwise, the last joins
+        the first.
+    parts : np.ndarray
+        (part, column)
+    gravity : np.ndarray
+        (2,) [mm/ms²]
+    """
+
+    table: np.ndarray
+    faces: np.ndarray
+    parts: np.ndarray
+    gravity: np.ndarray
+
+
+class RodLane(NamedTuple):
+    """What moves.
+
+    Attributes
+    ----------
+    heading : np.ndarray
+        Of every segment (segment,) [rad].
+    points : np.ndarray
+        Base, hinges and tip (segment + 1, 2) [mm].
+    velocity : np.ndarray
+        Of every node but the base (segment, 2) [mm/ms]; stays 0 without inertia.
+    rate : np.ndarray
+        Of the hinges (segment,) [rad/ms].
+    anchor : np.ndarray
+        Where on a part's rim a node sticks (segment, part) [mm]; NaN where it has just come or is
+        away.
+    pressed : np.ndarray
+        Normal forces at the end of the step before (segment, part) [N].
+    push : np.ndarray
+        Contacts of the last step (segment, part, column); depth ≤ 0: none.
+    base : np.ndarray
+        x, y [mm] and heading [rad].
+    drive : np.ndarray
+        Their rates (3,).
+    objects : np.ndarray
+        (object, column)
+    faces : np.ndarray
+        (face, column) in the world.
+    wrench : np.ndarray
+        Force [N] and moment [N·mm] of the base on the antenna (3,).
+    work : np.ndarray
+        Work done on the antenna by its base and by each object (1 + object,) [mJ].
+    sink : np.ndarray
+        How deep nodes have sunk in at most (1,), over the smaller radius.
+    """
+
+    heading: np.ndarray
+    points: np.ndarray
+    velocity: np.ndarray
+    rate: np.ndarray
+    anchor: np.ndarray
+    pressed: np.ndarray
+    push: np.ndarray
+    base: np.ndarray
+    drive: np.ndarray
+    objects: np.ndarray
+    faces: np.ndarray
+    wrench: np.ndarray
+    work: np.ndarray
+    sink: np.ndarray
+
+
+def make_rod_model(scene: Scene, firmness: float) -> _RodModel:
+    """The scene's constants.
+
+    Raises
+    ------
+    InvalidInput
+        Hinges with neither stiffness nor damping, or a shape with corners that would slip in
+        between two hinges.
+    """
+    antenna = scene.antenna
+    if np.any(antenna.stiffness + antenna.damping <= 0):
+        raise InvalidInput(
+            "the rod engine needs stiffness or damping > 0 in every hinge; use"
+            " engine='chain-consistent'."
+        )
+    faces, parts, first = [], [], 0
+    for o, item in enumerate(scene.objects):
+        for rim in _list_rims(item.feature):
+            _check_corners(antenna, item, rim)
+            endless = np.inf if item.feature.unbounded else rim[:, f.F_LENGTH].sum()
+            parts.append(
+                [
+                    first,
+                    first + len(rim),
+                    o,
+                    item.friction,
+                    item.feature.rounding,
+                    endless,
+                    find_radius(item),
+                ]
+            )
+            faces.append(rim)
+            first += len(rim)
+    return _RodModel(
+        table=_make_table(antenna, firmness),
+        faces=np.concatenate([np.empty((0, f.N_FACE)), *faces]),
+        parts=np.array(parts, dtype=float).reshape(-1, f.N_PART),
+        gravity=np.array(scene.gravity, dtype=float),
+    )
+
+
+def _make_table(antenna: Antenna, firmness: float) -> np.ndarray:
+    """A node touches with the thicker of its two capsules; it has the inertia of its own segment
+    and half the weight of both."""
+    mass = antenna.segment_mass
+    columns = (
+        antenna.segment_length,
+        antenna.stiffness,
+        antenna.damping,
+        antenna.rest_angle,
+        np.maximum(antenna.radius, np.append(antenna.radius[1:], 0.0)),
+        mass,
+        0.5 * (mass + np.append(mass[1:], 0.0)),
+        firmness * np.maximum(antenna.stiffness, 1e-6 * antenna.stiffness.max()),
+    )
+    return np.ascontiguousarray(np.stack(columns, axis=1))
+
+
+def _list_rims(feature: Feature) -> list[np.ndarray]:
+    """The faces (face, column) of every part; a point is a face of no length."""
+    if feature.unbounded:
+        return [np.array([[0.0, _FAR, 1.0, 0.0, 2 * _FAR, 0.0, 0.0]])]
+    return [_make_rim(part) for part in feature.parts]
+
+
+def _make_rim(part: np.ndarray) -> np.ndarray:
+    corners = part[::-1]  # clockwise, so that the free side is on the left of the way round
+    along = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(along[:, 0], along[:, 1])
+    unit = along / length[:, None] if len(part) > 1 else np.array([[0.0, -1.0]])
+    before = np.roll(unit, 1, axis=0)
+    turn = np.abs(
+        np.arctan2(
+            before[:, 0] * unit[:, 1] - before[:, 1] * unit[:, 0], (before * unit).sum(axis=1)
+        )
+    )
+    start = np.cumsum(length) - length
+    return np.column_stack(
+        [corners, -unit[:, 1], unit[:, 0], length, start, np.cumsum(turn) - turn[0]]
+    )
+
+
+def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
+    """Refuse a corner that would reach the antenna's axis between two nodes, which are all that
+    feels.
+
+    Two nodes at distance 2 a astride a corner of turn τ, on the outline that the radius r and the
+    rounding shift outwards by ρ: the axis between them comes nearer by ρ − √(ρ² − a²), or, where
+    they stand beyond the corner's arc, by ρ (1 − cos τ/2) + (a − ρ sin τ/2) tan τ/2. It must not
+    exceed r.
+    """
+    if item.feature.unbounded:
+        return
+    half, radius = antenna.segment_length / 2, antenna.radius
+    reach = radius + item.feature.rounding
+    turn = np.append(rim[1:, f.F_TURN], 2 * np.pi) - rim[:, f.F_TURN]
+    bow = min(turn.max(), np.pi) / 2
+    beyond = reach * (1 - np.cos(bow)) + (half - reach * np.sin(bow)) * np.tan(bow)
+    arc = reach - np.sqrt(np.maximum(reach**2 - half**2, 0.0))
+    sag = np.where(half <= reach * np.sin(bow), arc, beyond)
+    if np.any(sag > radius):
+        needed = np.max((half**2 - radius**2) / (2 * radius))
+        raise InvalidInput(
+            f"the rod engine feels at the hinges and the tip only, up to {2 * half.max():.3g} mm"
+            f" apart, and the corners of {item.name!r} are sharp enough to slip in between. Give it"
+            f" a rounding ≥ {needed:.3g} mm, the antenna shorter segments, or use"
+            " engine='chain-consistent'."
+        )
+
+
+def make_rod_lane(scene: Scene, model: _RodModel) -> RodLane:
+    """The scene's first state; nodes move with the base and turn with their hinges."""
+    n, n_parts = scene.antenna.n_segments, len(model.parts)
+    objects = [[*o.place, *o.forward, *o.velocity, o.turn] for o in scene.objects]
+    drive, rate = np.array(scene.base_velocity), np.array(scene.initial_velocity)
+    heading = scene.base_pose[2] + np.cumsum(scene.initial_angle)
+    swing = ((drive[2] + np.cumsum(rate)) * scene.antenna.segment_length)[:, None]
+    across = np.stack([np.cos(heading), -np.sin(heading)], axis=1)
+    return RodLane(
+        heading=heading,
+        points=np.zeros((n + 1, 2)),
+        velocity=drive[:2] + np.cumsum(swing * across, axis=0),
+        rate=rate,
+        anchor=np.full((n, n_parts), np.nan),
+        pressed=np.zeros((n, n_parts)),
+        push=np.zeros((n, n_parts, f.N_CONTACT)),
+        base=scene.base_pose,
+        drive=drive,
+        objects=np.array(objects, dtype=float).reshape(-1, f.N_OBJECT),
+        faces=model.faces.copy(),
+        wrench=np.zeros(3),
+        work=np.zeros(1 + len(objects)),
+        sink=np.zeros(1),
+    )
+
+
+# The rod, stepped: one scene.
 
 _MAX_STEPS = 400  # of one relaxation
 _BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at rest
@@ -180,3 +403,25 @@ class RodStepper(Stepper):
             saved[1].copy(),
             saved[2],
         )
+
+
+# The rod as an engine: without inertia, or with.
+
+# [C] radii per step: a face without end is never passed through; other shapes should be as thick
+_STRIDE = 10.0
+
+
+def _check(contact: Contact, timestep: float) -> None:
+    """Implicit steps are of any length; surfaces are rigid whatever is asked for."""
+    default = get_contact()
+    if replace(contact, solref=(default.solref[0], contact.solref[1])) != default:
+        raise InvalidInput(
+            "the rod engines stand for rigid surfaces: they read neither solref nor solimp. Leave"
+            " contact= out, or use engine='chain-consistent'."
+        )
+
+
+ROD = Engine(make=RodStepper, timestep=1.0, check=_check, stride=_STRIDE)
+ROD_INERTIA = Engine(
+    make=partial(RodStepper, inertia=True), timestep=1.0, check=_check, stride=_STRIDE
+)

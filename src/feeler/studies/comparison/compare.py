@@ -11,24 +11,23 @@ import numpy as np
 import xarray as xr
 from annotated_types import Len
 
-from feeler.antenna.antenna import Antenna
-from feeler.decoding import Reader, list_groups, make_codes
-from feeler.decoding.curves import Curves, Group, compute_curves
-from feeler.decoding.plan import Plan
-from feeler.dispersion import (
+from feeler.analysis import (
     INDICES,
     Dispersion,
     Interval,
     bootstrap_difference,
     compute_dispersion,
 )
+from feeler.antenna.segments import Antenna
+from feeler.decoding import Reader, list_groups, make_codes
+from feeler.decoding.curves import Curves, Group, compute_curves
+from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import Doubtful, InvalidInput
-from feeler.experiment.touch import DURATION, touch
-from feeler.records.checked import checked
-from feeler.stimulus.trial import Trial
-from feeler.tensors.sides import measure_peak
-from feeler.tensors.unit import in_unit
+from feeler.experiments.tactile import DURATION, touch
+from feeler.objects.trials import Trial
+from feeler.tensors.transforms import in_unit, measure_peak
+from feeler.validation import checked
 
 COMPARED_CODES = ("sparse", "raw")
 _DISTANCE = (

@@ -4,14 +4,13 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from feeler.disk.files import temporary_folder
-from feeler.dispersion import INDICES
+from feeler.analysis import INDICES
 from feeler.encoding import LABELS
-from feeler.plotting.accuracy import plot_curves
-from feeler.plotting.closest import plot_index
-from feeler.records.checked import checked
+from feeler.files import temporary_folder
+from feeler.plotting.results import plot_curves, plot_index
 from feeler.report import Section, write_page
 from feeler.studies.comparison.compare import COMPARED_CODES, Comparison
+from feeler.validation import checked
 
 
 def plot(data: Comparison, figure: Figure) -> None:

@@ -13,15 +13,14 @@ import xarray as xr
 
 from feeler.active.observer import Observer
 from feeler.active.policies import POLICIES, parse_policy
-from feeler.active.task import TouchTask
-from feeler.antenna.antenna import Antenna
-from feeler.disk.journal import Journal
-from feeler.disk.provenance import compute_digest, describe_code, make_key
+from feeler.active.tasks import TouchTask
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.progress import show_progress
-from feeler.records.checked import checked
-from feeler.records.record import Ge, Gt, Len, Record, Unit
+from feeler.provenance import Journal, compute_digest, describe_code, make_key
+from feeler.records import Ge, Gt, Len, Record, Unit
 from feeler.studies.shipped import read_shipped
+from feeler.validation import checked
 
 _FIELDS = ("accuracy", "hits", "work")
 
@@ -38,7 +37,7 @@ class Contest(Record):
     copies : int
         How often each is felt.
     noise : str
-        As text, such as ``"common:0.03"``; see :func:`feeler.task.parse_noise`.
+        As text, such as ``"common:0.03"``; see :func:`feeler.objects.parse_noise`.
     duration : float
         Of an episode [ms].
     period : float

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
 from feeler.studies.contests.contest import Contest
 from feeler.studies.tradeoff import average_sets
+from feeler.validation import checked
 
 
 @checked

@@ -11,14 +11,14 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.disk.files import write_text
-from feeler.plotting.look import PALETTE
-from feeler.records.checked import checked
+from feeler.files import write_text
+from feeler.plotting.style import PALETTE
 from feeler.report import Section, write_page
-from feeler.report.section import to_json
+from feeler.report.page import to_json
 from feeler.studies.contests.contest import Contest
 from feeler.studies.contests.judge import judge_energy, judge_learned, judge_steering
 from feeler.studies.tradeoff import average_sets
+from feeler.validation import checked
 
 CONTEST_LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"

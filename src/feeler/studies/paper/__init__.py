@@ -1,5 +1,5 @@
 """The paper, figure by figure."""
 
-from feeler.stimulus.ninety import trials
+from feeler.objects.trials import trials
 
 __all__ = ["trials"]

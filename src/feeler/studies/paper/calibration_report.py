@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.cockroach import cockroach
+from feeler.antenna.animals import cockroach
+from feeler.antenna.segments import Antenna
 from feeler.calibration import (
     Fit,
     Measured,

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from feeler.analysis import INDICES, compute_dispersion
 from feeler.decoding import compute_sweep, make_labels, make_lda
-from feeler.decoding.verdict import Verdict, judge_order
-from feeler.dispersion import INDICES, compute_dispersion
-from feeler.report.section import Section
-from feeler.stimulus.ninety import SPEEDS
+from feeler.decoding.curves import Verdict, judge_order
+from feeler.objects.noise import Common
+from feeler.objects.trials import SPEEDS
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
     list_profiles,
@@ -20,8 +21,7 @@ from feeler.studies.paper.data import (
 )
 from feeler.studies.paper.declared import CLAIMED
 from feeler.studies.paper.window import WINDOWS, complete_tensors
-from feeler.task.noise import Common
-from feeler.tensors.scaling import rectify
+from feeler.tensors.transforms import rectify
 
 _CHOICES: dict[str, tuple[Any, ...]] = {
     "quantity": ("angle", "curvature"),

@@ -5,9 +5,9 @@ the rules.
 from functools import cache
 from typing import Annotated, Literal
 
-from feeler.disk.toml import make_record
 from feeler.errors import InvalidInput
-from feeler.records.record import OneOf, Record
+from feeler.files import make_record
+from feeler.records import OneOf, Record
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.scale import SCALES
 

@@ -7,14 +7,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.space import require_plane
-from feeler.disk.provenance import make_plain
+from feeler.antenna.segments import Antenna, require_plane
 from feeler.draw import check_seed
-from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.scene import Clock
 from feeler.presets import cockroach
+from feeler.provenance import make_plain
 from feeler.studies.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from feeler.disk.provenance import make_key
 from feeler.errors import InvalidInput, StoreError
-from feeler.experiment.touch import DURATION, touch
-from feeler.stimulus.ninety import SPEEDS, make_features, trials
-from feeler.stimulus.trial import Trial
+from feeler.experiments.tactile import DURATION, touch
+from feeler.objects.trials import SPEEDS, Trial, make_features, trials
+from feeler.provenance import make_key
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.stage import hold, is_kept
 from feeler.tensors.stored import read_store

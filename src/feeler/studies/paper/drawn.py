@@ -6,11 +6,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.posture import MovingAntenna, make_patch
-from feeler.stimulus import Trial, place
-from feeler.tensors.posture import compute_bend, reconstruct_posture
-from feeler.tensors.unit import in_unit
+from feeler.antenna.segments import Antenna
+from feeler.objects import Trial, place
+from feeler.plotting.antennas import MovingAntenna, make_patch
+from feeler.tensors.transforms import compute_bend, in_unit, reconstruct_posture
 
 
 def find_touch(touches: Sequence[Trial], speed: float) -> int:

@@ -11,23 +11,23 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
+from feeler.analysis import find_noise
+from feeler.analysis.dispersion import bootstrap_mean
+from feeler.antenna.segments import Antenna
 from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.plan import Plan
-from feeler.dispersion.interval import bootstrap_mean
-from feeler.experiment.touch import touch
-from feeler.information import find_noise
-from feeler.plotting.look import PALETTE, mark_places
+from feeler.decoding.sweeps import Plan
+from feeler.experiments.tactile import touch
+from feeler.objects.noise import Common
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.style import PALETTE, mark_places
 from feeler.report import Section, make_spread
-from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper import fig1_compliance
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, list_touches, load_complete
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.drawn import find_touch
 from feeler.studies.paper.window import keep_whole
-from feeler.task.noise import Common
 from feeler.tensors import in_unit, rectify
 
 _Spread = dict[str, float]

@@ -4,10 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, Rectangle
 
-from feeler.plotting.look import ANTENNA_COLOURS, PALETTE
-from feeler.plotting.posture import OBJECT_COLOUR, plot_posture
-from feeler.plotting.wall import Shapes
-from feeler.report.section import Section
+from feeler.plotting.antennas import OBJECT_COLOUR, plot_posture
+from feeler.plotting.results import Shapes
+from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach

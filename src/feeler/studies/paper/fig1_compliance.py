@@ -9,13 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.look import PALETTE
-from feeler.plotting.posture import OBJECT_COLOUR, make_patch, plot_posture
-from feeler.report.section import Section
-from feeler.stimulus import Trial, place
-from feeler.tensors.posture import reconstruct_posture
-from feeler.tensors.unit import in_unit
+from feeler.antenna.segments import Antenna
+from feeler.objects import Trial, place
+from feeler.plotting.antennas import OBJECT_COLOUR, make_patch, plot_posture
+from feeler.plotting.style import PALETTE
+from feeler.report.page import Section
+from feeler.tensors.transforms import in_unit, reconstruct_posture
 
 _ACTIVE, _SILENT = PALETTE[1], "#BBBBBB"
 

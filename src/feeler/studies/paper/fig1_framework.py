@@ -2,8 +2,8 @@
 
 from matplotlib.axes import Axes
 
-from feeler.antenna.antenna import Antenna
-from feeler.report.section import Section
+from feeler.antenna.segments import Antenna
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 
 _BOX = {"boxstyle": "round,pad=0.35", "lw": 0.8}

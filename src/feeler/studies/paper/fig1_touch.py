@@ -6,16 +6,15 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.tensor import plot_tensor
-from feeler.plotting.touch import take_curvature
-from feeler.report.section import Section
-from feeler.stimulus import Trial
-from feeler.stimulus.ninety import SPEEDS
+from feeler.antenna.segments import Antenna
+from feeler.objects import Trial
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.tensors import plot_tensor, take_curvature
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_touches, load_tensors
 from feeler.studies.paper.drawn import draw_moment, find_touch
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit
 
 _CORNER = (6, 8)  # sensors and samples that are drawn large
 

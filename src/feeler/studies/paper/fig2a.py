@@ -3,11 +3,11 @@
 from matplotlib.figure import Figure
 
 from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.cockroach import FACTS
-from feeler.antenna.fact import SOURCE_TAGS
-from feeler.plotting.look import ANTENNA_COLOURS, PALETTE
-from feeler.plotting.posture import plot_posture, plot_profiles
-from feeler.report.section import Section
+from feeler.antenna.animals import FACTS
+from feeler.antenna.files import SOURCE_TAGS
+from feeler.plotting.antennas import plot_posture, plot_profiles
+from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 
 

@@ -12,10 +12,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Circle
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.cockroach import cockroach
-from feeler.experiment.impulse import RADIUS, Impulse, hit
-from feeler.experiment.release import release
+from feeler.analysis import measure_free_response
+from feeler.antenna.animals import cockroach
+from feeler.antenna.segments import Antenna
+from feeler.experiments.mechanics import RADIUS, Impulse, hit, release
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting import (
     FPS,
@@ -27,10 +27,9 @@ from feeler.plotting import (
     style,
     write_movie,
 )
-from feeler.report.section import Section
-from feeler.response import measure_free_response
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit
 
 # Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the
 # largest deflection (impulse), displacement relative to the largest. The animals' own step trace
@@ -60,8 +59,8 @@ def compute(
         ``step`` over ``step_time``, ``impulse`` over ``impulse_time`` and ``slow`` over
         ``slow_time``: displacements relative to the largest over time [ms] since the turning point
         that the traces share; ``slow`` is the slow impulse on a straight path, which calibration
-        uses. ``free`` (:class:`~feeler.response.FreeResponse`) of the step, and ``motion``
-        (:class:`~feeler.experiment.impulse.Impulse`) with the lever, for Movie S1.
+        uses. ``free`` (:class:`~feeler.analysis.FreeResponse`) of the step, and ``motion``
+        (:class:`~feeler.experiments.mechanics.Impulse`) with the lever, for Movie S1.
     """
     antenna = cockroach() if antenna is None else antenna
     options |= {"engine": engine, "sample_interval": sample_interval}

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.calibration import Directions, Measured, Profiles
 from feeler.calibration.problem import FAILED
-from feeler.plotting.look import PALETTE, set_decades
-from feeler.report.section import Section
+from feeler.plotting.style import PALETTE, set_decades
+from feeler.report.page import Section
 from feeler.studies.paper.calibration_report import PAPER_ERROR, PAPER_P, compute
 from feeler.studies.paper.context import Context
 

@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.posture import make_patch, plot_posture
-from feeler.report.section import Section
-from feeler.stimulus.ninety import LOCATIONS, SPEEDS, make_features
+from feeler.antenna.segments import Antenna
+from feeler.objects.trials import LOCATIONS, SPEEDS, make_features
+from feeler.plotting.antennas import make_patch, plot_posture
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import load_tensors, select_speed
 

@@ -7,14 +7,14 @@ import xarray as xr
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from feeler.plotting.tensor import plot_tensor_grid
-from feeler.report.section import Section
-from feeler.stimulus.ninety import SPEEDS
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.tensors import plot_tensor_grid
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors, select_speed
 from feeler.studies.paper.window import measure_window
 from feeler.tensors.formats import save
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit
 
 
 def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:

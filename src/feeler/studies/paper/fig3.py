@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.tensor import plot_tensor
-from feeler.plotting.wall import Shapes, plot_approach, plot_maps, plot_shapes
-from feeler.report.section import Section
+from feeler.plotting.results import Shapes, plot_approach, plot_maps, plot_shapes
+from feeler.plotting.tensors import plot_tensor
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles
 from feeler.studies.paper.declared import read_declared

@@ -11,15 +11,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.antenna.segments import Antenna
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED, read_declared
 from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
-from feeler.wall.sensitivity import SETUP_CHOICES
+from feeler.wall.distance import SETUP_CHOICES
 
 _LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
@@ -36,7 +36,7 @@ class Family:
     names : tuple[str, ...]
         Profiles compared, in the order claimed.
     choices : tuple[tuple, ...]
-        What tells a set-up from others, by ``feeler.wall.sensitivity.SETUP_CHOICES``.
+        What tells a set-up from others, by ``feeler.wall.distance.SETUP_CHOICES``.
     r2 : np.ndarray
         (set-up, profile), NaN where it is undefined.
     offset : np.ndarray

@@ -20,9 +20,9 @@ from feeler.encoding import (
     map_locations,
     reconstruct,
 )
-from feeler.encoding.inputs import check_choice
+from feeler.encoding.model import check_choice
 from feeler.plotting import plot_bases
-from feeler.plotting.look import BASIS_COLOURS
+from feeler.plotting.style import BASIS_COLOURS
 from feeler.report import Section
 from feeler.studies.paper import fig4_map
 from feeler.studies.paper.context import Context

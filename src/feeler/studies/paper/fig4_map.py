@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.dispersion.interval import student_mean
+from feeler.analysis.dispersion import student_mean
 from feeler.encoding import (
     ConvolutiveNMF,
     LocationMapping,

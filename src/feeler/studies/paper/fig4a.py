@@ -9,9 +9,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.encoding import reconstruct
-from feeler.plotting.look import BASIS_COLOURS
-from feeler.plotting.tensor import plot_tensor
-from feeler.report.section import Section
+from feeler.plotting.style import BASIS_COLOURS
+from feeler.plotting.tensors import plot_tensor
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.paper.fig4 import MAIN_RANK, load, prepare

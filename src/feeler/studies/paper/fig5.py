@@ -11,9 +11,8 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.decoding import CODES
 from feeler.decoding.curves import Curves
 from feeler.encoding import LABELS
-from feeler.plotting.accuracy import plot_curves
-from feeler.plotting.closest import name_kinds, plot_kinds
-from feeler.plotting.tensor import plot_tensor_grid
+from feeler.plotting.results import name_kinds, plot_curves, plot_kinds
+from feeler.plotting.tensors import plot_tensor_grid
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig5_data import (

@@ -10,13 +10,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.dispersion import Interval
-from feeler.dispersion.interval import bootstrap_mean
+from feeler.analysis import Interval
+from feeler.analysis.dispersion import bootstrap_mean
+from feeler.antenna.segments import Antenna
 from feeler.encoding import hoyer_sparseness
-from feeler.experiment.touch import DURATION
-from feeler.plotting.closest import plot_groups
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.experiments.tactile import DURATION
+from feeler.plotting.results import plot_groups
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete

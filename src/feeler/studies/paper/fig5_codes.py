@@ -8,10 +8,9 @@ from typing import Any
 
 import xarray as xr
 
-from feeler.decoding.codes import configure, fit_null, make_codes
-from feeler.decoding.curves import Group, compute_curves
-from feeler.decoding.plan import Plan
-from feeler.dispersion import INDICES, compute_dispersion
+from feeler.analysis import INDICES, compute_dispersion
+from feeler.decoding.curves import Group, compute_curves, configure, fit_null, make_codes
+from feeler.decoding.sweeps import Plan
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete

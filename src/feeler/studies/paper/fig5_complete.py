@@ -10,14 +10,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from feeler.analysis import INDICES, Dispersion, compute_dispersion
 from feeler.decoding import NOISES, Sweep, compute_sweep
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.plan import Plan
-from feeler.decoding.verdict import Verdict, judge_order
-from feeler.dispersion import INDICES, Dispersion, compute_dispersion
-from feeler.experiment.touch import DURATION
-from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.decoding.curves import Verdict, judge_order
+from feeler.decoding.sweeps import Plan
+from feeler.experiments.tactile import DURATION
+from feeler.plotting.results import plot_sweep
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete

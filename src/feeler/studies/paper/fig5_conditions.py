@@ -8,16 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.look import pick_colours, set_decades
-from feeler.report.section import Section
-from feeler.stimulus import Trial
-from feeler.stimulus.ninety import SPEEDS
+from feeler.antenna.segments import Antenna
+from feeler.objects import Trial
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.style import pick_colours, set_decades
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, list_touches, load_tensors
 from feeler.studies.paper.drawn import draw_moment, find_touch
-from feeler.tensors.posture import compute_bend
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import compute_bend, in_unit
 
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
 _LATER = 15.0  # ms since contact, at every speed

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from feeler.analysis import INDICES, compute_dispersion
+from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import (
     CODES,
     Confused,
@@ -21,11 +23,14 @@ from feeler.decoding import (
     group_tensors,
     make_labels,
 )
-from feeler.decoding.curves import Curves, compute_curves
-from feeler.decoding.plan import Plan
-from feeler.decoding.verdict import Verdict, compute_explained, judge_order
-from feeler.dispersion import INDICES, compute_dispersion
-from feeler.dispersion.interval import bootstrap_mean
+from feeler.decoding.curves import (
+    Curves,
+    Verdict,
+    compute_curves,
+    compute_explained,
+    judge_order,
+)
+from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context

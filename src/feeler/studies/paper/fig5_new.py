@@ -12,14 +12,15 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.plan import Plan
-from feeler.dispersion.interval import bootstrap_mean
-from feeler.experiment.touch import DURATION, touch
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.decoding.sweeps import Plan
+from feeler.experiments.tactile import DURATION, touch
+from feeler.objects import Nuisances
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
     COMPLETE,
@@ -30,8 +31,7 @@ from feeler.studies.paper.data import (
     select_speed,
 )
 from feeler.studies.paper.window import WINDOWS, complete_tensors, measure_window, resample
-from feeler.task import Nuisances
-from feeler.tensors.scaling import rectify
+from feeler.tensors.transforms import rectify
 
 _ATTRIBUTES = ("feature", "size", "location")
 _SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.codes import JointFit, Twins, compare_twins, configure
-from feeler.decoding.curves import Group
-from feeler.decoding.plan import Plan
-from feeler.dispersion import INDICES, Dispersion, compute_dispersion
+from feeler.analysis import INDICES, Dispersion, compute_dispersion
+from feeler.decoding.curves import Group, JointFit, Twins, compare_twins, configure
+from feeler.decoding.sweeps import Plan
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.dispersion import Interval
-from feeler.dispersion.interval import bootstrap_mean
+from feeler.analysis import Interval
+from feeler.analysis.dispersion import bootstrap_mean
 from feeler.encoding import hoyer_sparseness
-from feeler.plotting.closest import plot_groups
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.results import plot_groups
 from feeler.report import Section, make_spread
-from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (
     list_profiles,

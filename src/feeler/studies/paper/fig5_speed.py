@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from feeler.analysis import compute_dispersion
 from feeler.decoding import Relative, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.plan import Plan
-from feeler.dispersion import compute_dispersion
-from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.look import pick_colours
+from feeler.decoding.sweeps import Plan
+from feeler.plotting.results import plot_sweep
+from feeler.plotting.style import pick_colours
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import (

@@ -17,7 +17,7 @@ from feeler.encoding import (
     map_locations,
 )
 from feeler.plotting import PALETTE, plot_bases
-from feeler.report.section import Section
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
 from feeler.studies.paper.fig4 import prepare

@@ -13,10 +13,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.dispersion import INDICES
+from feeler.analysis import INDICES
 from feeler.plotting import PALETTE, say_clock, style, write_movie
-from feeler.plotting.look import FEATURE_COLOURS, pick_shades
-from feeler.plotting.tensor import plot_tensor as draw_tensor
+from feeler.plotting.style import FEATURE_COLOURS, pick_shades
+from feeler.plotting.tensors import plot_tensor as draw_tensor
 from feeler.report import Section, make_spread
 from feeler.robot import Recording, Touches, compute_comparison, compute_tip, make_robot
 from feeler.studies.paper.context import Context

@@ -11,8 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
-from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.stream import measure_early_accuracy
+from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.robot import (

@@ -8,10 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.antenna.cockroach import cockroach
-from feeler.antenna.fit import fit_sigmoid
-from feeler.plotting.look import PALETTE
-from feeler.report.section import Section
+from feeler.antenna.animals import cockroach, fit_sigmoid
+from feeler.plotting.style import PALETTE
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 
 _N_ANTENNAE = 4  # [P]
@@ -27,7 +26,7 @@ def compute(lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0) -> Si
     Returns
     -------
     SimpleNamespace
-        ``fit`` (:class:`~feeler.antenna.fit.SigmoidFit`) and ``planted``: the length shares
+        ``fit`` (:class:`~feeler.antenna.animals.SigmoidFit`) and ``planted``: the length shares
         (segment,) that synthetic antennae were made from, None for measured ones.
     """
     if lengths is not None:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.plotting.look import PALETTE
-from feeler.report.section import Section
+from feeler.plotting.style import PALETTE
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
-from feeler.tracking.speed import CUTOFF, MAX_GAP
+from feeler.tracking.kinematics import CUTOFF, MAX_GAP
 
 _PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
 _SPREAD = np.deg2rad(

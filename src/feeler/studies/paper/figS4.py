@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding import Relative, Sweep, compute_sweep, list_groups
-from feeler.decoding.cnn import TouchNetwork, import_torch
-from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.look import PALETTE, pick_colours
-from feeler.report.section import Section
+from feeler.decoding.network import TouchNetwork, import_torch
+from feeler.plotting.results import plot_sweep
+from feeler.plotting.style import PALETTE, pick_colours
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
 from feeler.studies.paper.fig5_data import name_speeds, spread_accuracy

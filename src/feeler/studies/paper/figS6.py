@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.dispersion import INDICES
+from feeler.analysis import INDICES
 from feeler.encoding import LABELS
-from feeler.plotting.closest import plot_kinds
+from feeler.plotting.results import plot_kinds
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig5_data import list_verdicts, load, name_speeds

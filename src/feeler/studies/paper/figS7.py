@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.report.section import Section
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig6 import plot_tensor
 from feeler.studies.paper.fig6_data import load

@@ -7,8 +7,8 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
-from feeler.disk.provenance import compute_digest, describe_code
-from feeler.report.section import MARKER, Section
+from feeler.provenance import compute_digest, describe_code
+from feeler.report.page import MARKER, Section
 from feeler.studies.paper.context import KEYED, Context
 from feeler.studies.paper.stage import Stage
 

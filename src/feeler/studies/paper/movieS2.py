@@ -1,10 +1,10 @@
 """Movie S2: a tensor grows, slow beside fast on one clock; and each speed by itself."""
 
-from feeler.experiment.touch import DURATION, touch
+from feeler.experiments.tactile import DURATION, touch
+from feeler.objects import Ball, Trial
+from feeler.objects.trials import SPEEDS
 from feeler.plotting import SLOWER, write_touch_movie, write_touches_movie
-from feeler.report.section import Section
-from feeler.stimulus import Ball, Trial
-from feeler.stimulus.ninety import SPEEDS
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 
 _LASTING = {

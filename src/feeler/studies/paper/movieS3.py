@@ -14,7 +14,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.plotting import (
     FPS,
@@ -26,7 +26,7 @@ from feeler.plotting import (
     style,
     write_movie,
 )
-from feeler.report.section import Section
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import describe_posture, get_lead, load
 from feeler.wall import Course, WallTouch, find_peak

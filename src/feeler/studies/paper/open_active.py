@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.active import parse_policy
-from feeler.antenna.cockroach import cockroach
-from feeler.plotting.look import pick_colours
+from feeler.antenna.animals import cockroach
+from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
 from feeler.studies.contests import judge_steering, load_contest, load_stored
 from feeler.studies.contests.page import CONTEST_LEAD, fill_comparison

@@ -16,23 +16,22 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from feeler.antenna.antenna import Antenna
-from feeler.draw import LogRange
-from feeler.experiment.touch import touch
-from feeler.information import (
+from feeler.analysis import (
     compute_bounds,
     compute_fisher,
     differentiate_touches,
     scale_derivatives,
     scale_peaks,
 )
-from feeler.plotting.look import PALETTE, mark_places
-from feeler.report.section import Section, make_spread
-from feeler.stimulus import Trial, make_feature
+from feeler.antenna.segments import Antenna
+from feeler.draw import LogRange
+from feeler.experiments.tactile import touch
+from feeler.objects import Nuisances, Task, Trial, make_feature
+from feeler.plotting.style import PALETTE, mark_places
+from feeler.report.page import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.open_gradient import load_questions
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
-from feeler.task import Nuisances, Task
 
 _TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 _RESAMPLES = 1000  # bootstrap

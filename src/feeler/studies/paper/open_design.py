@@ -9,15 +9,15 @@ from matplotlib.figure import Figure
 
 from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
-from feeler.experiment.touch import touch
-from feeler.plotting.look import NOISE_COLOURS, PALETTE, pick_colours
-from feeler.plotting.posture import plot_profile_points
+from feeler.experiments.tactile import touch
+from feeler.objects import Ball, Trial
+from feeler.objects.noise import Common, Relative
+from feeler.plotting.antennas import plot_profile_points
+from feeler.plotting.style import NOISE_COLOURS, PALETTE, pick_colours
 from feeler.report import Section, make_interval
-from feeler.stimulus import Ball, Trial
 from feeler.studies.paper.context import Context
 from feeler.studies.shipped import read_shipped
-from feeler.task.noise import Common, Relative
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit
 
 _N_CLASSES = 18  # of benchmarks/design.toml
 _LIVE = DesignTask(

@@ -11,18 +11,18 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.antenna.antenna import Antenna
+from feeler.analysis import compute_information, find_noise, scale_peaks
+from feeler.antenna.segments import Antenna
 from feeler.design import match_compliance
-from feeler.information import compute_information, find_noise, scale_peaks
-from feeler.plotting.look import pick_colours
+from feeler.objects.trials import LOCATIONS
+from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
-from feeler.stimulus.ninety import LOCATIONS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.study import Study
 from feeler.studies.tradeoff import average_sets, load_declared
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit
 
 _CONTACT = "contact"
 _GREY = "#888888"  # of what belongs to no speed

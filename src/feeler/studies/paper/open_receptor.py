@@ -12,9 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.antenna.antenna import Antenna
-from feeler.information import compute_told, find_told
-from feeler.plotting.look import PALETTE, mark_places, pick_shades
+from feeler.analysis import compute_told, find_told
+from feeler.antenna.segments import Antenna
+from feeler.objects import Mixed
+from feeler.plotting.style import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
@@ -28,8 +29,7 @@ from feeler.studies.paper.open_receptor_best import (
 )
 from feeler.studies.paper.stored import load_stored
 from feeler.studies.tradeoff import average_sets, load_declared
-from feeler.task import Mixed
-from feeler.tensors.unit import in_unit
+from feeler.tensors.transforms import in_unit
 
 _SIGNALS = {"sample": "the bend at that moment", "tensor": "the touch's greatest bend"}
 _LINES = {

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.plotting.closest import plot_spreads
-from feeler.plotting.look import PALETTE
+from feeler.plotting.results import plot_spreads
+from feeler.plotting.style import PALETTE
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared

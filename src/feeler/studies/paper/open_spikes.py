@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.plotting.closest import plot_spreads
-from feeler.plotting.look import mark_places, pick_colours
+from feeler.plotting.results import plot_spreads
+from feeler.plotting.style import mark_places, pick_colours
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import CLAIMED

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.plotting.closest import plot_spreads
-from feeler.plotting.look import PALETTE, mark_places
+from feeler.antenna.segments import Antenna
+from feeler.plotting.results import plot_spreads
+from feeler.plotting.style import PALETTE, mark_places
 from feeler.report import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.open_spikes_found import average, say_mean

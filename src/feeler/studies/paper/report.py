@@ -12,10 +12,17 @@ from typing import Any
 from markupsafe import Markup
 from pypdf import PdfReader, PdfWriter
 
-from feeler.disk.provenance import describe_versions, list_versions
 from feeler.physics.contact import get_contact
-from feeler.report.page import Part, open_templates, render_page
-from feeler.report.section import MARKER, PAGES, Section, to_json
+from feeler.provenance import describe_versions, list_versions
+from feeler.report.page import (
+    MARKER,
+    PAGES,
+    Part,
+    Section,
+    open_templates,
+    render_page,
+    to_json,
+)
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.declared import read_declared
 from feeler.studies.paper.findings import list_findings

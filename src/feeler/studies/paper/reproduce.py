@@ -9,7 +9,7 @@ from dataclasses import replace
 from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
-from feeler.report.section import Section
+from feeler.report.page import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.kept import find_shipped
 from feeler.studies.paper.report import write_page, write_report

@@ -12,10 +12,10 @@ from typing import cast
 
 from filelock import FileLock
 
-from feeler.disk.provenance import make_key
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
-from feeler.report.section import MARKER, Section
+from feeler.provenance import make_key
+from feeler.report.page import MARKER, Section
 from feeler.studies.paper.context import KEYED, Context, View
 
 

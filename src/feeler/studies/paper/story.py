@@ -7,8 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from feeler.report.page import embed, open_templates
-from feeler.report.section import Section
+from feeler.report.page import Section, embed, open_templates
 from feeler.studies.paper.findings import (
     OPEN,
     choose_answer,

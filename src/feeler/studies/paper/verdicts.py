@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from feeler.report.section import Section, to_json
+from feeler.report.page import Section, to_json
 from feeler.studies.paper.claims import Claim, load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.scale import SCALES

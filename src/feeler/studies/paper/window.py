@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
-from feeler.decoding.labels import make_labels
-from feeler.experiment.touch import DURATION
+from feeler.decoding.classifiers import make_labels
+from feeler.experiments.tactile import DURATION
 from feeler.tensors import in_unit, rectify
 
 WINDOWS = ("380 ms window", "complete touches")

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import xarray as xr
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.cockroach import cockroach
-from feeler.decoding.classifiers import make_lda
-from feeler.decoding.reader import measure_reader
+from feeler.antenna.animals import cockroach
+from feeler.antenna.segments import Antenna
+from feeler.decoding.classifiers import make_lda, measure_reader
 from feeler.errors import InvalidInput
-from feeler.records.record import Ge, Gt, Record, Unit
+from feeler.objects import Common, Task
+from feeler.records import Ge, Gt, Record, Unit
 from feeler.spikes import (
     CAMPANIFORM,
     HAIR,
@@ -28,7 +28,6 @@ from feeler.spikes import (
 )
 from feeler.studies.shipped import read_shipped
 from feeler.studies.study import Study
-from feeler.task import Common, Task
 
 _WHOLE = "whole touch"
 _IDEAL_OBSERVER = "ideal"

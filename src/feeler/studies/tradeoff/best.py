@@ -7,9 +7,8 @@ import xarray as xr
 from scipy.special import stdtrit
 
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
-from feeler.records.rules import show
-from feeler.tensors.unit import need
+from feeler.tensors.transforms import need
+from feeler.validation import checked, show
 
 _LEVEL = 0.95
 

@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from feeler.objects import Task
 from feeler.studies.shipped import read_shipped
 from feeler.studies.study import Study
-from feeler.task import Task
 
 
 def load_declared(**changes: Any) -> Study:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.plotting.look import NOISE_COLOURS, mark_places, pick_colours, pick_shades
+from feeler.plotting.style import NOISE_COLOURS, mark_places, pick_colours, pick_shades
 from feeler.studies.tradeoff.best import average_sets, find_best
 
 _TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)

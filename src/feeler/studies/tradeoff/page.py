@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from feeler.disk.files import ensure_folder, write_text
 from feeler.errors import InvalidInput
-from feeler.records.checked import checked
+from feeler.files import ensure_folder, write_text
 from feeler.report import Section, write_page
-from feeler.report.section import to_json
+from feeler.report.page import to_json
 from feeler.studies.study import Study
 from feeler.studies.tradeoff.best import average_sets, find_best
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE, plot_tradeoff
-from feeler.tensors.unit import need
+from feeler.tensors.transforms import need
+from feeler.validation import checked
 
 _SHOWN = ("accuracy", "bits", "work", "force", "release", "speed", "level", "window", "kind")
 _ASKED = (

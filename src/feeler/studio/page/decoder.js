@@ -45,7 +45,7 @@ function addCosines(from, long) {
 }
 
 /**
- * What a decoder was trained on, as feeler.studio.alone._pack_expected wrote it: patterns over the sensors (pattern, sensor), which are orthonormal,
+ * What a decoder was trained on, as feeler.studio.export._pack_expected wrote it: patterns over the sensors (pattern, sensor), which are orthonormal,
  * and of each template how much there is of each (template, sample, pattern). @param {any} packed
  */
 export async function readTemplates({ shape, step, data }) {
@@ -76,7 +76,7 @@ export function findOutside(range, wish) {
 }
 
 export class Decoder {
-  /** @param {any} taught As feeler.studio.alone._keep has it. @param {{patterns: Float64Array, series: Float32Array}} templates */
+  /** @param {any} taught As feeler.studio.export._keep has it. @param {{patterns: Float64Array, series: Float32Array}} templates */
   constructor(taught, { patterns, series }) {
     const [n, sensors, long, rank] = taught.templates.shape;
     Object.assign(this, { n, sensors, rank, patterns, series });

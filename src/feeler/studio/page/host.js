@@ -6,7 +6,7 @@ import { layOut, placeObject, scaleShape } from "./place.js";
 
 const TIMESTEP = 0.05, PREVIEW = 0.1, INTERVAL = 1; // ms, as feeler.touch and the studio's preview; an antenna's own are as many times finer
 const FIRST = 12, PIECE = 46; // samples of a piece; the first is short, so that something is seen at once
-const FRAME = 1000 / 60, MAX_SPEED = 1.2, MAX_TURN = 0.03, GLIDE = 6, LONGEST = 4000, STILL = 2e-5; // of a hand, as feeler.studio.hand
+const FRAME = 1000 / 60, MAX_SPEED = 1.2, MAX_TURN = 0.03, GLIDE = 6, LONGEST = 4000, STILL = 2e-5; // of a hand, as feeler.studio.live
 const ORDER = ["touch", "hand"]; // what is done first
 
 /** Numbers that Python packed. @param {string} text */
@@ -61,7 +61,7 @@ class Sensed {
 }
 
 export class Host {
-  /** @param {any} config As feeler.studio.alone makes it. @param {(header: any, arrays: any) => void} say */
+  /** @param {any} config As feeler.studio.export makes it. @param {(header: any, arrays: any) => void} say */
   constructor(config, say) {
     this.config = config;
     this.say = say;

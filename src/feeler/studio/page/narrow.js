@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Where the capsules of a chain touch convex parts, as feeler.physics.chain.narrow finds it: in the object's own frame, with
+ * Where the capsules of a chain touch convex parts, as feeler.physics.chain.contact finds it: in the object's own frame, with
  * `put(x, y, nx, ny, distance)` for every contact. A part is {kind, corners: [x, y, x, y, …], box: [low x, low y, high x, high y]}.
  */
 

@@ -1,5 +1,5 @@
 // @ts-check
-/** Where an object starts so that it touches `lead` ms after time 0: feeler.stimulus.placement and sweep, in closed form. */
+/** Where an object starts so that it touches `lead` ms after time 0: feeler.objects.trials and sweep, in closed form. */
 
 const ROOM = 1e-12; // mm, left at the lead
 const SLACK = 1e-5; // mm; planes only say what may be near

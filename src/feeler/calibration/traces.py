@@ -1,0 +1,628 @@
+"""Hinges fitted to recorded free responses of several animals."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
+from scipy.signal import savgol_filter
+from scipy.stats import t as student
+
+from feeler.analysis import FreeResponse, check_trace, measure_free_response
+from feeler.antenna.segments import Antenna
+from feeler.calibration.fitting import Directions, decompose, search
+from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
+from feeler.calibration.problem import Problem, Protocol, make_targets
+from feeler.errors import FeelerError, InvalidInput
+from feeler.physics.scene import MAX_SAMPLES
+from feeler.progress import Advance, show_progress
+from feeler.records import ALLOW_NAN, OneOf, Record, Shown
+from feeler.tensors.table import Table, parse_table, read_table
+from feeler.validation import checked
+
+# Recorded free responses: tip displacement of several animals over time, from a CSV file.
+
+_TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
+_EXAMPLE = "synthetic_step"
+
+
+class Traces(Record):
+    """Free responses that were sampled together.
+
+    A trace's name is its animal's, for the tip; ``animal@0.5`` is another point, at that fraction
+    of the length.
+
+    Attributes
+    ----------
+    time : np.ndarray
+        (sample,) since the release [ms].
+    displacement : np.ndarray
+        (trace, sample), in any unit.
+    found : bool
+        Whether the release was found in the traces, and is thus known to a few samples only.
+    """
+
+    time: Annotated[np.ndarray, "sample", ALLOW_NAN]
+    displacement: Annotated[np.ndarray, "trace sample", ALLOW_NAN]
+    names: tuple[str, ...]
+    source: str = "recorded"
+    found: bool = False
+
+    def _check(self) -> None:
+        if self.displacement.shape != (len(self.names), self.time.size):
+            raise InvalidInput(
+                "Traces need one name per animal and one displacement per sample: got"
+                f" {len(self.names)} names, {self.time.size} samples and displacement of shape"
+                f" {self.displacement.shape}."
+            )
+        if len(set(self.names)) < len(self.names):
+            raise InvalidInput(f"Traces need names that differ, got {', '.join(self.names)}.")
+        for name, row in zip(self.names, self.displacement, strict=True):
+            check_trace(self.time, row, f"trace {name!r}")
+            get_place(name)
+
+    @property
+    def animals(self) -> tuple[str, ...]:
+        """Who was recorded, in order."""
+        return tuple(dict.fromkeys(name.partition("@")[0] for name in self.names))
+
+    def take(self, animal: str) -> tuple[np.ndarray, np.ndarray]:
+        """Places (point,), rising, and displacements (point, sample) of one animal."""
+        rows = [k for k, name in enumerate(self.names) if name.partition("@")[0] == animal]
+        places = np.array([get_place(self.names[k]) for k in rows])
+        order = np.argsort(places)
+        return places[order], self.displacement[rows][order]
+
+
+def get_place(name: str) -> float:
+    """The fraction of the length that a trace's name says; 1, the tip, where it says none."""
+    _, at, text = name.partition("@")
+    try:
+        place = float(text) if at else 1.0
+    except ValueError:
+        place = float("nan")
+    if not 0 < place <= 1:
+        raise InvalidInput(
+            f"trace {name!r}: what follows @ is a fraction of the length, > 0 and ≤ 1, as in a@0.5."
+        )
+    return place
+
+
+@checked
+def load_traces(
+    path: str | Path,
+    *,
+    frame_rate: Annotated[float, "> 0"] | None = None,
+    release: Annotated[str, OneOf(("first", "found"))] = "first",
+) -> Traces:
+    """Traces from a CSV table: a column of time or frames, and a named column per animal.
+
+    Time is ``time_ms``, ``time_s`` or ``frame``; the other columns are displacements.
+
+    A column is the tip's, or ``animal@0.5`` a point's at half of the length; any unit serves, as
+    only shapes are used. Lines that begin with ``#`` are comments. ``synthetic_step`` names the
+    example that ships with feeler: simulated, noisy.
+
+    Parameters
+    ----------
+    frame_rate
+        Frames per second, for a column ``frame``.
+    release
+        ``first``: the first sample is the release and displacement is from rest. ``found``: traces
+        begin while held and end at rest; release and rest are found in each animal's outermost
+        point (:func:`find_release`).
+
+    Raises
+    ------
+    InvalidInput
+        A missing time column, text among the numbers, no trace, a trace that cannot be measured
+        (gaps, uneven time), or no release where one is to be found.
+    """
+    if path == _EXAMPLE:
+        text = (files("feeler.calibration") / "data" / f"{_EXAMPLE}.csv").read_text(
+            encoding="utf-8"
+        )
+        table = parse_table(text, source=_EXAMPLE)
+    elif Path(path).is_file():
+        table = read_table(path)
+    else:
+        raise InvalidInput(
+            f"no such file: {path}. Give a CSV file, or {_EXAMPLE!r} for the example."
+        )
+    time, column = _read_time(table, frame_rate)
+    names = tuple(name for name in table.columns if name != column)
+    displacement = np.delete(table.values, table.columns.index(column), axis=1).T
+    words = " ".join((str(path), *table.notes.keys(), *table.notes.values())).lower()
+    traces = Traces(
+        time=time - time[0] if len(time) else time,
+        displacement=displacement,
+        names=names,
+        source="synthetic" if "synthetic" in words else "recorded",
+    )
+    return traces if release == "first" else _cut_at_release(traces)
+
+
+def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]:
+    """Time [ms] of each row, and the column it came from."""
+    known = (*_TIME_UNITS, "frame")
+    column = next((name for name in table.columns if name in known), None)
+    if column is None or len(table.columns) < 2:
+        raise InvalidInput(
+            f"{table.source} needs a column {' or '.join(known)} and one named column per animal;"
+            f" its header is {', '.join(table.columns[:12])}."
+        )
+    if (column == "frame") != (frame_rate is not None):
+        raise InvalidInput(
+            f"{table.source} counts frames: say how many per second (frame_rate=)."
+            if column == "frame"
+            else (
+                f"{table.source} holds times ({column}); a frame rate is for a column called frame."
+            )
+        )
+    if frame_rate is None:
+        return table.column(column) * _TIME_UNITS[column], column
+    return table.column(column) * (1000.0 / frame_rate), column
+
+
+@checked
+def _cut_at_release(traces: Traces) -> Traces:
+    """Traces from rest, each animal's cut at its own release (:func:`find_release`).
+
+    All are as long as the shortest.
+    """
+    parts: dict[str, np.ndarray] = {}
+    for animal in traces.animals:
+        points = [name for name in traces.names if name.partition("@")[0] == animal]
+        rows = {name: traces.displacement[traces.names.index(name)] for name in points}
+        outermost = max(points, key=get_place)
+        first, _ = find_release(rows[outermost], f"trace {outermost!r}")
+        parts |= {name: row[first:] - find_rest(row) for name, row in rows.items()}
+    count = min(map(len, parts.values()))
+    together = np.array([parts[name][:count] for name in traces.names])
+    return traces.replace(time=traces.time[:count], displacement=together, found=True)
+
+
+# What one recorded trace shows in spite of its noise: where it is released, where it comes to
+# rest, damped frequency and damping ratio.
+
+_MIN_FREQUENCY, _MAX_FREQUENCY = (
+    5e-4,
+    1.0,
+)  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
+# [C] white noise, as a share of the first deflection, beyond which no turning point can be trusted
+_MAX_JUMP = 0.25
+_TAIL = 0.2  # [C] share of the trace at its end that is taken for rest
+_HELD = 5  # samples at the beginning, at least, that are taken for held
+_LEAVES = 0.01  # [C] share of the held displacement that counts as having left it
+_UNCLEAR = 4.0  # [C] a step must be so many times the noise of the held part and of the end
+
+
+@checked
+def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
+    """Free response of a recorded trace; turning points within its noise do not count.
+
+    Raises
+    ------
+    InvalidInput
+        Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another
+        unit of time.
+    """
+    free = measure_free_trace(time, trace, name)
+    if free.frequency is None:
+        raise InvalidInput(
+            f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped"
+            " frequency to fit. Fit it by trace, or leave it out."
+        )
+    if free.frequency > _MAX_FREQUENCY:
+        raise InvalidInput(
+            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is"
+            " probably in s, not ms. Name the column time_s."
+        )
+    if free.frequency < _MIN_FREQUENCY:
+        raise InvalidInput(
+            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time"
+            " is probably in ms, not s. Name the column time_ms."
+        )
+    return free
+
+
+def measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeResponse:
+    """Free response of a trace that is not too noisy."""
+    check_trace(time, trace, f"trace {name!r}")
+    noise = float(
+        np.std(np.diff(trace, 2))
+        / np.sqrt(6.0)
+        / max(abs(trace[0]), 0.05 * np.abs(trace).max())
+    )
+    if noise > _MAX_JUMP:
+        raise InvalidInput(
+            f"trace {name!r} jumps from sample to sample by {noise:.0%} of its first deflection: it"
+            f" swings faster than its sampling rate ({1 / (time[1] - time[0]):g} kHz) can show, or"
+            " is too noisy. Sample faster, and check that the first sample is the release."
+        )
+    try:
+        free = measure_free_response(
+            time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False
+        )
+    except FeelerError as error:
+        raise InvalidInput(f"trace {name!r}: {error}") from error
+    return free
+
+
+def _smooth(trace: np.ndarray) -> np.ndarray:
+    """The trace through a cubic Savitzky–Golay filter, so that noise moves no turning point.
+
+    It spans 80 % of the time to the first zero crossing.
+    """
+    crossing = int(np.argmax(trace * np.sign(trace[0]) <= 0))
+    window = 2 * int(0.4 * crossing) + 1
+    return savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace
+
+
+@checked
+def find_rest(signal: Annotated[np.ndarray, "sample"]) -> float:
+    """Where a trace comes to rest: the median of its last fifth."""
+    signal = np.asarray(signal, dtype=float)
+    if signal.size == 0:
+        raise InvalidInput("signal must hold one sample or more, got none.")
+    return float(np.median(signal[-max(_HELD, int(_TAIL * signal.size)) :]))
+
+
+@checked
+def find_release(
+    signal: Annotated[np.ndarray, "sample"], name: str = "trace"
+) -> tuple[int, float]:
+    """Number of the last held sample, and the position at rest, of a trace that is let go.
+
+    Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before
+    the trace leaves the held displacement, by more than four standard deviations of the noise or 1
+    %, for two samples.
+
+    Raises
+    ------
+    InvalidInput
+        No held part, or no step: what is held and what is at rest differ by less than four times
+        the noise.
+    """
+    rest = find_rest(signal)
+    signal = np.asarray(signal, dtype=float)
+    shown = signal - rest
+    held = float(np.median(shown[:_HELD]))
+    noise = 1.4826 * float(np.median(np.abs(np.diff(shown, 2)))) / np.sqrt(6.0)
+    if abs(held) <= _UNCLEAR * noise or held == 0.0:
+        raise InvalidInput(
+            f"{name}: no release is found: it begins at {signal[:_HELD].mean():.4g} and ends at"
+            f" {rest:.4g}, with a noise of {noise:.2g}. Begin while the antenna is held and end"
+            " when it has settled, or cut the trace at the release and say release='first'."
+        )
+    away = np.abs(shown - held) > max(_UNCLEAR * noise, _LEAVES * abs(held))
+    last = int(np.argmax(away[:-1] & away[1:])) - 1
+    if last < _HELD - 1:
+        raise InvalidInput(
+            f"{name}: the antenna is let go within the first {_HELD} samples, so how far it was"
+            " held is not known. Begin earlier, or cut the trace at the release and say"
+            " release='first'."
+        )
+    return last, rest
+
+
+# Fit your own animals: hinges from recorded free responses.
+
+_MAX_ITERATIONS = 25
+_LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TraceFit(Shown):
+    """Hinges fitted to recorded traces, animal by animal.
+
+    Attributes
+    ----------
+    each : np.ndarray
+        Parameters (animal, parameter).
+    p : np.ndarray
+        Mean over the animals (of the logarithms, where positive).
+    low : np.ndarray
+        Lower end of the confidence interval of ``p``.
+    high : np.ndarray
+        Upper end.
+    residual : np.ndarray
+        Relative root-mean-square residual (animal,); by targets: the error.
+    simulated : np.ndarray
+        Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost
+        point at the release.
+    interval : str
+        Where the interval comes from.
+    band : Band | None
+        Stiffness and damping along the antenna with their intervals; None where nothing is known of
+        the spread.
+    directions : Directions | None
+        What the first animal's trace determines best and least; None for a fit by targets.
+    """
+
+    DRAWN = "draw_traces"
+
+    names: tuple[str, ...]
+    animals: tuple[str, ...]
+    each: np.ndarray
+    p: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    residual: np.ndarray
+    simulated: np.ndarray
+    interval: str
+    band: Band | None
+    directions: Directions | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Fitted:
+    """One animal's searched vector, and what its residuals say of it.
+
+    Attributes
+    ----------
+    shift : float
+        How long after its release the trace begins [ms].
+    """
+
+    x: np.ndarray
+    residual: float
+    covariance: np.ndarray
+    jacobian: np.ndarray | None = None
+    shift: float = 0.0
+
+
+@checked
+def fit_traces(
+    traces: Traces,
+    antenna: Antenna,
+    *,
+    by: Annotated[str, OneOf(("trace", "targets"))] = "trace",
+    hinges: Hinges | None = None,
+    protocol: Protocol | None = None,
+    confidence: float = 0.95,
+    progress: Advance | None = None,
+) -> TraceFit:
+    """Fit hinges to the free responses of one or more animals after a step release.
+
+    Parameters
+    ----------
+    by
+        ``trace``: least squares over every sample of every point, one amplitude free. ``targets``:
+        damped frequency and damping ratio of the outermost point.
+    hinges
+        Family to search; default: two factors on the antenna's stiffness and damping, as much as a
+        tip's free response can determine (see ``directions`` and ``band`` of the result before
+        asking for more).
+    protocol
+        How the step is made; default: held 10 mm from the fixation.
+    progress
+        Called with (done, total) animals; default: a bar that appears after 5 s.
+
+    Returns
+    -------
+    TraceFit
+        With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
+        animal the linear estimate from its residuals taken as white noise.
+    """
+    if not 0 < confidence < 1:
+        raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
+    hinges = make_scale(antenna) if hinges is None else hinges
+    step = float(traces.time[1] - traces.time[0])
+    late = _LATE[1] * step if traces.found else 0.0
+    protocol = (protocol or Protocol()).replace(
+        step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
+    )
+    found = []
+    with show_progress(progress, "animals") as advance:
+        for done, animal in enumerate(traces.animals, 1):
+            found.append(_fit_one(traces, animal, hinges, protocol, by))
+            advance(done, len(traces.animals))
+    first = found[0]
+    xs = np.array([one.x for one in found])
+    middle, covariance, factor, origin = _measure_spread(
+        xs, first.covariance, confidence, len(traces.time)
+    )
+    half = factor * np.sqrt(np.diag(covariance))
+    return TraceFit(
+        names=hinges.names,
+        animals=traces.animals,
+        each=hinges.to_p(xs),
+        p=hinges.to_p(middle),
+        low=hinges.to_p(middle - half),
+        high=hinges.to_p(middle + half),
+        residual=np.array([one.residual for one in found]),
+        simulated=_simulate_all(traces, hinges, found, protocol),
+        interval=origin,
+        band=(
+            None
+            if np.isnan(covariance).any()
+            else compute_band(hinges, hinges.to_p(middle), covariance, factor)
+        ),
+        directions=(
+            None
+            if first.jacobian is None
+            else decompose(hinges.names, hinges.to_p(first.x), first.jacobian * hinges.scale)
+        ),
+    )
+
+
+def _simulate_all(
+    traces: Traces, hinges: Hinges, found: Sequence[_Fitted], protocol: Protocol
+) -> np.ndarray:
+    """Every trace's fit (trace, sample), in the order of the traces."""
+    rows: dict[str, np.ndarray] = {}
+    for animal, one in zip(traces.animals, found, strict=True):
+        places = traces.take(animal)[0]
+        moved = _simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
+        rows |= {
+            f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
+        }
+    return np.array(
+        [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
+    )
+
+
+def _measure_spread(
+    xs: np.ndarray, covariance: np.ndarray, confidence: float, n: int
+) -> tuple[np.ndarray, np.ndarray, float, str]:
+    """Mean, its covariance, the interval's reach in standard deviations, and its origin."""
+    count, upper = len(xs), (1 + confidence) / 2
+    if count > 1:
+        spread = np.atleast_2d(np.cov(xs.T)) / count
+        return (
+            xs.mean(axis=0),
+            spread,
+            student.ppf(upper, count - 1),
+            f"spread of {count} animals (Student's t)",
+        )
+    words = "one animal: residuals taken as white noise"
+    return xs[0], covariance, student.ppf(upper, max(n - xs.shape[1], 1)), words
+
+
+def _simulate_steps(
+    hinges: Hinges,
+    xs: Sequence[np.ndarray],
+    protocol: Protocol,
+    time: np.ndarray,
+    places: Sequence[float] | np.ndarray = (1.0,),
+    shifts: Sequence[float] | np.ndarray | None = None,
+) -> np.ndarray:
+    """Displacement (vector, place, sample) after a step at ``time`` + shift [ms] from release.
+
+    1 is the last place's displacement while it is held, as it is before the release.
+    """
+    found = []
+    outcomes = protocol.simulate_steps([hinges.build(hinges.to_p(x)) for x in xs], places)
+    for outcome, shift in zip(
+        outcomes, np.zeros(len(xs)) if shifts is None else shifts, strict=True
+    ):
+        if isinstance(outcome, Exception):
+            raise outcome
+        own, moved = outcome
+        found.append(
+            CubicSpline(own, moved / moved[-1, 0], axis=1)(np.maximum(time + shift, 0.0))
+        )
+    return np.array(found)
+
+
+def _fit_one(
+    traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by: str
+) -> _Fitted:
+    """The fit of one animal; where the release was found, how late that was is fitted too."""
+    (places, rows), n = traces.take(animal), len(hinges.names)
+    begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)
+    if by == "targets":
+        return _Fitted(x=begin[0], residual=begin[1], covariance=np.full((n, n), np.nan))
+    goal = (rows / rows[-1, 0]).ravel()
+    step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
+    low, high = (
+        np.append(bound, late)[: n + traces.found]
+        for bound, late in zip(hinges.bounds, _LATE, strict=True)
+    )
+    scale = np.append(hinges.scale, 1.0)[: n + traces.found]
+
+    def simulate(xs: Sequence[np.ndarray]) -> np.ndarray:
+        shifts = [step * x[n] if traces.found else 0.0 for x in xs]
+        return _simulate_steps(
+            hinges, [x[:n] for x in xs], protocol, traces.time, places, shifts
+        ).reshape(len(xs), -1)
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        return _subtract(simulate([x]), goal)[0]
+
+    def jacobian(x: np.ndarray) -> np.ndarray:
+        change = np.diag(0.02 * scale)
+        both = _subtract(simulate([*(x + change), *(x - change)]), goal)
+        return ((both[: len(x)] - both[len(x) :]) / (2 * np.diag(change))[:, None]).T
+
+    start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low, high)
+    best = least_squares(
+        residual,
+        start,
+        jac=jacobian,
+        bounds=(low, high),
+        x_scale=scale,
+        max_nfev=_MAX_ITERATIONS,
+        xtol=1e-6,
+    )
+    variance = 2 * best.cost / max(goal.size - start.size - 1, 1)
+    return _Fitted(
+        x=best.x[:n],
+        residual=float(np.sqrt(2 * best.cost / np.sum(goal**2))),
+        covariance=(variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
+        jacobian=_project(best.jac[:, :n], best.jac[:, n:]),
+        shift=step * float(best.x[n]) if traces.found else 0.0,
+    )
+
+
+def _project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """What of the jacobian's columns the others cannot undo."""
+    return (
+        jacobian - others @ np.linalg.lstsq(others, jacobian, rcond=None)[0]
+        if others.size
+        else jacobian
+    )
+
+
+def _subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    """Simulated − recorded with the simulated amplitude (linear) at its best."""
+    amplitude = simulated @ goal / np.einsum("ij,ij->i", simulated, simulated)
+    return amplitude[:, None] * simulated - goal
+
+
+def _fit_targets(
+    time, trace, name, hinges: Hinges, protocol: Protocol, by: str
+) -> tuple[np.ndarray, float]:
+    """Match the trace's damped frequency and damping ratio; the searched vector and the error.
+
+    A trace that is fitted sample by sample may be over-damped: the search then starts from the
+    family's own start.
+    """
+    if by == "trace" and measure_free_trace(time, trace, name).frequency is None:
+        return hinges.to_x(hinges.start), float("nan")
+    free = measure_trace(time, trace, name)
+    targets = make_targets(frequency=free.frequency, damping_ratio=free.damping_ratio)
+    found = search(
+        Problem(hinges=hinges, targets=targets, protocol=protocol),
+        hinges.start,
+        max_evaluations=120,
+    )
+    return hinges.to_x(found.p), found.error
+
+
+@checked
+def make_synthetic_traces(
+    antenna: Antenna,
+    rng: np.random.Generator,
+    *,
+    n_animals: Annotated[int, "> 0"] = 5,
+    spread: float = 0.05,
+    noise: float = 0.01,
+    interval: Annotated[float, "> 0"] = 1.0,
+    duration: Annotated[float, "> 0"] = 90.0,
+    protocol: Protocol | None = None,
+    planted: tuple[float, float] = (1.0, 1.0),
+) -> Traces:
+    """Simulated free responses of several animals, sampled at 1000 frames/s as the real ones.
+
+    Each animal's stiffness and damping factors lie around ``planted`` (log-normal, sd ``spread``);
+    white noise has an sd of ``noise`` of the first deflection.
+    """
+    if not duration / interval <= MAX_SAMPLES:
+        raise InvalidInput(
+            f"{duration:g} ms at an interval of {interval:g} ms are more than {MAX_SAMPLES:,}"
+            " samples; use a longer interval."
+        )
+    hinges = make_scale(antenna)
+    time = np.arange(0.0, duration, interval)
+    protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
+    xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
+    tips = _simulate_steps(hinges, list(xs), protocol, time)[:, 0]
+    noisy = 8.0 * (tips + noise * rng.standard_normal(tips.shape))
+    names = tuple(f"synthetic{k + 1}" for k in range(n_animals))
+    return Traces(time=time, displacement=noisy, names=names, source="synthetic")

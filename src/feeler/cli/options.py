@@ -1,0 +1,266 @@
+"""How commands join the command line, with their options and help, and what they print."""
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import MISSING, fields, is_dataclass
+from importlib import import_module
+from inspect import Parameter, Signature
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any, get_type_hints
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from feeler.errors import InvalidInput
+
+# What a verb says with ``--json``: the same numbers, and nothing beside them; what one says
+# that was interrupted, and of a file that is there already.
+
+Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words")]
+
+
+def say_json(value: object) -> None:
+    """One line of JSON on standard output; what is not a number becomes null."""
+    from feeler.report.page import to_json
+
+    typer.echo(json.dumps(to_json(value)))
+
+
+@contextmanager
+def say_what_stays(words: str) -> Iterator[None]:
+    """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted; {words}, and the same command goes on from there", err=True)
+        raise typer.Exit(130) from None
+
+
+def require_new(file: Path) -> None:
+    """Refuse to write over what is there."""
+    if file.exists():
+        raise InvalidInput(f"{file} exists already. Choose another name.")
+
+
+def say_adapted(tensors: Any) -> str:
+    """That the default contact is not that of the paper's antennas, where it is not."""
+    from feeler.physics.contact import get_contact
+
+    usual = get_contact().solref[0]
+    time = tensors.attrs.get("contact_time_constant", usual)
+    if time == usual:
+        return ""
+    return (
+        f"contact: time constant {time:.3g} ms in place of {usual:g} ms, since"
+        f" this antenna is thin; timestep {tensors.attrs['timestep']:.3g} ms"
+    )
+
+
+def describe_timesteps(antennas: Mapping[str, Any]) -> str:
+    """The default timesteps of some antennas, by name where they differ."""
+    from feeler.physics.contact import get_contact
+    from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+
+    steps = {
+        name: f"{choose_timestep(None, DEFAULT_ENGINE, get_contact(None, antenna)):.3g} ms"
+        for name, antenna in antennas.items()
+    }
+    if len({*steps.values()}) == 1:
+        return f"timestep {next(iter(steps.values()))}"
+    return "timestep " + ", ".join(f"{step} ({name})" for name, step in steps.items())
+
+
+# How a verb joins the command line, with its options as one record if there are many; what its
+# help shows: the options that matter first, then the others; and messages of the library in the
+# words of the command line.
+
+_MANY_OPTIONS = 8  # options; a verb with fewer shows them in one list
+_SHOWN_FIRST = {
+    "touch": ("feature", "size", "location", "speed", "antenna"),
+    "spikes": ("feature", "location", "speed", "antenna", "out"),
+    "tracks": ("frame_rate", "tips", "body", "individual", "out"),
+    "calibrate": ("data", "frame_rate", "release", "profile", "out"),
+    "design": ("new", "out", "evaluations", "starts", "seed"),
+    "reproduce": ("scale", "out", "open_", "antenna", "change"),
+    "tradeoff": ("out", "antenna", "objects", "speed", "reader"),
+    "active": ("out", "policy", "antenna", "noise", "sets"),
+    "wall": ("angle", "reading", "near", "far", "out"),
+    "convert": ("variable", "trial", "session_start", "identifier", "subject"),
+    "robot check": ("antenna", "calibration", "unit", "gaps", "out"),
+    "robot convert": ("out", "antenna", "calibration", "unit", "gaps"),
+    "robot fit": ("antenna", "calibration", "unit", "method", "out"),
+    "robot classify": ("antenna", "objects", "speeds", "calibration", "out"),
+    "robot stream": ("antenna", "objects", "speeds", "calibration", "serial"),
+}
+"""The five options of a verb with many that most people want."""
+_ARGUMENT = re.compile(
+    r"(?<![\w-])(?P<name>[a-z][a-z0-9_]*)=(?:['\"](?P<word>[^'\"]*)['\"]|(?P<bare>[\w.]*\w)?)"
+)
+_FIELD = re.compile(r"^[A-Z]\w+\.(?P<name>[a-z_]+)(?= must )")
+# what a verb calls a field that has another name in the library
+_CALLED = {
+    "radius": "size",
+    "half_width": "size",
+    "inter_antennal_angle": "angle",
+    "readers": "reader",
+}
+_PLAINLY = {
+    r"Input should be a valid number.*": "give a number",
+    r"Input should be a valid integer.*": "give a whole number",
+    r"Input should be greater than or equal to (.+)": r"give at least \1",
+    r"Input should be less than or equal to (.+)": r"give at most \1",
+}
+# what the command line has in the place of an argument
+_INSTEAD = {
+    "n_channels=": "--antenna robot.toml, which feeler robot new --hinges N writes",
+    "Use its planar twin, antenna.flatten().": "Name an antenna in the plane.",
+    " or accuracy=0.01": "",
+}
+
+
+class _Page(TyperCommand):
+    """A verb whose help has the options that matter first in a list of their own."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """A value that an option cannot take is refused in plain words."""
+        words = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            opts = getattr(error.param, "opts", [])
+            error.message = _say_plainly(error.message, opts, words)
+            raise
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Two lists where a verb has many options."""
+        shown: dict[str, list[Any]] = {"argument": [], "option": []}
+        for param in self.get_params(ctx):
+            if row := param.get_help_record(ctx):
+                shown[param.param_type_name].append((param.name, row))
+        options = dict(shown["option"])
+        path = " ".join(ctx.command_path.split()[-2:])
+        first = _SHOWN_FIRST.get(path) or _SHOWN_FIRST.get(self.name or "")
+        if len(options) <= _MANY_OPTIONS or not first:
+            super().format_options(ctx, formatter)
+            return
+        lists = {
+            "Arguments": [row for _, row in shown["argument"]],
+            "Options that matter first": [options.pop(name) for name in first],
+            "More options": list(options.values()),
+        }
+        for title, rows in lists.items():
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+
+class Verbs(typer.Typer):
+    """A Typer whose commands have such pages."""
+
+    def command(self, name: str | None = None, **how: Any) -> Any:
+        """As Typer's own."""
+        return super().command(name, **{"cls": _Page, **how})
+
+
+def list_options(group: Any, words: list[str]) -> dict[str, str]:
+    """Options of the verb that words on the command line name: Python's name, and the shell's."""
+    for word in words:
+        if isinstance(group, TyperGroup) and word in group.commands:
+            group = group.commands[word]
+    longest = {p.name: max(p.opts, key=len) for p in group.params if p.opts}
+    return {name: option for name, option in longest.items() if option.startswith("--")}
+
+
+def say_in_shell(message: str, options: dict[str, str]) -> str:
+    """A message of the library in the words of the command line.
+
+    ``frame_rate=`` becomes ``--frame-rate``, ``gaps='bridge'`` ``--gaps bridge`` and ``Trial.speed
+    must`` ``--speed must``, where the verb has the option.
+    """
+
+    def turn(found: re.Match) -> str:
+        option = options.get(found["name"])
+        if option is None:
+            return found[0]
+        value = found["word"] or found["bare"]
+        return f"{option} {value}" if value and value != "True" else option
+
+    for argument, words in _INSTEAD.items():
+        message = message.replace(argument, words)
+    if found := _FIELD.match(message):
+        name = found["name"]
+        said = options.get(name) or options.get(_CALLED.get(name, ""), found[0])
+        message = said + message.removeprefix(found[0])
+    return _ARGUMENT.sub(turn, message)
+
+
+def _say_plainly(message: str, opts: Sequence[str], words: Sequence[str]) -> str:
+    """What is wrong with an option's value, with what was got, found among the words."""
+    for pattern, plain in _PLAINLY.items():
+        if re.fullmatch(pattern, message):
+            given = [b for a, b in pairwise(words) if a in opts]
+            given += [
+                b for a, _, b in (word.partition("=") for word in words) if b and a in opts
+            ]
+            return re.sub(pattern, plain, message) + "".join(
+                f", got {one!r}" for one in given[-1:]
+            )
+    return message
+
+
+EngineName = Annotated[
+    str,
+    typer.Option(
+        help="simulator: chain-consistent (most accurate at its timestep), chain (computes MuJoCo's"
+        " equations), mujoco (MuJoCo itself) or rod (for walls)"
+    ),
+]
+
+
+def add_verb(app: typer.Typer, name: str) -> None:
+    """Add the command ``name``: the function of this name in ``feeler/cli/NAME.py``, or all
+    commands of the ``app`` there, with the examples that the file begins with.
+
+    A function of one record ``said`` gets an option for each field of it, which is
+    ``Annotated[type, typer.Option(help=...)]``.
+    """
+    module = import_module(f"feeler.cli.{name}")
+    if hasattr(module, "app"):
+        app.add_typer(module.app, name=name)
+        return
+    run = getattr(module, name)
+    options = get_type_hints(run, include_extras=True).get("said")
+    app.command(name, epilog=list_examples(module))(
+        _spread(run, options) if is_dataclass(options) else run
+    )
+
+
+def list_examples(module: ModuleType) -> str:
+    """The examples that a module's docstring ends with."""
+    _, head, examples = (module.__doc__ or "").partition("Examples:\n")
+    return head + examples
+
+
+def _spread(run: Callable[[Any], None], options: Any) -> Callable[..., None]:
+    """``run``, which takes a record, with an argument for each field of it."""
+
+    def verb(**said: Any) -> None:
+        run(options(**said))
+
+    hints = get_type_hints(options, include_extras=True)
+    given = [_make_parameter(field, hints[field.name]) for field in fields(options)]
+    verb.__signature__ = Signature(given)  # type: ignore[attr-defined]
+    verb.__annotations__ = hints
+    verb.__doc__ = run.__doc__
+    return verb
+
+
+def _make_parameter(field: Any, hint: Any) -> Parameter:
+    default = field.default if field.default is not MISSING else Parameter.empty
+    if field.default_factory is not MISSING:
+        default = field.default_factory()
+    return Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)

@@ -1,0 +1,470 @@
+"""Ideal observers and templates in known noise, classes as distributions, and novelty detection."""
+
+import warnings
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.spatial.distance import cdist
+from scipy.special import logsumexp, softmax
+
+from feeler.analysis.indices import check_tensors
+from feeler.decoding.classifiers import Labels, PrincipalComponents, Reader, count_until
+from feeler.decoding.transfer import find_temperature
+from feeler.errors import InvalidInput
+from feeler.objects.noise import Noise, parse_noise
+from feeler.tensors.transforms import SQUARED, check_squares, find_scale, fold_planes
+
+# Readers that are told the noise: templates with scatter, and the ideal observer.
+#
+# The ideal observer has the exact posterior over known touches in Gaussian noise of known size.
+
+_ROUGH = 0.2  # correlation of neighbouring samples below which a difference is noise [C]
+_MOST = 0.9  # of the entries in which noisy copies differ at least [C]
+_MOST_COMPARED = 50  # touches of one label that are looked at for noise
+
+
+def fit_class(
+    touches: np.ndarray, sd: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """A class as a normal distribution of covariance Σ = σ² 1 + Bᵀ B.
+
+    Parameters
+    ----------
+    touches
+        Its touches (touch, entry).
+    sd
+        Standard deviation of each entry's noise σ, in the unit of the touches.
+
+    Returns
+    -------
+    mean (entry,), scatter B (touch, entry), and the inverse and ln det of S = σ² 1 + B Bᵀ
+    """
+    mean = touches.mean(axis=0)
+    scatter = (touches - mean) / np.sqrt(max(len(touches) - 1, 1))
+    small = scatter @ scatter.T
+    small[np.diag_indices_from(small)] += sd**2
+    return mean, scatter, np.linalg.inv(small), float(np.linalg.slogdet(small)[1])
+
+
+class _Told(Reader):
+    """A reader that knows the noise: it is told its size, and learns from clean tensors."""
+
+    knows_noise = True
+    sd_: np.ndarray
+
+    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
+        self.noise = noise
+
+    def _learn(self, X: Any, y: Labels) -> tuple[np.ndarray, np.ndarray]:
+        """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
+        tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
+        labels[:] = list(y)
+        if len(labels) != len(tensors):
+            raise InvalidInput(
+                f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
+            )
+        if len(set(labels)) < 2:
+            raise InvalidInput(
+                "only one class: nothing to tell apart. Give at least two classes."
+            )
+        self.noise_ = parse_noise(self.noise)
+        self.shape_ = tensors.shape[1:]
+        self.classes_ = sorted(set(labels))
+        return tensors, labels
+
+    def _weigh(self, scores: np.ndarray) -> np.ndarray:
+        return softmax(scores, axis=1)
+
+    def _set_sd(self, known: np.ndarray) -> None:
+        """The noise of known tensors (touch, sensor, time), refused where it is none."""
+        sd = np.broadcast_to(self.noise_.sd(known), known.shape)
+        if not np.all(sd > 0):
+            raise InvalidInput(
+                f"the noise {self.noise_} is 0 in tensor {int(np.argmin(sd.min(axis=(1, 2))))}"
+                " (of classes or touches, from 0): leave out tensors that are zero everywhere, or"
+                " take a noise with a floor, such as 'common' or 'mixed'."
+            )
+        if sd.min() < SQUARED[0] * sd.max():
+            raise InvalidInput(
+                f"the noise {self.noise_} ranges from {sd.min():.3g} to {sd.max():.3g}, which no"
+                " squares span: leave out tensors that are all but zero."
+            )
+        self.sd_ = sd
+        self._check_size(known)
+
+    def _check_size(self, tensors: np.ndarray) -> np.ndarray:
+        """The tensors, if their squares in units of the noise are numbers."""
+        least = float(self.sd_.min())
+        high = np.abs(tensors).max(initial=0.0)
+        if high / SQUARED[1] > least:
+            raise InvalidInput(
+                f"the tensors reach {high:.3g}, the noise is {least:.3g}: more than"
+                f" {SQUARED[1]:g} times as much. Give the noise in the unit of the tensors."
+            )
+        return tensors
+
+
+def warn_of_copies(
+    reader: Any, tensors: np.ndarray, labels: Labels, *, everywhere: bool = True
+) -> None:
+    """Say where tensors (trial, sensor, time) of one label look like noisy copies of each other.
+
+    An ideal observer knows the touches without noise. Several different ones may bear one label, as
+    where the place is not asked for; those differ smoothly in time. Noise does not: next to nothing
+    of what a tensor differs by from its nearest fellow carries over to the next sample. Nor do
+    sparse codes, but they are the same in most entries; Gaussian noise is ``everywhere``.
+    """
+    for name in dict.fromkeys(labels):
+        own = tensors[np.array([label == name for label in labels])][:_MOST_COMPARED]
+        flat = own.reshape(len(own), -1) / find_scale(own)
+        apart = cdist(flat, flat, "sqeuclidean")
+        apart[apart == 0] = np.inf  # itself, and what is the same
+        different = np.isfinite(apart).any(axis=1)
+        off = (flat - flat[apart.argmin(axis=1)])[different].reshape(-1, *tensors.shape[1:])
+        if not off.size or (everywhere and np.mean(off != 0) < _MOST):
+            continue
+        if np.vdot(off[..., 1:], off[..., :-1]) < _ROUGH * np.vdot(off, off):
+            warnings.warn(
+                f"{type(reader).__name__} got {different.sum()} different tensors of the label"
+                f" '{name}' that look like noisy copies. It takes each as known without noise,"
+                " so it is no ideal observer of them: fit it on the clean tensors.",
+                UserWarning,
+                stacklevel=3,
+            )
+            return
+
+
+class TemplateReader(_Told):
+    """Quadratic decoder: each class a normal distribution of its own.
+
+    With u = (y − m) / s, the distance of a tensor y from the class's mean m in units of the noise
+    s, the logit of a class is −½ (|u|² − uᵀ Bᵀ S⁻¹ B u) − ½ ln det S − Σ ln s, where B is the
+    scatter of the class's touches about their mean and S = 1 + B Bᵀ.
+
+    Parameters
+    ----------
+    noise
+        The noise that tensors will be met in, or its text; see :class:`feeler.objects.Noise`.
+
+    Attributes
+    ----------
+    classes_
+        Labels, sorted.
+    noise_
+        The noise as an object.
+    means_
+        Mean tensor of each class (class, sensor, time).
+    """
+
+    def fit(self, X: Any, y: Labels) -> "TemplateReader":
+        """Learn from clean tensors (trial, sensor, time), with several touches of each class."""
+        tensors, labels = self._learn(X, y)
+        self.touches_ = [tensors[labels == name] for name in self.classes_]
+        self.means_ = np.stack([own.mean(axis=0) for own in self.touches_])
+        self._set_sd(self.means_)
+        return self
+
+    def decide(self, X: Any, until: float | None = None) -> np.ndarray:
+        """Logits (trial, class)."""
+        self._require(X)
+        tensors = self._check_size(check_tensors(X, least=1))
+        end = None if until is None else count_until(X, until)
+        logits = np.empty((len(tensors), len(self.classes_)))
+        for k, touches in enumerate(self.touches_):
+            sd = self.sd_[k, :, :end].ravel()
+            own = touches[:, :, :end].reshape(len(touches), -1) / sd
+            mean, scatter, inverse, logdet = fit_class(own, 1.0)
+            far = tensors[:, :, :end].reshape(len(tensors), -1) / sd - mean
+            along = far @ scatter.T
+            within = np.einsum("tr,rs,ts->t", along, inverse, along)
+            square = np.einsum("te,te->t", far, far)
+            logits[:, k] = -0.5 * (square - within + logdet) - np.log(sd).sum()
+        return logits
+
+
+class IdealReader(_Told):
+    """Knows every touch and the noise: no reader of the same touches does better.
+
+    The touches x_c that it was fitted on are equally likely, and what is met is y = x_c + s_c n
+    with independent normal n. Then ln p(y | c) = −½ Σ ((y − x_c) / s_c)² − Σ ln s_c, up to what all
+    touches share; s_c may depend on the touch, and then it tells, too. A class's probability is the
+    sum over its touches.
+
+    Parameters
+    ----------
+    noise
+        The noise that tensors will be met in, or its text; its ``sd`` of the known touches is s_c.
+
+    Attributes
+    ----------
+    classes_
+        Labels, sorted.
+    noise_
+        The noise as an object.
+    known_, sd_
+        The known tensors (touch, sensor, time), and the standard deviation of their noise.
+
+    Notes
+    -----
+    :func:`feeler.analysis.compute_information` gives this reader's mean accuracy and bits where
+    the noise of a touch is equal in all entries, without drawing noise of a tensor's size.
+    """
+
+    def fit(self, X: Any, y: Labels) -> "IdealReader":
+        """Know tensors (trial, sensor, time) without noise, one label each.
+
+        Warns where several of one label look like noisy copies: of these it is not ideal.
+        """
+        self.known_, labels = self._learn(X, y)
+        self.members_ = np.array(
+            [[label == name for name in self.classes_] for label in labels]
+        )
+        self._set_sd(self.known_)
+        warn_of_copies(self, self.known_, labels)
+        return self
+
+    def decide(self, X: Any, until: float | None = None) -> np.ndarray:
+        """Log-likelihoods (trial, class), up to what all classes share."""
+        self._require(X)
+        end = None if until is None else count_until(X, until)
+        tensors = self._check_size(check_tensors(X, least=1))
+        cut = (part[:, :, :end] for part in (tensors, self.known_, self.sd_))
+        met, known, sd = (part.reshape(len(part), -1) for part in cut)
+        found = weigh_touches(met, known, sd)
+        weights = np.broadcast_to(self.members_.T, (len(found), *self.members_.T.shape))
+        return logsumexp(found[:, None, :], axis=2, b=weights)
+
+
+def weigh_touches(met: np.ndarray, known: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Log-likelihoods (…, touch) of what is met (…, entry), up to what all touches share.
+
+    ``known`` and ``sd`` (touch, entry) are what each touch gives without noise, and its noise.
+    """
+    centre = known.mean(axis=0)  # less their mean, nearly equal touches keep their digits
+    unit = find_scale(sd)  # squares of tiny or huge numbers are none
+    met, known, weight = (met - centre) / unit, (known - centre) / unit, (unit / sd) ** 2
+    square = met**2 @ weight.T - 2 * met @ (known * weight).T + (known**2 * weight).sum(axis=1)
+    return -0.5 * square - np.log(sd).sum(axis=1)
+
+
+# Classes as clouds: how likely each is, and whether a touch is like any of them.
+
+_FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
+_FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
+# [C] ν of both clouds that are weighed for a stranger; small: touches far out are common
+_FREEDOM = 50.0
+_DIRECTIONS = 20  # [C] in which strangers may lie further out than what robots differ by
+
+Others = tuple[np.ndarray, Sequence[Hashable]]
+"""Tensors (trial, sensor, time) of strangers, and what each shares with others."""
+
+
+class CloudReader(Reader):
+    """A multivariate t cloud for each class, all of one shape, on principal components.
+
+    The score of class c is −(ν + k)/2 · log(1 + d²_c / ν) for the Mahalanobis distance d_c to its
+    mean among k components. Temperature and limits come from touches that were held out, group by
+    group: the temperature makes probabilities as sure as they are right there
+    (arXiv:1706.04599), and beyond one limit or the other lay ``alarm`` of them. One limit is on the
+    distance to the nearest class. The other, where strangers were shown, is on how much likelier a
+    touch is theirs.
+
+    Parameters
+    ----------
+    n_components
+        Principal components k of all training tensors, fewer where they cannot give as many.
+    shrinkage
+        Share of the covariance that is its diagonal; None: k/(k + f) for its degrees of freedom f.
+    freedom
+        ν; small: touches far out are common.
+    step
+        Samples that are averaged to one.
+    alarm
+        Share of the known touches that may be called strange.
+
+    Attributes
+    ----------
+    classes_
+        Labels, sorted.
+    temperature_ : float
+        T of the probabilities.
+    limit_ : float
+        Squared distance to the nearest class, beyond which a touch is strange.
+    held_out_ : np.ndarray
+        Strangeness of the lessons (trial,), each judged by clouds that did not learn its group.
+    """
+
+    def __init__(
+        self,
+        n_components: int = 80,
+        shrinkage: float | None = None,
+        freedom: float = 5.0,
+        step: int = 10,
+        alarm: float = 0.05,
+    ) -> None:
+        self.n_components = n_components
+        self.shrinkage = shrinkage
+        self.freedom = freedom
+        self.step = step
+        self.alarm = alarm
+
+    def fit(
+        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
+    ) -> "CloudReader":
+        """Learn from tensors (trial, sensor, time); trials of one group (a robot) are held out
+        together. ``strangers`` are touches that are not to be known: tensors, and what each shares
+        with others (place and speed), looked at for as long as the others last.
+        """
+        X = np.asarray(fold_planes(X), dtype=float)
+        if len(X) != len(y) or not np.isfinite(X).all():
+            raise InvalidInput(
+                f"clouds need whole tensors and a label for each; got {len(X)} tensors,"
+                f" {len(y)} labels."
+            )
+        self._keep(X, y, groups=groups, strangers=strangers)
+        self.groups_ = np.asarray(groups if groups is not None else np.arange(len(X)))
+        self.strangers_ = strangers
+        self.classes_ = sorted(set(y))
+        number = np.array([self.classes_.index(label) for label in y])
+        other = None
+        if strangers is not None:
+            other = self._flatten(np.asarray(strangers[0])[:, :, : X.shape[2]])
+        flat, squared = self._flatten(X), np.full((len(X), len(self.classes_)), np.inf)
+        likelier = np.full(len(X), -np.inf)
+        folds = np.unique(self.groups_, return_inverse=True)[1] % _FOLDS
+        for fold in np.unique(folds):
+            held = folds == fold
+            if len(set(number[~held])) == len(self.classes_):
+                self._shape(flat[~held], number[~held], other)
+                squared[held], likelier[held] = self._measure(flat[held])
+        seen = np.isfinite(squared).all(axis=1)
+        if len(self.classes_) < 2 or not seen.any():
+            raise InvalidInput(
+                "clouds need 2 classes or more, and each in at least two groups of touches."
+            )
+        self.temperature_ = find_temperature(self._score(squared[seen]), number[seen])
+        self._limit(squared[seen].min(axis=1), likelier[seen])
+        self.held_out_ = np.full(len(X), np.nan)
+        self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
+        self._shape(flat, number, other)
+        return self
+
+    def measure_strangeness(self, X: Any, until: float | None = None) -> np.ndarray:
+        """How strange each touch is (trial,); > 1 is unlike all classes, NaN without contact.
+
+        The greater of two: the squared distance to the nearest class over its limit; and 1 plus by
+        how much it is likelier a stranger's than the limit allows, in standard deviations of the
+        known touches that were held out.
+        """
+        reader, seen = self._look(X, until)
+        strange = np.full(len(seen), np.nan)
+        whole = np.isfinite(seen).all(axis=(1, 2))
+        if whole.any():
+            squared, likelier = reader._measure(reader._flatten(np.asarray(seen)[whole]))
+            strange[whole] = reader._compare(squared.min(axis=1), likelier)
+        return strange
+
+    def _limit(self, nearest: np.ndarray, likelier: np.ndarray) -> None:
+        """Both limits: together they spare all but ``alarm`` of touches held out."""
+        shown = np.isfinite(likelier).all()
+        far = self.alarm * (_FAR if shown else 1.0)
+        self.limit_ = float(np.quantile(nearest, 1 - far))
+        self._odds = (np.inf, 1.0)
+        if shown:
+            near = likelier[nearest <= self.limit_]
+            limit = np.quantile(near, 1 - (self.alarm - far) / (1 - far))
+            self._odds = (float(limit), float(near.std()) or 1.0)
+
+    def _compare(self, nearest: np.ndarray, likelier: np.ndarray) -> np.ndarray:
+        """Strangeness from distances and from how much likelier strangers are (trial,)."""
+        limit, spread = self._odds
+        return np.maximum(nearest / self.limit_, 1 + (likelier - limit) / spread)
+
+    def _decide(self, X: Any) -> np.ndarray:
+        X = np.asarray(X, dtype=float)
+        scores = np.full((len(X), len(self.classes_)), np.nan)
+        whole = np.isfinite(X).all(axis=(1, 2))
+        if whole.any():
+            squared, _ = self._measure(self._flatten(X[whole]))
+            scores[whole] = self._score(squared) / self.temperature_
+        return scores
+
+    def _weigh(self, scores: np.ndarray) -> np.ndarray:
+        return softmax(scores, axis=1)
+
+    def _score(self, squared: np.ndarray) -> np.ndarray:
+        k = self._means.shape[1]
+        return -0.5 * (self.freedom + k) * np.log1p(squared / self.freedom)
+
+    def _shape(self, flat: np.ndarray, number: np.ndarray, other: np.ndarray | None) -> None:
+        """Means of the classes, what makes their common covariance round, and strangers there."""
+        everything = flat if other is None else np.concatenate([flat, other])
+        count = min(self.n_components, *flat.shape, len(flat) - 1)
+        self._components = PrincipalComponents(count).fit(everything)
+        places = np.asarray(self._components.transform(flat))
+        classes = range(len(self.classes_))
+        self._means = np.array([places[number == c].mean(axis=0) for c in classes])
+        off = places - self._means[number]
+        freedom = max(len(off) - len(self._means), 1)
+        spread = off.T @ off / freedom
+        own = np.diag(np.diag(spread) + 1e-12 * np.trace(spread))
+        share = count / (count + freedom) if self.shrinkage is None else self.shrinkage
+        self._round = np.linalg.inv(np.linalg.cholesky((1 - share) * spread + share * own))
+        self._others = None
+        if other is not None and self.strangers_ is not None:
+            self._others = Strangers(self._place(other), self.strangers_[1])
+
+    def _place(self, flat: np.ndarray) -> np.ndarray:
+        """Where touches lie among components, in units in which classes are round."""
+        return np.asarray(self._components.transform(flat)) @ self._round.T
+
+    def _measure(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Squared Mahalanobis distances (trial, class), and how much likelier strangers are."""
+        places = self._place(flat)
+        off = places[:, None] - self._means @ self._round.T
+        squared = np.sum(off * off, axis=2)
+        if self._others is None:
+            return squared, np.full(len(flat), -np.inf)
+        return squared, self._others.weigh(places, squared.min(axis=1))
+
+    def _flatten(self, X: Any) -> np.ndarray:
+        X = np.asarray(X, dtype=float)
+        check_squares(X)
+        step = min(self.step, X.shape[2])
+        whole = X.shape[2] // step * step
+        thin = X[:, :, X.shape[2] - whole :].reshape(len(X), X.shape[1], -1, step).mean(axis=3)
+        return thin.reshape(len(X), -1)
+
+
+class Strangers:
+    """A t cloud around each kind's mean, wide where strangers differ among each other.
+
+    Parameters
+    ----------
+    places
+        Strangers (trial, coordinate), in coordinates in which each known class is round.
+    kinds
+        What each shares with others, such as place and speed of the touch.
+    """
+
+    def __init__(self, places: np.ndarray, kinds: Sequence[Hashable]) -> None:
+        names = sorted(set(kinds), key=repr)
+        number = np.array([names.index(kind) for kind in kinds])
+        self._means = np.array([places[number == k].mean(axis=0) for k in range(len(names))])
+        off = places - self._means[number]
+        spread, along = np.linalg.eigh(off.T @ off / max(len(off) - len(names), 1))
+        self._spread = np.maximum(spread[::-1][:_DIRECTIONS], 1.0)
+        self._along = along[:, ::-1][:, :_DIRECTIONS]
+
+    def weigh(self, places: np.ndarray, nearest: np.ndarray) -> np.ndarray:
+        """How much likelier each place (trial, coordinate) is of a stranger than of a class, whose
+        squared distance is ``nearest`` (trial,) [nat].
+        """
+        off = places[:, None] - self._means
+        own = off @ self._along
+        squared = np.sum(off * off, axis=2) - np.sum(own * own * (1 - 1 / self._spread), axis=2)
+        weight = 0.5 * (_FREEDOM + places.shape[1])
+        strange = -weight * np.log1p(squared.min(axis=1) / _FREEDOM)
+        known = -weight * np.log1p(nearest / _FREEDOM)
+        return np.asarray(strange - known - 0.5 * np.log(self._spread).sum())

@@ -1,0 +1,782 @@
+"""Touches as they happen: onset, posterior after each sample, novelty."""
+
+import os
+from collections import deque
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import logsumexp
+
+from feeler.decoding.classifiers import Labels, Reader
+from feeler.decoding.observers import CloudReader, Others
+from feeler.errors import FeelerError, InvalidInput
+from feeler.sandbox import find_limits
+from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.transforms import check_squares
+
+# One touch as it happens: a sample in, what is known so far out.
+
+_MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
+_SURPLUS = 50  # samples too many before a faster sender is refused
+_RECENT = 101  # [C] intervals between samples whose median is what a sender usually leaves
+_SLOW = 1.25  # [C] usual interval over the trained one, from which on the sender is slower
+_SLOWEST = 10.0  # [C] ms between samples, over which the time between is not filled in
+
+
+# [C] samples over which the resting level is followed while nothing touches
+_BASELINE = 300.0
+
+
+class OnsetFinder:
+    """Follows the resting level and notices when a sensor leaves it."""
+
+    def __init__(self, onset: float, confirm: int, n_sensors: int) -> None:
+        self.onset, self.confirm = onset, confirm
+        self.level = np.full(n_sensors, np.nan)
+        self.running, self.seen = 0, 0
+
+    def see(self, sample: np.ndarray) -> bool:
+        """Take one sample; whether contact is noticed with it."""
+        known = np.isfinite(sample)
+        fresh = known & np.isnan(self.level)
+        self.level[fresh] = sample[fresh]
+        away = sample - self.level
+        beyond = np.abs(away[known]).max(initial=0.0) > self.onset
+        self.running = self.running + 1 if beyond else 0
+        if not beyond:
+            self.seen += 1
+            self.level[known] += away[known] / min(self.seen, _BASELINE)
+        return self.running >= self.confirm
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StreamState:
+    """What is known after one sample.
+
+    Attributes
+    ----------
+    sample : int
+        Number of the sample's slot on the trained time base.
+    state : str
+        ``waiting`` for contact, ``unsure``, ``decided``, or ``over`` (the window is full).
+    label : tuple | None
+        The most probable class; None before contact.
+    probability : float
+        Its posterior; NaN before contact.
+    since_contact : int
+        Samples since contact was noticed; −1 before.
+    posterior : np.ndarray
+        (class,).
+    strangeness : float
+        At the last moment that was asked about, > 1: so far unlike any touch that was learned; NaN
+        before that, and where the decoder learned no ``watch``.
+    """
+
+    sample: int
+    state: str
+    label: tuple | None
+    probability: float
+    since_contact: int
+    posterior: np.ndarray
+    strangeness: float = float("nan")
+
+    @property
+    def strange(self) -> bool:
+        """Whether the touch is so far unlike all that were learned."""
+        return self.strangeness > 1
+
+
+class Stream:
+    """One stream of samples: keeps the tensor so far and the evidence for each class."""
+
+    def __init__(self, decoder: Any) -> None:
+        self.decoder = decoder
+        self.n_classes = len(decoder.classes_)
+        self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
+        """Samples (sensor, window) since contact, relative to rest; NaN where missing."""
+        self.missed = 0
+        """Samples that did not come, of those that the sender's usual interval lets expect."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the touch and wait for the next contact."""
+        self.finder = OnsetFinder(
+            self.decoder.onset, self.decoder.confirm, self.decoder.n_sensors_
+        )
+        self.evidence = np.zeros(
+            self.decoder.constant_at_.shape[1] if self.decoder.model is None else 0
+        )
+        self.posterior = np.full(self.n_classes, 1 / self.n_classes)
+        self.tensor[:] = np.nan
+        self.strangeness, self._watched = float("nan"), False
+        self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
+        self.first_time: float | None = None
+        self._last: tuple[float, np.ndarray] | None = None
+        self._steps: deque[float] = deque(maxlen=_RECENT)
+
+    def update(self, sample: np.ndarray, time: float | None = None) -> StreamState:
+        """Take one sample (sensor,) [rad], NaN for a missing channel, and its time [ms] if known.
+
+        With times, a sender slower than the trained time base (at least every 10 ms) has its
+        samples joined by straight lines, as :func:`feeler.robot.repair` does; samples that it lost
+        are counted in ``missed``, and their slots stay empty and carry no evidence.
+
+        Raises
+        ------
+        InvalidInput
+            The wrong number of channels, infinite values, time running backwards, or a sender
+            faster than the model.
+        """
+        sample = np.asarray(sample, dtype=float)
+        if sample.shape != (self.decoder.n_sensors_,) or (np.abs(sample) > _MAX_READING).any():
+            raise InvalidInput(
+                f"a sample is {self.decoder.n_sensors_} finite numbers of at most {_MAX_READING:g},"
+                f" got shape {sample.shape}: {np.array2string(sample.ravel()[:10], precision=3)}."
+            )
+        for slot, values in self._fill(sample, time):
+            self.slot = slot
+            if self.contact < 0 and self.finder.see(values):
+                self.contact = slot
+            since = slot - self.contact
+            if self.contact >= 0 and since < self.decoder.window:
+                self._weigh(values - self.finder.level, since)
+        return self._state()
+
+    def _fill(self, sample: np.ndarray, time: float | None) -> list[tuple[int, np.ndarray]]:
+        """Slots that are known with this sample, and what they hold: none if its own is taken."""
+        if time is None:
+            return [(self.slot + 1, sample)]
+        if not np.isfinite(time):
+            raise InvalidInput(f"a sample's time must be finite, got {time}.")
+        last, self._last = self._last, (time, sample)
+        if self.first_time is None or last is None:
+            self.first_time = time
+            return [(0, sample)]
+        interval, before = self.decoder.interval, self.slot
+        slot = round((time - self.first_time) / interval)
+        if slot < before - 1:
+            raise InvalidInput(
+                f"time runs backwards: slot {before} was followed by a sample at {time:g} ms."
+            )
+        step = time - last[0]
+        if step > 0:
+            self._steps.append(step)
+        if slot <= before:
+            self.surplus += 1
+            if self.surplus > _SURPLUS and self.surplus > 0.25 * (before + 1):
+                raise InvalidInput(
+                    f"samples come faster than every {interval:g} ms, which the decoder was trained"
+                    " for. Thin them out, or train with another interval."
+                )
+            return []
+        usual = float(np.median(self._steps))
+        if not _SLOW * interval < usual <= _SLOWEST:
+            self.missed += slot - before - 1
+            return [(slot, sample)]
+        self.missed += (lost := max(round(step / usual) - 1, 0))
+        if lost:
+            return [(slot, sample)]
+        share = (self.first_time + interval * np.arange(before + 1, slot + 1) - last[0]) / step
+        between = last[1] + np.minimum(share, 1.0)[:, None] * (sample - last[1])
+        return [*zip(range(before + 1, slot), between, strict=False), (slot, between[-1])]
+
+    def _weigh(self, away: np.ndarray, since: int) -> None:
+        before = self.felt
+        self.tensor[:, since], self.felt = away, since
+        self._ask_watch(before)
+        if self._watched:
+            return
+        if self.decoder.model is not None:
+            self.posterior = self._ask(self.decoder.model)
+            return
+        error = self.decoder.expected_at_[since] - away
+        error *= error
+        error *= self.decoder.weight_at_[since]
+        if np.isnan(away).any():
+            np.nan_to_num(error, copy=False)
+        self.evidence += self.decoder.constant_at_[since] - error.sum(axis=1)
+        likelihood = (
+            np.exp(self.evidence - self.evidence.max()).reshape(self.n_classes, -1).sum(axis=1)
+        )
+        self.posterior = likelihood / likelihood.sum()
+
+    def _ask_watch(self, before: int) -> None:
+        """Ask about the moments that came after sample ``before``; a late sample asks for those
+        that it skipped.
+
+        From the first moment on the watch's probabilities are the answer: what is said of a touch
+        and whether it is like any that was learned come from the same clouds.
+        """
+        watch: Any = getattr(self.decoder, "watch_", None)
+        for since in () if watch is None else range(before + 1, self.felt + 1):
+            found = watch.judge(self.tensor[:, : self.felt + 1], since, self.decoder.classes_)
+            if found is not None:
+                self.strangeness, posterior = found
+                if np.isfinite(posterior).all():
+                    self.posterior, self._watched = posterior, True
+
+    def _ask(self, model: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """The model's probabilities for what has been felt so far."""
+        found = np.asarray(model(self.tensor.copy()), dtype=float).reshape(-1)
+        if (
+            found.shape != (self.n_classes,)
+            or not (found >= 0).all()
+            or abs(found.sum() - 1) > 1e-3
+        ):
+            raise InvalidInput(
+                f"the model must give {self.n_classes} probabilities, one for each class, that add"
+                f" up to 1; got {found.size} of sum {found.sum():.3g}. A network's scores need a"
+                " softmax."
+            )
+        return found
+
+    def _state(self) -> StreamState:
+        if self.contact < 0:
+            return StreamState(
+                sample=self.slot,
+                state="waiting",
+                label=None,
+                probability=float("nan"),
+                since_contact=-1,
+                posterior=self.posterior,
+            )
+        best = int(self.posterior.argmax())
+        probability, since = float(self.posterior[best]), self.slot - self.contact
+        sure = "decided" if probability >= self.decoder.threshold else "unsure"
+        return StreamState(
+            sample=self.slot,
+            state="over" if since >= self.decoder.window else sure,
+            label=self.decoder.classes_[best],
+            probability=probability,
+            since_contact=since,
+            posterior=self.posterior,
+            strangeness=self.strangeness,
+        )
+
+
+def measure_early_accuracy(
+    decoder: Any, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int]
+) -> xr.Dataset:
+    """Replay touches and score the answers at moments after contact.
+
+    Parameters
+    ----------
+    decoder
+        A fitted ``StreamDecoder``.
+    X, y
+        Touches (sensor, time) of any durations, with one label each.
+    moments
+        Samples since contact was noticed.
+
+    Returns
+    -------
+    xarray.Dataset
+        By moment (since_contact): ``accuracy``, the share of touches whose most probable class is
+        right; ``decided``, the share that is decided; ``decided_right``, the share right among
+        those, NaN where none is. And ``noticed``, the share of touches in which contact was noticed
+        at all; the others count as wrong.
+    """
+    at = np.asarray(moments, dtype=int)
+    right, decided = np.zeros((2, len(X), at.size), dtype=bool)
+    noticed = 0
+    for k, (touch, label) in enumerate(zip(X, y, strict=True)):
+        states = [state for state in decoder.replay(touch) if state.since_contact >= 0]
+        noticed += bool(states)
+        for j, moment in enumerate(at):
+            if states:
+                state = states[min(moment, len(states) - 1)]
+                right[k, j] = state.label == label
+                decided[k, j] = state.probability >= decoder.threshold
+    count = decided.sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        decided_right = np.where(count > 0, (right & decided).sum(axis=0) / count, np.nan)
+    found = {
+        "accuracy": right.mean(axis=0),
+        "decided": decided.mean(axis=0),
+        "decided_right": decided_right,
+    }
+    return xr.Dataset(
+        {name: ("since_contact", values) for name, values in found.items()}
+        | {"noticed": noticed / len(X)},
+        {"since_contact": at},
+    )
+
+
+# A watch over a touch that goes on: whether it is, so far, unlike any touch that was learned.
+
+_MOMENTS_WATCH = (
+    50,
+    100,
+    200,
+    400,
+    800,
+    1600,
+)  # [C] samples after contact at which it is asked
+
+
+class Watch:
+    """Clouds of touches up to several moments, with one limit for all of these moments together.
+
+    Of the known touches that were held out, ``alarm`` are called strange at any moment.
+
+    Parameters
+    ----------
+    alarm
+        Share of the known touches that may be called strange before they are over.
+
+    Attributes
+    ----------
+    readers_ : dict[int, CloudReader]
+        Samples after contact → the clouds of touches up to then.
+    limit_ : float
+        What the strangeness at one moment may be.
+    """
+
+    def __init__(self, alarm: float = 0.05) -> None:
+        self.alarm = alarm
+
+    def fit(
+        self,
+        X: np.ndarray,
+        y: Labels,
+        groups: Sequence[int],
+        strangers: Others | None = None,
+        most: int = _MOMENTS_WATCH[-1],
+    ) -> "Watch":
+        """Learn from tensors (trial, sensor, window) that begin with contact. No moment lies later
+        than ``most`` samples after contact, because the shortest recording ends there.
+        """
+        moments = [moment for moment in _MOMENTS_WATCH if moment <= min(most, X.shape[2])]
+        if not moments:
+            raise InvalidInput(
+                f"a watch needs touches of {_MOMENTS_WATCH[0]} samples after contact, got"
+                f" {min(most, X.shape[2])}."
+            )
+        self.readers_ = {}
+        for moment in moments:
+            reader = CloudReader(alarm=self.alarm)
+            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, strangers)
+        held = np.array([reader.held_out_ for reader in self.readers_.values()]).max(axis=0)
+        self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
+        return self
+
+    def judge(
+        self, tensor: np.ndarray, since: int, classes: Sequence
+    ) -> tuple[float, np.ndarray] | None:
+        """Strangeness of samples (sensor, time) up to ``since``, > 1: unlike any that was learned;
+        and the probability of each of ``classes``.
+
+        None between moments, NaN where a channel has no sample. Missing samples are bridged, also
+        from those of ``tensor`` that came after ``since``.
+        """
+        if since + 1 not in self.readers_:
+            return None
+        reader, seen = self.readers_[since + 1], _bridge(tensor)[None, :, : since + 1]
+        probability = dict(zip(reader.classes_, reader.predict_proba(seen)[0], strict=True))
+        strange = float(reader.measure_strangeness(seen)[0]) / self.limit_
+        return strange, np.array([probability.get(label, 0.0) for label in classes])
+
+
+def _bridge(tensor: np.ndarray) -> np.ndarray:
+    """Each gap as a straight line; a channel without samples stays NaN."""
+    bridged, time = tensor.copy(), np.arange(tensor.shape[1])
+    for row in bridged:
+        known = np.isfinite(row)
+        if known.any():
+            row[~known] = np.interp(time[~known], time[known], row[known])
+    return bridged
+
+
+# Streaming decoder: after each sample, a posterior over classes or a "not sure yet".
+#
+# Evidence adds up in time: after contact, each sample is compared with every class's expected
+# sample at that moment, ``log p_c ← log p_c − Σ_s (x_s − μ_cs(t))² / (2 σ_cs(t)² τ)``. The
+# moment of contact is uncertain by a few samples, so each class is held at several lags at once
+# and the lags are summed out. τ, the correlation time in samples, keeps neighbouring samples,
+# whose errors go together, from counting as independent witnesses.
+
+_FLOOR = 0.004  # [C] rad; least sd of a reading
+_KIND, _VERSION = "StreamDecoder", 1
+_WHOLE = ("window", "confirm", "max_lag", "lag_step")  # numbers of samples
+_LEARNED = ("expected", "weight", "constant")
+_MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
+_SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
+
+_AT_LEAST_1, _ABOVE_0 = ("≥ 1", lambda value: value >= 1), ("> 0", lambda value: value > 0)
+_AT_LEAST_0 = ("≥ 0", lambda value: value >= 0)
+_MOST = 2**31  # [C] of any setting: NumPy has no indices for what a damaged file may say
+_RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "window": _AT_LEAST_1,
+    "threshold": ("in (0, 1]", lambda value: 0 < value <= 1),
+    "onset": _ABOVE_0,
+    "confirm": _AT_LEAST_1,
+    "noise": _AT_LEAST_0,
+    "correlation": _AT_LEAST_1,
+    "max_lag": _AT_LEAST_0,
+    "lag_step": _AT_LEAST_1,
+    "interval": _ABOVE_0,
+}
+
+
+class StreamDecoder(Reader):
+    """Posterior over touches while they happen.
+
+    Parameters
+    ----------
+    window
+        Samples after contact that are used.
+    threshold
+        Posterior at which the answer counts as decided.
+    onset, confirm
+        Contact is noticed when any sensor leaves its resting level by ``onset`` [rad] for
+        ``confirm`` samples running.
+    noise
+        Expected mismatch as a share of each class's largest absolute value, beside the spread of
+        the training touches.
+    correlation
+        τ, samples over which the mismatch stays correlated.
+    max_lag, lag_step
+        The moment of contact is tried from −max_lag to +max_lag samples.
+    interval
+        Time between samples [ms].
+    model
+        Something else that says what is felt, such as a trained network: ``model(tensor)`` takes
+        the samples since contact (sensor, window) [rad], relative to rest and NaN where missing or
+        still to come, and gives the probabilities of the classes (class,). ``adopt`` then takes the
+        place of ``fit``.
+
+    Attributes
+    ----------
+    classes_
+        Labels, sorted.
+    correlation_
+        τ in use: ``correlation``, or what ``temper`` found.
+    expected_
+        (class, sensor, max_lag + window + max_lag) expected samples from ``max_lag`` before contact
+        on.
+    """
+
+    def __init__(
+        self,
+        window: int = 1600,
+        threshold: float = 0.9,
+        onset: float = 0.025,
+        confirm: int = 3,
+        noise: float = 0.05,
+        correlation: float = 50.0,
+        max_lag: int = 12,
+        lag_step: int = 3,
+        interval: float = 1.0,
+        model: Callable[[np.ndarray], np.ndarray] | None = None,
+    ) -> None:
+        self.window = window
+        self.threshold = threshold
+        self.onset = onset
+        self.confirm = confirm
+        self.noise = noise
+        self.correlation = correlation
+        self.max_lag = max_lag
+        self.lag_step = lag_step
+        self.interval = interval
+        self.model = model
+
+    def adopt(self, classes: Sequence[Any], n_sensors: int) -> "StreamDecoder":
+        """Get ready to stream with ``model``, whose classes are these in this order."""
+        self._check()
+        if not callable(self.model):
+            raise InvalidInput(
+                "adopt needs model=, a function of the tensor so far (sensor, window); or use fit."
+            )
+        if len(classes) < 2 or n_sensors < 1:
+            raise InvalidInput(
+                f"a decoder needs at least 2 classes and 1 sensor, got {len(classes)} and"
+                f" {n_sensors}."
+            )
+        self.classes_, self.n_sensors_ = list(classes), int(n_sensors)
+        return self
+
+    def fit(self, X: Sequence[np.ndarray], y: Labels) -> "StreamDecoder":
+        """Learn from touches (sensor, time) of any durations that start at rest.
+
+        Touches without contact are left out; several touches of one class give its spread.
+        """
+        self._check()
+        if self.model is not None:
+            raise InvalidInput(
+                "a decoder with model= is not fitted; give it its classes with adopt."
+            )
+        if len(X) != len(y) or not len(X):
+            raise InvalidInput(
+                f"fit needs one label per touch, got {len(X)} touches and {len(y)} labels."
+            )
+        found = [
+            (self._cut(np.asarray(touch, dtype=float)), label)
+            for touch, label in zip(X, y, strict=True)
+        ]
+        cut = [(touch, label) for touch, label in found if touch is not None]
+        self.classes_ = sorted({label for _, label in cut})
+        for touch, _ in cut:
+            check_squares(touch, "touches")
+        if len(self.classes_) < 2:
+            raise InvalidInput(
+                "a decoder needs touches of at least 2 classes with contact, got"
+                f" {len(self.classes_)}."
+            )
+        groups = [
+            np.stack([touch for touch, label in cut if label == name]) for name in self.classes_
+        ]
+        self.expected_ = np.stack([group.mean(axis=0) for group in groups])
+        spread = np.stack([group.var(axis=0) for group in groups])
+        scale = self.noise * np.abs(self.expected_).max(axis=(1, 2), keepdims=True)
+        variance = spread + scale**2 + _FLOOR**2
+        self.weight_ = 1 / (2 * variance * self.correlation)
+        self.constant_ = -0.5 * np.log(variance).sum(axis=1) / self.correlation
+        self.n_sensors_ = self.expected_.shape[1]
+        self.correlation_ = float(self.correlation)
+        self._pack()
+        return self
+
+    def temper(
+        self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = _MOMENTS
+    ) -> "StreamDecoder":
+        """Set τ so that the posterior is as sure as it is right on other touches.
+
+        Chooses the τ with the greatest mean log posterior of the true classes over ``moments``
+        (samples after contact). Use simulations with drawn mechanics: a decoder tempered on its own
+        training touches would trust itself fully.
+        """
+        self._require()
+        chosen = np.unique(np.clip(moments, 0, self.window - 1))
+        evidence, true = [], []
+        for touch, label in zip(X, y, strict=True):
+            cut = self._cut(np.asarray(touch, dtype=float))
+            if cut is not None and label in self.classes_:
+                evidence.append(self._accumulate(cut)[chosen])
+                true.append(self.classes_.index(label))
+        if not evidence:
+            raise InvalidInput(
+                "temper needs touches with contact and with labels that the decoder knows; got"
+                " none."
+            )
+        sharpness = np.geomspace(_SHARPNESS[0], _SHARPNESS[1], 61)
+        scores = [
+            _score_log(np.stack(evidence) * s, np.array(true), len(self.classes_))
+            for s in sharpness
+        ]
+        best = sharpness[int(np.argmax(scores))]
+        self.correlation_ /= best
+        self.weight_ *= best
+        self.constant_ *= best
+        self._pack()
+        return self
+
+    def watch(
+        self,
+        X: Sequence[np.ndarray],
+        y: Labels,
+        groups: Sequence[int],
+        strangers: tuple[Sequence[np.ndarray], Sequence[Hashable]] | None = None,
+        alarm: float = 0.05,
+    ) -> "StreamDecoder":
+        """Learn to say while a touch goes on that it is unlike any of these, as
+        ``StreamState.strangeness``; of known touches ``alarm`` are called so. From the first moment
+        that is asked about (50 samples after contact) the posterior comes from these touches, too.
+        A model file does not hold it.
+
+        Parameters
+        ----------
+        X, y, groups
+            Touches (sensor, time), their labels, and whose touches they are (a robot's, say).
+        strangers
+            Touches that are not to be known, and what each shares with others.
+        """
+        self._require()
+        values, kept, most = self._cut_all(X)
+        shown = None
+        if strangers is not None:
+            others, felt, _ = self._cut_all(strangers[0])
+            shown = others, [strangers[1][k] for k in felt]
+        labels, owners = [y[k] for k in kept], [groups[k] for k in kept]
+        self.watch_ = Watch(alarm).fit(values, labels, owners, shown, most)
+        return self
+
+    def _cut_all(self, X: Sequence[np.ndarray]) -> tuple[np.ndarray, list[int], int]:
+        """Touches from contact on, which they are, and how long the shortest lasts after it."""
+        cuts, kept, most = [], [], self.window
+        for k, touch in enumerate(X):
+            cut = self._cut(np.asarray(touch, dtype=float))
+            if cut is not None:
+                cuts.append(cut[:, self.max_lag : self.max_lag + self.window])
+                kept.append(k)
+                still = np.all(cut[:, ::-1] == cut[:, -1:], axis=0)
+                most = min(most, self.window + self.max_lag - int(np.argmin(still)))
+        return np.array(cuts), kept, most
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write all that was learned and all settings as a model file; never pickle."""
+        self._require()
+        if self.model is not None:
+            raise InvalidInput(
+                "a decoder with model= holds a function, which no file can. Save the network by"
+                " itself."
+            )
+        parameters = {
+            name: value for name, value in self.get_params().items() if name != "model"
+        }
+        settings = {
+            "parameters": parameters,
+            "classes": self.classes_,
+            "correlation": self.correlation_,
+        }
+        arrays = {name: getattr(self, f"{name}_") for name in _LEARNED}
+        save_model(Model(kind=_KIND, version=_VERSION, arrays=arrays, settings=settings), path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike, *, trusted: bool = False) -> "StreamDecoder":
+        """A decoder that :meth:`save` wrote, ready to stream.
+
+        ``trusted=True`` skips the guard, for a file of your own.
+
+        Raises
+        ------
+        InvalidInput
+            No such file, damaged, of another kind or version, or with parts that do not fit
+            together.
+        """
+        file = load_model(path, kind=_KIND, version=_VERSION, trusted=trusted)
+        try:
+            given: dict[str, Any] = file.settings["parameters"]
+            options: dict[str, Any] = {
+                name: int(x) if name in _WHOLE else float(x) for name, x in given.items()
+            }
+            decoder = cls(**options)
+            decoder._check()
+            decoder._restore(file)
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            AttributeError,
+            OverflowError,
+            FeelerError,
+        ) as error:
+            raise InvalidInput(
+                f"{path} is no complete StreamDecoder ({str(error)[:150]}). Save it again."
+            ) from error
+        return decoder
+
+    def _restore(self, file: Model) -> None:
+        """Take over what a file holds, once it is known to fit."""
+        labels = [
+            tuple(label) if isinstance(label, list) else label
+            for label in file.settings["classes"]
+        ]
+        expected, weight, constant = (
+            np.asarray(file.arrays[name], dtype=float) for name in _LEARNED
+        )
+        n_classes, n_sensors, n_samples = expected.shape
+        whole = weight.shape == expected.shape and constant.shape == (n_classes, n_samples)
+        if (
+            not whole
+            or (n_classes, n_samples) != (len(labels), self.window + 2 * self.max_lag)
+            or n_sensors < 1
+        ):
+            raise ValueError(
+                f"{len(labels)} classes and window {self.window} do not fit arrays of"
+                f" {expected.shape}"
+            )
+        if (
+            not all(np.isfinite(values).all() for values in (expected, weight, constant))
+            or (weight <= 0).any()
+        ):
+            raise ValueError("its numbers are finite and its weights > 0")
+        lags = 2 * self.max_lag // self.lag_step + 1
+        find_limits(None).check_bytes(
+            2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
+        )
+        self.classes_ = labels
+        self.expected_, self.weight_, self.constant_ = expected, weight, constant
+        self.n_sensors_, self.correlation_ = int(n_sensors), float(file.settings["correlation"])
+        self._pack()
+
+    def _accumulate(self, cut: np.ndarray) -> np.ndarray:
+        """Evidence (window, class · lag) after each sample of a cut touch."""
+        seen = cut[:, self.max_lag : self.max_lag + self.window].T
+        error = np.einsum(
+            "tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_
+        )
+        return np.cumsum(self.constant_at_ - error, axis=0)
+
+    def _pack(self) -> None:
+        """Views over lags (slot, class · lag, sensor), so that a sample costs a few operations."""
+        lags = np.arange(0, 2 * self.max_lag + 1, self.lag_step)
+        at = np.arange(self.window)[:, None] + lags
+        shape = (self.window, len(self.classes_) * lags.size, self.n_sensors_)
+        self.expected_at_ = self.expected_[:, :, at].transpose(2, 0, 3, 1).reshape(shape)
+        self.weight_at_ = self.weight_[:, :, at].transpose(2, 0, 3, 1).reshape(shape)
+        self.constant_at_ = self.constant_[:, at].transpose(1, 0, 2).reshape(shape[:2])
+
+    def _check(self) -> None:
+        for name, (rule, holds) in _RULES.items():
+            if not holds(value := getattr(self, name)) or value == np.inf:
+                raise InvalidInput(f"StreamDecoder needs {name} {rule}, got {value}.")
+            if value >= _MOST:
+                raise InvalidInput(f"StreamDecoder needs {name} below {_MOST:,}, got {value}.")
+
+    def _cut(self, touch: np.ndarray) -> np.ndarray | None:
+        """A touch from ``max_lag`` before its noticed contact, less its resting level.
+
+        None where no contact is noticed.
+        """
+        if touch.ndim != 2 or not np.isfinite(touch).all():
+            raise InvalidInput(
+                f"training touches are finite (sensor, time), got shape {touch.shape} or NaN in it."
+            )
+        finder = OnsetFinder(self.onset, self.confirm, touch.shape[0])
+        found = next((k for k in range(touch.shape[1]) if finder.see(touch[:, k])), None)
+        if found is None:
+            return None
+        index = found + np.arange(-self.max_lag, self.window + self.max_lag)
+        return touch[:, np.clip(index, 0, touch.shape[1] - 1)] - finder.level[:, None]
+
+    def start(self) -> Stream:
+        """A fresh stream of samples to be decoded."""
+        self._require()
+        return Stream(self)
+
+    def replay(self, values: np.ndarray, time: np.ndarray | None = None) -> list[StreamState]:
+        """States after each sample of a recording (sensor, sample); its times are in ms."""
+        stream = self.start()
+        values = np.asarray(values, dtype=float)
+        return [
+            stream.update(values[:, k], None if time is None else time[k])
+            for k in range(values.shape[1])
+        ]
+
+    def decide(self, X: Sequence[np.ndarray], until: float | None = None) -> np.ndarray:
+        """Posterior (touch, class) when each touch (sensor, time) has ended, NaN without contact.
+
+        ``until`` ends each touch earlier, and counts from the contact that was noticed [ms].
+        """
+        self._require()
+        last = -1 if until is None else round(until / self.interval)
+        found = np.full((len(X), len(self.classes_)), np.nan)
+        for row, touch in zip(found, X, strict=True):
+            if len(touch) != self.n_sensors_:
+                raise InvalidInput(
+                    f"the reader learned touches of {self.n_sensors_} sensors, got {len(touch)}."
+                )
+            felt = [one for one in self.replay(np.asarray(touch)) if one.since_contact >= 0]
+            if felt:
+                row[:] = felt[min(last, len(felt) - 1)].posterior
+        return found
+
+
+def _score_log(evidence: np.ndarray, true: np.ndarray, n_classes: int) -> float:
+    """Mean log posterior of the true classes of evidence (touch, moment, class · lag)."""
+    by_class = logsumexp(evidence.reshape(*evidence.shape[:2], n_classes, -1), axis=3)
+    log_posterior = by_class - logsumexp(by_class, axis=2, keepdims=True)
+    return float(log_posterior[np.arange(true.size), :, true].mean())

@@ -1,1 +1,0 @@
-"""Files, journals and keys: how bytes come in and go out, and what a kept result depends on."""

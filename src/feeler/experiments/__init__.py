@@ -1,0 +1,1 @@
+"""Experiments on an antenna: touch, bend, release, hit. Each returns a Dataset."""

@@ -1,0 +1,317 @@
+"""Antennas and what touches them, drawn in the plane and in space, without OpenGL."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Polygon
+from matplotlib.transforms import Affine2D
+from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull
+
+from feeler.antenna.segments import Antenna
+from feeler.errors import InvalidInput
+from feeler.objects import Trial, place
+from feeler.objects.meshes import list_solids
+from feeler.objects.shapes import Feature, trace_rim
+from feeler.plotting.style import ANTENNA_COLOURS, TENSOR_COLOURS, set_decades
+from feeler.tensors.transforms import compute_bend, in_unit, measure_peak, reconstruct_posture
+from feeler.validation import checked
+
+# Draw antennas and what touches them, in the plane.
+
+OBJECT_COLOUR = "#8C9196"  # grey: no profile, no kind of object has it
+_SPANS_DECADES = (
+    30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
+)
+
+
+@checked
+def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: Any) -> None:
+    """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
+    points = np.asarray(points)
+    ax.plot(
+        points[:, 0],
+        points[:, 1],
+        **({"color": ANTENNA_COLOURS[0], "solid_capstyle": "round"} | line),
+    )
+
+
+@checked
+class MovingAntenna:
+    """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its
+    sensors as dots.
+    """
+
+    def __init__(
+        self, antenna: Antenna, ax: Axes, norm: Normalize, colours: str = TENSOR_COLOURS
+    ) -> None:
+        self.antenna = antenna
+        self._skin = LineCollection([], colors="#1b1f24", capstyle="round", zorder=3)
+        self._line = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
+        for lines in (self._skin, self._line):
+            ax.add_collection(lines, autolim=False)
+        (self._dots,) = ax.plot([], [], "o", ms=0.9, color="#ffffff", mew=0, zorder=5)
+
+    @property
+    def colours(self) -> LineCollection:
+        """For a colour bar."""
+        return self._line
+
+    def move(self, points: np.ndarray, values: np.ndarray) -> list[Artist]:
+        """Artists changed to a posture (joint, 2) [mm]; ``values`` (segment,) colour its hinges."""
+        parts = np.stack([points[:-1], points[1:]], axis=1)
+        width = self._measure_width()
+        for lines, wider in ((self._skin, 1.2), (self._line, 0.0)):
+            lines.set_segments(list(parts))
+            lines.set_linewidth(list(width + wider))
+        self._line.set_array(values)
+        self._dots.set_data(*points[self.antenna.sensors - 1].T)
+        return [self._skin, self._line, self._dots]
+
+    def _measure_width(self) -> np.ndarray:
+        """The true diameter of each segment [points], but never too thin to see its colour."""
+        ax = self._line.axes
+        assert ax is not None
+        per_mm = np.diff(ax.transData.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0])[0]
+        return np.maximum(2 * self.antenna.radius * per_mm * 72 / ax.figure.dpi, 2.4)
+
+
+@checked
+def make_patch(
+    feature: Feature,
+    origin: Annotated[np.ndarray, "axis"],
+    forward: Annotated[np.ndarray, "axis"],
+    reach: Annotated[float, "> 0"] = 100.0,
+) -> PathPatch:
+    """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along
+    ``forward``.
+    """
+    turn = np.stack([forward, [-forward[1], forward[0]]])
+    rims = [trace_rim(part, feature.rounding) for part in feature.parts]
+    if feature.unbounded:
+        rims = [np.array([[0, -reach], [0, reach], [-reach, reach], [-reach, -reach]])]
+    paths = [Polygon(np.vstack([rim, rim[:1]]) @ turn + origin, closed=True) for rim in rims]
+    return PathPatch(
+        Polygon.make_compound_path(*paths),
+        facecolor=OBJECT_COLOUR,
+        edgecolor=OBJECT_COLOUR,
+        lw=0.0,
+        alpha=0.85,
+    )
+
+
+@checked
+def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
+    """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes; in space
+    of both planes of bending, that towards z dashed.
+    """
+    position = antenna.hinge_position / antenna.length
+    quantities = (
+        (antenna.segment_length, "segment length [mm]"),
+        (1e6 * antenna.segment_mass, "segment mass [µg]"),
+        (antenna.stiffness, "stiffness [N·mm/rad]"),
+        (antenna.damping, "damping [N·mm·ms/rad]"),
+    )
+    if len(axes) != len(quantities):
+        raise InvalidInput(f"four Axes are needed, got {len(axes)}.")
+    for ax, (values, label) in zip(axes, quantities, strict=True):
+        for ls, row in zip(("-", "--"), np.atleast_2d(values), strict=False):
+            ax.plot(position, row, ls, color="black")
+        ax.set(xlabel="position (base 0, tip 1)", ylabel=label)
+        if values.max() > _SPANS_DECADES * values.min():
+            set_decades(ax)
+
+
+WIDTH, HEIGHT = 15.0, 8.0  # points, of one curve and of a factor of ten
+
+
+def plot_profile_points(
+    ax: Axes, places: ArrayLike, profiles: Sequence[np.ndarray], *, color: str, label: str = ""
+) -> None:
+    """A small curve through each of ``places`` (point, 2): its antenna's profile from base to tip,
+    on a logarithmic scale.
+    """
+    curves = []
+    for profile in profiles:
+        height = HEIGHT * np.log10(np.asarray(profile, dtype=float))
+        curves.append(
+            np.stack([np.linspace(-WIDTH / 2, WIDTH / 2, height.size), height], axis=1)
+        )
+    lines = LineCollection(
+        curves, offsets=places, offset_transform=ax.transData, color=color, lw=1.0
+    )
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    lines.set_transform(Affine2D().scale(1 / 72) + figure.dpi_scale_trans)
+    ax.add_collection(lines)
+    ax.plot(*np.asarray(places, dtype=float).T, "o", ms=2, color=color, label=label)
+
+
+# Draw antennas in space and what touches them, with Matplotlib alone and without OpenGL.
+
+_FINENESS = 24  # points around a ball or a peg
+_VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
+
+
+class SpaceScene:
+    """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
+
+    def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
+        self.antenna, self.ax = antenna, ax
+        self._drawn: list[Any] = []
+        self._line = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
+        self._line.set_linewidth(_measure_width(antenna, ax))
+        ax.add_collection3d(self._line, autolim=False)
+        reach = antenna.length
+        ax.set(xlim=(-reach / 2, reach / 2), ylim=(0, reach), zlim=(-reach / 2, reach / 2))
+        ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
+        ax.set_box_aspect((1, 1, 1), zoom=0.82)  # else its labels lie on those beside it
+        ax.view_init(*_VIEW)
+        ax.locator_params(nbins=4)
+        ax.tick_params(labelsize=6)
+
+    @property
+    def colours(self) -> ScalarMappable:
+        """For a colour bar."""
+        return self._line
+
+    def move(self, points: np.ndarray, values: np.ndarray) -> None:
+        """The antenna in another posture (joint, 3) [mm]; ``values`` (segment,) colour it."""
+        self._line.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
+        self._line.set_array(values)
+
+    def place(self, feature: Feature, origin: np.ndarray, axes: np.ndarray) -> None:
+        """A feature whose frame stands at ``origin`` [mm] with ``axes`` (3, 3)."""
+        for artist in self._drawn:
+            artist.remove()
+        self._drawn = []
+        sheets = [make_sheet(origin, axes, self.antenna.length)]
+        if not feature.unbounded:
+            sheets = []
+        options = {"color": OBJECT_COLOUR, "alpha": 0.45, "linewidth": 0, "shade": True}
+        for corners in list_solids(feature):
+            own = np.asarray(origin) + corners @ axes
+            if len(own) > 2:
+                triangles = ConvexHull(own).simplices
+                self._drawn.append(self.ax.plot_trisurf(*own.T, triangles=triangles, **options))
+            else:
+                sheets.append(make_surface(own[0], own[-1], feature.rounding))
+        self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
+
+
+def add_space(figure: Figure, ax: Axes) -> Any:
+    """Axes in space in the place of flat ones."""
+    place = ax.get_subplotspec()
+    ax.remove()
+    return figure.add_subplot(place, projection="3d")
+
+
+def _measure_width(antenna: Antenna, ax: Any) -> np.ndarray:
+    """The diameter of each segment [points], but never too thin to see its colour."""
+    inches = min(ax.bbox.width, ax.bbox.height) / ax.figure.dpi
+    return np.maximum(2 * antenna.radius * 0.6 * 72 * inches / antenna.length, 2.0)
+
+
+def make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
+    """x, y, z of the surface about the line from ``a`` to ``b``, of a ball where they are one."""
+    along = b - a if np.any(b != a) else np.array([0.0, 0.0, 1.0])
+    along = along / np.linalg.norm(along)
+    side = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    side /= np.linalg.norm(side)
+    other = np.cross(along, side)
+    turn, rise = np.linspace(0, 2 * np.pi, _FINENESS), np.linspace(0, np.pi, _FINENESS)
+    ring = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other
+    ends = np.where(np.cos(rise)[:, None, None] > 0, b, a)
+    skin = np.sin(rise)[:, None, None] * ring + np.cos(rise)[:, None, None] * along
+    return np.moveaxis(ends + radius * skin, -1, 0)
+
+
+def make_sheet(origin: np.ndarray, axes: np.ndarray, reach: float) -> np.ndarray:
+    """x, y, z of a part of a wall."""
+    corners = np.array([[[-1, -1], [-1, 1]], [[1, -1], [1, 1]]]) * reach / 3
+    return np.moveaxis(np.asarray(origin) + corners @ axes[1:], -1, 0)
+
+
+# What a turnable view of a touch in space draws: the antenna at every moment and the object's
+# edges, as numbers for ``report/turn.js``.
+
+_FRAMES = 100  # [C] moments at most
+_LEVELS = 32  # [C] colours of a bend
+_EVERY = 4  # [C] of the lines around a ball or a peg, one is drawn
+
+
+@checked
+def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> dict[str, Any]:
+    """The first touch of a Dataset with all hinges of an antenna in space, for
+    :meth:`feeler.report.Section.turnable`.
+
+    Returns
+    -------
+    dict
+        ``time`` (frame,) [ms]; ``points`` (frame, joint, 3) [mm]; ``bend`` (frame, segment), which
+        of the ``colours``; ``top`` [1/mm], the curvature of the last; ``lines`` of the object
+        (line)(corner)(3) [mm] at time 0; ``shift`` (frame, 3) [mm] of them; ``reach`` [mm].
+
+    Raises
+    ------
+    InvalidInput
+        An antenna in the plane.
+    """
+    placed = place(antenna, trial)
+    if placed.left is None:
+        raise InvalidInput(
+            f"{antenna.name!r} lies in a plane, which there is nothing to turn: take an antenna in"
+            " space (docs/space.md), or write_touch_movie."
+        )
+    time = in_unit(tensors["time"], "ms").values
+    frames = np.unique(
+        np.linspace(0, len(time) - 1, min(_FRAMES, len(time))).round().astype(int)
+    )
+    bend = compute_bend(tensors, antenna)[frames]
+    top = measure_peak(bend) or 1.0
+    edges = _list_lines(trial.shape, np.asarray(placed.origin), placed.axes, antenna.length)
+    return {
+        "time": time[frames].round(2).tolist(),
+        "points": reconstruct_posture(tensors, antenna).values[0][frames].round(3).tolist(),
+        "bend": np.floor(bend / top * (_LEVELS - 1e-9)).astype(int).tolist(),
+        "colours": [mpl.colors.to_hex(c) for c in _sample_colours()],
+        "top": top,
+        "lines": [line.round(3).tolist() for line in edges],
+        "object": OBJECT_COLOUR,
+        "shift": (placed.velocity * time[frames, None]).round(3).tolist(),
+        "reach": float(antenna.length),
+    }
+
+
+def _sample_colours() -> np.ndarray:
+    return mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))
+
+
+def _list_lines(
+    feature: Feature, origin: np.ndarray, axes: np.ndarray, reach: float
+) -> Iterator[np.ndarray]:
+    """Edges (corner, 3) [mm] of a feature whose frame stands at ``origin`` with ``axes``."""
+    if feature.unbounded:
+        sheet = np.moveaxis(make_sheet(origin, axes, reach), 0, -1)
+        yield sheet[[0, 0, 1, 1, 0], [0, 1, 1, 0, 0]]
+        return
+    for corners in list_solids(feature):
+        own = origin + corners @ axes
+        if len(own) > 2:
+            for triangle in ConvexHull(own).simplices:
+                yield own[[*triangle, triangle[0]]]
+            continue
+        skin = np.moveaxis(make_surface(own[0], own[-1], feature.rounding), 0, -1)
+        yield from skin[:, ::_EVERY]
+        yield from np.swapaxes(skin, 0, 1)[:, ::_EVERY]

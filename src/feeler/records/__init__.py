@@ -1,1 +1,0 @@
-"""Records, checked arguments and open sets: what a value may be, and words for what it is not."""

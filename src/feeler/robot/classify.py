@@ -1,0 +1,353 @@
+"""Training sets from surrogate robots, and the classification of one recording."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any
+
+import numpy as np
+
+from feeler.antenna import Antenna
+from feeler.decoding.classifiers import NO_CONTACT
+from feeler.decoding.observers import CloudReader, Others
+from feeler.decoding.streams import StreamDecoder
+from feeler.decoding.transfer import (
+    AFTER,
+    BEFORE,
+    LABEL_PARTS,
+    MIN_DEFLECTION,
+    align,
+    find_first_peak,
+)
+from feeler.errors import InvalidInput
+from feeler.objects import Box, Feature, Outline, Trial
+from feeler.progress import show_progress
+from feeler.robot.description import make_robot
+from feeler.robot.reality import Touches, touch_robots
+from feeler.robot.recordings import Recording
+from feeler.robot.surrogate import make_surrogate
+from feeler.robot.touches import Label, compute_tip, find_direction, make_touches
+from feeler.validation import checked
+
+# What a classifier learns from: touches of surrogate robots, and of strangers beside them.
+
+_ROBOTS = 24  # [C] surrogate robots whose touches a reader learns
+_SIZES = (0.2, 6.0)  # [C] of a stranger, over the size of the object in whose place it is met
+_TOGETHER = 4  # [C] robots that are simulated between two marks of progress
+_CORNERS = 16  # [C] of an ellipse
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lessons:
+    """Touches of surrogate robots.
+
+    Attributes
+    ----------
+    known : list[Touches]
+        By robot; the touches to be told apart.
+    strangers : list[Touches]
+        By further robots; the same touches, of other things.
+    """
+
+    known: list[Touches]
+    strangers: list[Touches]
+
+    def gather(self) -> tuple[np.ndarray, list, np.ndarray, Others]:
+        """Aligned tensors with contact, their labels and robots, and the strangers."""
+        values, labels, robots = _gather(self.known)
+        others, names, _ = _gather(self.strangers)
+        return values, labels, robots, (others, [name[1:] for name in names])
+
+    def watch(self, decoder: StreamDecoder) -> StreamDecoder:
+        """Let a decoder say while a touch goes on whether it is unlike any of these."""
+        motions, labels, robots = zip(*_list_motions(self.known), strict=True)
+        others, names, _ = zip(*_list_motions(self.strangers), strict=True)
+        kinds = [name[1:] for name in names]
+        return decoder.watch(motions, labels, robots, (others, kinds))
+
+
+def _gather(touched: Sequence[Touches]) -> tuple[np.ndarray, list, np.ndarray]:
+    felt = np.concatenate([touches.touched for touches in touched])
+    values = np.concatenate([touches.values for touches in touched])[felt]
+    labels = [label for touches in touched for label in touches.labels]
+    robots = np.repeat(np.arange(len(touched)), [len(touches.labels) for touches in touched])
+    return (
+        values,
+        [label for label, seen in zip(labels, felt, strict=True) if seen],
+        robots[felt],
+    )
+
+
+def _list_motions(touched: Sequence[Touches]) -> Iterator[tuple[np.ndarray, Label, int]]:
+    for k, touches in enumerate(touched):
+        for motion, label in zip(touches.motions, touches.labels, strict=True):
+            yield motion, label, k
+
+
+@checked
+def draw_lessons(
+    antenna: Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    robots: Annotated[int, "> 0"] = _ROBOTS,
+    seed: Annotated[int, "≥ 0"] = 0,
+    **how: Any,
+) -> Lessons:
+    """Touches of ``robots`` surrogate robots, and of half as many others that touch strangers.
+
+    Strangers are boxes and ellipses of random sizes and roundings in the place of each object.
+    ``how`` goes to :func:`touch_robots`.
+    """
+    antenna = make_robot() if antenna is None else antenna
+    trials = make_touches() if trials is None else list(trials)
+    half = (robots + 1) // 2
+    children = np.random.SeedSequence([seed, robots]).spawn(robots + half)
+    drawn = [
+        make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children
+    ]
+    felt: list[Touches] = []
+    with show_progress(None, "surrogate robots") as advance:
+        while len(felt) < len(drawn):
+            k = len(felt)
+            several = drawn[k : min(k + _TOGETHER, robots)] if k < robots else drawn[k : k + 1]
+            met = trials if k < robots else _replace_objects(trials, children[k])
+            felt += touch_robots(several, trials=met, antenna=antenna, **how)
+            advance(len(felt), len(drawn))
+    return Lessons(known=felt[:robots], strangers=felt[robots:])
+
+
+def _replace_objects(trials: Sequence[Trial], seed: np.random.SeedSequence) -> list[Trial]:
+    rng = np.random.default_rng(seed.spawn(1)[0])
+    return [replace(trial, feature=_draw_stranger(trial.feature, rng)) for trial in trials]
+
+
+def _draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:
+    """Something else in the place of an object: a box with round edges, or an ellipse."""
+    wide, high = feature.size * np.exp(rng.uniform(np.log(_SIZES[0]), np.log(_SIZES[1]), 2))
+    share = rng.uniform(0, 0.99)
+    if rng.random() < 0.5:
+        angle = 2 * np.pi * (np.arange(_CORNERS) + 0.5) / _CORNERS
+        corners = np.column_stack([high * np.cos(angle), wide * np.sin(angle)])
+        return Outline(vertices=corners, name="stranger")
+    core, rounding = 1 - share, share * min(wide, high)
+    return Box(
+        half_width=core * wide, half_height=core * high, rounding=rounding, name="stranger"
+    )
+
+
+@checked
+def make_classifier(
+    antenna: Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    robots: Annotated[int, "> 0"] = _ROBOTS,
+    seed: Annotated[int, "≥ 0"] = 0,
+    lessons: Lessons | None = None,
+    **how: Any,
+) -> CloudReader:
+    """A reader of any antenna's touches, trained on the touches of surrogate robots around it.
+
+    Its probabilities are calibrated on robots that it did not learn, at one reality gap; what your
+    robot's own gap is, they cannot know. ``measure_strangeness`` says what is unlike any touch of
+    ``trials``. The paper's classifier is :class:`feeler.decoding.TransferClassifier`. ``lessons``
+    are those of :func:`draw_lessons`, which else are drawn with the other words.
+    """
+    if lessons is None:
+        lessons = draw_lessons(antenna, trials, robots=robots, seed=seed, **how)
+    values, labels, groups, strangers = lessons.gather()
+    if len({*labels}) < 2:
+        raise InvalidInput(
+            "there is nothing to tell apart: all touches that were felt are of one object, place"
+            " and speed. Give two or more of one of them."
+        )
+    try:
+        return CloudReader().fit(values, labels, groups, strangers)
+    except np.linalg.LinAlgError as error:
+        raise InvalidInput(
+            f"{len(lessons.known)} surrogate robots are too few to learn from: with one held out"
+            " they must still differ. Ask for 3 or more; 24 are usual."
+        ) from error
+
+
+# What a classifier says of one recording, how sure it is, and what the recording's notes say.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """The best label, the runner-up, and how they compare with the notes.
+
+    Attributes
+    ----------
+    probability : float
+        Of ``label``; NaN without contact.
+    truth : dict[str, str | float]
+        Those parts of the label that the recording's notes hold.
+    known : bool
+        Whether the truth, as far as it is noted, is among the classes.
+    strangeness : float
+        Squared distance to the nearest class over the limit; > 1: unlike any touch that was
+        learned.
+    missing : str
+        What of the recording is not there, in words; empty where nothing is.
+    mirrored : bool
+        Whether the tip went to the negative side first, so that the recording's mirror image was
+        judged.
+    probabilities : dict[Label, float]
+        Of every class; empty without contact.
+    """
+
+    label: Label
+    probability: float
+    runner_up: Label | None
+    runner_up_probability: float
+    truth: dict[str, str | float]
+    known: bool
+    strangeness: float = 0.0
+    missing: str = ""
+    mirrored: bool = False
+    probabilities: dict[Label, float] = field(default_factory=dict)
+
+    @property
+    def strange(self) -> bool:
+        """Whether the touch is unlike all that were learned."""
+        return self.strangeness > 1
+
+    @property
+    def right(self) -> dict[str, bool]:
+        """Part → whether it agrees with the notes."""
+        return {
+            part: _agree(self.label[LABEL_PARTS.index(part)], value)
+            for part, value in self.truth.items()
+        }
+
+    def __str__(self) -> str:
+        words = name_touch(self.label)
+        if self.strange:
+            words = (
+                f"unlike any touch I know ({self.strangeness:.3g} × the limit); nearest {words}"
+            )
+        elif self.runner_up is not None:
+            words += (
+                f" ({self.probability:.0%}); then {name_touch(self.runner_up)}"
+                f" ({self.runner_up_probability:.0%})"
+            )
+        words += "\n  bent to the negative side: judged by its mirror image" * self.mirrored
+        words += f"\n  {self.missing}" if self.missing else ""
+        if not self.truth:
+            return words
+        wrong = [part for part, right in self.right.items() if not right]
+        verdict = f"WRONG: {', '.join(wrong)}" if wrong else "right"
+        return f"{words}\n  {name_notes(self.truth)}: {verdict}" + (
+            "" if self.known else " (no such class was trained)"
+        )
+
+    def to_plain(self) -> dict[str, Any]:
+        """As JSON; None stands where there was no contact."""
+        return {
+            "label": describe_touch(self.label),
+            "probability": None if np.isnan(self.probability) else self.probability,
+            "runner_up": None if self.runner_up is None else describe_touch(self.runner_up),
+            "runner_up_probability": None
+            if self.runner_up is None
+            else self.runner_up_probability,
+            "unlike_all": self.strange,
+            "strangeness": self.strangeness,
+            "missing": self.missing,
+            "mirrored": self.mirrored,
+            "truth": self.truth,
+            "right": self.right,
+            "known": self.known,
+        }
+
+
+def judge_recording(
+    reader: CloudReader, recording: Recording, antenna: Antenna, before: int = BEFORE
+) -> tuple[Answer, np.ndarray]:
+    """The answer to a repaired recording of angles from rest, and its aligned tensor.
+
+    A recording that ends early is judged on the samples that it holds; the answer says what is
+    missing. One that ends before the tip's first peak is aligned on its largest deflection. One
+    whose tip first goes to the negative side is judged by its mirror image, and its tensor is that.
+    """
+    tip, values = compute_tip(antenna, recording.values), recording.values
+    mirrored = find_direction(tip) < 0
+    if mirrored:
+        tip, values = -tip, -values
+    peak = find_first_peak(tip)
+    early = peak < 0 and np.nanmax(tip, initial=0.0) >= MIN_DEFLECTION
+    if early:
+        peak = int(np.nanargmax(tip))
+    held = tip.size - peak - 1 if peak >= 0 else AFTER
+    tensor = align([values], [tip], before=before, peaks=[peak])[0]
+    until = None if held >= AFTER else float(before + max(held, 1))
+    missing = ""
+    if until is not None:
+        missing = f"{AFTER} ms after the first peak are needed; here {held}"
+        missing += ", and no peak: the largest deflection stands for it" if early else ""
+    answer = _judge_touch(reader, tensor, recording.labels, until, missing)
+    return replace(answer, mirrored=mirrored and answer.label != NO_CONTACT), tensor
+
+
+def _judge_touch(
+    reader: CloudReader,
+    tensor: np.ndarray,
+    notes: Mapping[str, str | float],
+    until: float | None = None,
+    missing: str = "",
+) -> Answer:
+    """The answer to one aligned tensor (sensor, time), of which the samples before ``until`` [ms]
+    count; ``notes`` are ``Recording.labels``.
+    """
+    probability = reader.predict_proba(tensor[None], until)[0]
+    felt = bool(np.isfinite(probability).all())
+    best = np.argsort(-probability, kind="stable")[:2]
+    ranked = [reader.classes_[k] for k in best] if felt else [NO_CONTACT]
+    truth = {part: notes[part] for part in LABEL_PARTS if part in notes}
+    known = any(
+        all(_agree(label[LABEL_PARTS.index(p)], v) for p, v in truth.items())
+        for label in reader.classes_
+    )
+    return Answer(
+        label=ranked[0],
+        probability=float(probability[best[0]]) if felt else float("nan"),
+        runner_up=ranked[1] if felt else None,
+        runner_up_probability=float(probability[best[1]]) if felt else float("nan"),
+        truth=truth,
+        known=known,
+        strangeness=float(reader.measure_strangeness(tensor[None], until)[0]) if felt else 0.0,
+        missing=missing if felt else "",
+        probabilities=dict(zip(reader.classes_, map(float, probability), strict=True))
+        if felt
+        else {},
+    )
+
+
+def name_notes(labels: Mapping[str, str | float]) -> str:
+    """What a recording's notes say of its touch, in words; empty where they say nothing."""
+    known = [(part, labels[part]) for part in LABEL_PARTS if part in labels]
+    noted = [
+        f"{part} {value}" if isinstance(value, str) else f"{part} {value:g}"
+        for part, value in known
+    ]
+    return f"the notes say {', '.join(noted)}" if noted else ""
+
+
+def name_touch(label: Label) -> str:
+    """A label in words."""
+    feature, location, speed = label
+    return (
+        feature
+        if feature == NO_CONTACT[0]
+        else f"{feature} at {location:g} of the length, {speed:g} m/s"
+    )
+
+
+def _agree(found: str | float, noted: str | float) -> bool:
+    if isinstance(found, str) or isinstance(noted, str):
+        return found == noted
+    return bool(np.isclose(found, noted, rtol=1e-6))
+
+
+def describe_touch(label: Label) -> dict[str, str | float | None]:
+    """A label as JSON."""
+    feature, location, speed = (None if value != value else value for value in label)
+    return {"feature": feature, "location": location, "speed": speed}

@@ -1,0 +1,367 @@
+"""Fit of the robot's factors p1 and p2 to the ringing after a release (Methods)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+from scipy.signal import find_peaks
+
+from feeler.antenna import Antenna, compute_modes
+from feeler.errors import InvalidInput
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.records import OneOf, Shown
+from feeler.robot.description import Flexures, make_robot
+from feeler.robot.recordings import Recording
+from feeler.robot.touches import INTERVAL, compute_tip
+from feeler.validation import checked
+
+_MAX_UPDATES = 12
+_CLOSE = 1e-5  # relative distance at which the updates stop
+_MIN_CYCLES = 2.0
+_MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ringing:
+    """A free response in two numbers.
+
+    Attributes
+    ----------
+    frequency : float
+        Damped natural frequency [kHz].
+    damping_ratio : float
+        ζ of the damped cosine fitted to the record after the first crossing of rest [1].
+    r_squared : float
+        Share of the trace's variance that the damped cosine explains.
+    """
+
+    frequency: float
+    damping_ratio: float
+    r_squared: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RobotFit(Shown):
+    """The factors that make the model ring as the recording does.
+
+    Attributes
+    ----------
+    stiffness_factor : float
+        p1 [1].
+    damping_factor : float
+        p2 [ms].
+    error : float
+        Root of the sum of the two squared relative errors, as in the paper.
+    antenna : Antenna
+        The fitted model.
+    """
+
+    stiffness_factor: float
+    damping_factor: float
+    error: float
+    target: Ringing
+    reached: Ringing
+    n_evaluations: int
+    antenna: Antenna
+
+
+@checked
+def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
+    """Damped frequency and damping ratio of a free tip trace (time,).
+
+    ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first
+    crossing of rest on, when the faster modes have died down. The first sample must be the release
+    or later.
+
+    Raises
+    ------
+    InvalidInput
+        Not finite, not evenly sampled, less than two cycles, or nothing that rings (over-damped, or
+        no deflection).
+    """
+    time, tip = np.asarray(time, dtype=float), np.asarray(tip, dtype=float)
+    if (
+        time.ndim != 1
+        or time.shape != tip.shape
+        or not np.all(np.isfinite(time) & np.isfinite(tip))
+    ):
+        raise InvalidInput(
+            "a ringing trace is finite time (time,) and tip (time,) of one length. Repair it first."
+        )
+    if time.size < 20 or np.any(
+        np.abs(np.diff(time) - (time[1] - time[0])) > 1e-6 * np.ptp(time)
+    ):
+        raise InvalidInput(
+            "a ringing trace needs at least 20 evenly spaced samples. Repair it first."
+        )
+    rest = np.mean(tip[-max(tip.size // 4, 2) :])
+    crossings = np.flatnonzero(np.diff(np.signbit(tip - rest)))
+    if crossings.size < 2 * _MIN_CYCLES:
+        raise InvalidInput(
+            f"the trace crosses rest {crossings.size} times; at least {2 * _MIN_CYCLES:.0f} (two"
+            " cycles) are needed. It is too short, over-damped (which has no damped frequency), or"
+            " holds no release."
+        )
+    return _fit_cosine(time[crossings[0] :] - time[crossings[0]], tip[crossings[0] :])
+
+
+def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
+    """Frequency and decay by nonlinear least squares.
+
+    Amplitude, phase and offset are linear and solved inside.
+    """
+
+    def residual(logs: np.ndarray) -> np.ndarray:
+        frequency, decay = np.exp(logs)
+        fall, phase = np.exp(-decay * time), 2 * np.pi * frequency * time
+        basis = np.stack(
+            [fall * np.cos(phase), fall * np.sin(phase), np.ones_like(time)], axis=1
+        )
+        return basis @ np.linalg.lstsq(basis, tip, rcond=None)[0] - tip
+
+    fits = []
+    for start in _guess_frequencies(time, tip):
+        bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
+        fits += [
+            least_squares(residual, np.log([start, share * start]), bounds=bounds)
+            for share in (0.1, 1.0)
+        ]
+    best = min(fits, key=lambda fit: fit.cost)
+    omega_d, decay = 2 * np.pi * np.exp(best.x[0]), np.exp(best.x[1])
+    return Ringing(
+        frequency=float(omega_d / (2 * np.pi)),
+        damping_ratio=float(decay / np.hypot(omega_d, decay)),
+        r_squared=float(1 - 2 * best.cost / np.sum((tip - tip.mean()) ** 2)),
+    )
+
+
+def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
+    """From the spectrum's peak (light damping) and the first extremes' spacing (heavy damping)."""
+    interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
+    spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
+    guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
+    extremes, _ = find_peaks(np.abs(away), prominence=0.05 * np.abs(away).max())
+    if extremes.size >= 2:
+        guesses.append(1 / (2 * (extremes[1] - extremes[0]) * interval))
+    return guesses
+
+
+@checked
+def simulate_release(
+    antenna: Antenna,
+    posture: Annotated[np.ndarray, "hinge"],
+    duration: Annotated[float, "> 0"],
+    *,
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
+) -> np.ndarray:
+    """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad]."""
+    from feeler.physics.run import run_scene
+    from feeler.physics.scene import Clock, Scene
+
+    if np.shape(posture) != (antenna.n_segments,):
+        raise InvalidInput(
+            f"posture needs one angle per hinge: {antenna.n_segments}, got shape"
+            f" {np.shape(posture)}."
+        )
+    clock = Clock(
+        duration=duration, sample_interval=INTERVAL, timestep=choose_timestep(timestep, engine)
+    )
+    return run_scene(
+        Scene(antenna=antenna, angle=posture, label="release"), clock, engine
+    ).angle.T
+
+
+@checked
+def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
+    """Angles (hinge,) [rad] under a sideways force that holds the tip ``deflection`` mm off."""
+    arm = antenna.length - antenna.hinge_position
+    angle = np.divide(
+        arm, antenna.stiffness, out=np.zeros_like(arm), where=antenna.stiffness > 0
+    )
+    return angle * deflection / float(arm @ angle)
+
+
+@checked
+def fit_factors(
+    recording: Recording,
+    *,
+    hinges: Flexures | None = None,
+    theory: Antenna | None = None,
+    method: Annotated[str, OneOf(("update", "powell"))] = "update",
+    name: str = "fitted robot",
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
+) -> RobotFit:
+    """Factors p1 and p2 for which the model rings as a recorded release does.
+
+    The closed form for proportional damping starts it (p1 = (ω/ω_th)², p2 = 2 ζ p1/ω, from the
+    first mode); then the simulated release from the recorded posture, measured in the same way, is
+    matched to the recording.
+
+    Parameters
+    ----------
+    recording
+        Hinge angles on an even time base, first sample at the release.
+    hinges
+        Geometry of the flexures; default :func:`make_flexures`.
+    theory
+        In place of ``hinges``, any antenna: p1 and p2 then scale its stiffness (damping = p2 ·
+        stiffness), as does :attr:`feeler.robot.RobotFile.theory`.
+    method
+        ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations.
+        ``powell``: the paper's optimiser, some hundred evaluations, same answer.
+    engine, timestep
+        Of the simulated release, as for :func:`feeler.touch`.
+
+    Raises
+    ------
+    InvalidInput
+        Capacitance instead of angles, the wrong number of hinges, or a recording that does not
+        ring.
+    """
+    if theory is None:
+        theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
+    theory = theory.replace(name=name)
+    target = measure_ringing(
+        recording.time, compute_tip(theory, _check_release(recording, theory))
+    )
+    release = _find_release(recording)
+    count = 0
+
+    def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
+        nonlocal count
+        count += 1
+        antenna = theory.replace(
+            stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness
+        )
+        motion = simulate_release(antenna, *release, engine=engine, timestep=timestep)
+        try:
+            return (
+                measure_ringing(
+                    np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
+                ),
+                antenna,
+            )
+        except InvalidInput:
+            return None, antenna
+
+    start = solve_factors(target, theory)
+    factors = (
+        _search_powell(ring, target, start)
+        if method == "powell"
+        else _search_update(ring, target, start)
+    )
+    reached, antenna = ring(factors)
+    if reached is None:
+        raise InvalidInput(
+            "no factors make the model ring like the recording. Is it a release, is the geometry"
+            " right?"
+        )
+    return RobotFit(
+        stiffness_factor=float(factors[0]),
+        damping_factor=float(factors[1]),
+        error=_distance(reached, target),
+        target=target,
+        reached=reached,
+        n_evaluations=count,
+        antenna=antenna,
+    )
+
+
+@checked
+def compare_tips(
+    recording: Recording,
+    antenna: Antenna,
+    *,
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
+) -> np.ndarray:
+    """Tip [mm] (2, time) off rest: as recorded, and of ``antenna`` from the same posture."""
+    recorded = compute_tip(antenna, _check_release(recording, antenna))
+    motion = simulate_release(
+        antenna, *_find_release(recording), engine=engine, timestep=timestep
+    )
+    after = recording.time - recording.time[0]
+    model = np.interp(
+        after, np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
+    )
+    return np.array([recorded - recorded[-max(recorded.size // 4, 2) :].mean(), model])
+
+
+@checked
+def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
+    """Closed form of (p1, p2): the linear model's first mode rings as the target does.
+
+    With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
+    """
+    omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
+    p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
+    return np.array([p1, 2 * target.damping_ratio * p1 / omega])
+
+
+def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.ndarray:
+    """Simulate, scale p1 by the squared ratio of frequencies and p2 to mend ζ; repeat."""
+    best, best_error = factors, np.inf
+    for _ in range(_MAX_UPDATES):
+        reached, _ = ring(factors)
+        if reached is None:
+            return best
+        error = _distance(reached, target)
+        if error < best_error:
+            best, best_error = factors, error
+        if error < _CLOSE:
+            break
+        faster = target.frequency / reached.frequency
+        factors = factors * [faster**2, faster * target.damping_ratio / reached.damping_ratio]
+    return best
+
+
+def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.ndarray:
+    def cost(logs: np.ndarray) -> float:
+        reached = ring(np.exp(logs))[0]
+        return 1e3 if reached is None else _distance(reached, target)
+
+    logs = np.log(start)
+    bounds = [(value - 1.0, value + 1.0) for value in logs]
+    return np.exp(
+        minimize(
+            cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}
+        ).x
+    )
+
+
+def _distance(reached: Ringing, target: Ringing) -> float:
+    return float(
+        np.hypot(
+            reached.frequency / target.frequency - 1,
+            reached.damping_ratio / target.damping_ratio - 1,
+        )
+    )
+
+
+def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
+    """Angles off rest that are let go of, and how long the record goes on."""
+    rest = recording.values[:, -max(recording.values.shape[1] // 4, 2) :].mean(axis=1)
+    return recording.values[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
+
+
+def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
+    if recording.quantity != "angle":
+        raise InvalidInput(
+            "the fit needs hinge angles; turn capacitance into angles with a sensor calibration"
+            " first."
+        )
+    if recording.n_sensors != theory.n_segments:
+        n = theory.n_segments
+        raise InvalidInput(
+            f"the recording has {recording.n_sensors} channels, the model {n} hinges: a release"
+            " can be fitted where every hinge has a sensor."
+        )
+    if np.abs(recording.values.sum(axis=0)).max() < _MIN_RINGING:
+        raise InvalidInput(
+            "the recording holds no deflection worth measuring: it must start at the release."
+        )
+    return recording.values

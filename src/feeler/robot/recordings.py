@@ -1,0 +1,512 @@
+"""Recordings of a robotic antenna, and what ``feeler info`` says of a robot's files."""
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import field, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.files import writing
+from feeler.objects import load_objects
+from feeler.records import ALLOW_NAN, OneOf, Record
+from feeler.robot.description import RobotFile, is_robot_file, load_robot
+from feeler.robot.sensors import (
+    ANGLE_UNITS,
+    MAX_HINGES,
+    READING_UNITS,
+    SensorCalibration,
+    load_calibration,
+    load_calibration_table,
+)
+from feeler.robot.stream import unwrap_clock
+from feeler.sandbox import Limits
+from feeler.tensors.bags import describe_bag, find_bag, read_bag
+from feeler.tensors.formats import Format
+from feeler.tensors.table import Table, read_table
+from feeler.validation import checked
+
+# Recordings: what a robotic antenna's electronics wrote, as it is; repair is another step.
+
+N_CHANNELS = 8  # [P]
+_TIME_UNITS = {
+    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1.0),
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), 1e3),
+    **dict.fromkeys(("us", "µs", "micros", "microseconds"), 1e-3),
+    "ns": 1e-6,
+}
+_TIME_VALID = "ms, s, us, ns"
+# how PlotJuggler (CSV export) and ROS 1 (rostopic echo -p) call their clocks, which say no unit
+_CLOCKS = {"__time": "s", "%time": "ns"}
+_TIME_RECORDING = re.compile(
+    r"(?:time|t|time[ _-]?stamp|elapsed(?:[ _-]?time)?)[\s_(\[,]*"
+    rf"({'|'.join(_TIME_UNITS)})?[)\]]?|(millis|micros|seconds|milliseconds)",
+    re.IGNORECASE,
+)
+_SOURCES = ("robot", "surrogate", "simulation")
+_QUANTITIES = {
+    "pF": "capacitance",
+    "counts": "capacitance",
+    "mV": "voltage",
+    "ohm": "resistance",
+}
+_UNITS = {**{name: ("rad", factor) for name, factor in ANGLE_UNITS.items()}, **READING_UNITS}
+_CHANNEL = re.compile(
+    r"(?:.*/)?(?:hinge|sensor|channel|segment|joint|angle|capacitance|cap|voltage|signal|analog"
+    r"|adc|ch|c|a|s|v)[\s_.-]*(\d{1,3})(?:/position)?"
+    rf"[\s_(\[]*({'|'.join(map(re.escape, _UNITS))})?[)\]]?",
+    re.IGNORECASE,
+)
+_LABELS = ("feature", "size", "location", "speed")
+
+
+class Recording(Record):
+    """Channels over time exactly as recorded: gaps are NaN, times are as written.
+
+    Attributes
+    ----------
+    time : np.ndarray
+        (sample,) [ms].
+    values : np.ndarray
+        (sensor, sample) [``unit``], base to tip; NaN where a value is missing.
+    quantity : str
+        ``angle``, or what the sensors read instead of it.
+    unit : str
+        ``rad``, ``pF``, ``counts``, ``mV`` or ``ohm``; empty for that of the quantity.
+    robot : str
+        Name of the robot; empty where it is not known.
+    labels : dict[str, str | float]
+        What is known of the touch: feature, size [mm], location, speed [mm/ms].
+    history : tuple[str, ...]
+        Every change made to the data since they were read, in words.
+    """
+
+    time: Annotated[np.ndarray, "sample", ALLOW_NAN]
+    values: Annotated[np.ndarray, "sensor sample", ALLOW_NAN]
+    quantity: Annotated[str, OneOf(("angle", *dict.fromkeys(_QUANTITIES.values())))] = "angle"
+    unit: str = ""
+    robot: str = ""
+    source: Annotated[str, OneOf(_SOURCES)] = "robot"
+    labels: dict[str, str | float] = field(default_factory=dict)
+    history: tuple[str, ...] = ()
+
+    def _check(self) -> None:
+        of = {"rad": "angle", **_QUANTITIES}
+        unit = self.unit or next(unit for unit, name in of.items() if name == self.quantity)
+        if of.get(unit) != self.quantity:
+            valid = ", ".join(name for name, what in of.items() if what == self.quantity)
+            raise InvalidInput(f"unit of {self.quantity} is {valid}, got {unit!r}.")
+        vars(self)["unit"] = unit
+        if self.values.shape[1] != self.time.size or self.time.size < 2:
+            raise InvalidInput(
+                "a recording is time (sample,) and values (sensor, sample) of at least 2 samples;"
+                f" got {self.time.shape} and {self.values.shape}."
+            )
+
+    @property
+    def n_sensors(self) -> int:
+        """Number of channels."""
+        return self.values.shape[0]
+
+    def to_angles(
+        self, calibration: SensorCalibration, *, outside: str = "refuse"
+    ) -> "Recording":
+        """The same recording as hinge angles.
+
+        Another robot's calibration and readings out of range are refused.
+        """
+        if self.quantity == "angle":
+            raise InvalidInput(
+                "the recording already holds angles; a calibration applies to readings only."
+            )
+        if calibration.unit != self.unit:
+            raise InvalidInput(
+                f"the calibration is of readings in {calibration.unit}, the recording is in"
+                f" {self.unit}. Calibrate these channels, or state the unit that they have."
+            )
+        angle = calibration.apply(self.values, robot=self.robot, outside=outside)
+        result = self.replace(values=angle, quantity="angle", unit="rad")
+        return result.noted(f"{self.quantity} to angle by calibration, outside={outside}")
+
+    def noted(self, words: str) -> "Recording":
+        """The same recording with one more line of history."""
+        return self.replace(history=(*self.history, words))
+
+
+@checked
+def load_recording(
+    path: str | os.PathLike,
+    *,
+    n_channels: int | None = N_CHANNELS,
+    hinges: Sequence[int] = (),
+    unit: str | None = None,
+    time_unit: str | None = None,
+) -> Recording:
+    """Read a recording: a CSV with a time column and numbered hinges, or ROS 2's MCAP.
+
+    The header names units: ``time_ms``, ``Time [s]`` or a logger's clock (``__time`` of
+    PlotJuggler, ``%time`` of ROS 1); ``hinge1_pF``, ``hinge 1 (deg)``, ``ch0_mV``, ``c1`` with
+    ``unit=``. Other columns (temperature, remarks) are left out and named in the history. Notes
+    above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``#
+    time unit:``, ``# feature:``, ``# size:`` [mm], ``# location:``, ``# speed:`` [m/s]. Columns are
+    put in the order of their numbers and the history says so.
+
+    ``run.mcap``, or a bag's folder, gives its one topic of numbers, ``run.mcap:TOPIC`` one of
+    several and ``run.mcap:TOPIC:UNIT`` says its unit (extra ``ros``, see
+    :func:`feeler.tensors.bags.read_bag`). Joints stand in the order of their numbers, which ROS
+    does not keep, or in their own where they have none.
+
+    Parameters
+    ----------
+    n_channels
+        How many channels there must be; None takes what the file has.
+    hinges
+        Numbers of the hinges that have a sensor, from 1 at the base: channels may be numbered by
+        them in place of 1, 2, 3 ….
+    unit, time_unit
+        Units where the file does not name them.
+
+    Raises
+    ------
+    InvalidInput
+        No time column, missing, doubled or extra channels, no unit or mixed units, angles beyond
+        half a turn, or an unreadable file.
+    """
+    bag = find_bag(path)
+    table = read_table(path, words=True) if bag is None else _number_joints(read_bag(*bag))
+    written = _read_time(table, time_unit)
+    time = _check_time(table, unwrap_clock(written))
+    numbers, columns, found = _find_channels(table)
+    table.refuse_words(*(table.columns[k] for k in columns))
+    counted_from_0 = sorted(numbers) == list(range(len(numbers)))
+    by_hinge = not counted_from_0 and sorted(numbers) == sorted(hinges)
+    if by_hinge:
+        numbers = [sorted(hinges).index(number) + 1 for number in numbers]
+    numbers = [number + counted_from_0 for number in numbers]
+    _check_numbers(table, numbers, n_channels)
+    chosen = _choose_unit(table, found, unit)
+    order = np.argsort(numbers)
+    kept, factor = _UNITS[chosen]
+    values = table.values[:, np.array(columns)[order]].T * factor
+    _check_turn(table, values, kept, chosen)
+    recording = Recording(
+        time=time,
+        values=values,
+        quantity=_QUANTITIES.get(kept, "angle"),
+        unit=kept,
+        robot=table.notes.get("robot", ""),
+        source=_read_source(table),
+        labels=_read_labels(table),
+        history=(
+            f"read from {table.source}",
+            *([f"channels are {table.notes['channels']}"] if "channels" in table.notes else []),
+            *(["decimal commas are read as points"] if "decimals" in table.notes else []),
+            *(["channels are numbered from 0: hinge 1 is number 0"] if counted_from_0 else []),
+            *_list_left(table, columns),
+            *(
+                ["the board's clock of 32 bits began anew; time goes on"]
+                if not np.array_equal(written, time)
+                else []
+            ),
+        ),
+    )
+    if not np.array_equal(order, np.arange(order.size)):
+        return recording.noted("columns put in the order of their hinge numbers")
+    return recording
+
+
+def find_unit(unit: str) -> tuple[str, float]:
+    """The unit in which channels of ``unit`` are kept, and the factor to it."""
+    if unit not in _UNITS:
+        raise InvalidInput(f"unit of the channels is {unit!r}; valid: {', '.join(_UNITS)}.")
+    return _UNITS[unit]
+
+
+def find_time_factor(unit: str) -> float:
+    """Milliseconds of one ``unit`` of time."""
+    if unit not in _TIME_UNITS:
+        raise InvalidInput(f"time_unit={unit!r} is unknown; valid: {_TIME_VALID}.")
+    return _TIME_UNITS[unit]
+
+
+def _list_left(table: Table, columns: list[int]) -> list[str]:
+    """A line of history on the columns that are neither time nor channels, if there are any."""
+    left = [
+        f"{name} (text)" if name in table.words else name
+        for k, name in enumerate(table.columns)
+        if k not in columns and name != _find_time(table)
+    ]
+    more = f", … ({len(left)} in all)" if len(left) > 12 else ""
+    return [f"left out, being no channels: {', '.join(left[:12])}{more}"] if left else []
+
+
+def _number_joints(table: Table) -> Table:
+    """Channels of a bag in the order of the numbers that end their names.
+
+    Where some have none, they keep their own order.
+    """
+    names = table.columns[1:]
+    ends = [int(found[1]) for name in names if (found := re.search(r"(\d{1,9})\D*$", name))]
+    order = np.argsort(ends) if len({*ends}) == len(names) else np.arange(len(names))
+    return replace(
+        table,
+        columns=("time_ms", *(f"hinge{k + 1}" for k in range(len(names)))),
+        values=table.values[:, [0, *(order + 1)]],
+        notes={**table.notes, "channels": ", ".join(names[k] for k in order)},
+    )
+
+
+def _find_time(table: Table) -> str:
+    found = [
+        name for name in table.columns if name in _CLOCKS or _TIME_RECORDING.fullmatch(name)
+    ]
+    if not found:
+        raise InvalidInput(
+            f"{table.source}: no time column (time_ms, time_s) among"
+            f" {', '.join(table.columns[:12])}."
+        )
+    return found[0]
+
+
+def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
+    column = _find_time(table)
+    table.refuse_words(column)
+    match = _TIME_RECORDING.fullmatch(column)
+    written = (match[1] or match[2]) if match else _CLOCKS[column]
+    unit = (written or time_unit or table.notes.get("time unit") or "").lower()
+    if unit not in _TIME_UNITS:
+        raise InvalidInput(
+            f"{table.source}: column {column!r} has no time unit; valid: {_TIME_VALID}. Name the"
+            " column time_ms, or give time_unit=."
+        )
+    return table.column(column) * _TIME_UNITS[unit]
+
+
+def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
+    if np.isnan(time).any():
+        raise InvalidInput(
+            f"{table.source} line {table.line[np.argmax(np.isnan(time))]}: no time given."
+        )
+    back = np.flatnonzero(np.diff(time) < 0)
+    if back.size:
+        raise InvalidInput(
+            f"{table.source} line {table.line[back[0] + 1]}: time runs backwards, from"
+            f" {time[back[0]]:g} to {time[back[0] + 1]:g} ms. Is the time column swapped with a"
+            " channel, or are two recordings joined?"
+        )
+    return time
+
+
+def _find_channels(table: Table) -> tuple[list[int], list[int], list[str | None]]:
+    numbers, columns, units = [], [], []
+    for index, column in enumerate(table.columns):
+        match = _CHANNEL.fullmatch(column)
+        if match:
+            numbers.append(int(match[1]))
+            columns.append(index)
+            units.append(_canonical(match[2]) if match[2] else None)
+    return numbers, columns, units
+
+
+def _canonical(unit: str) -> str:
+    return next(name for name in _UNITS if name.lower() == unit.lower())
+
+
+def _check_numbers(table: Table, numbers: list[int], n_channels: int | None) -> None:
+    expected = len(numbers) if n_channels is None else n_channels
+    missing = [n for n in range(1, expected + 1) if n not in numbers]
+    extra = sorted(n for n in set(numbers) if not 1 <= n <= expected)
+    double = sorted({n for n in numbers if numbers.count(n) > 1})
+    if not numbers or len(numbers) > MAX_HINGES or missing or extra or double:
+        faults = (("missing", missing), ("not expected", extra), ("twice", double))
+        words = [
+            f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found
+        ]
+        there = "" if numbers else f" Its columns are {', '.join(table.columns[:12])}."
+        wanted = f" where {expected} were expected" if expected else ""
+        raise InvalidInput(
+            f"{table.source}: {len(numbers)} channels{wanted}"
+            f" ({'; '.join(words) or 'none found'}).{there} Name them hinge1_deg, hinge2_deg … from"
+            f" the base; units are {', '.join(u for u in _UNITS if u.isascii())}. For another"
+            " antenna give n_channels=. No channel is left out for you."
+        )
+
+
+def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str:
+    named = sorted({name for name in found if name})
+    if len(named) > 1 or (named and None in found):
+        shown = [name or "no unit" for name in dict.fromkeys(found)]
+        raise InvalidInput(
+            f"{table.source}: mixed units ({', '.join(shown)}). Give every channel the same unit."
+        )
+    chosen = named[0] if named else unit or table.notes.get("unit")
+    if named and unit and unit != chosen:
+        raise InvalidInput(
+            f"{table.source}: its header says {chosen}, unit={unit!r} was given. Which is right?"
+        )
+    if chosen not in _UNITS:
+        raise InvalidInput(
+            f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(_UNITS)}. Name"
+            " the columns hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
+        )
+    return chosen
+
+
+def _check_turn(table: Table, values: np.ndarray, kept: str, chosen: str) -> None:
+    most = np.fmax.reduce(np.abs(values), axis=None, initial=0.0)
+    if kept == "rad" and most > np.pi:
+        raise InvalidInput(
+            f"{table.source}: a hinge turns by {most / _UNITS[chosen][1]:.4g} {chosen}, more than"
+            " half a turn. Is the unit right?"
+        )
+
+
+def _read_source(table: Table) -> str:
+    source = (table.notes.get("source") or "robot").split()[0].strip(",;.").lower()
+    if source not in _SOURCES:
+        raise InvalidInput(
+            f"{table.source}: unknown source {source!r}; valid: {', '.join(_SOURCES)}."
+        )
+    return source
+
+
+def _read_labels(table: Table) -> dict[str, str | float]:
+    labels: dict[str, str | float] = {}
+    for name in _LABELS:
+        text = table.notes.get(name, "").split(" ")[0]
+        if not text:
+            continue
+        try:
+            labels[name] = text if name == "feature" else float(text)
+        except ValueError:
+            raise InvalidInput(
+                f"{table.source}: note {name!r} must be a number, got {text[:40]!r}."
+            ) from None
+    return labels
+
+
+@checked
+def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
+    """Write a recording as CSV that :func:`load_recording` reads with the same data and labels."""
+    if not 1 <= digits <= 17:
+        raise InvalidInput(f"digits must be 1 to 17, got {digits}.")
+    unit = recording.unit
+    notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
+    header = ",".join(
+        ["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))]
+    )
+    with writing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(f"# {key}: {value}\n" for key, value in notes.items() if value != "")
+        file.write(header + "\n")
+        np.savetxt(
+            file,
+            np.vstack([recording.time, recording.values]).T,
+            fmt=f"%.{digits}g",
+            delimiter=",",
+        )
+
+
+# What ``feeler info`` says of a robot's files.
+
+_TIME = re.compile(
+    rb"(?im)(?:^|[,;\t])[\"\s#]*(?:__|%)?(?:time|t|time[ _-]?stamp|elapsed|millis|micros|seconds)"
+    rb"(?:[\s_(\[]*[nmu\xb5\xc2]*s[)\]]?)?[\"\s]*(?:[,;\t ]|$)"
+)
+
+
+def _read(path: Path, limits: Limits, trusted: bool) -> list[str]:
+    """What is said of a recording; of a bag whose topic is not named, what it holds."""
+    bag = find_bag(path)
+    if bag is not None and not bag[1]:
+        return describe_bag(bag[0])
+    recording = load_recording(path, n_channels=None)
+    return [*_describe_recording(recording), f"next        {_suggest(path, recording)}"]
+
+
+def _suggest(path: Path, recording: Recording) -> str:
+    """The command that looks for faults, with the files that it needs."""
+    words = ["feeler robot check", path.name]
+    if recording.n_sensors != N_CHANNELS:
+        words.append("--antenna robot.toml")
+    if recording.quantity != "angle":
+        words.append("--calibration calibration.json")
+    return " ".join(words)
+
+
+def _describe_recording(recording: Recording) -> list[str]:
+    labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
+    return [
+        f"channels    {recording.n_sensors}, {recording.quantity} [{recording.unit}]",
+        f"samples     {recording.time.size} over {recording.time[-1] - recording.time[0]:g} ms",
+        f"source      {recording.source}",
+        f"robot       {recording.robot or 'not said'}",
+        f"labels      {labels or 'none'}",
+        *(f"history     {words}" for words in recording.history),
+    ]
+
+
+def _describe_calibration(lines: SensorCalibration) -> list[str]:
+    return [
+        f"robot       {lines.robot or 'not said'}",
+        f"hinges      {lines.n_hinges}, readings in {lines.unit}",
+        *(f"            {row}" for row in lines.report().splitlines()),
+    ]
+
+
+def _describe_objects(objects: list[Any]) -> list[str]:
+    return [f"object      {item.name}: {item.kind}, size {item.size:g} mm" for item in objects]
+
+
+def _describe_robot(robot: RobotFile) -> list[str]:
+    antenna = robot.antenna
+    return [
+        f"name        {antenna.name}",
+        f"hinges      {antenna.n_segments}, {antenna.length:g} mm",
+        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
+        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
+        f"calibration {robot.calibration or 'none'}",
+    ]
+
+
+ROBOT_FILES = {
+    "robot": Format(
+        words="robot (TOML)",
+        kind="robot",
+        detect=lambda path, start: is_robot_file(path),
+        load=lambda path, limits, trusted: load_robot(path),
+        tell=_describe_robot,
+    ),
+    "bench": Format(
+        words="readings of a robot's sensors at known angles",
+        kind="bench",
+        detect=lambda path, start: b"hinge," in start and b"angle_" in start,
+        load=lambda path, limits, trusted: load_calibration_table(path),
+        tell=_describe_calibration,
+    ),
+    "calibration": Format(
+        words="calibration of a robot's sensors (JSON)",
+        kind="calibration",
+        detect=lambda path, start: b'"feeler sensor calibration"' in start,
+        load=lambda path, limits, trusted: load_calibration(path),
+        tell=_describe_calibration,
+    ),
+    "objects": Format(
+        words="objects to touch (TOML)",
+        kind="objects",
+        detect=lambda path, start: b"[[object]]" in start,
+        load=lambda path, limits, trusted: load_objects(path),
+        tell=_describe_objects,
+    ),
+    "recording": Format(
+        words="recording of a robot",
+        kind="recording",
+        detect=lambda path, start: (
+            find_bag(path) is not None or _TIME.search(start) is not None
+        ),
+        load=_read,
+        tell=list,
+    ),
+}

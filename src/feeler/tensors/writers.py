@@ -1,0 +1,611 @@
+"""Writers: a Dataset as NetCDF, MATLAB, CSV or NWB."""
+
+import csv
+import errno
+import io
+import json
+import math
+import os
+import re
+import shutil
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+import xarray as xr
+from scipy.io import savemat
+
+from feeler.errors import InvalidInput, MissingExtra
+from feeler.files import NAME, parse_json, read_text, write_atomic, writing
+from feeler.provenance import make_plain
+from feeler.sandbox import MAX_TEXT, Limits, find_limits
+from feeler.tensors.readers import DESCRIPTION
+from feeler.tensors.table import parse_table
+
+# A Dataset as plain arrays and one JSON text: what every format stores, so that each restores
+# the same Dataset.
+
+_TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
+_OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
+REQUIRED = {
+    "configuration": "{}",
+    "versions": "{}",
+    "units": "g, mm, ms, rad",
+    "licence": "not stated",
+}
+"""Attributes that every file carries, with what stands where the producer said nothing."""
+
+
+def complete(dataset: xr.Dataset) -> xr.Dataset:
+    """The Dataset with every required attribute present."""
+    return dataset.assign_attrs({**REQUIRED, **dataset.attrs})
+
+
+def describe(dataset: xr.Dataset) -> str:
+    """JSON: dims, type, attributes and role of each variable, texts themselves, and the Dataset's
+    attributes.
+    """
+    variables = {}
+    for name, variable in dataset.variables.items():
+        check_variable(name, variable)
+        entry = {
+            "dims": list(variable.dims),
+            "shape": list(variable.shape),
+            "type": variable.dtype.str,
+        }
+        entry |= {
+            "attributes": make_plain(dict(variable.attrs)),
+            "coordinate": name in dataset.coords,
+        }
+        if variable.dtype.kind in "UOT":
+            entry |= {"type": "str", "texts": [str(text) for text in variable.values.ravel()]}
+        variables[name] = entry
+    content = {
+        "format": 1,
+        "variables": variables,
+        "attributes": make_plain(dict(dataset.attrs)),
+    }
+    return json.dumps(content, ensure_ascii=True)
+
+
+def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
+    """A small Dataset with all its numbers, as plain data; :func:`restore_whole` reads it."""
+    numbers = {
+        str(name): make_plain(item.values.ravel())
+        for name, item in dataset.variables.items()
+        if item.dtype.kind not in "UOT"
+    }
+    return {"rest": json.loads(describe(dataset)), "numbers": numbers}
+
+
+def restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
+    """The Dataset that :func:`describe_whole` described, to the last digit."""
+    arrays = {}
+    for name, values in content["numbers"].items():
+        flat = np.array(values, dtype=object).ravel().tolist()
+        # above 2^53 no float is exact: whole numbers stay whole
+        whole = all(isinstance(value, int) for value in flat)
+        arrays[name] = np.array(flat if whole else [float(value) for value in flat])
+    return restore(content["rest"], arrays, source)
+
+
+def check_variable(name: Any, variable: xr.Variable) -> None:
+    """Raise where a variable cannot be written to every format."""
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise InvalidInput(
+            f"a variable's name is letters, digits and _, from a letter, at most 64; got {name!r}."
+        )
+    if variable.dtype.kind not in "biufUOT" or (
+        variable.dtype.kind == "f" and variable.dtype.itemsize not in (4, 8)
+    ):
+        raise InvalidInput(
+            f"variable {name!r} has the type {variable.dtype}; files hold numbers and texts."
+        )
+
+
+def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str) -> xr.Dataset:
+    """The Dataset that :func:`describe` described, with its numbers from ``arrays`` (any shape of
+    the right size).
+    """
+    try:
+        variables: dict[str, Any] = {}
+        coordinates: dict[str, Any] = {}
+        for name, entry in content["variables"].items():
+            values = _values(name, entry, arrays, source)
+            attributes = dict(entry.get("attributes") or {})
+            attributes |= {"units": "1"} if attributes.get("units") == _OLD_UNIT else {}
+            variable = xr.Variable(_read_dims(name, entry["dims"]), values, attributes)
+            (coordinates if entry.get("coordinate") else variables)[name] = variable
+        return xr.Dataset(
+            variables, coords=coordinates, attrs=dict(content.get("attributes") or {})
+        )
+    except InvalidInput:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise InvalidInput(
+            f"{source} is damaged: its description does not fit ({str(error)[:150]})."
+        ) from error
+
+
+def _read_dims(name: str, dims: Any) -> tuple[str, ...]:
+    good = (
+        isinstance(dims, list | tuple)
+        and all(isinstance(dim, str) for dim in dims)
+        and len(set(dims)) == len(dims)
+    )
+    if not good:
+        raise InvalidInput(
+            f"variable {name!r} has the dims {str(dims)[:80]}; dims are names, each given once."
+        )
+    return tuple(dims)
+
+
+def _values(
+    name: str, entry: dict[str, Any], arrays: dict[str, np.ndarray], source: str
+) -> np.ndarray:
+    shape = tuple(entry["shape"])
+    if entry["type"] == "str":
+        return np.array([str(text) for text in entry["texts"]], dtype=str).reshape(shape)
+    if not (
+        isinstance(entry["type"], str) and _TYPE.fullmatch(entry["type"])
+    ):  # np.dtype parses all kinds of texts
+        raise InvalidInput(
+            f"{source}: variable {name!r} has the type {str(entry['type'])[:40]!r}."
+        )
+    kind = np.dtype(entry["type"])
+    if name not in arrays:
+        raise InvalidInput(f"{source} is damaged: variable {name!r} is missing.")
+    values = arrays[name]
+    if values.size != math.prod(shape):
+        raise InvalidInput(
+            f"{source} is damaged: variable {name!r} has {values.size} values for the shape"
+            f" {shape}."
+        )
+    with np.errstate(
+        invalid="ignore"
+    ):  # a damaged file may hold a NaN where whole numbers belong; validation says so
+        return values.reshape(shape).astype(kind)
+
+
+# NetCDF-4 files, as xarray, MATLAB's ncread and Panoply open them.
+
+
+def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+    """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
+    path, dataset = Path(path), complete(dataset)
+    description = describe(dataset)
+    plain = dataset.copy(deep=False)
+    plain.attrs = {
+        **_attributes(dataset.attrs),
+        DESCRIPTION: description,
+        "Conventions": "CF-1.8",
+    }
+    encoding: dict[str, dict[str, Any]] = {}
+    for name, variable in plain.variables.items():
+        variable.attrs = _attributes(variable.attrs)
+        variable.encoding = {}
+        encoding[str(name)] = {"_FillValue": None} if variable.dtype.kind == "f" else {}
+    temporary = path.with_name(f".{path.name}.tmp")
+    try:
+        free = shutil.disk_usage(path.parent).free
+        if (
+            free < dataset.nbytes
+        ):  # HDF5 may crash the process where the room ends while it writes
+            raise OSError(errno.ENOSPC, "")
+        plain.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InvalidInput(
+            f"cannot write {path}: {_explain(error)}. Check the folder and the room left."
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _explain(error: OSError) -> str:
+    """The system's words for an error; HDF5 hides its number in lines about its own inside."""
+    hidden = re.search(r"errno = (\d+)", str(error))
+    number = error.errno or (int(hidden[1]) if hidden else 0)
+    return os.strerror(number) if number else str(error).split("\n")[0][:100]
+
+
+def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
+    """NetCDF has texts, numbers and lists of numbers; anything else becomes JSON."""
+    found = {}
+    for name, value in attributes.items():
+        simple = isinstance(value, str | int | float | np.number) and not isinstance(
+            value, bool
+        )
+        found[name] = value if simple else json.dumps(make_plain(value), ensure_ascii=False)
+    return found
+
+
+# MATLAB files, version 5, by SciPy.
+#
+# In MATLAB each variable has its Dataset's name; ``angle`` is (trial, sensor, time), vectors
+# are rows, texts are char matrices with one row per entry, and ``feeler_description`` is JSON
+# with dims, units, types and all attributes.
+
+_MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
+
+
+def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+    """Write a Dataset as a MATLAB version 5 file."""
+    dataset = complete(dataset)
+    content: dict[str, object] = {}
+    for name, variable in dataset.variables.items():
+        if variable.nbytes > _MAX_VARIABLE:
+            raise InvalidInput(
+                f"{name} takes {variable.nbytes:,} bytes; a version 5 file holds 2 GiB. Use NetCDF."
+            )
+        text = variable.dtype.kind in "UOT"
+        content[str(name)] = variable.values.astype(str).ravel() if text else variable.values
+    content[DESCRIPTION] = describe(dataset)
+    buffer = io.BytesIO()
+    savemat(buffer, content, format="5", long_field_names=True, oned_as="row")
+    write_atomic(Path(path), buffer.getvalue())
+
+
+# One tensor as CSV: notes above, then time and one column per sensor; every number to its last
+# digit.
+
+MAGIC = "# feeler tensor"
+_DESCRIPTION = "# description: "
+_MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
+_COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
+
+
+def save_csv(
+    dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0
+) -> None:
+    """Write one variable (trial, sensor, time) of one trial.
+
+    Line 1 says what the file is; the notes below it are the trial's labels, one ``# name: value``
+    each, and one line of JSON that restores the Dataset; then a header row ``time_ms, sensor1_rad,
+    …`` and one row per sample.
+    """
+    if variable not in dataset or dataset[variable].dims != ("trial", "sensor", "time"):
+        valid = [
+            str(name)
+            for name, item in dataset.items()
+            if item.dims == ("trial", "sensor", "time")
+        ]
+        raise InvalidInput(
+            f"no tensor {variable!r} of dims (trial, sensor, time); valid:"
+            f" {', '.join(valid) or 'none'}."
+        )
+    if not 0 <= trial < dataset.sizes["trial"]:
+        raise InvalidInput(f"trial must lie in 0 … {dataset.sizes['trial'] - 1}, got {trial}.")
+    one = complete(dataset)[[variable]].isel(trial=[trial])
+    if "time" not in one.coords:
+        raise InvalidInput("the Dataset has no coordinate time [ms].")
+    text = io.StringIO()
+    text.write(
+        f"{MAGIC}\n# variable: {variable}\n# unit: {one[variable].attrs.get('units', '')}\n"
+    )
+    for name, label in one.coords.items():
+        if label.dims == ("trial",):
+            text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
+    rest = one.drop_vars([variable, "time"])
+    roles = {"variable": variable, "attributes": make_plain(dict(one[variable].attrs))}
+    content = describe_whole(rest) | {"time": make_plain(dict(one.time.attrs)), **roles}
+    text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
+    unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
+    for time, row in zip(one.time.values, one[variable].values[0].T, strict=True):
+        writer.writerow([repr(float(time)), *(repr(float(value)) for value in row)])
+    write_atomic(Path(path), text.getvalue().encode())
+
+
+def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
+    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by
+    feeler.robot instead.
+    """
+    text, source = read_text(path, MAX_TEXT), Path(path).name
+    # before anything is split: each piece costs ten times its bytes
+    if text.count(",") + text.count("\n") > _MAX_CELLS:
+        raise InvalidInput(
+            f"{source} has more than {_MAX_CELLS:,} cells. Keep large sets as NetCDF."
+        )
+    find_limits(limits).check_bytes(text.count(",") * 8, source)
+    start, _, rest = text.partition("\n")
+    if start.strip() != MAGIC:
+        raise InvalidInput(
+            f"{source} is no tensor of feeler (line 1 is not {MAGIC!r}). Read recordings with"
+            " load_recording."
+        )
+    notes = [line for line in rest.split("\n") if line.startswith(_DESCRIPTION)]
+    if len(notes) != 1:
+        raise InvalidInput(f"{source} is damaged: it needs one line {_DESCRIPTION.strip()!r}.")
+    content = parse_json(
+        notes[0][len(_DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}"
+    )
+    values = parse_table(text, source=source, max_cells=_MAX_CELLS).values
+    if not len(values):
+        raise InvalidInput(f"{source} is damaged: it holds no samples.")
+    try:
+        tensor = (
+            ("trial", "sensor", "time"),
+            values[:, 1:].T[None],
+            dict(content["attributes"]),
+        )
+        time = xr.Variable("time", values[:, 0], dict(content["time"]))
+        whole = restore_whole(content, source)
+        return whole.assign({str(content["variable"]): tensor}).assign_coords(time=time)
+    except InvalidInput:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise InvalidInput(
+            f"{source} is damaged: its description does not fit ({str(error)[:100]})."
+        ) from error
+
+
+# Neurodata Without Borders: one TimeSeries per variable and trial; needs the extra ``nwb`` to
+# write.
+
+PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
+_UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
+    "http://purl.obolibrary.org/obo/NCBITaxon_32644"
+)
+_SEXES = ("M", "F", "U", "O")
+
+
+def save_nwb(
+    dataset: xr.Dataset,
+    path: str | os.PathLike,
+    *,
+    session_start: datetime | str | None = None,
+    identifier: str = "",
+    subject: str = "",
+    species: str = "",
+    sex: str = "U",
+    age: str = "",
+    experimenter: str = "",
+    institution: str = "",
+) -> None:
+    """Write a Dataset as NWB: acquisition ``angle_000000`` … of shape (time, …), a table of trials,
+    and the notes; trains of spikes become the table ``units``.
+
+    All trials share the session's clock: trial k starts at k · (its length + 1 s), because a
+    Dataset does not hold when it was recorded, and points at its series. nwbinspector finds nothing
+    critical and no violation; what it suggests beside is given by the words below.
+
+    Parameters
+    ----------
+    session_start
+        When the recording began, with its time zone, as a datetime or as text
+        (``2026-01-31T10:00:00+01:00``). A simulation has no such time: without one it gets the
+        moment of writing; for recordings feeler will not make it up.
+    identifier
+        A name that no other NWB file of yours has; default of a simulation: a random one.
+    subject, species, sex, age
+        Who was recorded: an id, a Latin name such as ``Periplaneta americana``, M, F, U or O, and
+        an age such as ``P90D``. Without them the subject is the antenna's name, of unknown sex and
+        age (``P0D/``) and NCBI's taxon "unidentified": a model is no animal.
+    experimenter, institution
+        As ``Family, Given``, and a name; left out where empty.
+
+    Raises
+    ------
+    MissingExtra
+        pynwb is not installed.
+    InvalidInput
+        No time zone, or no variable over (trial, time).
+    """
+    require_pynwb()
+    dataset = complete(dataset)
+    series = [
+        str(name)
+        for name, item in dataset.variables.items()
+        if {"trial", "time"} <= set(item.dims)
+    ]
+    if not series or "time" not in dataset.coords:
+        raise InvalidInput(
+            "NWB takes variables over (trial, time) with a coordinate time [ms]; there is none."
+        )
+    antennas = (
+        np.unique(np.atleast_1d(dataset["antenna"].values)).tolist()
+        if "antenna" in dataset.variables
+        else []
+    )
+    if np.all(dataset.get("source", xr.DataArray("unknown")) == "simulation"):
+        session_start = session_start or datetime.now(UTC)
+        identifier = identifier or str(uuid4())
+    file = make_nwb(
+        identifier,
+        session_start,
+        words=(
+            "feeler:"
+            f" {', '.join(map(str, np.unique(dataset.get('source', xr.DataArray('unknown')))))}"
+        ),
+        about=(
+            f"{dataset.sizes['trial']} touches of a tactile sensor; units and set-up are in the"
+            " notes."
+        ),
+        subject=make_subject(
+            subject, species, sex, age, device=", ".join(map(str, antennas)).replace("/", "_")
+        ),
+        notes=_describe(dataset, series),
+        experimenter=experimenter or None,
+        institution=institution or None,
+    )
+    _add_trials(file, dataset, _add_series(file, dataset, series))
+    if "spike_time" in dataset:
+        _add_units(file, dataset)
+    write_nwb(file, path)
+
+
+def require_pynwb() -> None:
+    """MissingExtra where the extra ``nwb`` is not whole."""
+    try:
+        import ndx_pose  # noqa: F401
+        import pynwb  # noqa: F401
+    except ImportError as error:
+        raise MissingExtra(
+            "NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'."
+        ) from error
+
+
+def make_nwb(
+    identifier: str,
+    session_start: datetime | str | None,
+    *,
+    words: str,
+    about: str,
+    subject: Any,
+    **more: str | None,
+) -> Any:
+    """An NWB file in memory, with what nwbinspector asks of every one."""
+    from pynwb import NWBFile
+
+    if isinstance(session_start, str):
+        session_start = _parse_time(session_start)
+    if session_start is None or session_start.tzinfo is None or not identifier:
+        raise InvalidInput(
+            "NWB files of recordings need session_start=, a time with its zone such as"
+            " '2026-01-31T10:00:00+01:00', and identifier=, a text that no other file has; got"
+            f" {session_start} and {identifier!r}."
+        )
+    return NWBFile(
+        session_description=words,
+        identifier=identifier,
+        session_start_time=session_start.astimezone(UTC),
+        experiment_description=about,
+        subject=subject,
+        **more,
+    )
+
+
+def _parse_time(text: str) -> datetime:
+    """A moment from text by ISO 8601."""
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise InvalidInput(
+            "the start of a session must be a time such as 2026-01-31T10:00:00+01:00, got"
+            f" {text!r}."
+        ) from None
+
+
+def write_nwb(file: Any, path: str | os.PathLike) -> None:
+    """Write it whole or not at all."""
+    from pynwb import NWBHDF5IO
+
+    with writing(path) as part, NWBHDF5IO(str(part), "w") as io:
+        io.write(file)
+
+
+def _describe(dataset: xr.Dataset, series: list[str]) -> str:
+    rest = dataset.drop_vars([*series, "spike_time"], errors="ignore")
+    kinds = {
+        name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
+        for name in series
+    }
+    return json.dumps(describe_whole(rest) | {"series": kinds}, default=str)
+
+
+def make_subject(
+    subject: str, species: str = "", sex: str = "U", age: str = "", device: str = ""
+) -> Any:
+    """Who or what was recorded: an animal where ``subject`` names one, else a model or device, if
+    it has a name.
+    """
+    from pynwb.file import Subject
+
+    if sex not in _SEXES:
+        raise InvalidInput(f"sex must be one of {', '.join(_SEXES)}, got {sex!r}.")
+    return Subject(
+        subject_id=subject or device or "unknown",
+        species=species or _UNIDENTIFIED,
+        sex=sex,
+        age=age or "P0D/",
+        description=(
+            "given by the user"
+            if subject
+            else "a model or a device named as the antenna; no animal is stated"
+        ),
+    )
+
+
+def _make_clock(dataset: xr.Dataset) -> Callable[[int], dict[str, Any]]:
+    """Trial → its place on the session's clock [s]: start and rate where samples are even."""
+    seconds = dataset.time.values * 1e-3
+    length = float(seconds[-1] - seconds[0]) + PAUSE
+    step = np.diff(seconds)
+    if seconds.size > 1 and np.ptp(step) <= 1e-6 * step.mean():
+        rate = float(np.round(1 / step.mean(), 6))
+        return lambda k: {"starting_time": float(seconds[0]) + k * length, "rate": rate}
+    return lambda k: {"timestamps": seconds + k * length}
+
+
+def _add_units(file: Any, dataset: xr.Dataset) -> None:
+    """Each unit's spikes of all trials on the session's clock, and what its labels say of it."""
+    ordered = dataset["spike_time"].transpose("trial", "unit", "event").values
+    seconds = dataset.time.values * 1e-3
+    starts = (float(seconds[-1] - seconds[0]) + PAUSE) * np.arange(len(ordered))
+    labels = {
+        str(name): item
+        for name, item in dataset.coords.items()
+        if item.dims == ("unit",) and name != "unit"
+    }
+    for name, item in labels.items():
+        file.add_unit_column(name, f"{name} [{item.attrs.get('units', 'as named')}]")
+    file.add_unit_column("unit_name", "what the unit is called")
+    names = dataset["unit"].values if "unit" in dataset.coords else range(ordered.shape[1])
+    last = float(starts[-1] + seconds[-1])
+    for number, name in enumerate(names):
+        own = ordered[:, number] * 1e-3 + starts[:, None]
+        values = {key: item.values[number] for key, item in labels.items()}
+        file.add_unit(
+            spike_times=np.sort(own[np.isfinite(own)]),
+            obs_intervals=[[float(seconds[0]), last]],
+            unit_name=str(name),
+            **values,
+        )
+
+
+def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> list[list[Any]]:
+    """Each variable of each trial as a series of its own; the series of each trial."""
+    from pynwb import TimeSeries
+
+    clock = _make_clock(dataset)
+    held: list[list[Any]] = [[] for _ in range(dataset.sizes["trial"])]
+    for name in names:
+        ordered = dataset[name].transpose("trial", "time", ...)
+        unit = str(ordered.attrs.get("units", "unknown"))
+        for index, series in enumerate(held):
+            values, title = ordered.values[index], f"{name}_{index:06d}"
+            words = (
+                f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
+            )
+            series.append(
+                TimeSeries(
+                    name=title, data=values, unit=unit, description=words, **clock(index)
+                )
+            )
+            file.add_acquisition(series[-1])
+    return held
+
+
+def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:
+    labels = {
+        str(name): item for name, item in dataset.variables.items() if item.dims == ("trial",)
+    }
+    for name, item in labels.items():
+        file.add_trial_column(
+            name=name, description=f"{name} [{item.attrs.get('units', 'as named')}]"
+        )
+    for index in range(dataset.sizes["trial"]):
+        values = {name: item.values[index] for name, item in labels.items()}
+        plain = {
+            name: str(value) if isinstance(value, str) else value
+            for name, value in values.items()
+        }
+        series = held[index]
+        start = series[0].starting_time if series[0].rate else float(series[0].timestamps[0])
+        stop = start + float(dataset.time[-1] - dataset.time[0]) * 1e-3
+        file.add_trial(start_time=start, stop_time=stop, timeseries=series, **plain)

@@ -1,0 +1,288 @@
+"""Implausible landmarks noticed from geometry and speed; and made-up tracks with a known answer."""
+
+import os
+from itertools import permutations
+from typing import Annotated
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from feeler.errors import InvalidInput
+from feeler.files import writing
+from feeler.physics.scene import MAX_SAMPLES
+from feeler.tracking.tracks import LANDMARKS, Tracks
+from feeler.validation import checked
+
+# Tracking errors that geometry and speed give away: exchanged landmarks, jumps, wrong names.
+
+# [C] shares of a length: the antenna's for its tip, the body's for head and abdomen
+_MAX_REACH = 1.5  # tip to base, over the 90th percentile
+_SPIKE = 0.1  # one frame off the curve through its neighbours
+_EXCHANGED = 0.5  # shortening of both landmarks' paths if their names are exchanged
+_JUMP = (0.25, 1.0)  # least and largest step that counts as a jump
+_MAX_SPEED = np.deg2rad(5.0)  # [C] rad/ms; no antenna or whisker is as fast as 5000 °/s
+_TIMES = 8.0  # [C] over what is usual in the neighbourhood
+_TIMES_LARGEST = 2.5  # [C] over what is largest there, for one frame
+_NEAR = 8  # [C] frames of a neighbourhood, before and after
+_LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
+
+
+def leave_out_errors(
+    tracks: Tracks,
+    *,
+    tips: tuple[str, str],
+    bases: tuple[str, str],
+    head: str,
+    abdomen: str,
+) -> tuple[Tracks, dict[str, int]]:
+    """Tracks in which places that cannot be are NaN, and how many frames that were, by what is
+    wrong with them.
+
+    Left out are frames in which the two tips, or head and abdomen, have exchanged their places
+    (both jump to where the other one was), tips that lie farther from their base than 1.5 antenna
+    lengths, single frames off the smooth path of their landmark, and excursions: a jump of more
+    than the antenna's (body's) length, or faster than 5000 °/s, and a jump back within 1 s. A jump
+    also has to be 8 times what is usual in the frames around it, so that a whisk that is filmed
+    slowly is none.
+    """
+    place = {name: tracks.of(name).copy() for name in {*tips, *bases, head, abdomen} if name}
+    body = _measure_length(place[head] - place[abdomen], 50)
+    reach = {
+        tip: _measure_length(place[tip] - place[base or head], 90)
+        for tip, base in zip(tips, bases, strict=True)
+        if tip
+    }
+    found: dict[str, int] = {}
+
+    def leave_out(names: tuple[str, ...], wrong: np.ndarray, words: str) -> None:
+        for name in names:
+            place[name][wrong] = np.nan
+        if wrong.any():
+            found[words] = int(wrong.sum())
+
+    pairs = [((head, abdomen), body)]
+    if all(tips):
+        pairs.append((tips, min(reach.values())))
+    for (one, other), length in pairs:
+        wrong = _find_exchanged(place[one], place[other], length)
+        leave_out((one, other), wrong, f"{one} and {other} exchanged")
+    for tip, base in zip(tips, bases, strict=True):
+        if tip:
+            distance = np.linalg.norm(place[tip] - place[base or head], axis=1)
+            far = distance > _MAX_REACH * reach[tip]
+            leave_out((tip,), far, f"{tip} too far from its base")
+    for name in place:
+        length = reach.get(name, body)
+        leave_out((name,), _find_jumps(place[name], length, tracks.interval), f"{name} jumps")
+    if not found:
+        return tracks, found
+    position = tracks.position.copy()
+    for name, values in place.items():
+        position[:, tracks.landmarks.index(name)] = values
+    return tracks.replace(position=position), found
+
+
+def find_doubts(
+    angle: np.ndarray, *, tips: tuple[str, str], head: str, abdomen: str, flat: bool
+) -> list[str]:
+    """Questions about the landmarks' names and tracks, from angles (side, frame) [rad]."""
+    turned = [row[np.isfinite(row)] for row in angle]
+    shown = [np.angle(np.exp(1j * row)) for row in turned if row.size]
+    doubts = []
+    for tip, row in zip(tips, angle, strict=True):
+        if wild := int(np.sum(np.abs(np.diff(row)) > np.pi / 2)):
+            doubts.append(
+                f"the angle of {tip} still jumps by more than 90° in {wild} frames: its track holds"
+                " errors that were not left out, and its peak speeds are not to be trusted."
+            )
+    backward = [float(np.mean(np.abs(row) > np.pi / 2)) for row in shown]
+    if min(backward) > 0.5:
+        doubts.append(
+            f"the antennae point backwards in {min(backward):.0%} of the frames: are {head} and"
+            f" {abdomen} exchanged?"
+        )
+        return doubts  # which turns the sides round as well
+    inward = [float(np.mean(np.sin(row) < 0)) for row in shown]
+    if flat and all(tips) and len(inward) == 2 and min(inward) > 0.5:
+        doubts.append(
+            f"{tips[0]} lies on the right and {tips[1]} on the left of the body in"
+            f" {min(inward):.0%} of the frames: are the tips exchanged, or is y upwards in the file"
+            " (origin='bottom-left')?"
+        )
+    return doubts
+
+
+def _measure_length(vector: np.ndarray, percentile: float) -> float:
+    """Percentile of the lengths of vectors (frame, axis); NaN without one."""
+    length = np.linalg.norm(vector, axis=1)
+    length = length[np.isfinite(length)]
+    return float(np.percentile(length, percentile)) if length.size else float("nan")
+
+
+def _find_exchanged(one: np.ndarray, other: np.ndarray, length: float) -> np.ndarray:
+    """Whether two landmarks (frame, axis) have each other's place in a frame (frame,).
+
+    Of the two states between which both jump, the rarer one is wrong.
+    """
+    wrong = np.zeros(len(one), dtype=bool)
+    seen = np.flatnonzero(np.isfinite(one + other).all(axis=1))
+    if seen.size < 2 or not length > 0:
+        return wrong
+    a, b = one[seen], other[seen]
+
+    def walk(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(after[1:] - before[:-1], axis=1)
+
+    steps = walk(a, a), walk(b, b)
+    kept, crossed = steps[0] + steps[1], walk(a, b) + walk(b, a)
+    event = (kept > 2 * crossed) & (kept - crossed > _EXCHANGED * length)
+    state = np.concatenate([[False], np.cumsum(event) % 2 == 1])
+    wrong[seen] = state if state.mean() <= 0.5 else ~state
+    return wrong
+
+
+def _find_jumps(place: np.ndarray, length: float, interval: float) -> np.ndarray:
+    """Whether a landmark's place (frame, axis) lies off its path in a frame (frame,)."""
+    wrong = np.zeros(len(place), dtype=bool)
+    if not length > 0:
+        return wrong
+    for _ in range(3):  # a spike hides a smaller one beside it
+        seen = np.flatnonzero(np.isfinite(place).all(axis=1) & ~wrong)
+        if seen.size < 2 * _NEAR:
+            break
+        new = _find_excursions(place[seen], seen, length, interval) | _find_spikes(
+            place[seen], seen, length
+        )
+        if not new.any():
+            break
+        wrong[seen[new]] = True
+    return wrong
+
+
+def _find_excursions(
+    path: np.ndarray, frame: np.ndarray, length: float, interval: float
+) -> np.ndarray:
+    """Whether a place (row, axis), seen in ``frame`` (row,), lies between a jump and the jump back
+    from it.
+    """
+    step = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    per_frame = step / np.diff(frame)
+    least = length * np.clip(_MAX_SPEED * interval, *_JUMP)
+    jump = (per_frame > least) & (per_frame > _TIMES * _find_usual(per_frame))
+    wrong = np.zeros(len(path), dtype=bool)
+    last = len(path) - 1
+    for k in np.flatnonzero(jump) + 1:  # the first place after the jump
+        if wrong[k] or wrong[k - 1]:  # within an excursion, or the jump back from it
+            continue
+        stop = int(np.searchsorted(frame, frame[k] + _LONGEST / interval, side="right"))
+        back = np.linalg.norm(path[k:stop] - path[k - 1], axis=1) < 0.5 * step[k - 1]
+        if back.any():
+            wrong[k : k + int(np.argmax(back))] = True
+        elif k <= 2:  # the film begins with it
+            wrong[:k] = True
+        elif k > last - 2:
+            wrong[k:] = True
+    return wrong
+
+
+def _find_spikes(path: np.ndarray, frame: np.ndarray, length: float) -> np.ndarray:
+    """Whether a place (row, axis), seen in ``frame`` (row,), lies off the cubic through two places
+    before and two after.
+    """
+    offset = np.stack([np.roll(frame, -k) - frame for k in (-2, -1, 1, 2)])[:, 2:-2]
+    weight = np.ones(offset.shape)  # Lagrange's, at the frame itself
+    for j, k in permutations(range(4), 2):
+        weight[j] *= -offset[k] / (offset[j] - offset[k])
+    around = np.stack([path[:-4], path[1:-3], path[3:-1], path[4:]])
+    off = np.zeros(len(path))
+    off[2:-2] = np.linalg.norm(path[2:-2] - np.sum(weight[:, :, None] * around, axis=0), axis=1)
+    off[2:-2][offset[3] - offset[0] > _NEAR] = 0.0
+    beside = np.max([np.roll(off, k) for k in (-2, -1, 1, 2)], axis=0)
+    away = [k for k in range(-_NEAR, _NEAR + 1) if abs(k) > 2]
+    others = np.max([np.roll(off, k) for k in away], axis=0)
+    odd = (off > _TIMES * _find_usual(off)) | (off > _TIMES_LARGEST * others)
+    return (off > _SPIKE * length) & odd & (off > beside)
+
+
+def _find_usual(values: np.ndarray) -> np.ndarray:
+    """The larger of the medians (row,) of the values before and of those after."""
+    size = _NEAR + 1
+    shift = size // 2
+    before = median_filter(values, size=size, mode="reflect", origin=shift)
+    after = median_filter(values, size=size, mode="reflect", origin=-shift)
+    return np.maximum(before, after)
+
+
+# Made-up tracks with a known answer, always labelled synthetic: for tests, examples and Fig.
+# S2's layout.
+
+_FRAME_RATE = (
+    30.0  # [C] frames per second, an ordinary security camera; the paper does not state its own
+)
+_SCALE = 8.0  # [C] px/mm
+_BODY_LENGTH = 28.0  # [B] mm, antenna about 1.5 times the body
+
+
+@checked
+def make_synthetic_tracks(
+    rng: np.random.Generator,
+    *,
+    peak_speed: tuple[float, float] = (np.deg2rad(86.67e-3), np.deg2rad(86.67e-3)),
+    sweep_rate: Annotated[float, "> 0"] = 0.5e-3,
+    duration: Annotated[float, "> 0"] = 20_000.0,
+    frame_rate: Annotated[float, "> 0"] = _FRAME_RATE,
+    length: Annotated[float, "> 0"] = 42.0,
+    noise: float = 0.5,
+    gap_share: float = 0.0,
+) -> Tracks:
+    """A walking, turning body whose antennae sweep sinusoidally, so that every peak speed is known.
+
+    ``θ(t) = θ₀ + A sin(2π f t + φ)`` with A = peak / (2π f): each peak of |dθ/dt| is ``peak_speed``
+    (left, right) [rad/ms]. ``sweep_rate`` f [kHz], ``duration`` and ``length`` in ms and mm,
+    ``noise`` sd of each coordinate [px], ``gap_share`` share of frames in which a random landmark
+    is lost.
+    """
+    if not 0 <= gap_share < 1:
+        raise InvalidInput(f"gap_share must lie in [0, 1), got {gap_share}.")
+    if not 0 <= noise < np.inf:
+        raise InvalidInput(f"noise must be ≥ 0 px, got {noise}.")
+    interval = 1e3 / frame_rate
+    if not duration / interval <= MAX_SAMPLES:
+        raise InvalidInput(
+            f"{duration:g} ms at {frame_rate:g} frames a second are more than {MAX_SAMPLES:,}"
+            " frames; use a lower rate."
+        )
+    time = np.arange(round(duration / interval)) * interval
+    heading = 0.6 * np.sin(2 * np.pi * time / 15_000.0) + rng.uniform(-np.pi, np.pi)
+    forward = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    abdomen = np.cumsum(forward, axis=0) * 0.01 * interval  # walks at 10 mm/s
+    head = abdomen + _BODY_LENGTH * forward
+    position = np.empty((time.size, len(LANDMARKS), 2))
+    position[:, 2], position[:, 3] = head, abdomen
+    for side, (peak, outward) in enumerate(zip(peak_speed, (1.0, -1.0), strict=True)):
+        phase = rng.uniform(0, 2 * np.pi)
+        swing = np.deg2rad(35.0) + peak / (2 * np.pi * sweep_rate) * np.sin(
+            2 * np.pi * sweep_rate * time + phase
+        )
+        direction = heading + outward * swing
+        position[:, side] = head + length * np.stack(
+            [np.cos(direction), np.sin(direction)], axis=1
+        )
+    position = _SCALE * position + rng.normal(0.0, noise, position.shape)
+    lost = rng.random(time.size) < gap_share
+    position[lost, rng.integers(0, len(LANDMARKS), lost.sum())] = np.nan
+    return Tracks(position=position, landmarks=LANDMARKS, interval=interval, source="synthetic")
+
+
+@checked
+def save_dltdv(tracks: Tracks, path: str | os.PathLike) -> None:
+    """Write tracks as DLTdv8 would: pt1_cam1_X, …, first pixel 1, origin top-left, NaN where a
+    point was lost.
+    """
+    header = ",".join(
+        f"pt{point + 1}_cam1_{axis}" for point in range(len(tracks.landmarks)) for axis in "XY"
+    )
+    values = (tracks.position * (1.0, -1.0) + 1.0).reshape(tracks.n_frames, -1)
+    with writing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(f"# source: {tracks.source}\n{header}\n")
+        np.savetxt(file, values, fmt="%.3f", delimiter=",")
