@@ -13,7 +13,7 @@ from PIL import Image
 
 from feeler.report.page import Section
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import KEPT_LABEL, SHIPPED, fingerprint
+from feeler.studies.paper.kept import KEPT_LABEL, SHIPPED
 from feeler.studies.paper.stage import Stage
 from feeler.studies.paper.story import OPENING_MOVIE
 
@@ -23,7 +23,7 @@ _WIDTH, _QUALITY = 1400, 72  # of a kept picture: enough to read at the width of
 def keep_sections(
     sections: Iterable[tuple[Stage, Section]], context: Context, folder: Path = SHIPPED
 ) -> None:
-    """Keep these sections of a run, with the day, the seed and the fingerprint of their code.
+    """Keep these sections of a run, with the day, the seed and the key of what they were made with.
 
     Pictures become small, a movie its still, but the first screen's stays a movie; their numbers
     stay with the run that made them.
@@ -37,7 +37,7 @@ def keep_sections(
             "date": date.today().isoformat(),
             "seed": context.seed,
             "seconds": round(section.seconds),
-            "code": fingerprint(stage),
+            "key": stage.key(context),
         }
         (target / KEPT_LABEL).write_text(json.dumps(label, sort_keys=True) + "\n")
 

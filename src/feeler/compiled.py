@@ -6,8 +6,10 @@ and the constants it reads: after a change in another file, numba's own cache wo
 old numbers. ``NUMBA_DISABLE_JIT=1`` runs the same functions as plain Python.
 """
 
+import hashlib
 import logging
 import os
+import re
 import tempfile
 from collections.abc import Callable
 from functools import cache, partial
@@ -15,8 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from numba import config, njit
-
-from feeler.provenance import compute_hash, find_modules
 
 
 def compiled(function: Callable | None = None, **options: Any) -> Any:
@@ -59,13 +59,40 @@ def _load_index(load: Callable[[], dict]) -> dict:
         return {}
 
 
+_IMPORT = re.compile(r"^from (feeler[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
+
+
 @cache
 def _stamp_code(module: str) -> str:
-    """Fingerprint of the code that a module's functions can call; "" where no file holds it (at a
-    prompt).
+    """Digest of a module's source and of all that its machine code can hold: other compiled modules
+    and the constants (upper case) that it imports; "" where no file holds it (at a prompt).
     """
-    digests = [found.digest for found in find_modules(module).values()]
-    return compute_hash("".join(digests).encode()) if digests else ""
+    found: dict[str, str] = {}
+    names = [module]
+    while names:
+        name = names.pop()
+        if name in found or not (source := _read_source(name)):
+            continue
+        found[name] = source
+        for home, *lists in _IMPORT.findall(source):
+            for word in re.findall(r"\w+", "".join(lists)):
+                if _is_compiled(home) or word.isupper():
+                    names.append(home)
+                names += [f"{home}.{word}"] if _read_source(f"{home}.{word}") else []
+    text = "\n".join(f"{name}\n{found[name]}" for name in sorted(found))
+    return hashlib.sha256(text.encode()).hexdigest() if found else ""
+
+
+@cache
+def _read_source(module: str) -> str:
+    """The source of one of feeler's modules; "" where no such file stands."""
+    package, _, rest = module.partition(".")
+    file = Path(__file__).parent.joinpath(*rest.split(".")).with_suffix(".py")
+    return file.read_text(encoding="utf-8") if package == "feeler" and file.is_file() else ""
+
+
+def _is_compiled(module: str) -> bool:
+    return "from feeler.compiled import" in _read_source(module)
 
 
 @cache

@@ -15,6 +15,7 @@ import feeler
 from feeler import provenance
 from feeler.errors import SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
+from feeler.experiments import runner as job
 from feeler.tensors.formats import load
 
 from ._touches import N_TRIALS, antenna, options, pick, run, trials
@@ -122,32 +123,26 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
 
 
-def test_other_code_under_the_same_version_is_refused(tmp_path, monkeypatch):
+def test_other_physics_is_refused(tmp_path, monkeypatch):
     whole = run(store=tmp_path / "a.zarr")
     record = tmp_path / "a.zarr" / "progress" / "000001.json"
     record.unlink()
-    code = verb.describe_code(verb.__name__)
-    other = code | {"feeler.physics.chain.contact": "changed"}
     with monkeypatch.context() as patch:
-        patch.setattr(verb, "describe_code", lambda *modules: other)
-        with pytest.raises(
-            StoreError,
-            match=r"made by other code .*code\.feeler\.physics\.chain\.contact.*or use a new store",
-        ):
+        patch.setattr(verb, "PHYSICS", verb.PHYSICS + 1)
+        with pytest.raises(StoreError, match=r"another configuration .*physics: 1 → 2\. Use a new store"):
             run(store=tmp_path / "a.zarr")
     assert load(tmp_path / "a.zarr").sizes["trial"] == N_TRIALS - 8
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), whole)
 
 
-def test_other_versions_are_refused(tmp_path, monkeypatch):
-    run(store=tmp_path / "a.zarr")
-    monkeypatch.setattr(
-        verb, "list_versions", lambda: {**provenance.list_versions(), "numpy": "2.0.0"}
-    )
-    with pytest.raises(
-        StoreError, match=r'made by other code .*versions\.numpy: "[0-9.]+" → "2\.0\.0"'
-    ):
-        run(store=tmp_path / "a.zarr")
+def test_other_packages_and_a_patch_release_resume(tmp_path, monkeypatch):
+    whole = run(store=tmp_path / "a.zarr")
+    (tmp_path / "a.zarr" / "progress" / "000001.json").unlink()
+    other = {**provenance.list_versions(), "scikit-learn": "99.0", "feeler": "0.3.99"}
+    monkeypatch.setattr(verb, "list_versions", lambda: other)
+    monkeypatch.setattr(job, "find_version", lambda name: other[name])
+    again = run(store=tmp_path / "a.zarr")
+    xr.testing.assert_equal(again, whole)
 
 
 def test_a_disk_too_small_is_said_before_anything_is_simulated(tmp_path, monkeypatch):

@@ -465,7 +465,7 @@ class Problem:
             "protocol": self.protocol,
             "targets": self.targets,
         }
-        return make_key(made_with, "feeler.calibration.problem")
+        return make_key(made_with)
 
     def score(self, p: Sequence[float] | np.ndarray) -> tuple[Measured, float, float]:
         """Measured quantities, normalised distance and median symmetric accuracy of ``p``."""

@@ -424,7 +424,7 @@ class DesignProblem:
     def describe(self) -> str:
         """A short text that changes with anything that changes a score."""
         made_with = {"task": self.task, "space": self.space, "constraints": self.constraints}
-        return make_key(made_with, "feeler.design.search")
+        return make_key(made_with)
 
 
 def check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:

@@ -7,7 +7,6 @@ import operator
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from feeler.physics.contact import Contact
 from feeler.physics.engine import get_engine
 from feeler.physics.run import TOGETHER, Result, make_groups, run_accurately, run_with_error
 from feeler.physics.scene import Clock, Motion, Scene, make_scene
-from feeler.provenance import compute_digest, describe_code, list_versions, make_plain
+from feeler.provenance import PHYSICS, compute_digest, find_version, make_plain
 from feeler.tensors.schema import choose_quantities, find_dims, reduce_motion, stack_readings
 from feeler.tensors.store import Store, StoredGroup, write_group
 from feeler.tensors.stored import MAX_LISTED
@@ -86,9 +85,6 @@ class Job:
         What takes the antenna's place, trial by trial.
     sampled : bool
         Whether the attributes say how all trials are drawn, so that none is described by itself.
-    code : str
-        Fingerprint of the code that must run, where the numbers are stored; and the modules that it
-        is made of.
     """
 
     antenna: Antenna
@@ -104,9 +100,6 @@ class Job:
     attrs: dict[str, Any]
     sampled: bool = False
 
-    code: str = ""
-    modules: tuple[str, ...] = ()
-
     def get_antenna(self, index: int) -> Antenna:
         """The antenna that a trial touches."""
         return (
@@ -117,8 +110,8 @@ class Job:
         """Simulate the trials of a share, keep what the sensors felt, and store it where the share
         says so.
         """
-        if self.code:
-            check_origin(self.attrs["versions"], self.code, self.modules)
+        if share.store is not None:
+            check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
         done = ShareResult()
         pairs = zip(share.indices, share.trials, strict=True)
         scenes = [
@@ -218,32 +211,20 @@ class Job:
         return {"antenna": [f"{self.antenna.name} {number}" for number in numbers], **columns}
 
 
-@cache
-def fingerprint_code(modules: tuple[str, ...]) -> str:
-    """One short text for all code that ``modules`` can run."""
-    return compute_digest(describe_code(*modules))[:16]
-
-
-def check_origin(versions: dict[str, str], code: str, modules: tuple[str, ...]) -> None:
-    """Refuse to work where other versions or other code would make other numbers: on a cluster each
-    worker has its own.
+def check_origin(physics: int, versions: Mapping[str, str]) -> None:
+    """Refuse to work where another feeler would make other numbers: on a cluster each worker has
+    its own.
 
     Raises
     ------
     StoreError
         Naming what differs.
     """
-    own = list_versions()
-    other = [
-        f"{name} {own.get(name, '')} (wanted: {wanted})"
-        for name, wanted in versions.items()
-        if own.get(name) != wanted
-    ]
-    if other or fingerprint_code(modules) != code:
-        what = ", ".join(other) or "other code under the same version of feeler"
+    if physics != PHYSICS or versions["feeler"] != find_version("feeler"):
         raise StoreError(
-            f"a worker runs {what}. Install the same wherever workers run; finished trials are"
-            " safe."
+            f"a worker runs feeler {find_version('feeler')} with physics {PHYSICS} (wanted: feeler"
+            f" {versions['feeler']} with physics {physics}). Install the same wherever workers run;"
+            " finished trials are safe."
         )
 
 

@@ -15,7 +15,7 @@ from feeler.antenna.segments import Antenna
 from feeler.antenna.variants import SampledAntennas
 from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
-from feeler.experiments.runner import Gathering, Job, Made, Progress, fingerprint_code
+from feeler.experiments.runner import Gathering, Job, Made, Progress
 from feeler.files import sweep_old
 from feeler.objects.motion import Flow
 from feeler.objects.sampling import SampledTrials
@@ -25,7 +25,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import check_accuracy, find_coarsest
 from feeler.physics.scene import Clock, make_scene
 from feeler.progress import show_progress
-from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
+from feeler.provenance import LICENCE, PHYSICS, list_versions, make_plain
 from feeler.tensors.schema import choose_quantities
 from feeler.tensors.store import Store, open_store
 from feeler.tensors.stored import read_store
@@ -153,9 +153,7 @@ def touch(
         "dtype": dtype,
         "seed": seed,
     }
-    job = _make_job(
-        antenna, trials, clock, contact, all_hinges=all_hinges, stored=bool(store), **options
-    )
+    job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, **options)
     if accuracy is None and _follows_contact(engine):
         _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
     with ExitStack() as stack:
@@ -190,17 +188,15 @@ def _make_job(
     save: Sequence[str] | None,
     dtype: str,
     seed: Annotated[int, "≥ 0"],
-    stored: bool,
 ) -> Job:
-    """What every trial is simulated with; the code's fingerprint only where a store keeps it."""
+    """What every trial is simulated with."""
     if dtype not in _DTYPES:
         raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(_DTYPES)}.")
     variants = antenna if isinstance(antenna, SampledAntennas) else None
     antenna = antenna.antenna if isinstance(antenna, SampledAntennas) else antenna
-    moved, modules = _survey(antenna, trials)
+    moved = _survey(antenna, trials)
     if flow is not None:
         make_scene(antenna, trials[0], contact, flow)  # refuses it in the plane
-    modules = tuple(sorted({*modules, get_engine(engine).module}))
     save = _choose(save, moved, accuracy)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
@@ -223,8 +219,6 @@ def _make_job(
         seed=int(seed),
         attrs=_describe_attributes(antenna, clock, contact, engine, seed, accuracy, more),
         sampled="trials" in more,
-        code=fingerprint_code(modules) if stored else "",
-        modules=modules,
     )
 
 
@@ -253,21 +247,13 @@ def _make_clock(
     return clock
 
 
-def _survey(antenna: Antenna, trials: Sequence[Trial]) -> tuple[bool, tuple[str, ...]]:
-    """Whether some base moves, and the modules of this verb and all shapes; refuses trials that
-    cannot be placed.
-    """
-    if (
-        isinstance(trials, SampledTrials) and trials.antenna == antenna
-    ):  # their draws have been looked at
-        shapes = {type(feature).__module__ for feature in trials.features}
-        return "x" in trials.columns, (__name__, *sorted(shapes))
-    moved, shapes = False, set()
+def _survey(antenna: Antenna, trials: Sequence[Trial]) -> bool:
+    """Whether some base moves; refuses trials that cannot be placed."""
+    if isinstance(trials, SampledTrials) and trials.antenna == antenna:
+        return "x" in trials.columns  # their draws have been looked at
     for trial in trials:
         place(antenna, trial)
-        moved |= trial.base is not None
-        shapes.add(type(trial.feature).__module__)
-    return moved, (__name__, *sorted(shapes))
+    return any(trial.base is not None for trial in trials)
 
 
 def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> list[str]:
@@ -331,11 +317,8 @@ def _warn_of_speed(
 
 
 def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:
-    """The store of this configuration, these versions and this code; shapes from outside bring
-    theirs.
-    """
-    origin = {"versions": job.attrs["versions"], "code": describe_code(*job.modules)}
-    origin |= {"save": job.save, "dtype": job.dtype}
+    """The store of this configuration."""
+    origin = {"save": job.save, "dtype": job.dtype}
     made = () if job.sampled else Made(job, trials)
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
 
@@ -362,7 +345,9 @@ def _describe_attributes(
     made_with |= more or {}
     time = {"contact_time_constant": contact.solref[0], "contact_time_constant_units": "ms"}
     return {
-        "configuration": make_plain(made_with | {"seed": seed, "units": "g, mm, ms"}),
+        "configuration": make_plain(
+            made_with | {"seed": seed, "units": "g, mm, ms", "physics": PHYSICS}
+        ),
         "engine": engine,
         "versions": list_versions(),
         "timestep": clock.timestep,

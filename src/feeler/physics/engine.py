@@ -4,7 +4,6 @@ import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from threading import Timer
 from typing import Any, Protocol
 
@@ -245,11 +244,6 @@ class Engine:
     lanes: int = 1
     check: Callable[[Contact, float], None] = Contact.check_timestep
     stride: float = 1.0
-
-    @property
-    def module(self) -> str:
-        """Where the engine's code begins; results depend on all that it imports."""
-        return (self.make.func if isinstance(self.make, partial) else self.make).__module__
 
 
 ENGINES: Registry[Engine] = Registry(

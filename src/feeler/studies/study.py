@@ -168,7 +168,7 @@ class Study(Record):
         """
         jobs = [*product(antennas, range(self.sets), self.task.speeds)]
         names = [(compute_digest(antennas[name])[:16], *rest) for name, *rest in jobs]
-        key = make_key({"study": self, "options": options}, __name__) if journal else "0"
+        key = make_key({"study": self, "options": options}) if journal else "0"
 
         def measure(job: tuple[str, int, float]) -> dict[str, Any]:
             name, number, speed = job

@@ -177,6 +177,7 @@ FORMAT = 3
 PROGRESS = "progress"  # a Zarr group, so that a Zarr reader takes no offence at the files in it
 LABEL = "store.json"
 _UNSTABLE = (
+    "versions",  # those that began the store; a patch release goes on with it
     "created",
     "date",
     "history",

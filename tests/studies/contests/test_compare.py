@@ -16,10 +16,8 @@ from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
-from feeler.provenance import find_data, find_modules
 from feeler.report import Section
 from feeler.studies.contests import (
-    Contest,
     confirm_steering,
     judge_energy,
     judge_learned,
@@ -113,18 +111,6 @@ def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
         mine.write_text(f"def policy(known):\n    return {speed}\n")
         found.append(comparison.run(cockroach(), [f"{mine}:policy"], journal=journal))
     assert np.all(found[0]["work"] < found[1]["work"])
-
-
-def test_a_contest_s_key_knows_the_code_and_the_learned_weights():
-    modules = find_modules(Contest.__module__)
-    assert {"feeler.active.observer", "feeler.active.tasks", "feeler.active.policies"} <= {
-        *modules
-    }
-    assert "feeler.studies.contests.page" not in modules
-    weights = {path.name for path in find_data(modules) if path.suffix == ".safetensors"}
-    assert weights == {
-        f"learned{seed}.safetensors" for seed in load_contest().learning["seeds"]
-    }
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
+from feeler import provenance
 from feeler.plotting.style import LEAST
 from feeler.report.page import Section
-from feeler.studies.paper import kept
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import find_shipped
+from feeler.studies.paper.kept import SHIPPED, find_shipped
 from feeler.studies.paper.stage import Stage
 from feeler.studies.paper.story import OPENING_MOVIE
 from feeler.studies.paper.verdicts import judge_claims
@@ -59,10 +59,10 @@ def test_a_kept_section_has_its_numbers_and_says_whence(folder):
     assert found.blocks[1]["words"]["over"] == []
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in kept.SHIPPED.iterdir()))
+@pytest.mark.parametrize("name", sorted(path.name for path in SHIPPED.iterdir()))
 def test_the_words_of_kept_figures_can_be_read(name):
     """What is measured when a figure is drawn is kept with it; an older section may not have it."""
-    blocks = Section.load(kept.SHIPPED / name).blocks
+    blocks = Section.load(SHIPPED / name).blocks
     for figure, words in [
         (block["name"], block["words"]) for block in blocks if block.get("words")
     ]:
@@ -94,10 +94,10 @@ def test_who_asks_something_else_gets_no_kept_section(folder, asked):
     assert find_shipped(STAGE, Context(scale="quick", **asked), folder) is None
 
 
-def test_a_section_kept_from_other_code_says_so(folder, monkeypatch):
-    monkeypatch.setattr(kept, "fingerprint", lambda stage: "0" * 16)
+def test_a_section_of_other_physics_says_so(folder, monkeypatch):
+    monkeypatch.setattr(provenance, "PHYSICS", provenance.PHYSICS + 1)
     found = find_shipped(STAGE, Context(scale="quick"), folder)
-    assert found.kept.endswith("The code that made it has changed since.")
+    assert found.kept.endswith("Its settings or the physics have changed since.")
 
 
 def test_a_kept_section_is_judged_at_its_own_scale():

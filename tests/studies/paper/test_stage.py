@@ -2,7 +2,6 @@
 
 import pytest
 
-from feeler import provenance
 from feeler.errors import FeelerError
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.stage import Stage, hold, is_kept, run_stage
@@ -37,20 +36,6 @@ def test_the_key_holds_everything_that_matters(change):
     stage = make_stage(lambda context, section: None)
     assert stage.key(Context(**change)) != stage.key(Context())
     assert stage.key(Context(workers=2)) == stage.key(Context())
-
-
-def test_other_packages_and_other_code_are_another_key(monkeypatch):
-    stage = make_stage(lambda context, section: None)
-    keys = {stage.key(Context())}
-    for name, other in (
-        ("list_versions", lambda: {"numpy": "1.0"}),
-        ("describe_code", lambda *modules: {"feeler": "0"}),
-    ):
-        with monkeypatch.context() as patch:
-            patch.setattr(provenance, name, other)
-            keys.add(stage.key(Context()))
-    assert len(keys) == 3
-    assert stage.key(Context()) in keys
 
 
 def test_a_failed_stage_is_told_and_not_kept(tmp_path):

@@ -9,6 +9,7 @@ from typing import Any
 
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.draw import check_seed
+from feeler.objects.trials import FRICTION
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.scene import Clock
@@ -92,14 +93,14 @@ class Context:
 
     def describe(self, reads: Sequence[str] = KEYED) -> dict[str, object]:
         """Everything that can change a number, as plain data; not the number of workers, which
-        cannot.
+        cannot. Who simulates reads the engine, and then the defaults of contact count, too.
         """
-        return make_plain(
-            {
-                name: self.profiles if name == "antenna" else getattr(self, name)
-                for name in reads
-            }
-        )
+        described = {
+            name: self.profiles if name == "antenna" else getattr(self, name) for name in reads
+        }
+        if "engine" in reads:
+            described["contact"] = {"friction": FRICTION, "softness": get_contact()}
+        return make_plain(described)
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def _load(
         "timestep": context.timestep,
         "engine": context.engine,
     }
-    key = make_key(made_with | {"seed": context.seed, "duration": duration}, touch.__module__)
+    key = make_key(made_with | {"seed": context.seed, "duration": duration})
     path = context.out / "cache" / "tensors" / f"{name}-{key}.zarr"
     options = context.physics | {
         "duration": duration,

@@ -7,7 +7,6 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
-from feeler.provenance import compute_digest, describe_code
 from feeler.report.page import MARKER, Section
 from feeler.studies.paper.context import KEYED, Context
 from feeler.studies.paper.stage import Stage
@@ -29,15 +28,6 @@ def find_shipped(stage: Stage, context: Context, folder: Path = SHIPPED) -> Sect
         f"Kept from a run at {_SCALE} scale of {label['date']} (seed {label['seed']},"
         f" {label['seconds']} s)."
     )
-    if label["code"] != fingerprint(stage):
-        words += " The code that made it has changed since."
+    if label["key"] != stage.key(replace(context, scale=_SCALE)):
+        words += " Its settings or the physics have changed since."
     return replace(Section.load(path), kept=words, scale=_SCALE)
-
-
-def fingerprint(stage: Stage) -> str:
-    """Of the code that makes a stage's section and of the data files that it reads, whatever
-    versions of packages it runs with.
-    """
-    code = describe_code(*stage.modules)
-    own = {name: d for name, d in code.items() if name.startswith("feeler") or "/" in name}
-    return compute_digest(own)[:16]

@@ -14,7 +14,7 @@ from filelock import FileLock
 
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
-from feeler.provenance import make_key
+from feeler.provenance import compute_digest, make_key
 from feeler.report.page import MARKER, Section
 from feeler.studies.paper.context import KEYED, Context, View
 
@@ -44,7 +44,7 @@ class Stage:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """The modules whose code, with all that they import, makes the section."""
+        """The modules that make the section."""
         return (
             (self.make.__module__,)
             if self.make
@@ -52,10 +52,8 @@ class Stage:
         )
 
     def key(self, context: Context) -> str:
-        """Fingerprint of parameters, versions and code."""
-        return make_key(
-            {"context": context.describe(self.reads), "vector": context.vector}, *self.modules
-        )
+        """Name of the section's numbers: parameters, defaults of the physics, and versions."""
+        return make_key({"context": context.describe(self.reads), "vector": context.vector})
 
     def show(self, context: Context, section: Section) -> None:
         """Compute, draw and say everything."""
@@ -89,7 +87,10 @@ def find_kept(stage: Stage, context: Context) -> Section | None:
 
 
 def _find_folder(stage: Stage, context: Context) -> Path:
-    return context.out / "cache" / stage.name / stage.key(context)
+    """Where a section is cached; a figure whose own file has changed is made again."""
+    texts = [Path(str(import_module(name).__file__)).read_text() for name in stage.modules]
+    key = compute_digest({"key": stage.key(context), "figures": texts})[:16]
+    return context.out / "cache" / stage.name / key
 
 
 def run_stage(stage: Stage, context: Context) -> Section:
