@@ -1,17 +1,13 @@
 # feeler: `make reproduce` runs the paper, `make test` the tests. Each sets up .venv by itself; a second call reuses it.
 PYTHON ?= python3
 SCALE ?= published
-ROOM ?= planted
-MINUTES ?= 10
-NUMBER ?= 60
-SEED ?= 0
 VENV := .venv
 BIN := $(VENV)/bin
 CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check audit locked hashes size golden kept numba-oldest mutants bench peers docs notebooks clean
+.PHONY: help reproduce test test-long test-slow check audit locked hashes kept numba-oldest bench peers docs notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -77,18 +73,6 @@ hashes:  ## constraints.hashed.txt anew from constraints.txt (needs uv)
 	@uv pip compile --quiet --python-version 3.11.7 --no-deps --generate-hashes --no-annotate --no-header --no-emit-index-url \
 	  constraints.txt --output-file constraints.hashed.txt
 
-size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
-	@$(BIN)/python benchmarks/size.py
-
-golden: $(BIN)/.test  ## keep anew what the smoke run and the studio show and what verbs and public things give, and print what has changed, for review
-	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._golden out/golden
-	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._further
-	@for shown in cli studio laws; do PYTHONPATH=src $(BIN)/python -m tests.$$shown._golden; done
-
-$(BIN)/.mutants: $(BIN)/.test
-	@$(PIP) -e '.[test,mutants]'
-	@touch $@
-
 OLDEST := $(VENV)-numba-oldest
 $(OLDEST)/.ready: pyproject.toml
 	@$(PYTHON) -m venv $(OLDEST)
@@ -101,9 +85,6 @@ kept: $(BIN)/.core  ## which kept results were made by other code than today's
 
 numba-oldest: $(OLDEST)/.ready  ## the engines' parity with the oldest numba that is supported, in an environment of its own
 	@$(OLDEST)/bin/python -m pytest -q -n0 tests/physics/test_parity_chain.py tests/physics/test_plain.py
-
-mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted, hand or fresh; ROOM=cli PRINTED=1)
-	@$(BIN)/python benchmarks/mutants $(ROOM) --minutes $(MINUTES) --number $(NUMBER) --seed $(SEED) $(if $(PRINTED),--printed)
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
 	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
-from kept import fingerprint, note_kept
+from kept import note_kept
 
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import READERS, measure_reader
@@ -273,7 +273,7 @@ def run_space(
     cells = [(kind, name) for kind in ("space", "plane") for name in asked["antennas"][kind]]
     whole = load_space(**changes)
     sets: list[list[Any]] = []
-    key = make_key({"asked": asked, "code": fingerprint(Path(__file__))})
+    key = make_key({"asked": asked})
     with hold_blas(), Journal(journal, key, "study") as kept:
         for number in range(whole.sets):
             names = [(*cell, number) for cell in cells]

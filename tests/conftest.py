@@ -24,7 +24,7 @@ FLAGS = (
     "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run"
     " --disable-background-networking"
 )
-WHOLE = tuple(f"paper/test_{name}.py" for name in ("whole", "golden", "print", "pictures"))
+WHOLE = tuple(f"paper/test_{name}.py" for name in ("whole", "print"))
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
 FIRST = (
     *WHOLE,

@@ -4,7 +4,6 @@ only there.
 
 import json
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -62,33 +61,3 @@ def test_results_are_of_whole_sets(numbers):
     values = json.loads(numbers.RESULTS.read_text())["paper"]["values"]["tradeoff"]
     assert values["tradeoff.sets"] >= 2
     assert values["choices.common"] > 0
-
-
-def test_rates_of_fresh_mistakes_stand_in_the_docs_as_they_were_counted():
-    """Each area, and what was not judged; ``fresh.toml`` says who noticed each first."""
-    rates = load_script("benchmarks/mutants", "rates")
-    made = tomllib.loads((ROOT / "benchmarks/mutants/fresh.toml").read_text())["mistake"]
-    table = rates.tabulate(made, rates.read_first(made))
-    assert table in (ROOT / "docs/reliability.md").read_text(), (
-        f"the docs should hold:\n{table}"
-    )
-
-
-@pytest.mark.parametrize(
-    ("first", "row"),
-    [
-        (["tests/a.py", "tests/b.py"], "| H | wall | 2 of 2, 100% | 34% to 100% | 0 |"),
-        (["tests/a.py", ""], "| H | wall | 1 of 2, 50% | 9% to 91% | 0 |"),
-        (["", None], "| H | wall | 0 of 1, 0% | 0% to 79% | 1 |"),
-        ([None, None], "| H | wall | not judged | – | 2 |"),
-    ],
-)
-def test_what_was_not_judged_is_in_no_rate(first, row):
-    """Wilson's intervals of 2, 1 and 0 of so few are those of any table."""
-    rates = load_script("benchmarks/mutants", "rates")
-    mistakes = [{"name": f"H{k}", "area": "wall"} for k in range(2)]
-    made = [
-        each if by is None else each | {"first": by}
-        for each, by in zip(mistakes, first, strict=True)
-    ]
-    assert row in rates.tabulate(made, rates.read_first(made))

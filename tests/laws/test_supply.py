@@ -11,7 +11,7 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-OURS = {"test", "check", "docs", "lab", "mutants", "bench", "audit"}
+OURS = {"test", "check", "docs", "lab", "bench", "audit"}
 """Extras for those who work on feeler."""
 FREE = {"torch"}  # which build fits depends on the machine; the extra names its version
 EXTRAS = PROJECT["optional-dependencies"]

@@ -129,7 +129,9 @@ def test_other_physics_is_refused(tmp_path, monkeypatch):
     record.unlink()
     with monkeypatch.context() as patch:
         patch.setattr(verb, "PHYSICS", verb.PHYSICS + 1)
-        with pytest.raises(StoreError, match=r"another configuration .*physics: 1 → 2\. Use a new store"):
+        with pytest.raises(
+            StoreError, match=r"another configuration .*physics: 1 → 2\. Use a new store"
+        ):
             run(store=tmp_path / "a.zarr")
     assert load(tmp_path / "a.zarr").sizes["trial"] == N_TRIALS - 8
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), whole)
