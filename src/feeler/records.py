@@ -223,8 +223,9 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 # loaded when the first record is made), and its errors become sentences in one place. What
 # annotations say:
 #
-# - ``float``, ``int``, ``bool``, ``str``: a number may be Python's or NumPy's, True is no number, and
-#   a number is finite unless ``ALLOW_NAN`` stands beside it. ``float`` fields hold floats afterwards.
+# - ``float``, ``int``, ``bool``, ``str``: a number may be Python's or NumPy's, True is no number,
+#   and a number is finite unless ``ALLOW_NAN`` stands beside it. ``float`` fields hold floats
+#   afterwards.
 # - ``Gt, Ge, Lt, Le, Len, MultipleOf`` are ranges, ``Unit`` is said in messages, ``OneOf(names)``
 #   takes a registry, a dictionary or a list of names, and a text beside them is a remark.
 # - ``tuple[float, float]`` and the like take any list, tuple or row of an array; a record takes

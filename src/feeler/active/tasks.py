@@ -63,9 +63,9 @@ class ActiveTask(Record, kw_only=False):
     antenna : Antenna | SampledAntennas
         Or several, of which episodes draw.
     noise : Any
-        On each sample of each sensor: a :class:`feeler.objects.Noise`, text such as ``"common:0.03"``,
-        or a number, the standard deviation in rad [C]. What a noise is relative to is a sample of
-        all sensors.
+        On each sample of each sensor: a :class:`feeler.objects.Noise`, text such as
+        ``"common:0.03"``, or a number, the standard deviation in rad [C]. What a noise is
+        relative to is a sample of all sensors.
     duration : float
         Length of an episode [ms].
     window : int

@@ -103,7 +103,8 @@ def _flatten_energy(tensors: np.ndarray) -> np.ndarray:
 # One of K known tensors x_k (equally likely) arrives as y = x_j + σ_j n, with n white Gaussian
 # of D entries. An observer who knows all x_k and σ_k needs only the likelihood ratios
 #
-#     ln p(y|k)/p(y|j) = D ln(σ_j/σ_k) + Q/2 (1 − σ_j²/σ_k²) − [d_jk² + 2 σ_j (u_j − u_k)] / (2 σ_k²),
+#     ln p(y|k)/p(y|j) = D ln(σ_j/σ_k) + Q/2 (1 − σ_j²/σ_k²)
+#                        − [d_jk² + 2 σ_j (u_j − u_k)] / (2 σ_k²),
 #
 # where d_jk² = ‖x_j − x_k‖², u_k = n·x_k and Q = ‖n‖². All of it follows from the inner
 # products G of the tensors: u is normal with covariance G, drawn as u = C z with C Cᵀ = G and z

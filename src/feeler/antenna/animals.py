@@ -373,8 +373,8 @@ def rat_whiskers(
 ) -> dict[str, _Whisker]:
     """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost.
 
-    ``follicle`` holds each of them, such as :data:`feeler.antenna.animals.FOLLICLE`, which is a choice;
-    by default their bases are clamped.
+    ``follicle`` holds each of them, such as :data:`feeler.antenna.animals.FOLLICLE`, which is a
+    choice; by default their bases are clamped.
     """
     made = {row["name"]: _make(row, side == "left", n_segments) for row in _read_rows()}
     if follicle is None:

@@ -260,8 +260,9 @@ def compute_sweep(
         Class of each trial.
     ratios, noise
         How much of which noise: each ratio is the size of the noise for one point of the curve. A
-        :class:`feeler.objects.Noise`, or the name of a registered one: ``relative`` is then relative
-        to each vector, and ``common`` to the greatest magnitude of the codes, as in the paper.
+        :class:`feeler.objects.Noise`, or the name of a registered one: ``relative`` is then
+        relative to each vector, and ``common`` to the greatest magnitude of the codes, as in
+        the paper.
     n_copies, n_repeats
         Copies per trial, repeats per ratio.
     estimator

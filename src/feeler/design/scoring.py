@@ -32,7 +32,7 @@ from feeler.validation import checked
 
 
 class DesignTask(Task):
-    """A :class:`feeler.objects.Task`, and how many touches of each class are learned from and asked.
+    """A :class:`feeler.objects.Task`, and how many touches of each class are trained and tested.
 
     Attributes
     ----------

@@ -252,7 +252,7 @@ ENGINES: Registry[Engine] = Registry(
         "chain-consistent": (
             "feeler.physics.chain.stepper:CONSISTENT"
         ),  # damping inside the contact solve
-        "chain": "feeler.physics.chain.stepper:PARITY",  # MuJoCo's discrete equations, step for step
+        "chain": "feeler.physics.chain.stepper:PARITY",  # MuJoCo's equations, step for step
         "mujoco": "feeler.physics.mujoco:MUJOCO",  # the reference
         "rod": (
             "feeler.physics.rod.stepper:ROD"

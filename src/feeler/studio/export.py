@@ -109,7 +109,7 @@ def write_module() -> str:
 
 
 def fill_page(config: Mapping[str, Any]) -> str:
-    """A page of HTML that computes by itself; ``config`` is what feeler.studio.export puts together.
+    """A page of HTML that computes by itself; ``config`` is what this module puts together.
 
     Its engine is text that a worker runs, or the page itself where workers are not allowed.
     """

@@ -182,8 +182,8 @@ def move_anchors(model, lane):
 # (sin φ_i, cos φ_i), whose nodes carry the forces f_i of contact and gravity. A step of length
 # h solves, for every segment,
 #
-#     T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,    t_i
-#     = ∂p_i/∂φ_i,
+#     T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,
+#     t_i = ∂p_i/∂φ_i,
 #
 # backward Euler without inertia: h → ∞ gives an equilibrium, reached along the antenna's own
 # damping. With inertia, m_i (p_i − p_i⁻ − h v_i⁻) / h² is taken from f_i (mass lumped at the
