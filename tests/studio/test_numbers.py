@@ -161,23 +161,22 @@ def test_a_sensor_is_named_with_its_hinge_and_its_degrees(page, touched):
         words = next(text for text in page.drawn("tensor") if "sensor" in text)
         hinge = touched["segment"].values[sensor]
         assert hinge != sensor + 1
-        assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}: ")
-        assert read(words.partition(": ")[2]) == [shown(degrees[sensor, ms]), ms]
-        assert "° at " in words and words.endswith(" ms")
+        at = int(np.abs(degrees[sensor]).argmax())
+        assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}, peak: ")
+        assert f"{degrees[sensor, at]:.2f}° at {at} ms; now " in words
+        assert words.endswith(f"; now {degrees[sensor, ms]:.2f}°")
     page.run("app.setHover(null)")
     page.seek(91)
-    words = next(text for text in page.drawn("tensor") if "bends most" in text)
-    best = np.unravel_index(np.abs(degrees[:, ::4]).argmax(), degrees[:, ::4].shape)[0]
-    hinge = touched["segment"].values[best]
-    assert words.startswith(f"bends most: sensor {best + 1}, hinge {hinge}:")
-    assert read(words.partition(": ")[2].partition(": ")[2])[0] == shown(degrees[best, 91])
+    words = next(text for text in page.drawn("tensor") if "peak" in text)
+    best, at = np.unravel_index(np.abs(degrees).argmax(), degrees.shape)
+    said = f"{degrees[best, at]:.2f}° at {at} ms; now {degrees[best, 91]:.2f}°"
+    assert words == f"peak: sensor {best + 1}, {said}"
 
 
 def test_the_scale_is_the_greatest_angle_or_curvature(page, touched):
     page.draw()
     text = page.text(".tensor-panel .scale")
-    assert text == f"0 … {read(text)[1]:g}°"
-    assert read(text)[1] == shown(np.degrees(np.abs(touched["angle"].values).max()))
+    assert text == f"± {np.degrees(np.abs(touched['angle'].values).max()):.2f}°"
     page.run("app.quantity = 'curvature'; app.refresh()")
     page.draw()
     text = page.text(".tensor-panel .scale")
@@ -311,8 +310,10 @@ def test_of_two_antennae_each_number_is_its_own(page, touched):
             page.run(f"app.setHover({{ slot: '{slot}', sensor: {sensor} }})")
             page.seek(88)
             words = next(text for text in page.drawn("tensor") if "sensor" in text)
-            assert words.startswith(f"{slot}, sensor {sensor + 1}, hinge {hinge}: ")
-            assert read(words.partition(": ")[2]) == [shown(expected[sensor, 88]), 88]
+            assert words.startswith(f"{slot}, sensor {sensor + 1}, hinge {hinge}, peak: ")
+            at = int(np.abs(expected[sensor]).argmax())
+            peak, now = (f"{expected[sensor, k]:.2f}" for k in (at, 88))
+            assert words.endswith(f"peak: {peak}° at {at} ms; now {now}°")
     finally:
         page.run("app.setHover(null)")
         page.change("s.B = null;")
@@ -491,8 +492,8 @@ def test_by_hand_the_numbers_are_those_of_the_same_commands(page):
     page.seek(ms)
     hinge = make_antenna().sensors[sensor]
     words = next(text for text in page.drawn("tensor") if "sensor" in text)
-    assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}: ")
-    assert read(words.partition(": ")[2]) == [shown(np.degrees(rows[ms][hinge - 1])), ms]
+    assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}, peak: ")
+    assert words.endswith(f"; now {np.degrees(rows[ms][hinge - 1]):.2f}°")
     force = [text for text in page.drawn("stage") if text.endswith("µN")]
     assert read(" ".join(force)) == [shown(1e6 * np.hypot(*forces[ms]))]
     assert page.text(".verdict-panel .verdict").startswith("No verdict by hand")
