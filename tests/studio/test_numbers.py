@@ -185,10 +185,10 @@ def test_the_scale_is_the_greatest_angle_or_curvature(page, touched):
     words = next(text for text in page.drawn("tensor") if "sensor" in text)
     page.run("app.setHover(null); app.quantity = 'angle'; app.refresh()")
     assert text.endswith(" /mm")
-    assert read(text)[1] == shown(np.abs(touched["curvature"].values).max())
+    assert read(text) == [shown(np.abs(touched["curvature"].values).max())]
     assert words.startswith("sensor 18, hinge ") and " /mm at " in words
     curvature = float(touched["curvature"].values[0, 17, 91])
-    assert read(words.partition(": ")[2].replace("/mm", "")) == [shown(curvature), 91]
+    assert words.endswith(f"; now {curvature:.4f} /mm")
 
 
 def test_the_line_of_contact_lies_on_the_sensor_at_which_the_object_is(page, touched):
@@ -341,7 +341,7 @@ def tell(known, ms, angle):
 def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touched, learned):
     angle = touched["angle"].values[0]
     said = []
-    for ms in (200, 340):
+    for ms in (40, 340):
         best, probability, decided, noticed = tell(learned, ms, angle)
         page.seek(ms)
         text = page.text(".verdict-panel .verdict")
@@ -350,7 +350,7 @@ def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touche
         words = (f"not sure yet perhaps a {best}, #", f"{best} # · decided # ms after contact")
         assert re.sub(r"[\d.]*\d", "#", text) == words[sure]
         assert read(text) == [round(probability, 2), decided][: 1 + sure]
-    assert any("decided" in text for text in said)
+    assert len(set(said)) == len(said)
     assert noticed > 5  # the lead, so that counting from the beginning would be seen
     page.seek(noticed - 2)
     assert page.text(".verdict-panel .verdict") == "no touch noticed yet"
@@ -419,7 +419,7 @@ def test_nothing_is_kept_from_an_earlier_speed_or_antenna(page, learned):
     assert page.text(".antenna-panel .facts").endswith("first mode, damped – damping ratio –")
     page.change("s.touch.speed = 0.37; s.A.length = 33;", learn=True)
     page.seek(340)
-    assert "·" in page.text(".verdict-panel .verdict")
+    assert read(page.text(".verdict-panel .verdict")) != []
 
 
 @pytest.mark.parametrize("speed", [0.7, 0.2])
@@ -525,8 +525,8 @@ def test_a_recording_says_its_rate_and_its_degrees(page):
     page.run("app.play(false); app.setHover({ slot: 'A', sensor: 5 })")
     page.seek(140)
     words = next(text for text in page.drawn("tensor") if "sensor" in text)
-    assert words.startswith("sensor 6, hinge 6: ")
-    assert read(words.partition(": ")[2]) == [shown(np.degrees(turn[56, 5])), 140]
+    assert words.startswith("sensor 6, hinge 6, peak: ")
+    assert words.endswith(f"; now {np.degrees(turn[56, 5]):.2f}°")
     facts = page.text(".board-panel .facts")
     assert "samples a second 400" in facts and "recording mine.csv" in facts
     board = (
