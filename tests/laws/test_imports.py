@@ -14,19 +14,20 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
+    {"terminal"},
     {"errors", "progress"},
+    {"validation"},
     {"records"},
-    {"disk", "draw"},
+    {"files", "draw", "provenance", "sandbox"},
     {"compiled"},
     {"antenna"},
-    {"stimulus"},
-    {"task"},
+    {"objects"},
     {"execute"},
     {"tensors"},
     {"physics"},
-    {"experiment"},
-    {"response", "encoding", "dispersion", "tracking"},
-    {"calibration", "decoding", "information", "wall"},
+    {"experiments"},
+    {"encoding", "analysis", "tracking"},
+    {"calibration", "decoding", "wall"},
     {"robot", "learn", "spikes"},
     {"presets"},
     {"scale", "shipped", "study"},
@@ -91,10 +92,6 @@ def test_one_table_says_what_a_scale_is():
 BEFORE_USE = (
     ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),
-    (
-        "import feeler.studies.paper.reproduce, feeler.studies.paper.context as c; c.Context()",
-        {"xarray", "matplotlib", "numba"},
-    ),
 )
 
 
@@ -148,6 +145,6 @@ def list_files(pattern: str) -> set[str]:
 
 def test_only_one_module_writes_a_model():
     assert list_files(r"\bMjSpec\(") == {"physics/spec.py"}
-    users = {"spec", "spec_control", "spec_space", "mujoco", "mujoco_space"}
+    users = {"spec", "mujoco"}
     found = list_files(r"^\s*(import|from) mujoco\b")
     assert found == {f"physics/{name}.py" for name in users}

@@ -85,7 +85,7 @@ def test_a_touch_is_drawn_as_curvature_per_millimetre():
     (image,) = ax.get_images()
     np.testing.assert_array_equal(image.get_array(), values[0])
     assert (image.norm.vmin, image.norm.vmax) == (0.0, pytest.approx(0.3))
-    assert bar.get_ylabel() == "curvature [1/mm] (negative drawn as 0)"
+    assert " ".join(bar.get_ylabel().split()) == "curvature [1/mm] (negative drawn as 0)"
 
 
 def test_profiles_stand_over_the_hinges_in_their_units():
