@@ -27,7 +27,7 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.studies.scale import Scale
+from paper.scale import Scale
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
 PAPER_ERROR = 0.067  # [P]

@@ -11,17 +11,17 @@ from feeler.decoding.curves import Verdict, judge_order
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import (
+from feeler.tensors.transforms import rectify
+from paper.context import Context
+from paper.data import (
     list_profiles,
     list_speeds,
     load_complete,
     load_tensors,
     select_speed,
 )
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.window import WINDOWS, complete_tensors
-from feeler.tensors.transforms import rectify
+from paper.declared import CLAIMED
+from paper.window import WINDOWS, complete_tensors
 
 _CHOICES: dict[str, tuple[Any, ...]] = {
     "quantity": ("angle", "curvature"),

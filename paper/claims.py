@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 from feeler.errors import InvalidInput
 from feeler.files import make_record
 from feeler.records import OneOf, Record
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.scale import SCALES
+from paper.declared import read_declared
+from paper.scale import SCALES
 
 _FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 

@@ -15,7 +15,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.scene import Clock
 from feeler.presets import cockroach
 from feeler.provenance import make_plain
-from feeler.studies.scale import SCALES, Scale
+from paper.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""

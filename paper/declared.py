@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from feeler.studies.shipped import read_shipped
+from feeler.files import read_shipped
 
 CLAIMED = ("exponential", "linear", "constant")  # [P] in the order claimed
 READ_BETTER = {

@@ -22,13 +22,13 @@ from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.style import PALETTE, mark_places
 from feeler.report import Section, make_spread
-from feeler.studies.paper import fig1_compliance
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import COMPLETE, list_profiles, list_touches, load_complete
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.drawn import find_touch
-from feeler.studies.paper.window import keep_whole
 from feeler.tensors import in_unit, rectify
+from paper import fig1_compliance
+from paper.context import Context
+from paper.data import COMPLETE, list_profiles, list_touches, load_complete
+from paper.declared import read_declared
+from paper.drawn import find_touch
+from paper.window import keep_whole
 
 _Spread = dict[str, float]
 _SHORT = {"threshold a tenth of the peak": "> peak / 10"}  # beside the panel's letter

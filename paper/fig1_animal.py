@@ -8,9 +8,9 @@ from feeler.plotting.antennas import OBJECT_COLOUR, plot_posture
 from feeler.plotting.results import Shapes
 from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach
+from paper.context import Context
+from paper.fig3 import load
 
 _ANTENNAE_PER_BODY = 1.5  # [P] an antenna's length, in lengths of the body
 

@@ -4,7 +4,7 @@ from matplotlib.axes import Axes
 
 from feeler.antenna.segments import Antenna
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
+from paper.context import Context
 
 _BOX = {"boxstyle": "round,pad=0.35", "lw": 0.8}
 _GIVEN, _MADE = {"fc": "#EEEEEE", "ec": "#888888"}, {"fc": "#FFFFFF", "ec": "#000000"}

@@ -11,10 +11,10 @@ from feeler.objects import Trial
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.tensors import plot_tensor, take_curvature
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, list_touches, load_tensors
-from feeler.studies.paper.drawn import draw_moment, find_touch
 from feeler.tensors.transforms import in_unit
+from paper.context import Context
+from paper.data import list_profiles, list_touches, load_tensors
+from paper.drawn import draw_moment, find_touch
 
 _CORNER = (6, 8)  # sensors and samples that are drawn large
 

@@ -8,7 +8,7 @@ from feeler.antenna.files import SOURCE_TAGS
 from feeler.plotting.antennas import plot_posture, plot_profiles
 from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
+from paper.context import Context
 
 
 def plot(antenna: Antenna, figure: Figure) -> None:

@@ -28,8 +28,8 @@ from feeler.plotting import (
     write_movie,
 )
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
 from feeler.tensors.transforms import in_unit
+from paper.context import Context
 
 # Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the
 # largest deflection (impulse), displacement relative to the largest. The animals' own step trace

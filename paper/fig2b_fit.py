@@ -11,8 +11,8 @@ from feeler.calibration import Directions, Measured, Profiles
 from feeler.calibration.problem import FAILED
 from feeler.plotting.style import PALETTE, set_decades
 from feeler.report.page import Section
-from feeler.studies.paper.calibration_report import PAPER_ERROR, PAPER_P, compute
-from feeler.studies.paper.context import Context
+from paper.calibration_report import PAPER_ERROR, PAPER_P, compute
+from paper.context import Context
 
 _LEVEL = 95.0  # % of the draws
 _N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach

@@ -7,8 +7,8 @@ from feeler.antenna.segments import Antenna
 from feeler.objects.trials import LOCATIONS, SPEEDS, make_features
 from feeler.plotting.antennas import make_patch, plot_posture
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import load_tensors, select_speed
+from paper.context import Context
+from paper.data import load_tensors, select_speed
 
 
 def plot(antenna: Antenna, figure: Figure) -> None:

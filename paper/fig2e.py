@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.tensors import plot_tensor_grid
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_complete, load_tensors, select_speed
-from feeler.studies.paper.window import measure_window
 from feeler.tensors.formats import save
 from feeler.tensors.transforms import in_unit
+from paper.context import Context
+from paper.data import list_profiles, load_complete, load_tensors, select_speed
+from paper.window import measure_window
 
 
 def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:

@@ -16,10 +16,6 @@ from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.results import Shapes, plot_approach, plot_maps, plot_shapes
 from feeler.plotting.tensors import plot_tensor
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.scale import Scale
 from feeler.wall import (
     DISTANCES,
     DistanceMap,
@@ -30,6 +26,10 @@ from feeler.wall import (
     map_distance,
     slide,
 )
+from paper.context import Context
+from paper.data import list_profiles
+from paper.declared import read_declared
+from paper.scale import Scale
 
 LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm

@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from feeler.antenna.segments import Antenna
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import CLAIMED, read_declared
-from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.distance import SETUP_CHOICES
+from paper.claims import load_claims
+from paper.context import Context
+from paper.declared import CLAIMED, read_declared
+from paper.fig3 import load
 
 _LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""

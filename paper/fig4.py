@@ -24,12 +24,12 @@ from feeler.encoding.model import check_choice
 from feeler.plotting import plot_bases
 from feeler.plotting.style import BASIS_COLOURS
 from feeler.report import Section
-from feeler.studies.paper import fig4_map
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_tensors
-from feeler.studies.paper.fig4_map import span
-from feeler.studies.scale import Scale
 from feeler.tensors import in_unit, rectify
+from paper import fig4_map
+from paper.context import Context
+from paper.data import list_profiles, load_tensors
+from paper.fig4_map import span
+from paper.scale import Scale
 
 MAIN_RANK = 3  # [P]
 _RESIDUAL, _ENTROPY = "#000000", "#777777"

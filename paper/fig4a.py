@@ -12,9 +12,9 @@ from feeler.encoding import reconstruct
 from feeler.plotting.style import BASIS_COLOURS
 from feeler.plotting.tensors import plot_tensor
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_tensors
-from feeler.studies.paper.fig4 import MAIN_RANK, load, prepare
+from paper.context import Context
+from paper.data import list_profiles, load_tensors
+from paper.fig4 import MAIN_RANK, load, prepare
 
 _STEPS = (
     "activations  →  noise is added  →  principal components  →  classifier  →  object, place"

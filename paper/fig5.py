@@ -14,8 +14,8 @@ from feeler.encoding import LABELS
 from feeler.plotting.results import name_kinds, plot_curves, plot_kinds
 from feeler.plotting.tensors import plot_tensor_grid
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig5_data import (
+from paper.context import Context
+from paper.fig5_data import (
     MAIN,
     list_verdicts,
     load,

@@ -18,10 +18,10 @@ from feeler.experiments.tactile import DURATION
 from feeler.plotting.results import plot_groups
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_complete
-from feeler.studies.paper.window import WINDOWS, measure_window
 from feeler.tensors import in_unit, rectify
+from paper.context import Context
+from paper.data import list_profiles, load_complete
+from paper.window import WINDOWS, measure_window
 
 _PROXIMAL = 0.1  # [C] share of the length that counts as the base
 _SHARED = ("in a touch", "over all touches")

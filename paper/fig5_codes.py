@@ -12,12 +12,12 @@ from feeler.analysis import INDICES, compute_dispersion
 from feeler.decoding.curves import Group, compute_curves, configure, fit_null, make_codes
 from feeler.decoding.sweeps import Plan
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_complete
-from feeler.studies.paper.fig5_data import spread_accuracy
-from feeler.studies.paper.fig5_nulls import disperse_null
-from feeler.studies.paper.fig5_speed import JOINT_CODES
-from feeler.studies.paper.window import WINDOWS, complete_arrays
+from paper.context import Context
+from paper.data import list_profiles, load_complete
+from paper.fig5_data import spread_accuracy
+from paper.fig5_nulls import disperse_null
+from paper.fig5_speed import JOINT_CODES
+from paper.window import WINDOWS, complete_arrays
 
 _PARTS = {"activation": "dispersion.activation", "null": "dispersion.null"}
 

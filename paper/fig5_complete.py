@@ -19,11 +19,11 @@ from feeler.experiments.tactile import DURATION
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
-from feeler.studies.paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
-from feeler.studies.paper.fig5_data import list_verdicts, load, spread_accuracy
-from feeler.studies.paper.window import (
+from paper.context import Context
+from paper.data import COMPLETE, list_profiles, load_complete
+from paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
+from paper.fig5_data import list_verdicts, load, spread_accuracy
+from paper.window import (
     SAME,
     WINDOWS,
     complete_arrays,

@@ -13,10 +13,10 @@ from feeler.objects import Trial
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.style import pick_colours, set_decades
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, list_speeds, list_touches, load_tensors
-from feeler.studies.paper.drawn import draw_moment, find_touch
 from feeler.tensors.transforms import compute_bend, in_unit
+from paper.context import Context
+from paper.data import list_profiles, list_speeds, list_touches, load_tensors
+from paper.drawn import draw_moment, find_touch
 
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
 _LATER = 15.0  # ms since contact, at every speed

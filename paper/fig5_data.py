@@ -33,9 +33,9 @@ from feeler.decoding.curves import (
 from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors
-from feeler.studies.paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
+from paper.context import Context
+from paper.data import list_profiles, list_speeds, load_tensors
+from paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
 
 MAIN = ("joint", "raw")
 """The paper's two data sets: activations and tensors."""

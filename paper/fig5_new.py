@@ -21,8 +21,9 @@ from feeler.objects import Nuisances
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import (
+from feeler.tensors.transforms import rectify
+from paper.context import Context
+from paper.data import (
     COMPLETE,
     list_profiles,
     list_touches,
@@ -30,8 +31,7 @@ from feeler.studies.paper.data import (
     load_tensors,
     select_speed,
 )
-from feeler.studies.paper.window import WINDOWS, complete_tensors, measure_window, resample
-from feeler.tensors.transforms import rectify
+from paper.window import WINDOWS, complete_tensors, measure_window, resample
 
 _ATTRIBUTES = ("feature", "size", "location")
 _SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}

@@ -11,9 +11,9 @@ from feeler.analysis import INDICES, Dispersion, compute_dispersion
 from feeler.decoding.curves import Group, JointFit, Twins, compare_twins, configure
 from feeler.decoding.sweeps import Plan
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
+from paper.context import Context
+from paper.declared import CLAIMED
+from paper.fig5_data import load, name_speeds, spread_accuracy
 
 
 def show(context: Context, section: Section) -> None:

@@ -14,16 +14,16 @@ from feeler.encoding import hoyer_sparseness
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.results import plot_groups
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import (
+from paper.context import Context
+from paper.data import (
     list_profiles,
     list_speeds,
     load_complete,
     load_tensors,
     select_speed,
 )
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.window import (
+from paper.declared import CLAIMED
+from paper.window import (
     WINDOWS,
     cut_to_contact,
     cut_to_motion,

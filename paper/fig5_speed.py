@@ -16,17 +16,17 @@ from feeler.decoding.sweeps import Plan
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import pick_colours
 from feeler.report import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import (
+from paper.context import Context
+from paper.data import (
     list_profiles,
     list_speeds,
     load_complete,
     load_tensors,
     select_speed,
 )
-from feeler.studies.paper.fig5_complete import keep_dispersion
-from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
-from feeler.studies.paper.window import WINDOWS, keep_whole
+from paper.fig5_complete import keep_dispersion
+from paper.fig5_data import load, name_speeds, spread_accuracy
+from paper.window import WINDOWS, keep_whole
 
 JOINT_CODES, TENSORS = "jointly fitted codes", tuple(f"tensors, {window}" for window in WINDOWS)
 """What LDA may have read."""

@@ -18,12 +18,12 @@ from feeler.encoding import (
 )
 from feeler.plotting import PALETTE, plot_bases
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
-from feeler.studies.paper.fig4 import prepare
-from feeler.studies.paper.fig4_map import span
-from feeler.studies.paper.window import WINDOWS, complete_tensors
-from feeler.studies.scale import Scale
+from paper.context import Context
+from paper.data import list_profiles, load_complete, load_tensors
+from paper.fig4 import prepare
+from paper.fig4_map import span
+from paper.scale import Scale
+from paper.window import WINDOWS, complete_tensors
 
 _PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
 

@@ -31,8 +31,8 @@ from feeler.robot import (
     sweep_shots,
     touch_robots,
 )
-from feeler.studies.paper.context import Context
-from feeler.studies.scale import Scale
+from paper.context import Context
+from paper.scale import Scale
 
 _RELEASE = 2000.0  # ms
 _MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.antenna.animals import cockroach, fit_sigmoid
 from feeler.plotting.style import PALETTE
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
+from paper.context import Context
 
 _N_ANTENNAE = 4  # [P]
 _SCATTER = 0.08  # [C] sd of one segment's length, as a share of it

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.plotting.style import PALETTE
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
 from feeler.tracking.kinematics import CUTOFF, MAX_GAP
+from paper.context import Context
 
 _PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
 _SPREAD = np.deg2rad(

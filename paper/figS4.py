@@ -14,10 +14,10 @@ from feeler.decoding.network import TouchNetwork, import_torch
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import PALETTE, pick_colours
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
-from feeler.studies.paper.fig5_data import name_speeds, spread_accuracy
-from feeler.studies.paper.window import WINDOWS, complete_arrays
+from paper.context import Context
+from paper.data import list_profiles, load_complete, load_tensors
+from paper.fig5_data import name_speeds, spread_accuracy
+from paper.window import WINDOWS, complete_arrays
 
 _LAYERS = (
     "input {h} × {w} × 1",

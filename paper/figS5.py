@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from feeler.encoding import ConvolutiveNMF, match_components
 from feeler.plotting.results import plot_bases
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_tensors
-from feeler.studies.paper.fig4 import load, prepare
-from feeler.studies.paper.fig4_map import compare_others, span
-from feeler.studies.scale import Scale
 from feeler.tensors.transforms import in_unit
+from paper.context import Context
+from paper.data import list_profiles, load_tensors
+from paper.fig4 import load, prepare
+from paper.fig4_map import compare_others, span
+from paper.scale import Scale
 
 _REFERENCE = 40  # [P]
 

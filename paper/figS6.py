@@ -9,8 +9,8 @@ from feeler.analysis import INDICES
 from feeler.encoding import LABELS
 from feeler.plotting.results import plot_kinds
 from feeler.report import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig5_data import list_verdicts, load, name_speeds
+from paper.context import Context
+from paper.fig5_data import list_verdicts, load, name_speeds
 
 _KINDS = {"raw": "tensor", "joint": "activation"}
 """What the values of the paper's two data sets are called."""

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig6 import plot_tensor
-from feeler.studies.paper.fig6_data import load
+from paper.context import Context
+from paper.fig6 import plot_tensor
+from paper.fig6_data import load
 
 
 def _compute_differences(data: SimpleNamespace) -> dict[tuple, float]:

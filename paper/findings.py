@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from feeler.studies.paper.claims import load_effects
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
+from paper.claims import load_effects
+from paper.declared import read_declared
+from paper.verdicts import EVIDENCE, Judged, judge_statements
 
 _FINDINGS, _STORY = "findings.toml", "story.toml"
 OPEN = "depends on a definition"

@@ -1,7 +1,7 @@
 """Time of ``feeler reproduce`` by stage, and what it finds: benchmarks/results/reproduce.json, from
 which README's table is made (docs/make_table.py).
 
-    python benchmarks/reproduce.py smoke quick        # paper needs the extra cnn
+    python -m paper.measure smoke quick        # paper needs the extra cnn
 """
 
 import json
@@ -12,14 +12,13 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from keep import keep_sections
-from kept import write_kept
+from benchmarks.kept import write_kept
+from paper.context import Context
+from paper.kept import keep_sections
+from paper.reproduce import STAGES
+from paper.stage import find_kept
 
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.reproduce import STAGES
-from feeler.studies.paper.stage import find_kept
-
-RESULTS = Path(__file__).parent / "results" / "reproduce.json"
+RESULTS = Path(__file__).parents[1] / "benchmarks" / "results" / "reproduce.json"
 
 
 def run(
@@ -31,8 +30,7 @@ def run(
     command = [
         sys.executable,
         "-m",
-        "feeler",
-        "reproduce",
+        "paper",
         "--scale",
         scale,
         "--out",

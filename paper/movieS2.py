@@ -5,7 +5,7 @@ from feeler.objects import Ball, Trial
 from feeler.objects.trials import SPEEDS
 from feeler.plotting import SLOWER, write_touch_movie, write_touches_movie
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
+from paper.context import Context
 
 _LASTING = {
     "fast": 100.0,

@@ -27,10 +27,10 @@ from feeler.plotting import (
     write_movie,
 )
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig3 import describe_posture, get_lead, load
 from feeler.wall import Course, WallTouch, find_peak
 from feeler.wall.following import Run, Watch, follow
+from paper.context import Context
+from paper.fig3 import describe_posture, get_lead, load
 
 _APPROACH_SLOWER, _FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
 _CURVATURE = "curvature beyond rest [1/mm]"

@@ -23,11 +23,11 @@ from feeler.report.page import (
     render_page,
     to_json,
 )
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.findings import list_findings
-from feeler.studies.paper.story import open_report, tell_story
-from feeler.studies.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
+from paper.context import Context
+from paper.declared import read_declared
+from paper.findings import list_findings
+from paper.story import open_report, tell_story
+from paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
 
 
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
@@ -41,7 +41,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
 
 def write_page(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
     """Write ``report.html``."""
-    templates: Any = open_templates("feeler.studies.paper").get_template("report.html").module
+    templates: Any = open_templates("paper").get_template("report.html").module
     made = {
         str(block["name"]): section.name
         for section in sections

@@ -10,11 +10,11 @@ from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import find_shipped
-from feeler.studies.paper.report import write_page, write_report
-from feeler.studies.paper.stage import Stage, find_kept, run_stage
-from feeler.studies.paper.verdicts import judge_claims
+from paper.context import Context
+from paper.kept import find_shipped
+from paper.report import write_page, write_report
+from paper.stage import Stage, find_kept, run_stage
+from paper.verdicts import judge_claims
 
 STAGES = (
     Stage(
@@ -66,48 +66,48 @@ STAGES = (
     Stage(
         name="tradeoff",
         title="Beyond the paper: speed against accuracy against energy",
-        figures=("open_speed", "open_active"),
+        figures=("studies.speed.section", "studies.active.section"),
     ),
     Stage(
         name="gradient",
         title="Beyond the paper: what the gradient does",
-        figures=("open_gradient",),
+        figures=("studies.gradient.section",),
         reads=("scale", "engine", "timestep", "antenna"),
     ),
     Stage(
         name="receptor",
         title="Beyond the paper: which receptor noise makes the gradient best",
-        figures=("open_receptor",),
+        figures=("studies.receptor.section",),
         reads=("scale", "engine", "timestep", "antenna"),
     ),
     Stage(
         name="bounds",
         title="Beyond the paper: place, size and speed beside their bounds",
-        figures=("open_bounds",),
+        figures=("studies.bounds.section",),
         reads=("scale", "engine", "timestep", "antenna"),
     ),
     Stage(
         name="design",
         title="Beyond the paper: which antenna tells most",
-        figures=("open_design",),
+        figures=("studies.design.section",),
         reads=("antenna",),
     ),
     Stage(
         name="unseen",
         title="Beyond the paper: an antenna designed for sizes and places never met",
-        figures=("open_unseen",),
+        figures=("studies.unseen.section",),
         reads=("antenna",),
     ),
     Stage(
         name="spikes",
         title="Beyond the paper: what a nerve says",
-        figures=("open_spikes",),
+        figures=("studies.spikes.section",),
         reads=("antenna",),
     ),
     Stage(
         name="space",
         title="Beyond the paper: touched from out of the plane",
-        figures=("open_space",),
+        figures=("studies.space.section",),
         reads=("antenna",),
     ),
     Stage(

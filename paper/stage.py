@@ -16,7 +16,7 @@ from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
 from feeler.provenance import compute_digest, make_key
 from feeler.report.page import MARKER, Section
-from feeler.studies.paper.context import KEYED, Context, View
+from paper.context import KEYED, Context, View
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class Stage:
     Attributes
     ----------
     figures : tuple[str, ...]
-        Modules of ``feeler.studies.paper``, one for each figure.
+        Modules that make the section, one for each figure: of this package, or by their full name.
     reads : tuple[str, ...]
         Which parameters its numbers depend on; it cannot read the others.
     make : Callable[[Context, Section], None] | None
@@ -45,11 +45,9 @@ class Stage:
     @property
     def modules(self) -> tuple[str, ...]:
         """The modules that make the section."""
-        return (
-            (self.make.__module__,)
-            if self.make
-            else tuple(f"feeler.studies.paper.{figure}" for figure in self.figures)
-        )
+        if self.make:
+            return (self.make.__module__,)
+        return tuple(name if "." in name else f"paper.{name}" for name in self.figures)
 
     def key(self, context: Context) -> str:
         """Name of the section's numbers: parameters, defaults of the physics, and versions."""

@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from feeler.report.page import Section, embed, open_templates
-from feeler.studies.paper.findings import (
+from paper.findings import (
     OPEN,
     choose_answer,
     list_abstract,
@@ -16,7 +16,7 @@ from feeler.studies.paper.findings import (
     list_screens,
     list_unmet,
 )
-from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
+from paper.verdicts import EVIDENCE, Judged, judge_statements
 
 _QUESTION = (
     "Does an antenna with a stiff base and a soft tip feel more, and more if it moves slowly?"

@@ -16,9 +16,9 @@ from itertools import pairwise
 from typing import Any
 
 from feeler.report.page import Section, to_json
-from feeler.studies.paper.claims import Claim, load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.scale import SCALES
+from paper.claims import Claim, load_claims
+from paper.context import Context
+from paper.scale import SCALES
 
 EVIDENCE = ("reproduced", "partly", "not reproduced")
 OTHERS = (

@@ -5,12 +5,11 @@ import sys
 
 
 def start(out, *options):
-    """``feeler reproduce`` at smoke scale in a process group of its own."""
+    """``python -m paper`` at smoke scale in a process group of its own."""
     command = [
         sys.executable,
         "-m",
-        "feeler",
-        "reproduce",
+        "paper",
         "--scale",
         "smoke",
         "--out",

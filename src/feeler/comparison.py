@@ -1,15 +1,17 @@
-"""Any antennas side by side, on touches recorded until the last has let go: dispersion, entropy,
-accuracy against noise.
+"""Any antennas side by side on the same touches, recorded until the last has let go: dispersion,
+entropy and accuracy against noise, as numbers and as a page.
 """
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from annotated_types import Len
+from matplotlib.figure import Figure
 
 from feeler.analysis import (
     INDICES,
@@ -22,18 +24,81 @@ from feeler.antenna.segments import Antenna
 from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.sweeps import Plan
-from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
+from feeler.encoding import LABELS, ConvolutiveNMF, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import Doubtful, InvalidInput
 from feeler.experiments.tactile import DURATION, touch
+from feeler.files import temporary_folder
 from feeler.objects.trials import Trial
+from feeler.plotting.results import plot_curves, plot_index
+from feeler.records import Registry
+from feeler.report import Section, write_page
 from feeler.tensors.transforms import in_unit, measure_peak
 from feeler.validation import checked
 
+EFFORTS: Registry["Effort"] = Registry("scale")
 COMPARED_CODES = ("sparse", "raw")
 _DISTANCE = (
     48.0  # mm that an object goes at first; the last slow touch of the paper ends before 42
 )
 _FACTORS = (1, 2, 4, 8)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """How much of a comparison is computed: the noise sweeps, and how the encoder is fitted."""
+
+    plan: Plan
+    encoder: Mapping[str, Any]
+
+    def make_encoder(self, random_state: int = 0) -> ConvolutiveNMF:
+        """An unfitted encoder with the paper's M = 3, T = 40 and sparseness 0.8."""
+        return ConvolutiveNMF(**self.encoder, random_state=random_state)
+
+
+_PAPER: dict[str, Any] = {
+    "ratios": (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
+    "n_repeats": 10,
+    "other_repeats": 3,
+    "before_copies": 3,
+    "before_all": True,
+}
+_QUICK: dict[str, Any] = {
+    "n_copies": 5,
+    "other_copies": (),
+    "before_repeats": 0,
+    "n_restarts": 1,
+    "twins": "ends",
+}
+EFFORTS.register(
+    "smoke",
+    Effort(
+        plan=Plan(
+            **_QUICK | {"ratios": (0.2,), "n_repeats": 1, "n_copies": 3, "twins": "none"},
+            null_iter=5,
+        ),
+        encoder={"n_restarts": 1, "max_iter": 5, "tol": 1e-3, "warn": False},
+    ),
+)
+EFFORTS.register(
+    "quick",
+    Effort(
+        plan=Plan(**_QUICK, ratios=(0.1, 0.3), n_repeats=2, null_iter=20),
+        encoder={"n_restarts": 1, "max_iter": 20, "tol": 1e-3, "warn": False},
+    ),
+)
+_ENCODER = {"n_restarts": 10, "max_iter": 60, "tol": 3e-4}
+EFFORTS.register(
+    "published",
+    Effort(
+        plan=Plan(
+            **_PAPER | {"before_repeats": 0, "twins": "ends"},
+            control_repeats=3,
+            other_copies=(),
+        ),
+        encoder=_ENCODER,
+    ),
+)
+EFFORTS.register("paper", Effort(plan=Plan(**_PAPER), encoder=_ENCODER))
 
 
 @checked
@@ -231,3 +296,67 @@ def touch_whole(
     moments = np.linspace(0.0, end, round(DURATION), endpoint=False)
     angle = recorded[["angle"]].transpose("trial", ..., "sensor", "time")
     return angle.interp(time=moments), end
+
+
+def plot(data: Comparison, figure: Figure) -> None:
+    """Dispersion of tensors above, accuracy below."""
+    top, bottom = figure.subfigures(2, 1, squeeze=False).flat
+    for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
+        plot_index(data.dispersion["raw"], index, ax)
+        ax.set_title(f"{INDICES[index].label}, tensors", fontsize=8)
+    panels = [(kind, noise) for kind in COMPARED_CODES for noise in data.curves.noises]
+    axes = bottom.subplots(1, len(panels), sharey=True)
+    for (kind, noise), ax in zip(panels, axes, strict=True):
+        plot_curves(data.curves, kind, noise, ax)
+        ax.set_title(f"{LABELS[kind]}\n{noise} noise", fontsize=7)
+        ax.set_xlabel("noise [%]", fontsize=7)
+    axes[0].set_ylabel("accuracy [%]", fontsize=7)
+    bottom.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7
+    )
+
+
+@checked
+def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
+    """One HTML file with everything inside; ``conditions`` says how it was made."""
+    title = " against ".join(data.names)
+    lead = (
+        "The same touches, at one speed: how far apart their tensors lie, and how well they are"
+        " told apart."
+    )
+    with temporary_folder() as folder:
+        section = Section(name="comparison", title="Dispersion and accuracy", folder=folder)
+        section.figure(
+            "comparison",
+            "Above: how alike each tensor and its closest match are (small dots), and their average"
+            " with its 95 % bootstrap interval over stimuli; low Pearson r, SSIM and NMI and high"
+            " MSE mean more dispersed. Below: accuracy over all classes (object and place) against"
+            " noise, with 1 SD; squares: the null, one tensor repeated; crosses: a reader that"
+            " knows only place and time of the peak; dotted: chance.",
+            lambda figure: plot(data, figure),
+            height=5.4,
+        )
+        section.table(["measure", *data.names], data.list_rows())
+        section.table(
+            ["accuracy", f"{data.names[0]} minus", "points", "95 % interval", "effect (d_z)"],
+            [
+                [
+                    measure.removeprefix("accuracy, "),
+                    name,
+                    _say_points(one.estimate),
+                    f"{_say_points(one.low)} to {_say_points(one.high)}",
+                    f"{round(one.effect, 2) + 0.0:.2f}",  # no −0.00
+                ]
+                for (measure, name), one in data.differences.items()
+            ],
+            "Differences over the same touches, in percentage points. An antenna is better where"
+            " the interval leaves out 0. d_z: mean of the paired differences over their standard"
+            " deviation.",
+        )
+        section.text(conditions)
+        return write_page(path, title, lead, section)
+
+
+def _say_points(share: float) -> str:
+    """Percentage points with their sign; nothing is +0.0."""
+    return f"{round(100 * share, 1) + 0.0:+.1f}"

@@ -1,7 +1,7 @@
 """The learned policy: touches to practise on, and the training that made the stored weights.
 
-``python benchmarks/active.py learn`` runs it as declared; to train a policy for other objects, call
-``train_policy`` on practices of your own task and ``save_policy`` the model. Needs PyTorch and
+``python -m studies.active.measure learn`` runs it as declared; to train a policy for other objects,
+call ``train_policy`` on practices of your own task and ``save_policy`` the model. Needs PyTorch and
 sb3-contrib: ``pip install sb3-contrib``.
 
 Practice. To simulate every known touch under each body's own motion takes 10 ms of a core for one

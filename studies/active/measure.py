@@ -1,18 +1,18 @@
-"""Does it pay to steer? Policies against each other as declared.toml says, in pieces that a run can
-be ended between.
+"""Does it pay to steer? Policies against each other as contests.toml says, in pieces that a run can
+be ended between: ``python -m studies.active.measure PART …``
 
-python benchmarks/active.py compare     # every policy and set that the journal lacks
-python benchmarks/active.py confirm     # the policies chosen, on fresh sets
-python benchmarks/active.py confirm_learned  # the learned ones too, a quarter of an hour
-python benchmarks/active.py speed       # steps of 64 environments per second
-python benchmarks/active.py places      # where to touch next
-python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed (sb3-contrib)
-python benchmarks/active.py judge store_learned  # the learned policies under the exact observer
-python benchmarks/active.py walls       # wall following as a closed loop
-python benchmarks/active.py write       # results/active.json of the journal
+    compare     # every policy and set that the journal lacks
+    confirm     # the policies chosen, on fresh sets
+    confirm_learned  # the learned ones too, a quarter of an hour
+    speed       # steps of 64 environments per second
+    places      # where to touch next
+    learn       # recurrent PPO, a quarter of an hour a seed (sb3-contrib)
+    judge store_learned  # the learned policies under the exact observer
+    walls       # wall following as a closed loop
+    write       # results/active.json of the journal
 
 The others write their own parts of it. What they need beside the library stands in
-active_learning.py, active_places.py and wall_loop.py.
+learning.py, places.py and wall_loop.py.
 """
 
 import json
@@ -22,12 +22,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from kept import write_kept
 
+from benchmarks.kept import write_kept
 from feeler.active import make_learned
-from feeler.presets import cockroach
-from feeler.report.page import to_json
-from feeler.studies.contests import (
+from feeler.active.contests import (
     Contest,
     confirm_steering,
     judge_energy,
@@ -35,15 +33,14 @@ from feeler.studies.contests import (
     judge_steering,
     load_contest,
 )
-from feeler.studies.tradeoff import average_sets
+from feeler.presets import cockroach
+from feeler.report.page import to_json
+from feeler.tradeoff import average_sets
 
-HERE = Path(__file__).parent / "results"
-SOURCE = Path(__file__).parents[1] / "src" / "feeler"
-STORED = SOURCE / "studies" / "contests" / "measured.json"  # for the report
-RESULTS = HERE / "active.json"
-JOURNAL = (
-    Path(__file__).parents[1] / "build" / "active.jsonl"
-)  # of one state of the code, so not kept
+ROOT = Path(__file__).parents[2]
+STORED = Path(__file__).with_name("results.json")  # for the report
+RESULTS = ROOT / "benchmarks" / "results" / "active.json"
+JOURNAL = ROOT / "build" / "active.jsonl"  # of one state of the code, so not kept
 
 
 def keep(**values: object) -> None:
@@ -253,9 +250,8 @@ def speed() -> None:
 
 def places() -> None:
     """How many touches until sure, by who chooses them."""
-    from active_places import search_places, simulate_places
-
     from feeler.objects.shapes import Ball, Box
+    from studies.active.places import search_places, simulate_places
 
     asked = load_contest().places
     half_width, half_height, rounding = asked["box"]
@@ -301,9 +297,8 @@ def places() -> None:
 
 def learn() -> None:
     """Recurrent PPO on what the observer believes, each seed that has no weights yet."""
-    from active_learning import Practice, save_policy, train_policy
-
     from feeler.active.policies import find_weights
+    from studies.active.learning import Practice, save_policy, train_policy
 
     comparison = load_contest()
     asked, antenna = dict(comparison.learning), cockroach()
@@ -328,10 +323,9 @@ def judge() -> None:
     """The learned policies under the exact observer, on the sets that policies are judged on; and
     practice against it.
     """
-    from active_learning import Practice, practise
-
     from feeler.active import parse_policy
     from feeler.active.policies import find_weights
+    from studies.active.learning import Practice, practise
 
     comparison, antenna = load_contest(), cockroach()
     seeds = [seed for seed in comparison.learning["seeds"] if find_weights(seed).is_file()]
@@ -373,9 +367,8 @@ def walls() -> None:
     """Stability over delay and gain of every profile and speed, gain and phase of the antenna, and
     turns.
     """
-    from wall_loop import map_stability, measure_wall_response
-
     from feeler.wall import calibrate, follow, make_turn
+    from studies.active.wall_loop import map_stability, measure_wall_response
 
     asked = load_contest().wall
     found = json.loads(RESULTS.read_text()).get("wall", {}) if RESULTS.exists() else {}

@@ -11,14 +11,48 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from feeler.active import parse_policy
+from feeler.active.contests import (
+    CONTEST_LEAD,
+    Contest,
+    fill_comparison,
+    judge_steering,
+    load_contest,
+)
 from feeler.antenna.animals import cockroach
+from feeler.errors import InvalidInput
+from feeler.files import read_shipped
 from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
-from feeler.studies.contests import judge_steering, load_contest, load_stored
-from feeler.studies.contests.page import CONTEST_LEAD, fill_comparison
-from feeler.studies.paper.context import Context
+from paper.context import Context
 
 _AGAIN = "fixed:1.2"  # the stored policy that is run again, on the first set
+
+
+def load_stored(contest: Contest) -> dict[str, Any]:
+    """What was measured, kept because it takes too long for every report.
+
+    Returns
+    -------
+    dict
+        ``measured`` and ``learned`` as Datasets, and what else there is, as plain data.
+
+    Raises
+    ------
+    InvalidInput
+        They were made with other choices than are declared now.
+    """
+    found = read_shipped("studies.active", "results.json")
+    for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
+        if found["declared"][name] != getattr(contest, name):
+            raise InvalidInput(
+                f"the stored results were made with {name} {found['declared'][name]}, declared is"
+                f" {getattr(contest, name)}. Run: python -m studies.active.measure compare write"
+            )
+    for name in {"measured", "learned"} & {*found}:
+        found[name] = xr.Dataset.from_dict(found[name]).map(
+            lambda v: v.astype(float)
+        )  # null is NaN
+    return found
 
 
 def show(context: Context, section: Section) -> None:
@@ -33,7 +67,7 @@ def show(context: Context, section: Section) -> None:
     seen = observer.run(parse_policy(_AGAIN), contest.copies, contest.deadlines[0])
     kept = float(stored["measured"]["accuracy"].sel(policy=_AGAIN).isel(set=0, deadline=0))
     section.text(
-        "These numbers are stored: they take minutes (benchmarks/active.py), for the published"
+        "These numbers are stored: they take minutes (studies/active/measure.py), for the published"
         " antenna and the engine's own choices, whatever this report was asked for. One was made"
         f" anew: {_AGAIN}, first set, {contest.deadlines[0]:g} ms: {100 * seen.accuracy[-1]:.3f}"
         f" % now, {100 * kept:.3f} % stored. `feeler active` makes the same for any antenna and for"
@@ -51,7 +85,7 @@ def show(context: Context, section: Section) -> None:
         f"Steering gains at least {contest.gain:g} points over the best fixed speed at {paying}"
         f" of {verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a"
         " smaller gain. What was changed after first results were seen stands in"
-        " contests/declared.toml."
+        " feeler/active/contests.toml."
     )
     if confirmed := stored.get("confirmed"):
         _show_confirmed(

@@ -29,9 +29,9 @@ from feeler.experiments.tactile import touch
 from feeler.objects import Nuisances, Task, Trial, make_feature
 from feeler.plotting.style import PALETTE, mark_places
 from feeler.report.page import Section, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.open_gradient import load_questions
-from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
+from feeler.tradeoff import UNITS_OF_NOISE
+from paper.context import Context
+from studies.stored import read_declared
 
 _TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 _RESAMPLES = 1000  # bootstrap
@@ -263,7 +263,7 @@ def _measure(
 
 def show(context: Context, section: Section) -> None:
     """Errors beside bounds, and whether the derivatives have converged."""
-    asked = load_questions("regression", context.effort.regression)
+    asked = read_declared("bounds") | dict(context.effort.regression)
     data = compute(context.antenna, asked, **context.physics)
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(

@@ -1,9 +1,9 @@
 """Which antenna should I build? Splines against the paper's profile, far starts of its family,
 sensors, fronts.
 
-    python benchmarks/design.py --journals build/design [spline family final …]
+    python -m studies.design.measure --journals build/design [spline family final …]
 
-All choices stand in benchmarks/design.toml and below, written down before any final draw was looked
+All choices stand in declared.toml and below, written down before any final draw was looked
 at. Each part goes on from its journals; what is finished stands in benchmarks/results/design.json,
 which docs and report quote.
 
@@ -26,10 +26,9 @@ import json
 from pathlib import Path
 
 import numpy as np
-from front import compute_settling, find_front
-from kept import write_kept
 from scipy.special import stdtrit
 
+from benchmarks.kept import write_kept
 from feeler.antenna.animals import cockroach
 from feeler.design import (
     CHOICES,
@@ -42,13 +41,12 @@ from feeler.design import (
     score,
 )
 from feeler.experiments.tactile import touch
+from studies.design.front import compute_settling, find_front
 
 HERE = Path(__file__).parent
-PLAN = load_plan(HERE / "design.toml")
-RESULTS = HERE / "results" / "design.json"
-STORED = (
-    HERE.parent / "src" / "feeler" / "studies" / "paper" / "open_design.json"
-)  # what the report draws, with fewer digits
+PLAN = load_plan(HERE / "declared.toml")
+RESULTS = HERE.parents[1] / "benchmarks" / "results" / "design.json"
+STORED = HERE / "results.json"  # what the report draws, with fewer digits
 SPEEDS = (0.6, 0.3, 0.06)
 SEEDS = range(5)
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 56)

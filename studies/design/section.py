@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
 from feeler.experiments.tactile import touch
+from feeler.files import read_shipped
 from feeler.objects import Ball, Trial
 from feeler.objects.noise import Common, Relative
 from feeler.plotting.antennas import plot_profile_points
 from feeler.plotting.style import NOISE_COLOURS, PALETTE, pick_colours
 from feeler.report import Section, make_interval
-from feeler.studies.paper.context import Context
-from feeler.studies.shipped import read_shipped
 from feeler.tensors.transforms import in_unit
+from paper.context import Context
 
 _N_CLASSES = 18  # of benchmarks/design.toml
 _LIVE = DesignTask(
@@ -147,7 +147,7 @@ def _collect_values(stored: dict[str, Any]) -> dict[str, Any]:
 
 def show(context: Context, section: Section) -> None:
     """What was searched and stored, and the cheat, made here."""
-    stored = read_shipped("paper", "open_design.json")
+    stored = read_shipped("studies.design", "results.json")
     section.values.update(_collect_values(stored))
     section.text(
         "Searched and judged by benchmarks/design.py, whose choices stand in"

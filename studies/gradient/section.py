@@ -17,22 +17,14 @@ from feeler.design import match_compliance
 from feeler.objects.trials import LOCATIONS
 from feeler.plotting.style import pick_colours
 from feeler.report import Section, make_interval
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.study import Study
-from feeler.studies.tradeoff import average_sets, load_declared
-from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
+from feeler.study import Study
 from feeler.tensors.transforms import in_unit
+from feeler.tradeoff import UNITS_OF_NOISE, average_sets, load_declared
+from paper.context import Context
+from studies.stored import read_declared
 
 _CONTACT = "contact"
 _GREY = "#888888"  # of what belongs to no speed
-
-
-def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The choices of open_questions.toml on ``gradient`` or ``regression``, less what a scale
-    changes.
-    """
-    return read_declared("open_questions.toml")[part] | dict(changes)
 
 
 def make_graded(
@@ -184,7 +176,7 @@ def _collect_values(data: xr.Dataset) -> dict[str, Any]:
 
 def show(context: Context, section: Section) -> None:
     """The dose–response, its controls, and the values."""
-    asked = load_questions("gradient", context.effort.gradient)
+    asked = read_declared("gradient") | dict(context.effort.gradient)
     study = load_declared(seed=asked["seed"], draws=asked["draws"])
     data = compute(context.antenna, asked, study, **context.physics)
     section.text(

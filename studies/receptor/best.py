@@ -1,4 +1,4 @@
-"""The best of a family of rates, with intervals over sets of touches; see open_receptor.toml."""
+"""The best of a family of rates, with intervals over sets of touches; see declared.toml."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.report import make_interval
-from feeler.studies.tradeoff import average_sets
+from feeler.tradeoff import average_sets
 
 PUBLISHED_RATE = -0.0827  # 1/joint [P]
 _SHARE = 0.95

@@ -17,19 +17,18 @@ from feeler.antenna.segments import Antenna
 from feeler.objects import Mixed
 from feeler.plotting.style import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_gradient import make_graded
-from feeler.studies.paper.open_receptor_best import (
+from feeler.tensors.transforms import in_unit
+from feeler.tradeoff import average_sets, load_declared
+from paper.context import Context
+from studies.gradient.section import make_graded
+from studies.receptor.best import (
     PUBLISHED_RATE,
     find_best,
     find_jump,
     find_lag,
     find_lead,
 )
-from feeler.studies.paper.stored import load_stored
-from feeler.studies.tradeoff import average_sets, load_declared
-from feeler.tensors.transforms import in_unit
+from studies.stored import load_stored, read_declared
 
 _SIGNALS = {"sample": "the bend at that moment", "tensor": "the touch's greatest bend"}
 _LINES = {
@@ -48,7 +47,7 @@ def compute(
     reference: Antenna, names: Sequence[str] = _RUNS, **options: Any
 ) -> dict[str, xr.Dataset]:
     """What was declared, run by run, of those named."""
-    asked = read_declared("open_receptor.toml")
+    asked = read_declared("receptor")
     return {
         one["name"]: compute_run(reference, asked | one, **options)
         for one in asked["run"]
@@ -182,8 +181,8 @@ def collect_values(found: Mapping[str, xr.Dataset], resamples: int) -> dict[str,
 
 def show(context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
-    asked = read_declared("open_receptor.toml")
-    plain, said = load_stored("open_receptor.json")
+    asked = read_declared("receptor")
+    plain, said = load_stored("receptor")
     found = {name: xr.Dataset.from_dict(one) for name, one in plain.items()}
     if fresh := context.effort.questions:
         found |= compute(context.antenna, fresh, **context.physics)
@@ -193,7 +192,7 @@ def show(context: Context, section: Section) -> None:
         " both: sd² = floor² + (share · bend)². Both parts are equal at the bend floor / share. For"
         " each such mixture antennae are made with other stiffness rates, at the same total"
         " compliance and damping per stiffness, and an observer who knows the thirty touches names"
-        " them. Every choice was written down before (open_receptor.toml)."
+        " them. Every choice was written down before (studies/receptor/declared.toml)."
     )
     section.text(said)
     section.figure(

@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from feeler.plotting.results import plot_spreads
 from feeler.plotting.style import PALETTE
 from feeler.report import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_spikes_found import average, find_least, say_mean
-from feeler.studies.paper.stored import load_stored
+from paper.context import Context
+from studies.spikes.found import average, find_least, say_mean
+from studies.stored import load_stored, read_declared
 
 _Cells = Mapping[str, Any]
 """By "kind/antenna" the accuracy (set, reader, layout)."""
@@ -56,7 +55,7 @@ class _Found:
 
 def collect_values(cells: _Cells) -> dict[str, Any]:
     """The numbers that claims are held against, and percent named right of all that was asked."""
-    asked = read_declared("open_space.toml")
+    asked = read_declared("space")
     found = _Found(cells, [*asked["layouts"]], asked["readers"]["names"])
     one_way = "one-way, {}".format
     alone = [{"layout": one_way(side)} for side in ("one side", "opposite side")]
@@ -86,7 +85,7 @@ def plot(cells: _Cells, figure: Figure) -> None:
     """Named right by antenna, and of the published one by where sensors sit."""
     values = collect_values(cells)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5))
-    names, layouts = (_PUBLISHED, *_OTHERS), [*read_declared("open_space.toml")["layouts"]]
+    names, layouts = (_PUBLISHED, *_OTHERS), [*read_declared("space")["layouts"]]
     for reader, (mark, colour) in _MARKS.items():
         style: dict[str, Any] = {"fmt": mark, "ms": 4, "capsize": 2, "color": colour}
         for layout, fill, aside in zip(FEW, (colour, "none"), (-0.1, 0.1), strict=True):
@@ -111,15 +110,15 @@ def _name(kind: str, antenna: str, reader: str, layout: str) -> str:
 
 def show(_context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
-    cells, said = load_stored("open_space.json")
-    values, asked = collect_values(cells), read_declared("open_space.toml")
+    cells, said = load_stored("space")
+    values, asked = collect_values(cells), read_declared("space")
     section.text(
         "Antennae bend in space, and what they meet comes from anywhere. Balls of four sizes touch"
         " antennae that bend alike in two planes at five places, from a direction that is drawn"
         " within ± 60 degrees around the antenna and that nobody is told. Which of the twenty was"
         " it? Readers learn six touches of each and are asked about six others, by what sensors"
         " feel that sit on one side of the antenna, on two, or around it. Every choice and every"
-        " expectation was written down before (open_space.toml)."
+        " expectation was written down before (studies/space/declared.toml)."
     )
     section.text(
         f"{said} {values['space.sets']} sets of touches, of at most {asked['sets']}: the clock"

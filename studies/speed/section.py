@@ -7,11 +7,17 @@ from typing import Any
 import xarray as xr
 
 from feeler.report import Section, make_interval, make_spread
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles
-from feeler.studies.study import Study
-from feeler.studies.tradeoff import average_sets, find_best, load_declared
-from feeler.studies.tradeoff.page import TRADEOFF_LEAD, fill_section, split_measured
+from feeler.study import Study
+from feeler.tradeoff import (
+    TRADEOFF_LEAD,
+    average_sets,
+    fill_section,
+    find_best,
+    load_declared,
+    split_measured,
+)
+from paper.context import Context
+from paper.data import list_profiles
 
 _WINDOWS = {
     "whole": "whole touch",
@@ -73,7 +79,7 @@ def show(context: Context, section: Section) -> None:
     section.text(TRADEOFF_LEAD)
     section.text(
         f"{study.sets} set(s) of thirty touches; every choice was written down before"
-        " (tradeoff/declared.toml). `feeler tradeoff` makes the same for any antenna."
+        " (feeler/tradeoff.toml). `feeler tradeoff` makes the same for any antenna."
     )
     fill_section(section, measured, study)
     section.values.update(_collect_values(measured, study))

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.report import make_interval
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.tradeoff import average_sets
+from feeler.tradeoff import average_sets
+from paper.declared import CLAIMED
 
 PACES = ("slow", "medium", "fast")
 _KEPT = 95.0  # % of the accuracy that fewer places are to keep

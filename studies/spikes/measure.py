@@ -1,12 +1,12 @@
-"""What spikes tell: the study of studies/spiking/declared.toml, set by set, and recorded sensilla.
+"""What spikes tell: the study of declared.toml, set by set, and recorded sensilla.
 
-    python benchmarks/spikes.py ideal --journal build/ideal.jsonl --until 60
-    python benchmarks/spikes.py learn --journal build/learn.jsonl --until 60
-    python benchmarks/spikes.py write build/ideal.jsonl build/learn.jsonl
-    python benchmarks/spikes.py recordings FOLDER
+    python -m studies.spikes.measure ideal --journal build/ideal.jsonl --until 60
+    python -m studies.spikes.measure learn --journal build/learn.jsonl --until 60
+    python -m studies.spikes.measure write build/ideal.jsonl build/learn.jsonl
+    python -m studies.spikes.measure recordings FOLDER
 
 **ideal** and **learn** go through the sets in their order until the minutes are over, and go on
-from their journals. **write** keeps the sets that are whole as studies/spiking/measured.json, and
+from their journals. **write** keeps the sets that are whole as results.json, and
 the report's section with its numbers, which the docs read. **recordings** holds the sensillum
 against recordings by Szczecinski et al. 2021 (doi:10.1088/1748-3190/ac1ced), which are theirs and
 no part of feeler: in the folder, ``sameAmplitudeDifferentRate.csv``, ``CTrTorqueWaveform.csv`` and,
@@ -26,11 +26,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from keep import keep_sections
-from kept import write_kept
 from matplotlib.figure import Figure
 from scipy.io import loadmat
 
+from benchmarks.kept import write_kept
 from feeler.antenna.animals import cockroach
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
@@ -38,11 +37,11 @@ from feeler.provenance import Journal, make_key
 from feeler.report.page import to_json
 from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.sensilla import step_units
-from feeler.studies import spiking
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.reproduce import STAGES
-from feeler.studies.paper.stage import run_stage
-from feeler.studies.spiking import SpikeStudy, load_spiking
+from paper.context import Context
+from paper.kept import keep_sections
+from paper.reproduce import STAGES
+from paper.stage import run_stage
+from studies.spikes.study import SpikeStudy, load_spiking
 
 PROFILES = ("exponential", "constant", "linear")  # the last is read by two variants only
 RUNS: dict[str, dict[str, Any]] = {
@@ -50,7 +49,7 @@ RUNS: dict[str, dict[str, Any]] = {
     "learn": {"codes": ("counts", "first", "onset")},
 }
 FEW = ("own", "shared")
-REPRODUCED = Path(__file__).parent / "results" / "reproduce.json"
+REPRODUCED = Path(__file__).parents[2] / "benchmarks" / "results" / "reproduce.json"
 SPEEDS = {0.06: "slow", 0.3: "medium", 0.6: "fast"}  # m/s
 _LEAST = 8  # sets
 _STEP = 0.1  # ms
@@ -71,7 +70,7 @@ def run_study(journal: Path, minutes: float, workers: int, **changes: Any) -> No
     """Sets in their order until the clock says stop."""
     whole = load_spiking(**changes)
     few = load_spiking(variants=FEW, **changes)
-    key = make_key({"study": whole}, "feeler.studies.spiking.study")
+    key = make_key({"study": whole})
     end = time.monotonic() + 60 * minutes
 
     def measure(job: tuple[str, int, float]) -> Any:
@@ -104,10 +103,10 @@ def write_found(journals: list[Path]) -> None:
             cells |= dict(_list_cells(results, profile, RUNS[path.stem]))
     study = load_spiking()
     about = {"date": f"{date.today():%Y-%m-%d}", "seed": study.seed, "most": study.sets}
-    target = Path(spiking.__file__).with_name("measured.json")
+    target = Path(__file__).with_name("results.json")
     write_kept(target, json.dumps({"about": about, "cells": cells}) + "\n")
     # in another process: this one has read the numbers before
-    subprocess.run([sys.executable, __file__, "section"], check=True)
+    subprocess.run([sys.executable, "-m", "studies.spikes.measure", "section"], check=True)
 
 
 def _keep_section() -> None:

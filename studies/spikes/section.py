@@ -11,16 +11,16 @@ from matplotlib.lines import Line2D
 from feeler.plotting.results import plot_spreads
 from feeler.plotting.style import mark_places, pick_colours
 from feeler.report import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.open_spikes_found import (
+from paper.context import Context
+from paper.declared import CLAIMED
+from studies.spikes.found import (
     PACES,
     Found,
     average,
     collect_values,
     say_mean,
 )
-from feeler.studies.spiking import load_measured
+from studies.spikes.study import load_measured
 
 READ_BY = {
     "ideal": "ideal observer",
@@ -130,7 +130,7 @@ def show(_context: Context, section: Section) -> None:
         " of the antenna at 56 places; thirty touches, each drawn anew in every set, are read from"
         " their trains. How strongly an antenna drives them is not known: each antenna has a gain"
         " of its own, or all have the exponential antenna's. Every choice and every expectation"
-        " was written down before (studies/spiking/declared.toml)."
+        " was written down before (studies/spikes/declared.toml)."
     )
     section.text(
         f"Measured on {about['date']} with seed {about['seed']}: {values['spikes.sets.ideal']} sets"

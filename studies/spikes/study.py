@@ -11,6 +11,7 @@ from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import make_lda, measure_reader
 from feeler.errors import InvalidInput
+from feeler.files import read_shipped
 from feeler.objects import Common, Task
 from feeler.records import Ge, Gt, Record, Unit
 from feeler.spikes import (
@@ -26,8 +27,8 @@ from feeler.spikes import (
     place_sensilla,
     thin_spikes,
 )
-from feeler.studies.shipped import read_shipped
-from feeler.studies.study import Study
+from feeler.study import Study
+from studies.stored import read_declared
 
 _WHOLE = "whole touch"
 _IDEAL_OBSERVER = "ideal"
@@ -357,7 +358,7 @@ def load_spiking(**changes: Any) -> SpikeStudy:
     """The study of declared.toml, less what ``changes`` replace: its fields, its task's, ``seed``,
     ``codes`` and ``variants`` (names of those kept).
     """
-    asked = read_shipped("spiking", "declared.toml")
+    asked = dict(read_declared("spikes"))
     asked.pop("profiles")
     kept = changes.pop("variants", None)
     variants = asked.pop("variants")
@@ -380,3 +381,13 @@ def load_spiking(**changes: Any) -> SpikeStudy:
         draws=1,
         **asked,
     )
+
+
+def load_measured() -> tuple[dict[str, dict[str, list[float]]], dict[str, Any]]:
+    """Cached results, and when and with which seed they were made.
+
+    By "profile/speed/code/variant/window" the accuracy, bits, share of places named right and
+    spikes of a touch, a number for each set. NaN: there were fewer spikes than were to be kept.
+    """
+    found = read_shipped("studies.spikes", "results.json")
+    return found["cells"], found["about"]

@@ -13,9 +13,9 @@ from feeler.antenna.segments import Antenna
 from feeler.plotting.results import plot_spreads
 from feeler.plotting.style import PALETTE, mark_places
 from feeler.report import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.open_spikes_found import average, say_mean
-from feeler.studies.paper.stored import load_stored
+from paper.context import Context
+from studies.spikes.found import average, say_mean
+from studies.stored import load_stored
 
 _TICKS = (0.2, 0.5, 1, 2, 5, 10)
 WORDS = {
@@ -100,14 +100,14 @@ def _plot_kinds(values: Mapping[str, Any], part: str, names: tuple[str, ...], ax
 
 def show(context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
-    found, said = load_stored("open_unseen.json")
+    found, said = load_stored("unseen")
     section.text(
         "A reader learns what shape touches it, ball, box or triangle, from touches of three sizes"
         " at three places, and is then asked about sizes and places in between. Splines of"
         " stiffness and damping are searched, at the published total compliance, for the fewest"
         " such new touches named wrong; as a control, by the same search, for the fewest known"
         " ones. Both are judged on final draws that no search used. Every choice was written down"
-        " before (open_unseen.toml)."
+        " before (studies/unseen/declared.toml)."
     )
     section.text(said)
     section.figure(

@@ -2,12 +2,13 @@
 
 import pytest
 
+from feeler.active.contests import load_contest
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 from feeler.report import Section
-from feeler.studies.contests import load_contest, load_stored
-from feeler.studies.paper import open_active
-from feeler.studies.paper.context import Context
+from paper.context import Context
+from studies.active import section as open_active
+from studies.active.section import load_stored
 
 
 def make_section(folder):

@@ -11,22 +11,23 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from feeler.active import Observer, film_policy, parse_policy, show
+from feeler.active.contests import (
+    confirm_steering,
+    fill_comparison,
+    judge_energy,
+    judge_learned,
+    judge_steering,
+    load_contest,
+    plot_comparison,
+    write_active,
+)
 from feeler.active.show import write_film
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
-from feeler.studies.contests import (
-    confirm_steering,
-    judge_energy,
-    judge_learned,
-    judge_steering,
-    load_contest,
-    write_active,
-)
-from feeler.studies.contests.page import fill_comparison, plot_comparison
-from feeler.studies.tradeoff import average_sets
+from feeler.tradeoff import average_sets
 
 SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
 NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]

@@ -9,12 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.cli.reproduce import _summarise
 from feeler.robot import fit_factors, load_recording, repair
 from feeler.robot.description import get_example
-from feeler.studies.paper.context import Context
 from feeler.tensors.formats import load
 from feeler.tracking import load_tracks, measure_exploration
+from paper.command import _summarise
+from paper.context import Context
 
 NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
 

@@ -14,20 +14,19 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"terminal"},
     {"errors", "progress"},
-    {"validation"},
     {"records"},
-    {"files", "draw", "provenance", "sandbox"},
+    {"disk", "draw"},
     {"compiled"},
     {"antenna"},
-    {"objects"},
+    {"stimulus"},
+    {"task"},
     {"execute"},
     {"tensors"},
     {"physics"},
-    {"experiments"},
-    {"encoding", "analysis", "tracking"},
-    {"calibration", "decoding", "wall"},
+    {"experiment"},
+    {"response", "encoding", "dispersion", "tracking"},
+    {"calibration", "decoding", "information", "wall"},
     {"robot", "learn", "spikes"},
     {"presets"},
     {"scale", "shipped", "study"},
@@ -92,6 +91,10 @@ def test_one_table_says_what_a_scale_is():
 BEFORE_USE = (
     ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),
+    (
+        "import paper.reproduce, paper.context as c; c.Context()",
+        {"xarray", "matplotlib", "numba"},
+    ),
 )
 
 
@@ -145,6 +148,6 @@ def list_files(pattern: str) -> set[str]:
 
 def test_only_one_module_writes_a_model():
     assert list_files(r"\bMjSpec\(") == {"physics/spec.py"}
-    users = {"spec", "mujoco"}
+    users = {"spec", "spec_control", "spec_space", "mujoco", "mujoco_space"}
     found = list_files(r"^\s*(import|from) mujoco\b")
     assert found == {f"physics/{name}.py" for name in users}

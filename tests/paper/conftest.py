@@ -2,7 +2,7 @@
 
 import pytest
 
-from ._run import start
+from tests.paper_run import start
 
 
 def pytest_collection_modifyitems(items):

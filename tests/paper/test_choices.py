@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from feeler.studies.paper.choices import (
+from paper.choices import (
     _CHOICES,
     _choose,
     _choose_sensors,

@@ -10,11 +10,11 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.report import make_spread
-from feeler.studies.paper.claims import Claim, load_claims, load_effects
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.reproduce import STAGES
-from feeler.studies.paper.stage import Stage
-from feeler.studies.paper.verdicts import (
+from paper.claims import Claim, load_claims, load_effects
+from paper.context import Context
+from paper.reproduce import STAGES
+from paper.stage import Stage
+from paper.verdicts import (
     EVIDENCE,
     OTHERS,
     Judged,

@@ -9,10 +9,10 @@ from feeler.experiments.tactile import touch
 from feeler.objects import Ball, Box, Trial
 from feeler.plotting.tensors import take_curvature
 from feeler.presets import cockroach
-from feeler.studies.paper.drawn import draw_moment, find_touch
-from feeler.studies.paper.fig1_compliance import count_active
-from feeler.studies.paper.fig1_touch import choose_moments
 from feeler.tensors.transforms import compute_bend, in_unit, reconstruct_posture
+from paper.drawn import draw_moment, find_touch
+from paper.fig1_compliance import count_active
+from paper.fig1_touch import choose_moments
 
 
 @pytest.fixture(scope="module")

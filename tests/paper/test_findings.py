@@ -2,9 +2,9 @@
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.findings import (
+from paper.claims import load_claims
+from paper.declared import read_declared
+from paper.findings import (
     OPEN,
     PLACE,
     _load_findings,
@@ -16,9 +16,9 @@ from feeler.studies.paper.findings import (
     list_screens,
     list_unmet,
 )
-from feeler.studies.paper.reproduce import STAGES
-from feeler.studies.paper.story import _count_unsupported
-from feeler.studies.paper.verdicts import Judged
+from paper.reproduce import STAGES
+from paper.story import _count_unsupported
+from paper.verdicts import Judged
 
 
 @pytest.mark.parametrize(

@@ -9,17 +9,13 @@ from PIL import Image
 from feeler import provenance
 from feeler.plotting.style import LEAST
 from feeler.report.page import Section
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.kept import SHIPPED, find_shipped
-from feeler.studies.paper.stage import Stage
-from feeler.studies.paper.story import OPENING_MOVIE
-from feeler.studies.paper.verdicts import judge_claims
+from paper.claims import load_claims
+from paper.context import Context
+from paper.kept import SHIPPED, find_shipped, keep_sections
+from paper.stage import Stage
+from paper.story import OPENING_MOVIE
+from paper.verdicts import judge_claims
 from tests.figures import find_mixed
-from tests.scripts import load_script
-
-keep_sections = load_script("benchmarks", "keep").keep_sections
-
 
 TOUCHED = {"figS4_cnn": ["exponential"]}
 """Legends whose empty margin meets a mark: a person has looked, and nothing is hidden. The network

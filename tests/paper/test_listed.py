@@ -1,7 +1,7 @@
 """Every testable sentence of the paper has its claims, or a word why there is none."""
 
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.declared import read_declared
+from paper.claims import load_claims
+from paper.declared import read_declared
 
 STATEMENTS = read_declared("statements.toml")["statement"]
 CITED = {"step-rejected"}

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from feeler.studies.paper.figS4 import _one_thread
+from paper.figS4 import _one_thread
 
 
 def test_the_stage_keeps_pytorch_to_one_thread_also_in_threads_that_begin_there():

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from feeler.decoding.sweeps import Plan
-from feeler.studies.paper.fig5_new import compute
+from paper.fig5_new import compute
 
 PLAN = Plan(ratios=(0.01,), n_repeats=1, n_copies=4, probe=0.01)
 TRIALS = list(product(("ball", "box"), (1.5, 3.0), (0.5, 0.6, 0.7)))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ._run import start
+from tests.paper_run import start
 
 
 def read_numbers(out: Path) -> dict[str, bytes]:

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from scipy import stats
 
+from feeler.active.contests import load_contest
 from feeler.analysis import INDICES, Interval
 from feeler.decoding.sweeps import Sweep
 from feeler.errors import InvalidInput
 from feeler.report import Section
 from feeler.robot.recordings import Recording
-from feeler.studies.contests import load_contest, load_stored
-from feeler.studies.paper import (
+from paper import (
     fig1,
     fig1_animal,
     fig1_compliance,
@@ -43,16 +43,17 @@ from feeler.studies.paper import (
     figS6,
     movieS2,
     movieS3,
-    open_active,
-    open_bounds,
-    open_design,
-    open_gradient,
-    open_speed,
     story,
 )
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
-from feeler.studies.paper.window import WINDOWS
+from paper.claims import load_claims
+from paper.verdicts import EVIDENCE, Judged, judge_statements
+from paper.window import WINDOWS
+from studies.active import section as open_active
+from studies.active.section import load_stored
+from studies.bounds import section as open_bounds
+from studies.design import section as open_design
+from studies.gradient import section as open_gradient
+from studies.speed import section as open_speed
 
 CONTEXT = SimpleNamespace(effort=SimpleNamespace(robot_repeats=2), seed=0, engine="")
 
@@ -674,7 +675,7 @@ def test_every_number_of_the_gradient_stands_below_its_own_header(section, monke
         {"rate": [-0.08], "speed": [0.3], "noise": noises},
     )
     asked = {"seed": 0, "draws": 1, "sets": 2}
-    for name, given in (("load_questions", asked), ("load_declared", None), ("compute", data)):
+    for name, given in (("read_declared", asked), ("load_declared", None), ("compute", data)):
         monkeypatch.setattr(open_gradient, name, lambda *_, given=given, **__: given)
     monkeypatch.setattr(open_gradient, "_collect_values", lambda data: {})
     effort = SimpleNamespace(gradient={})

@@ -9,8 +9,8 @@ from pypdf import PdfReader
 
 from feeler.plotting.style import DOUBLE, SINGLE
 from feeler.report.page import Section
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.report import write_report
+from paper.context import Context
+from paper.report import write_report
 
 WIDTHS = {"wide": DOUBLE, "narrow": SINGLE}
 

@@ -3,8 +3,8 @@
 import pytest
 
 from feeler.errors import FeelerError
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.stage import Stage, hold, is_kept, run_stage
+from paper.context import Context
+from paper.stage import Stage, hold, is_kept, run_stage
 
 
 def make_stage(make):

@@ -8,9 +8,9 @@ import xarray as xr
 
 from feeler.decoding.sweeps import Plan
 from feeler.presets import cockroach
-from feeler.studies.paper import fig1, fig5_bending, fig5_sparse, fig5_speed
-from feeler.studies.paper.window import WINDOWS
 from feeler.tensors.schema import label_units
+from paper import fig1, fig5_bending, fig5_sparse, fig5_speed
+from paper.window import WINDOWS
 
 PLAN = Plan(ratios=(0.2,), n_repeats=3, n_copies=4)
 ASKED = {

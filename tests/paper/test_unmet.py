@@ -2,7 +2,7 @@
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims
+from paper.claims import load_claims
 
 HAVE = [claim for claim in load_claims() if claim.unmet]
 

@@ -6,18 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.reproduce import STAGES, reproduce
-from feeler.studies.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
-from feeler.studies.scale import SCALES
+from paper.claims import load_claims
+from paper.context import Context
+from paper.declared import CLAIMED
+from paper.reproduce import STAGES, reproduce
+from paper.scale import SCALES
+from paper.verdicts import EVIDENCE, count_verdicts, judge_claims
 from tests.figures import find_mixed
+from tests.pages import FOREIGN
 from tests.windows import find_one_sided
 
-from ._page import FOREIGN
-
-RESULTS = Path(__file__).parents[3] / "benchmarks" / "results" / "reproduce.json"
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "reproduce.json"
 
 
 def is_due(claim, scale):
@@ -44,7 +43,7 @@ def test_sections_write_what_claims_ask_for(sections):
 
 
 def test_the_kept_runs_wrote_what_claims_ask_for():
-    """From the values that ``benchmarks/reproduce.py`` kept, so that a misspelt key fails whatever
+    """From the values that ``paper/measure.py`` kept, so that a misspelt key fails whatever
     scale it is due at.
     """
     kept = json.loads(RESULTS.read_text())
@@ -53,7 +52,7 @@ def test_the_kept_runs_wrote_what_claims_ask_for():
         values = kept["paper" if claim.due == "paper" else "quick"]["values"]
         if missing := claim.list_keys() - set(values.get(claim.section, ())):
             lacking[claim.id] = missing
-    assert not lacking, "run: python benchmarks/reproduce.py quick paper"
+    assert not lacking, "run: python -m paper.measure quick paper"
 
 
 def test_a_claim_that_is_due_is_judged(sections):

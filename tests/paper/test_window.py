@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from feeler.studies.paper.window import (
+from feeler.tensors.schema import label_units
+from paper.window import (
     complete_arrays,
     cut_to_contact,
     cut_to_motion,
@@ -15,7 +16,6 @@ from feeler.studies.paper.window import (
     measure_window,
     resample,
 )
-from feeler.tensors.schema import label_units
 
 TIME = np.arange(800.0)
 

@@ -23,10 +23,10 @@ from feeler.plotting.results import (
 )
 from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
-from feeler.studies.paper import fig2b, fig3, fig4, fig6, figS1, figS2
-from feeler.studies.tradeoff.draw import plot_costs, plot_windows
 from feeler.tensors.schema import label_units
+from feeler.tradeoff import plot_costs, plot_windows
 from feeler.wall import Posture, WallTouch, fit_distance
+from paper import fig2b, fig3, fig4, fig6, figS1, figS2
 
 
 @pytest.fixture

@@ -5,20 +5,20 @@ import pytest
 import xarray as xr
 
 from feeler.presets import cockroach
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_receptor import collect_values, compute_run
-from feeler.studies.paper.open_receptor_best import (
+from paper.claims import load_claims
+from paper.context import Context
+from paper.verdicts import judge
+from studies.receptor.best import (
     PUBLISHED_RATE,
     find_best,
     find_jump,
     find_lag,
     find_lead,
 )
-from feeler.studies.paper.verdicts import judge
+from studies.receptor.section import collect_values, compute_run
+from studies.stored import read_declared
 
-ASKED = read_declared("open_receptor.toml")
+ASKED = read_declared("receptor")
 OWN = [claim for claim in load_claims() if claim.id.startswith("own-receptor")]
 PAPER = Context(scale="paper")
 

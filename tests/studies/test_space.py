@@ -5,18 +5,16 @@ import pytest
 import xarray as xr
 
 from feeler.presets import cockroach
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_space import FEW, collect_values
-from feeler.studies.paper.verdicts import judge
-from tests.scripts import load_script
+from paper.claims import load_claims
+from paper.context import Context
+from paper.verdicts import judge
+from studies.space import measure
+from studies.space.section import FEW, collect_values
+from studies.stored import read_declared
 
 pytestmark = pytest.mark.long
 
-questions = load_script("benchmarks", "questions")
-
-ASKED = read_declared("open_space.toml")
+ASKED = read_declared("space")
 OWN = [claim for claim in load_claims() if claim.id.startswith("own-space")]
 TINY = {"objects": ["ball:radius=0.75", "ball:radius=6.0"], "each": 4, "sets": 2}
 
@@ -39,26 +37,26 @@ def make_angle() -> xr.DataArray:
 def test_layouts_feel_what_they_say():
     angle = make_angle()
     x, z = angle.values[:, 0], angle.values[:, 1]
-    both = questions.Layout(around=(0.0, 90.0), places=9).feel(angle)
+    both = measure.Layout(around=(0.0, 90.0), places=9).feel(angle)
     np.testing.assert_allclose(both, np.concatenate([x, z], axis=1), atol=1e-15)
-    turned = questions.Layout(turn=90.0, places=9).feel(angle)
+    turned = measure.Layout(turn=90.0, places=9).feel(angle)
     signs = [(x, 1), (z, 1), (x, -1), (z, -1)]
     for k in range(9):
         of, sign = signs[k % 4]
         np.testing.assert_allclose(turned[:, k], sign * of[:, k], atol=1e-15)
-    few = questions.Layout(around=(180.0,), places=3, one_way=True).feel(angle)
+    few = measure.Layout(around=(180.0,), places=3, one_way=True).feel(angle)
     np.testing.assert_allclose(few, np.maximum(-x[:, [0, 4, 8]], 0), atol=1e-15)
 
 
 def test_every_layout_but_the_first_has_as_many_sensors():
-    layouts = questions.load_space().levels
+    layouts = measure.load_space().levels
     counts = {name: len(one.around) * one.places for name, one in layouts.items()}
     assert counts.pop("both planes") == 112 and {*counts.values()} == {56}
     assert tuple(ASKED["layouts"])[:2] == FEW
 
 
 def test_those_in_the_plane_are_the_same_touches():
-    space, plane = questions.load_space(), questions.load_space("plane")
+    space, plane = measure.load_space(), measure.load_space("plane")
     antenna = cockroach().unflatten()
     turned, _ = space.task.draw(antenna, "test", set=3)
     flat, _ = plane.task.draw(antenna, "test", set=3)
@@ -69,9 +67,9 @@ def test_those_in_the_plane_are_the_same_touches():
 def test_the_study_goes_on_from_its_journal(tmp_path):
     """And gives what claims need, above chance."""
     path = tmp_path / "space.jsonl"
-    assert not any(questions.run_space(path, minutes=0.0, **TINY).values())
-    found = questions.run_space(path, **TINY)
-    assert questions.run_space(path, minutes=0.0, **TINY) == found
+    assert not any(measure.compute(path, minutes=0.0, **TINY).values())
+    found = measure.compute(path, **TINY)
+    assert measure.compute(path, minutes=0.0, **TINY) == found
     values = collect_values(found)
     assert all(claim.list_keys() <= set(values) for claim in OWN)
     assert values["space.right.plane.exponential.templates.both_planes"]["value"] > 30

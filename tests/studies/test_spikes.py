@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from feeler.objects.trials import SPEEDS
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import CLAIMED
-from feeler.studies.paper.open_spikes import (
+from paper.claims import load_claims
+from paper.context import Context
+from paper.declared import CLAIMED
+from paper.verdicts import judge
+from studies.spikes.found import PACES, collect_values
+from studies.spikes.section import (
     CHANGES,
     DEADLINES,
     READ_BY,
 )
-from feeler.studies.paper.open_spikes_found import PACES, collect_values
-from feeler.studies.paper.verdicts import judge
-from feeler.studies.spiking import load_spiking
+from studies.spikes.study import load_spiking
 
 OWN = [claim for claim in load_claims() if claim.id.startswith("own-spikes")]
 SETS = 9

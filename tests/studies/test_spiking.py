@@ -5,7 +5,7 @@ import pytest
 
 from feeler.antenna.animals import cockroach
 from feeler.errors import InvalidInput
-from feeler.studies.spiking import load_spiking
+from studies.spikes.study import load_spiking
 
 pytestmark = pytest.mark.long
 

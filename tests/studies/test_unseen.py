@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 
 from feeler.presets import cockroach
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.declared import read_declared
-from feeler.studies.paper.open_unseen import SHOWN, WORDS, collect_values
-from feeler.studies.paper.verdicts import judge
-from tests.scripts import load_script
+from paper.claims import load_claims
+from paper.context import Context
+from paper.verdicts import judge
+from studies.stored import read_declared
+from studies.unseen import measure
+from studies.unseen.section import SHOWN, WORDS, collect_values
 
-scripted = load_script("benchmarks", "questions")
-
-ASKED = read_declared("open_unseen.toml")
+ASKED = read_declared("unseen")
 OWN = [claim for claim in load_claims() if claim.id.startswith("own-unseen")]
 
 
@@ -24,19 +22,19 @@ def antennas():
         "stiffness": reference.stiffness * np.linspace(2.0, 0.5, reference.n_segments),
         "damping": reference.damping,
     }
-    return scripted.list_antennas(reference, {"unseen": steeper, "known": steeper})
+    return measure.list_antennas(reference, {"unseen": steeper, "known": steeper})
 
 
-@pytest.mark.parametrize("kind", scripted.NEW)
+@pytest.mark.parametrize("kind", measure.NEW)
 def test_questions_are_new_in_what_their_kind_says(kind):
-    task = scripted.make_task(ASKED, kind)
+    task = measure.make_task(ASKED, kind)
     trials = task.draw_classes(cockroach(), "test", 0.3)
     each = task.train + task.test
     for name, read in (("location", lambda t: t.location), ("size", lambda t: t.feature.size)):
         values = np.round([read(trial) for trial in trials], 6).reshape(task.n_classes, each)
         lessons, questions = np.split(values, [task.train], axis=1)
         new = {*questions.ravel()}.isdisjoint(lessons.ravel())
-        assert new == (name in scripted.NEW[kind])
+        assert new == (name in measure.NEW[kind])
         assert {*lessons.ravel()} == {*ASKED["task"]["nuisances"][name]}
 
 
@@ -54,7 +52,7 @@ def test_the_judge_asks_everything_that_claims_need(antennas):
     few = {"sets": 2, "other_sets": 2, "reader_sets": 2}
     few |= {"test": 4, "other_test": 2, "reader_test": 2, "reader": "lda"}
     asked = ASKED | {"final": few, "task": ASKED["task"] | {"train": 6}}
-    found = scripted.judge(antennas, asked, workers=1)
+    found = measure.judge(antennas, asked, workers=1)
     values = collect_values(found)
     for claim in OWN:
         assert claim.list_keys() <= set(values)

@@ -1,24 +1,359 @@
-"""The comparison of policies as one page, with its numbers beside it as CSV and JSON."""
+"""Contests: does it pay to steer? Policies against each other under one ideal observer, as declared
+beforehand in contests.toml; what an observer knows by each deadline, and what the way there costs.
+"""
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.files import write_text
+from feeler.active.observer import Observer
+from feeler.active.policies import parse_policy
+from feeler.active.tasks import TouchTask
+from feeler.antenna.segments import Antenna
+from feeler.errors import InvalidInput
+from feeler.files import read_shipped, write_text
 from feeler.plotting.style import PALETTE
+from feeler.progress import show_progress
+from feeler.provenance import Journal, compute_digest, make_key
+from feeler.records import Ge, Gt, Len, Record, Unit
 from feeler.report import Section, write_page
 from feeler.report.page import to_json
-from feeler.studies.contests.contest import Contest
-from feeler.studies.contests.judge import judge_energy, judge_learned, judge_steering
-from feeler.studies.tradeoff import average_sets
+from feeler.tradeoff import average_sets
 from feeler.validation import checked
+
+_FIELDS = ("accuracy", "hits", "work")
+
+
+class Contest(Record):
+    """What is compared, and how much of it; :func:`load_contest` reads what was declared.
+
+    Attributes
+    ----------
+    sets : int
+        How often all touches are drawn anew.
+    known : int
+        Touches of a set.
+    copies : int
+        How often each is felt.
+    noise : str
+        As text, such as ``"common:0.03"``; see :func:`feeler.objects.parse_noise`.
+    duration : float
+        Of an episode [ms].
+    period : float
+        Between two decisions [ms].
+    deadlines : tuple[float, ...]
+        [ms]
+    budgets : tuple[float, ...]
+        [µJ]
+    fixed : tuple[str, ...]
+        Policies that steering is held against.
+    ahead : tuple[str, ...]
+        Policies that look ahead, on ``ahead_sets`` sets with ``ahead_copies`` copies.
+    gain : float
+        Points that steering must gain to count.
+    confirm : dict[str, Any]
+        Fresh sets for the policies that were chosen.
+    places : dict[str, Any]
+        Where to touch next.
+    learning : dict[str, Any]
+        The learned policy.
+    wall : dict[str, Any]
+        Wall following.
+    """
+
+    sets: Annotated[int, Ge(1)]
+    known: Annotated[int, Ge(2)]
+    copies: Annotated[int, Ge(1)]
+    seed: int
+    noise: str
+    duration: Annotated[float, Gt(0), Unit("ms")]
+    period: Annotated[float, Gt(0), Unit("ms")]
+    deadlines: Annotated[tuple[float, ...], Len(1)]
+    budgets: tuple[float, ...]
+    fixed: tuple[str, ...]
+    steered: tuple[str, ...]
+    ahead: tuple[str, ...]
+    ahead_sets: Annotated[int, Ge(1)]
+    ahead_copies: Annotated[int, Ge(1)]
+    gain: float
+    confirm: dict[str, Any]
+    places: dict[str, Any]
+    learning: dict[str, Any]
+    wall: dict[str, Any]
+
+    def _check(self) -> None:
+        if max(self.deadlines) > self.duration or any(d % self.period for d in self.deadlines):
+            raise InvalidInput(
+                f"deadlines must be multiples of {self.period:g} ms up to {self.duration:g} ms."
+            )
+
+    def make_task(self, antenna: Antenna, number: int) -> TouchTask:
+        """Set ``number`` of touches; the same for all policies, and in place and size for all
+        antennas.
+        """
+        return TouchTask(
+            antenna,
+            noise=self.noise,
+            duration=self.duration,
+            pool=self.known,
+            seed=self.seed * 1000 + number,
+        )
+
+    def make_observer(self, antenna: Antenna, number: int) -> Observer:
+        """Who knows set ``number`` of touches."""
+        task = self.make_task(antenna, number)
+        return Observer(task, period=self.period, random_state=number)
+
+    @checked
+    def run(
+        self,
+        antenna: Antenna,
+        policies: Sequence[str] | None = None,
+        *,
+        journal: Path | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> xr.Dataset:
+        """What an ideal observer knows that moves by each policy, and the work on its antenna.
+
+        Parameters
+        ----------
+        policies
+            As :func:`feeler.active.parse_policy` takes them; default: all that are declared.
+        journal
+            File to which each policy and set is written as it finishes, and from which they are
+            taken where they are there.
+        progress
+            Called with (policies and sets done, in all); default: a bar after 5 s.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``accuracy`` (the observer's own expectation, which is unbiased), ``hits`` (share named
+            right) and ``work`` [µJ] by (policy, set, deadline); NaN where a policy that looks ahead
+            was not run on a set.
+
+        Raises
+        ------
+        InvalidInput
+            No policy, or the journal of another contest.
+        """
+        listed = (*self.fixed, *self.steered, *self.ahead)
+        names = [*dict.fromkeys(listed if policies is None else policies)]
+        if not names:
+            raise InvalidInput("there is no policy to compare; name at least one.")
+        for name in names:
+            parse_policy(name)  # refuses what is no policy before anything is run
+        found = np.full((len(_FIELDS), len(names), self.sets, len(self.deadlines)), np.nan)
+        jobs = [
+            (number, k)
+            for number, k in product(range(self.sets), range(len(names)))
+            if names[k] not in self.ahead or number < self.ahead_sets
+        ]
+        with (
+            Journal(journal, self._make_key(antenna), of="contest") as kept,
+            show_progress(progress, "policies and sets") as advance,
+        ):
+            for done, (number, k) in enumerate(jobs, start=1):
+                name, copies = names[k], self._count_copies(names[k])
+                measure = partial(self._measure, antenna, name, number)
+                found[:, k, number] = kept.get_or(
+                    measure, name, number, copies, _describe_own(name)
+                )
+                advance(done, len(jobs))
+        return xr.Dataset(
+            {
+                field: (("policy", "set", "deadline"), values)
+                for field, values in zip(_FIELDS, found, strict=True)
+            },
+            {"policy": names, "deadline": list(self.deadlines)},
+            {"antenna": antenna.name},
+        )
+
+    def _make_key(self, antenna: Antenna) -> str:
+        """What all results of a journal follow from; names of results say the rest."""
+        task = self.make_task(antenna, 0)
+        shared = ("known", "seed", "duration", "period", "deadlines")
+        made_with = {name: getattr(self, name) for name in shared}
+        made_with |= {"antenna": antenna, "noise": str(task.noise)}
+        return make_key(made_with)
+
+    def _count_copies(self, name: str) -> int:
+        return self.ahead_copies if name in self.ahead else self.copies
+
+    def _measure(self, antenna: Antenna, name: str, number: int) -> list[np.ndarray]:
+        """Accuracy, hits and work [µJ] at each deadline, of one policy on one set."""
+        observer = self.make_observer(antenna, number)
+        episodes = observer.run(parse_policy(name), self._count_copies(name))
+        rows = [round(deadline / self.period) for deadline in self.deadlines]
+        columns = (episodes.accuracy, episodes.hits, episodes.work.mean(axis=1))
+        return [column[rows] for column in columns]
+
+
+def _describe_own(policy: str) -> str:
+    """What the code of a policy from outside says now: another text, another result."""
+    name = policy.partition(":")[0]
+    if name.endswith(".py"):
+        return compute_digest(Path(name).read_text(encoding="utf-8"))[:16]
+    return ""
+
+
+def load_contest(**changes: Any) -> Contest:
+    """The choices of contests.toml, less what ``changes`` replace."""
+    return Contest(**read_shipped("feeler.active", "contests.toml") | changes)
+
+
+@checked
+def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
+    """Does steering pay? By deadline, the best fixed and the best steered policy, chosen on sets of
+    even number and judged on the others.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``fixed`` and ``steered`` (names), ``fixed_accuracy``, ``steered_accuracy`` [%], their
+        ``gain`` ± ``half`` [points] with its 95 % interval over sets, and ``pays`` (deadline,).
+    """
+    held = np.arange(measured.sizes["set"]) % 2 == 1
+    if not held.any():
+        raise InvalidInput(
+            "to judge, at least two sets are needed: one to choose on and one to judge on."
+        )
+    chosen, judged = measured.isel(set=~held)["accuracy"], measured.isel(set=held)["accuracy"]
+    names = {
+        kind: [name for name in measured["policy"].values if name in listed]
+        for kind, listed in (
+            ("fixed", comparison.fixed),
+            ("steered", (*comparison.steered, *comparison.ahead)),
+        )
+    }
+    if not all(names.values()):
+        raise InvalidInput(
+            "to judge, both fixed and steered policies of the comparison must have been run."
+        )
+    columns: dict[str, list[Any]] = {"fixed": [], "steered": []}
+    values, found = [], []
+    for deadline in measured["deadline"].values:
+        pair: list[xr.DataArray] = []
+        for kind, some in names.items():
+            mean = chosen.sel(policy=some, deadline=deadline).mean("set")
+            best = some[int(np.argmax(mean.values))]
+            columns[kind].append(best)
+            pair.append(judged.sel(policy=best, deadline=deadline, drop=True))
+        both = xr.concat(pair, "kind").dropna("set")
+        values.append([100 * float(both[0].mean()), 100 * float(both[1].mean())])
+        found.append(average_sets(100 * (both[1] - both[0])))
+    gain, half = (np.array([float(one[name]) for one in found]) for name in ("mean", "half"))
+    data = {
+        **columns,
+        "fixed_accuracy": [row[0] for row in values],
+        "steered_accuracy": [row[1] for row in values],
+        "gain": gain,
+        "half": half,
+        "pays": (gain >= comparison.gain) & (gain - half > 0),
+    }
+    return xr.Dataset(
+        {name: ("deadline", value) for name, value in data.items()},
+        {"deadline": measured["deadline"].values},
+    )
+
+
+@checked
+def confirm_steering(measured: xr.Dataset, verdict: xr.Dataset, first: int) -> xr.Dataset:
+    """The policies that :func:`judge_steering` chose, on sets from number ``first`` on: nothing is
+    chosen anew.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``fixed_accuracy``, ``steered_accuracy`` [%] and their ``gain`` ± ``half`` [points], its 95
+        % interval over sets, by deadline.
+    """
+    if not 0 <= first < measured.sizes["set"] - 1:
+        raise InvalidInput(
+            f"at least two sets from number {first} on are needed, got {measured.sizes['set']} in"
+            " all."
+        )
+    fresh = 100 * measured["accuracy"].isel(set=slice(first, None))
+    own = {
+        kind: (
+            fresh.sel(policy=verdict[kind].astype(str), deadline=verdict["deadline"]).drop_vars(
+                "policy"
+            )
+        )
+        for kind in ("fixed", "steered")
+    }
+    gains = average_sets(own["steered"] - own["fixed"])
+    return xr.Dataset(
+        {f"{kind}_accuracy": found.mean("set") for kind, found in own.items()}
+        | {"gain": gains["mean"], "half": gains["half"]}
+    )
+
+
+@checked
+def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
+    """What learning gains over the policies that :func:`judge_steering` chose, on the sets it
+    judges on.
+
+    Parameters
+    ----------
+    learned
+        ``accuracy`` (seed, set, deadline), the numbers of the sets being its coordinate ``set``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``learned`` [%], the mean over seeds, ``least`` and ``most`` being the extremes;
+        ``fixed_gain`` ± ``fixed_half`` and ``steered_gain`` ± ``steered_half`` [points] over the
+        best fixed and the best steered policy (deadline,).
+    """
+    verdict, accuracy = judge_steering(measured, comparison), 100 * learned["accuracy"]
+    seeds = accuracy.mean("set")
+    data = {
+        "learned": seeds.mean("seed"),
+        "least": seeds.min("seed"),
+        "most": seeds.max("seed"),
+    }
+    for kind in ("fixed", "steered"):
+        best = xr.DataArray([str(name) for name in verdict[kind].values], dims="deadline")
+        other = 100 * measured["accuracy"].sel(policy=best, deadline=measured["deadline"]).isel(
+            set=learned["set"].values
+        )
+        gains = average_sets(accuracy.mean("seed").drop_vars("set") - other.drop_vars("policy"))
+        data |= {f"{kind}_gain": gains["mean"], f"{kind}_half": gains["half"]}
+    return xr.Dataset(data)
+
+
+@checked
+def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
+    """For each deadline [ms] and budget of work [µJ]: the best fixed and the best steered policy
+    that keep to it, in %.
+    """
+    rows = []
+    for deadline, budget in product(measured["deadline"].values, comparison.budgets):
+        one = measured.sel(deadline=deadline)
+        mean, work = 100 * one["accuracy"].mean("set"), one["work"].mean("set")
+        row: list[Any] = [float(deadline), budget]
+        for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
+            names = [str(name) for name in measured["policy"].values if name in listed]
+            right = {
+                name: float(mean.sel(policy=name))
+                for name in names
+                if float(work.sel(policy=name)) <= budget
+            }
+            best = max(right, key=right.__getitem__, default="none")
+            row += [best, right.get(best, np.nan)]
+        rows.append(row)
+    return rows
+
 
 CONTEST_LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"
@@ -70,7 +405,7 @@ def fill_comparison(
     comparison: Contest,
     learned: xr.Dataset | None = None,
 ) -> None:
-    """The figure, the verdict, the tables; ``learned`` as ``feeler.studies.contests.judge_learned``
+    """The figure, the verdict, the tables; ``learned`` as ``feeler.active.contests_learned``
     takes it, with ``work``.
     """
     section.figure(

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import feeler
+from feeler import comparison as compare
 from feeler.errors import Doubtful
 from feeler.experiments.tactile import DURATION
-from feeler.studies.comparison import compare
-from feeler.studies.paper.window import complete_tensors
+from paper.window import complete_tensors
 
 BALL = feeler.Ball(radius=1.5)
 

@@ -14,7 +14,7 @@ import feeler
 from feeler.analysis import compute_information, scale_peaks
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.studies.tradeoff import average_sets, find_best, load_declared
+from feeler.tradeoff import average_sets, find_best, load_declared
 
 BALLS = [feeler.Ball(radius=1.5), feeler.Ball(radius=3.0)]
 

@@ -8,13 +8,12 @@ from matplotlib.figure import Figure
 
 import feeler
 from feeler.analysis import bootstrap_difference, compute_dispersion
+from feeler.comparison import compare_antennas, plot, write_comparison
 from feeler.decoding import list_groups, make_lda, make_svm
 from feeler.encoding import LABELS, compute_histogram_entropy
 from feeler.objects.trials import trials
 from feeler.report import Section
-from feeler.studies.comparison import compare_antennas, write_comparison
-from feeler.studies.comparison.page import plot
-from feeler.studies.scale import SCALES
+from paper.scale import SCALES
 
 
 @pytest.fixture(scope="module")

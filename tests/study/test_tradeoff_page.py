@@ -14,9 +14,14 @@ from matplotlib.figure import Figure
 import feeler
 from feeler.plotting.style import style
 from feeler.report import Section
-from feeler.studies.tradeoff import average_sets, find_best, load_declared, write_tradeoff
-from feeler.studies.tradeoff.draw import plot_tradeoff
-from feeler.studies.tradeoff.page import fill_section
+from feeler.tradeoff import (
+    average_sets,
+    fill_section,
+    find_best,
+    load_declared,
+    plot_tradeoff,
+    write_tradeoff,
+)
 
 SPEEDS = (0.06, 0.6, 1.2)
 

@@ -1,0 +1,1 @@
+"""Does it pay to steer? Declared in feeler/active/contests.toml."""

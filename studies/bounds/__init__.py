@@ -1,0 +1,1 @@
+"""How well location, size and speed can be read, beside their bounds."""

@@ -1,0 +1,1 @@
+"""Which antenna discriminates best."""

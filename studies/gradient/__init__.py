@@ -1,0 +1,1 @@
+"""What the gradient of stiffness does."""

@@ -1,0 +1,1 @@
+"""Which receptor noise makes the published gradient the best."""

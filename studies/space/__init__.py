@@ -1,0 +1,1 @@
+"""What sensors around the antenna tell of touches from out of the plane."""

@@ -1,0 +1,1 @@
+"""How fast to touch: speed against accuracy against energy. Declared in feeler/tradeoff.toml."""

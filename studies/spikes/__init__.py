@@ -1,0 +1,1 @@
+"""What the spike trains of an antenna's sensilla convey."""

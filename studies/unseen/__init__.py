@@ -1,0 +1,1 @@
+"""An antenna designed for sizes and locations that it has never met."""
