@@ -27,7 +27,7 @@ class Scale(Record):
     ----------
     minutes : float
         How long a run takes on two cores, to be told at its start; measured by
-        ``benchmarks/reproduce.py``.
+        ``paper/measure.py``.
     vector : bool
         Whether figures are also drawn as PDF, which takes a tenth of a quick run.
     kept : tuple[str, ...]
@@ -79,7 +79,7 @@ class Scale(Record):
     trade_profiles : tuple[str, ...]
         Profiles whose speeds are compared; empty: the same as in the other sections.
     questions : tuple[str, ...]
-        Runs of open_receptor.toml that are computed; of the others kept results are shown.
+        Runs of studies/receptor/declared.toml that are computed; of the others kept results are shown.
     gaps : tuple[float, ...]
         Sizes of the reality gap.
     robots : int
@@ -155,7 +155,7 @@ class Scale(Record):
         }
     )
 
-    # open questions: what these change of tradeoff/declared.toml and paper/open_questions.toml
+    # questions beyond the paper: what these change of their declarations
     trade_profiles: tuple[str, ...] = ()
     trade: Mapping[str, Any] = field(default_factory=dict)
     gradient: Mapping[str, Any] = field(default_factory=dict)

@@ -19,7 +19,7 @@ from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
 
-_N_CLASSES = 18  # of benchmarks/design.toml
+_N_CLASSES = 18  # of studies/design/declared.toml
 _LIVE = DesignTask(
     objects=("ball:radius=1.5", "box"),
     locations=(0.7, 0.9),
@@ -150,8 +150,8 @@ def show(context: Context, section: Section) -> None:
     stored = read_shipped("studies.design", "results.json")
     section.values.update(_collect_values(stored))
     section.text(
-        "Searched and judged by benchmarks/design.py, whose choices stand in"
-        " benchmarks/design.toml, written down before any final touch was looked at. It was run on"
+        "Searched and judged by studies/design/measure.py, whose choices stand in"
+        " studies/design/declared.toml, written down before any final touch was looked at. It was run on"
         " 2026-11-24 with today's contact, on final draws that no earlier run had seen. It takes"
         " half an hour of one core, so that this report reads what was found and simulates only its"
         " last figure anew. Eighteen classes (the paper's six objects at three places), touches"

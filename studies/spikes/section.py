@@ -136,7 +136,7 @@ def show(_context: Context, section: Section) -> None:
         f"Measured on {about['date']} with seed {about['seed']}: {values['spikes.sets.ideal']} sets"
         f" for the ideal observer, {values['spikes.sets.counts']} for readers that learn, of"
         f" {about['most']} that were declared at most; the clock ended the runs."
-        " benchmarks/spikes.py makes them anew."
+        " studies/spikes/measure.py makes them anew."
     )
     section.figure(
         "spikes",

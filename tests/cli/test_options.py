@@ -191,7 +191,7 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
 
     monkeypatch.setattr("feeler.comparison.touch_whole", touch)
     words = ("compare", "linear", "constant", "--speed", 0.37, "--seed", 7, "--reader", "svm")
-    place = "feeler.comparison_antennas"
+    place = "feeler.comparison.compare_antennas"
     told = hear(monkeypatch, place, *words, "--scale", "smoke", "--out", tmp_path / "a.html")
     assert touched == [({0.37}, 7)] * 2
     assert [*told[0]] == ["linear", "constant"] and told[1].random_state == 7

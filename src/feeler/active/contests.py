@@ -405,7 +405,7 @@ def fill_comparison(
     comparison: Contest,
     learned: xr.Dataset | None = None,
 ) -> None:
-    """The figure, the verdict, the tables; ``learned`` as ``feeler.active.contests_learned``
+    """The figure, the verdict, the tables; ``learned`` as :func:`judge_learned`
     takes it, with ``work``.
     """
     section.figure(
