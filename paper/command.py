@@ -4,7 +4,6 @@ import json
 import sys
 import time
 import webbrowser
-from collections.abc import Sequence
 from pathlib import Path
 
 import typer
@@ -24,7 +23,7 @@ def run(
     scale: str,
     out: Path,
     antenna: str,
-    change: Sequence[str],
+    change: list[str],
     engine: str,
     timestep: float | None,
     seed: int,

@@ -19,6 +19,7 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -90,7 +91,10 @@ def meet_again() -> tuple[Contest, xr.Dataset, xr.Dataset]:
         )
     ]
     JOURNAL.parent.mkdir(exist_ok=True)
-    tell = {"journal": JOURNAL, "progress": lambda *done: print(*done, flush=True)}
+    tell: dict[str, Any] = {
+        "journal": JOURNAL,
+        "progress": lambda *done: print(*done, flush=True),
+    }
     return more, verdict, more.run(cockroach(), names, **tell)
 
 
@@ -372,7 +376,7 @@ def walls() -> None:
 
     asked = load_contest().wall
     found = json.loads(RESULTS.read_text()).get("wall", {}) if RESULTS.exists() else {}
-    engine = {"engine": "chain-consistent", "timestep": 0.1}
+    engine: dict[str, Any] = {"engine": "chain-consistent", "timestep": 0.1}
     for speed in asked["speeds"]:
         for name in (*asked["profiles"], "told the distance"):
             key = f"{name} {speed:g}"

@@ -24,6 +24,7 @@ missing bits, settling time and peak angle; their peak forces are measured.
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
@@ -102,7 +103,7 @@ def run_spline(journals: Path, part: str = "") -> dict:
 
 
 def run_family(journals: Path, part: str = "") -> dict:
-    made = {}
+    made: dict[str, Any] = {}
     for noise, (task, constraints) in FAMILIES.items():
         if part and part != noise:
             continue
@@ -153,7 +154,7 @@ def run_family(journals: Path, part: str = "") -> dict:
 def run_final(journals: Path, part: str = "") -> dict:
     known = load("spline")
     paper = score(PLAN.reference, FINAL, "final", workers=1)
-    found = {
+    found: dict[str, Any] = {
         "paper": {
             "errors": paper.by_speed[:, 1].tolist(),
             "bits": paper.by_speed[:, 0].tolist(),
@@ -267,7 +268,7 @@ def measure_force(antenna) -> float:
 
 def list_values(known: dict) -> dict:
     """The numbers that docs/guide/design.md quotes."""
-    found = {}
+    found: dict[str, Any] = {}
     if final := known.get("final"):
         mean = np.mean([one["errors"] for one in final["seeds"].values()], axis=0)
         for k, speed in enumerate(SPEEDS):

@@ -405,8 +405,8 @@ def fill_comparison(
     comparison: Contest,
     learned: xr.Dataset | None = None,
 ) -> None:
-    """The figure, the verdict, the tables; ``learned`` as :func:`judge_learned`
-    takes it, with ``work``.
+    """The figure, the verdict, the tables; ``learned`` as :func:`judge_learned` takes
+    it, with ``work``.
     """
     section.figure(
         "active",
