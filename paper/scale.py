@@ -79,7 +79,8 @@ class Scale(Record):
     trade_profiles : tuple[str, ...]
         Profiles whose speeds are compared; empty: the same as in the other sections.
     questions : tuple[str, ...]
-        Runs of studies/receptor/declared.toml that are computed; of the others kept results are shown.
+        Runs of studies/receptor/declared.toml that are computed; of the others cached results are
+        shown.
     gaps : tuple[float, ...]
         Sizes of the reality gap.
     robots : int

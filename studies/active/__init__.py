@@ -1,1 +1,4 @@
-"""Does it pay to steer? Declared in feeler/active/contests.toml."""
+"""Does it pay to steer? Declared in feeler/active/contests.toml.
+
+Page: docs/guide/active.md.
+"""

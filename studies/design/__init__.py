@@ -1,1 +1,4 @@
-"""Which antenna discriminates best."""
+"""Which antenna discriminates best.
+
+Page: docs/searched.md.
+"""

@@ -151,8 +151,8 @@ def show(context: Context, section: Section) -> None:
     section.values.update(_collect_values(stored))
     section.text(
         "Searched and judged by studies/design/measure.py, whose choices stand in"
-        " studies/design/declared.toml, written down before any final touch was looked at. It was run on"
-        " 2026-11-24 with today's contact, on final draws that no earlier run had seen. It takes"
+        " studies/design/declared.toml, written down before any final touch was looked at. It was"
+        " run on 2026-11-24 with today's contact, on final draws that no earlier run had seen. It takes"
         " half an hour of one core, so that this report reads what was found and simulates only its"
         " last figure anew. Eighteen classes (the paper's six objects at three places), touches"
         " drawn within nuisances, white noise of one peak; the search saw 0.3 m/s and the"

@@ -1,1 +1,4 @@
-"""What the spike trains of an antenna's sensilla convey."""
+"""What the spike trains of an antenna's sensilla convey.
+
+Page: docs/spikes.md.
+"""
