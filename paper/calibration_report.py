@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
 from feeler.calibration import (
     Fit,
@@ -27,6 +26,7 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.presets import cockroach
 from paper.scale import Scale
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import xarray as xr
 
+from feeler import touch
 from feeler.errors import InvalidInput, StoreError
-from feeler.experiments.tactile import DURATION, touch
-from feeler.objects.trials import SPEEDS, Trial, make_features, trials
+from feeler.experiments.tactile import DURATION
+from feeler.objects.trials import SPEEDS, Trial, make_features
+from feeler.presets import paper_trials
 from feeler.provenance import make_key
 from feeler.tensors.stored import read_store
 from paper.context import Context
@@ -34,7 +36,9 @@ def list_touches(context: Context, profile: str) -> list[Trial]:
     """Touches simulated for a profile."""
     effort = context.effort
     features = [feature for feature in make_features() if feature.kind in effort.shapes]
-    return trials(list(list_speeds(context, profile).values()), effort.locations, features)
+    return paper_trials(
+        list(list_speeds(context, profile).values()), effort.locations, features
+    )
 
 
 @lru_cache(maxsize=16)

@@ -11,13 +11,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler import touch
 from feeler.analysis import find_noise
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.antenna.segments import Antenna
 from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.sweeps import Plan
-from feeler.experiments.tactile import touch
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.style import PALETTE, mark_places

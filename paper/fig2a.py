@@ -3,10 +3,10 @@
 from matplotlib.figure import Figure
 
 from feeler.antenna import Antenna, compute_modes
-from feeler.antenna.animals import FACTS
 from feeler.antenna.files import SOURCE_TAGS
 from feeler.plotting.antennas import plot_posture, plot_profiles
 from feeler.plotting.style import ANTENNA_COLOURS, PALETTE
+from feeler.presets import FACTS
 from feeler.report.page import Section
 from paper.context import Context
 

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Circle
 
 from feeler.analysis import measure_free_response
-from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
 from feeler.experiments.mechanics import RADIUS, Impulse, hit, release
 from feeler.physics.engine import DEFAULT_ENGINE
@@ -27,6 +26,7 @@ from feeler.plotting import (
     style,
     write_movie,
 )
+from feeler.presets import cockroach
 from feeler.report.page import Section
 from feeler.tensors.transforms import in_unit
 from paper.context import Context

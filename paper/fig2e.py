@@ -7,10 +7,10 @@ import xarray as xr
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from feeler import save
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.tensors import plot_tensor_grid
 from feeler.report.page import Section
-from feeler.tensors.formats import save
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
 from paper.data import list_profiles, load_complete, load_tensors, select_speed

@@ -12,11 +12,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler import touch
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.sweeps import Plan
-from feeler.experiments.tactile import DURATION, touch
+from feeler.experiments.tactile import DURATION
 from feeler.objects import Nuisances
 from feeler.objects.trials import SPEEDS
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS

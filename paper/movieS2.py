@@ -1,6 +1,7 @@
 """Movie S2: a tensor grows, slow beside fast on one clock; and each speed by itself."""
 
-from feeler.experiments.tactile import DURATION, touch
+from feeler import touch
+from feeler.experiments.tactile import DURATION
 from feeler.objects import Ball, Trial
 from feeler.objects.trials import SPEEDS
 from feeler.plotting import SLOWER, write_touch_movie, write_touches_movie

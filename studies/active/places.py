@@ -13,10 +13,10 @@ from itertools import product
 import numpy as np
 from scipy.special import softmax
 
+from feeler import touch
 from feeler.active.observer import expect_gain
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
-from feeler.experiments.tactile import touch
 from feeler.objects.shapes import Feature
 from feeler.objects.trials import Trial
 

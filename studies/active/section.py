@@ -18,10 +18,10 @@ from feeler.active.contests import (
     judge_steering,
     load_contest,
 )
-from feeler.antenna.animals import cockroach
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped
 from feeler.plotting.style import pick_colours
+from feeler.presets import cockroach
 from feeler.report import Section, make_interval
 from paper.context import Context
 

@@ -16,6 +16,7 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from feeler import touch
 from feeler.analysis import (
     compute_bounds,
     compute_fisher,
@@ -25,7 +26,6 @@ from feeler.analysis import (
 )
 from feeler.antenna.segments import Antenna
 from feeler.draw import LogRange
-from feeler.experiments.tactile import touch
 from feeler.objects import Nuisances, Task, Trial, make_feature
 from feeler.plotting.style import PALETTE, mark_places
 from feeler.report.page import Section, make_spread

@@ -30,7 +30,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from benchmarks.kept import write_kept
-from feeler.antenna.animals import cockroach
+from feeler import touch
 from feeler.design import (
     CHOICES,
     Constraints,
@@ -41,7 +41,7 @@ from feeler.design import (
     optimise,
     score,
 )
-from feeler.experiments.tactile import touch
+from feeler.presets import cockroach
 from studies.design.front import compute_settling, find_front
 
 HERE = Path(__file__).parent

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from feeler import touch
 from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
-from feeler.experiments.tactile import touch
 from feeler.files import read_shipped
 from feeler.objects import Ball, Trial
 from feeler.objects.noise import Common, Relative
@@ -152,10 +152,10 @@ def show(context: Context, section: Section) -> None:
     section.text(
         "Searched and judged by studies/design/measure.py, whose choices stand in"
         " studies/design/declared.toml, written down before any final touch was looked at. It was"
-        " run on 2026-11-24 with today's contact, on final draws that no earlier run had seen. It takes"
-        " half an hour of one core, so that this report reads what was found and simulates only its"
-        " last figure anew. Eighteen classes (the paper's six objects at three places), touches"
-        " drawn within nuisances, white noise of one peak; the search saw 0.3 m/s and the"
+        " run on 2026-11-24 with today's contact, on final draws that no earlier run had seen. It"
+        " takes half an hour of one core, so that this report reads what was found and simulates"
+        " only its last figure anew. Eighteen classes (the paper's six objects at three places),"
+        " touches drawn within nuisances, white noise of one peak; the search saw 0.3 m/s and the"
         " optimiser's draws only."
     )
     section.figure(

@@ -30,9 +30,9 @@ from matplotlib.figure import Figure
 from scipy.io import loadmat
 
 from benchmarks.kept import write_kept
-from feeler.antenna.animals import cockroach
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
+from feeler.presets import cockroach
 from feeler.provenance import Journal, make_key
 from feeler.report.page import to_json
 from feeler.spikes import CAMPANIFORM, place_sensilla

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import xarray as xr
 
-from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import make_lda, measure_reader
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped
 from feeler.objects import Common, Task
+from feeler.presets import cockroach
 from feeler.records import Ge, Gt, Record, Unit
 from feeler.spikes import (
     CAMPANIFORM,
