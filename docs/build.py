@@ -171,9 +171,7 @@ def make_ready() -> None:
         KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*")
     )
     for page in READY.rglob("*.md"):
-        words = set_equations(page.read_text()).replace(
-            "../paper/kept", "kept"
-        )
+        words = set_equations(page.read_text()).replace("../paper/kept", "kept")
         if page.parent.name in RUN:
             words = run_pieces(words, page.parent)
         page.write_text(

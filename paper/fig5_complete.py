@@ -19,6 +19,7 @@ from feeler.experiments.tactile import DURATION
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
+from feeler.tensors import rectify
 from paper.context import Context
 from paper.data import COMPLETE, list_profiles, load_complete
 from paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
@@ -30,7 +31,6 @@ from paper.window import (
     complete_tensors,
     measure_window,
 )
-from feeler.tensors import rectify
 
 
 def compute(

@@ -13,6 +13,7 @@ from feeler.report import make_spread
 from paper.claims import Claim, load_claims, load_effects
 from paper.context import Context
 from paper.reproduce import STAGES
+from paper.scale import SCALES
 from paper.stage import Stage
 from paper.verdicts import (
     EVIDENCE,
@@ -24,7 +25,6 @@ from paper.verdicts import (
     judge_statements,
     summarise_counts,
 )
-from feeler.studies.scale import SCALES
 
 CONTEXT = Context()
 RESULTS = Path(__file__).parents[3] / "benchmarks" / "results" / "reproduce.json"

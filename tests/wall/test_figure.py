@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 from feeler.plotting.results import Shapes, plot_shapes
 from feeler.plotting.style import PALETTE
 from feeler.presets import cockroach
-from feeler.studies.paper import fig3
+from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
+from feeler.wall.distance import SETUP_CHOICES
+from paper import fig3
 from paper.fig3_family import (
     Family,
     _describe_nearest,
@@ -23,8 +25,6 @@ from paper.fig3_family import (
     plot,
 )
 from paper.scale import SCALES
-from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
-from feeler.wall.distance import SETUP_CHOICES
 
 
 @pytest.mark.long
