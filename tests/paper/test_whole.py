@@ -1,14 +1,15 @@
 """One whole run at smoke scale: its claims, its page, its figures and its numbers."""
 
+import csv
 import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from paper.claims import load_claims
 from paper.context import Context
-from paper.declared import CLAIMED
 from paper.reproduce import STAGES, reproduce
 from paper.scale import SCALES
 from paper.verdicts import EVIDENCE, count_verdicts, judge_claims
@@ -17,6 +18,9 @@ from tests.pages import FOREIGN
 from tests.windows import find_one_sided
 
 RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "reproduce.json"
+
+
+EXPECTED = Path(__file__).parents[2] / "paper" / "expected.csv"
 
 
 def is_due(claim, scale):
@@ -30,6 +34,22 @@ def sections(whole):
         section.name: section
         for section in reproduce(Context(scale="smoke", out=whole, workers=1))
     }
+
+
+def test_values_are_those_expected(sections):
+    """``paper/expected.csv``: a change of a number is a line of that table, read in review. Another
+    processor moves none by more than 1e-9 of it, but for the robot's fit error (5e-5).
+    """
+    expected = {row["quantity"]: row for row in csv.DictReader(EXPECTED.open(encoding="utf-8"))}
+    found = {name: made for one in sections.values() for name, made in one.values.items()}
+    moved = {}
+    for name, row in expected.items():
+        made = found.get(name, np.nan)
+        value = made["value"] if isinstance(made, dict) else made
+        wanted, tolerance = float(row["value"]), float(row["tolerance"])
+        if not (abs(value - wanted) <= tolerance or (np.isnan(wanted) and np.isnan(value))):
+            moved[name] = (value, wanted)
+    assert not moved
 
 
 def test_sections_write_what_claims_ask_for(sections):
@@ -193,21 +213,3 @@ def test_no_figure_compares_profiles_in_the_paper_s_window_alone(whole, sections
             continue
         keys = {f"{section}.{path}" for path in list_paths(json.loads(numbers.read_text()))}
         assert not find_one_sided(keys) or "omplete touches" in captions[name], name
-
-
-def test_no_table_or_text_compares_profiles_in_the_paper_s_window_alone(sections):
-    """Where two profiles stand side by side in a section that reads tensors, both windows do."""
-    for name in ("encoding", "reading", "cnn"):
-        for block in sections[name].blocks:
-            if block["kind"] not in ("table", "text"):
-                continue
-            words = json.dumps(
-                [
-                    block.get("header"),
-                    block.get("rows"),
-                    block.get("caption"),
-                    block.get("text"),
-                ]
-            )
-            compared = {profile for profile in CLAIMED if re.search(rf"\b{profile}\b", words)}
-            assert len(compared) < 2 or "omplete touches" in words, words[:400]
