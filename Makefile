@@ -3,7 +3,7 @@ PYTHON ?= python3
 SCALE ?= published
 VENV := .venv
 BIN := $(VENV)/bin
-CODE := src tests benchmarks docs examples
+CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
@@ -34,7 +34,7 @@ $(BIN)/.docs: $(BIN)/.core
 	@touch $@
 
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=quick|published|paper)
-	@$(BIN)/feeler reproduce --scale $(SCALE)
+	@$(BIN)/python -m paper --scale $(SCALE)
 
 test: $(BIN)/.test  ## the default tests (some five minutes on two cores)
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
@@ -86,13 +86,13 @@ $(OLDEST)/.ready: pyproject.toml
 	@touch $@
 
 kept: $(BIN)/.core  ## which kept results were made by other code than today's
-	@PYTHONPATH=benchmarks $(BIN)/python benchmarks/kept.py
+	@PYTHONPATH=. $(BIN)/python benchmarks/kept.py
 
 numba-oldest: $(OLDEST)/.ready  ## the engines' parity with the oldest numba that is supported, in an environment of its own
 	@$(OLDEST)/bin/python -m pytest -q -n0 tests/physics/test_parity_chain.py tests/physics/test_plain.py
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
-	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done
+	@for script in physics chain wall calibration; do PYTHONPATH=. $(BIN)/python benchmarks/$$script.py; done
 
 peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratbench, in an environment of their own
 	@bash benchmarks/peers/run.sh

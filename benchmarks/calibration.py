@@ -1,7 +1,7 @@
 """Calibration: processor time of one evaluation with both engines, accuracy of its timestep, and
 every optimiser's fit.
 
-Run: python benchmarks/calibration.py
+Run: PYTHONPATH=. python benchmarks/calibration.py
 """
 
 import csv
@@ -17,7 +17,7 @@ from kept import write_kept
 import feeler.calibration
 from feeler.antenna.animals import cockroach
 from feeler.calibration import Problem, Protocol, load_targets, make_hinges, make_starts
-from feeler.studies.paper.calibration_report import (
+from paper.calibration_report import (
     KEPT_SEARCHES,
     PAPER_P,
     SEARCH_COLUMNS,

@@ -13,7 +13,7 @@ from feeler.provenance import PHYSICS, name_release
 
 ROOT = Path(__file__).parents[1]
 STAMPS = ROOT / "benchmarks" / "results" / "made.json"
-SHIPPED = ROOT / "src" / "feeler" / "studies" / "paper" / "kept"
+SHIPPED = ROOT / "paper" / "kept"
 
 
 def write_kept(path: Path, text: str) -> None:
@@ -52,8 +52,8 @@ def describe(path: Path, stamp: dict[str, Any] | None) -> str:
 
 def list_sections() -> list[str]:
     """The same about the cached sections of the report."""
-    from feeler.studies.paper.context import Context
-    from feeler.studies.paper.reproduce import STAGES
+    from paper.context import Context
+    from paper.reproduce import STAGES
 
     lines, context = [], Context(scale="paper")
     for stage in STAGES:

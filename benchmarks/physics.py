@@ -49,9 +49,9 @@ def main() -> None:
     )
     pairs = np.array([(time_ours(scene), time_bare(scene)) for _ in range(ROUNDS)])
     ratio = np.median(pairs[:, 0] / pairs[:, 1])
-    feeler.touch(antenna, feeler.paper.trials()[:8], duration=2.0)  # compile
+    feeler.touch(antenna, feeler.presets.paper_trials()[:8], duration=2.0)  # compile
     start = time.perf_counter()
-    feeler.touch(antenna, feeler.paper.trials())
+    feeler.touch(antenna, feeler.presets.paper_trials())
     wall = time.perf_counter() - start
     result = {
         "ours_us_per_step": 1e6 * float(np.median(pairs[:, 0])),

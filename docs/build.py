@@ -24,7 +24,7 @@ from feeler.studio import write_touch_page
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
 OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
-KEPT = ROOT / "src" / "feeler" / "studies" / "paper" / "kept"
+KEPT = ROOT / "paper" / "kept"
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
@@ -171,9 +171,7 @@ def make_ready() -> None:
         KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*")
     )
     for page in READY.rglob("*.md"):
-        words = set_equations(page.read_text()).replace(
-            "../src/feeler/studies/paper/kept", "kept"
-        )
+        words = set_equations(page.read_text()).replace("../paper/kept", "kept")
         if page.parent.name in RUN:
             words = run_pieces(words, page.parent)
         page.write_text(

@@ -39,7 +39,7 @@ def touch(antenna, speed):
 
 def find_share(antenna, speed):
     """How often an ideal observer names one of the paper's thirty touches in the noise."""
-    tensors = feeler.touch(antenna, feeler.paper.trials([speed]), duration=DURATION)[
+    tensors = feeler.touch(antenna, feeler.presets.paper_trials([speed]), duration=DURATION)[
         "angle"
     ].values
     return compute_information(tensors, NOISE, n_draws=200).accuracy

@@ -17,7 +17,7 @@ from feeler.tensors import rectify
 
 def main(out: Path) -> None:
     antenna = feeler.presets.cockroach("exponential")
-    tensors = feeler.touch(antenna, feeler.paper.trials(speeds=(0.3,)), duration=120)
+    tensors = feeler.touch(antenna, feeler.presets.paper_trials(speeds=(0.3,)), duration=120)
     angle = rectify(tensors["angle"])
 
     encoder = feeler.ConvolutiveNMF(

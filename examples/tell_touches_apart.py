@@ -20,7 +20,9 @@ def main(out: Path) -> None:
     sets = {}
     for name in ("exponential", "constant"):
         sets[name] = feeler.touch(
-            feeler.presets.cockroach(name), feeler.paper.trials(speeds=(0.3,)), duration=160
+            feeler.presets.cockroach(name),
+            feeler.presets.paper_trials(speeds=(0.3,)),
+            duration=160,
         )
     peak = max(float(tensors["angle"].max()) for tensors in sets.values())
     for name, tensors in sets.items():

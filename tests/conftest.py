@@ -49,9 +49,9 @@ what takes longest, so that no worker is left alone with one at the end.
 JUDGED = (
     "feeler.cli.",
     "feeler.design.",
-    "feeler.studies.comparison.",
-    "feeler.studies.contests.",
-    "feeler.studies.tradeoff.",
+    "feeler.comparison",
+    "feeler.active.contests",
+    "feeler.tradeoff",
 )
 """Modules that draw the figures of verbs; the report's own figures have a law of their own."""
 SIZE = "--window-size=1440,900"

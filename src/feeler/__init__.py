@@ -53,6 +53,7 @@ _ROOMS = (
     "analysis",
     "antenna",
     "calibration",
+    "comparison",
     "decoding",
     "design",
     "encoding",
@@ -69,9 +70,9 @@ _ROOMS = (
     "studio",
     "tensors",
     "tracking",
+    "tradeoff",
     "wall",
 )
-_STUDIES = ("comparison", "paper", "tradeoff")
 
 __all__ = sorted(_HOMES)
 
@@ -81,10 +82,8 @@ def __getattr__(name: str) -> object:
         from importlib.metadata import version
 
         return version("feeler")
-    if name in _ROOMS:
+    if name in (*_ROOMS, "paper"):  # the last until 0.5
         return import_module(f"feeler.{name}")
-    if name in _STUDIES:
-        return import_module(f"feeler.studies.{name}")
     if name not in _HOMES:
         raise AttributeError(
             f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}"
@@ -94,4 +93,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*_HOMES, *_ROOMS, *_STUDIES})
+    return sorted({*_HOMES, *_ROOMS})

@@ -13,6 +13,7 @@ import tempfile
 import time
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -230,6 +231,12 @@ def parse_json(raw: bytes, what: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise InvalidInput(f"{what} must be a JSON object, got {type(value).__name__}.")
     return value
+
+
+def read_shipped(package: str, name: str) -> dict[str, Any]:
+    """What a TOML or JSON file in the folder of a package holds."""
+    text = resources.files(package).joinpath(name).read_text(encoding="utf-8")
+    return json.loads(text) if name.endswith(".json") else parse_toml(text, name)
 
 
 @contextlib.contextmanager

@@ -21,6 +21,7 @@ from feeler.antenna.animals import (
 from feeler.antenna.files import AntennaFile
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
+from feeler.objects.trials import trials as paper_trials
 from feeler.validation import checked
 
 
@@ -65,6 +66,7 @@ __all__ = [
     "SPECIES",
     "cockroach",
     "make_preset",
+    "paper_trials",
     "rat_whiskers",
     "read_preset",
     "robot",

@@ -4,12 +4,11 @@ as often as it says.
 
 import numpy as np
 import pytest
-from scripts import load_script
 
 import feeler
 from feeler.errors import InvalidInput
+from studies.active import places as parked
 
-parked = load_script("benchmarks", "active_places")
 search_places, simulate_places = parked.search_places, parked.simulate_places
 
 SHAPES = [feeler.Ball(radius=2.0), feeler.Box(half_width=1.6, half_height=1.6, rounding=0.4)]

@@ -4,16 +4,15 @@ stays; weights move bodies.
 
 import numpy as np
 import pytest
-from scripts import load_script
 
 import feeler
 from feeler.active import Observer, TouchTask, parse_policy
+from feeler.active.contests import load_contest
 from feeler.active.policies import POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.errors import InvalidInput
-from feeler.studies.contests import load_contest
 from feeler.tensors.models import load_model
+from studies.active import learning
 
-learning = load_script("benchmarks", "active_learning")
 Practised, practise = learning.Practised, learning.practise
 
 OBJECTS = [feeler.Ball(radius=1.0), feeler.Box(half_width=4.0, half_height=4.0)]

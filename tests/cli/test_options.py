@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import feeler
 from feeler.cli.app import app
+from feeler.comparison import EFFORTS
 from feeler.errors import InvalidInput
-from feeler.studies.scale import SCALES
 from feeler.tensors.formats import save
 
 HEARD = "this is as far as it goes"
@@ -189,14 +189,14 @@ def test_antennae_are_compared_as_asked(monkeypatch, tmp_path):
         touched.append(({trial.speed for trial in trials}, seed))
         return antenna, 33.0
 
-    monkeypatch.setattr("feeler.studies.comparison.touch_whole", touch)
+    monkeypatch.setattr("feeler.comparison.touch_whole", touch)
     words = ("compare", "linear", "constant", "--speed", 0.37, "--seed", 7, "--reader", "svm")
-    place = "feeler.studies.comparison.compare_antennas"
+    place = "feeler.comparison.compare_antennas"
     told = hear(monkeypatch, place, *words, "--scale", "smoke", "--out", tmp_path / "a.html")
     assert touched == [({0.37}, 7)] * 2
     assert [*told[0]] == ["linear", "constant"] and told[1].random_state == 7
     assert (told["reader"], told["random_state"]) == ("svm", 7)
-    assert told["plan"] == SCALES["smoke"].plan
+    assert told["plan"] == EFFORTS["smoke"].plan
 
 
 def test_the_turn_of_a_wall_goes_the_way_that_its_help_says(monkeypatch):

@@ -115,7 +115,6 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
 SHELL = (
     "cli/",
     "studio/",
-    "studies/paper/data.py",
     "robot/description.py",
     "tensors/readers.py",
 )

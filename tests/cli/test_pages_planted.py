@@ -13,6 +13,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from feeler import calibration, tradeoff
+from feeler.active import contests
 from feeler.antenna.files import load_antenna
 from feeler.calibration.hinges import Band
 from feeler.cli import calibrate, robot_pages, tracks
@@ -27,7 +28,6 @@ from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.robot import Recording
 from feeler.robot.classify import Answer
-from feeler.studies import contests
 
 from .test_printed import read, run
 

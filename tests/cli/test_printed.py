@@ -9,12 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.cli.reproduce import _summarise
 from feeler.robot import fit_factors, load_recording, repair
 from feeler.robot.description import get_example
-from feeler.studies.paper.context import Context
 from feeler.tensors.formats import load
 from feeler.tracking import load_tracks, measure_exploration
+from paper.command import _summarise
+from paper.context import Context
 
 NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
 
@@ -51,15 +51,22 @@ def test_touch_prints_peaks_of_the_tensor_it_wrote_the_same_from_both_sides(tmp_
             "peak_hinge_angle": "deg",
             "peak_curvature": "1/mm",
             "peak_force": "mN",
+            "penetration_depth": "smaller radius",
+            "contact_time_constant": "ms",
+            "timestep": "ms",
+            "error": "1",
         }
         told[side] = [found[name] for name in expected]
         assert told[side] == pytest.approx(list(expected.values()), rel=1e-12)
         page = re.sub("<[^>]+>", " ", (out / "touch.html").read_text(encoding="utf-8"))
         facts = (
-            r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+timestep"
-            r" \[ms\]\s+#"
+            r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+"
+            r"penetration depth \[smaller radius\]\s+#\s+contact time constant \[ms\]\s+#\s+"
+            r"timestep \[ms\]\s+#\s+its error, over the peak\s+#"
         )
-        assert read(facts, page) == pytest.approx([*told[side], 0.05], rel=1e-3)
+        depth, error = (float(tensors[name].max()) for name in ("sink", "error"))
+        shown = [*told[side], depth, 0.2, 0.05, error]
+        assert read(facts, page) == pytest.approx(shown, rel=1e-3)
     assert told["right"] == pytest.approx(told["left"], rel=1e-6)
     said = run(*asked, "--side", "right", "--out", tmp_path / "right")
     printed = read(r"peak hinge angle #°, peak curvature # /mm", said)

@@ -23,7 +23,6 @@ from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
-from feeler.cli.reproduce import _make_reporter, _summarise
 from feeler.cli.tracks import _plot
 from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
@@ -35,6 +34,7 @@ from feeler.robot.description import get_example
 from feeler.robot.sensors import SensorCalibration
 from feeler.robot.stream import Link
 from feeler.tensors.formats import load, save
+from paper.command import _make_reporter, _summarise
 
 from .test_printed import NUMBER, read, run
 

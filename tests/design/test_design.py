@@ -244,10 +244,13 @@ def test_an_interrupted_search_goes_on_with_the_same_numbers(searched, tmp_path,
     assert len(part.read_bytes()) == len(path.read_bytes()) or part.read_text().count(
         "\n"
     ) == path.read_text().count("\n")
+    asked = []
     monkeypatch.setattr(
-        "feeler.design.search.score", None
-    )  # all is known now: nothing more is simulated
+        "feeler.design.search.score",
+        lambda *args, **options: asked.append(args) or score(*args, **options),
+    )
     assert np.array_equal(search(part).best.x, whole.best.x)
+    assert len(asked) == 1  # the reference; all candidates are known now
 
 
 def test_resumed_with_another_task_it_says_so(searched):

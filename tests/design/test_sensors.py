@@ -6,10 +6,8 @@ import pytest
 import feeler
 from feeler.design.scoring import CHOICES, choose_sensors, measure_sensors, touch_classes
 from feeler.errors import InvalidInput
+from studies.design import front
 from tests.design.test_design import ANTENNA, TASK
-from tests.scripts import load_script
-
-front = load_script("benchmarks", "front")
 
 
 @pytest.fixture(scope="module")

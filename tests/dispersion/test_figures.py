@@ -8,15 +8,15 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from sklearn.base import BaseEstimator
-from studies.paper._page import FOREIGN
 
+from feeler.comparison import compare_antennas, write_comparison
 from feeler.decoding import list_groups
 from feeler.decoding.sweeps import Plan
 from feeler.errors import InvalidInput
-from feeler.studies.comparison import compare_antennas, write_comparison
-from feeler.studies.paper import fig5, fig5_data, figS6
-from feeler.studies.paper.declared import SPREADS_MORE
-from feeler.studies.paper.fig5_new import score_again
+from paper import fig5, fig5_data, figS6
+from paper.declared import SPREADS_MORE
+from paper.fig5_new import score_again
+from tests.pages import FOREIGN
 
 matplotlib.use("Agg")
 PLAN = Plan(

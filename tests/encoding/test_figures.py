@@ -8,9 +8,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.errors import InvalidInput
-from feeler.studies.paper import fig4, fig5f, figS5
-from feeler.studies.paper.fig4 import prepare
-from feeler.studies.scale import SCALES
+from paper import fig4, fig5f, figS5
+from paper.fig4 import prepare
+from paper.scale import SCALES
 
 QUICK = SCALES["quick"]
 

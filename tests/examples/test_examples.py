@@ -25,8 +25,8 @@ def check_whiskers(found):
 
 
 def check_place(found):
-    """The moment at the base names the place of a peg to a thousandth of the whisker's length."""
-    assert found["error"] <= 0.04  # mm
+    """The moment at the base names the place of a peg within its radius of 0.1 mm."""
+    assert found["error"] <= 0.1  # mm
 
 
 CHECKS = {"rat_whiskers": check_whiskers, "where_was_i_touched": check_place}

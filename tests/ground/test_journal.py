@@ -97,7 +97,7 @@ def test_a_journal_of_something_else_is_refused_and_left_alone(tmp_path):
     Journal(file, KEY).close()
     before = file.read_bytes()
     with pytest.raises(
-        InvalidInput, match="belongs to another search: settings, versions or code"
+        InvalidInput, match="belongs to another search: settings or versions differ"
     ):
         Journal(file, "00", "search")
     assert file.read_bytes() == before

@@ -9,9 +9,9 @@ import pytest
 from feeler import compiled, provenance
 from feeler.errors import InvalidInput
 from feeler.provenance import compute_digest, make_key, make_plain
-from feeler.studies.paper import context
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.reproduce import STAGES
+from paper import context
+from paper.context import Context
+from paper.reproduce import STAGES
 
 
 def list_keys() -> dict[str, str]:

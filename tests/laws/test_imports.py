@@ -4,7 +4,6 @@ import ast
 import re
 import subprocess
 import sys
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,84 +14,62 @@ import feeler
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
     {"errors", "progress"},
-    {"records"},
-    {"disk", "draw"},
-    {"compiled"},
+    {"validation"},
+    {"records", "draw", "sandbox", "compiled"},
+    {"files"},
+    {"provenance"},
     {"antenna"},
-    {"stimulus"},
-    {"task"},
+    {"objects"},
     {"execute"},
     {"tensors"},
     {"physics"},
-    {"experiment"},
-    {"response", "encoding", "dispersion", "tracking"},
-    {"calibration", "decoding", "information", "wall"},
+    {"experiments"},
+    {"analysis", "encoding", "tracking"},
+    {"calibration", "decoding", "wall"},
     {"robot", "learn", "spikes"},
-    {"presets"},
-    {"scale", "shipped", "study"},
+    {"presets", "study"},
     {"plotting"},
     {"report"},
-    {"active", "comparison", "contests", "design", "spiking", "studio", "tradeoff"},
+    {"active", "comparison", "design", "studio", "tradeoff"},
     {"paper", "__init__"},
-    {"cli"},
+    {"cli", "__main__"},
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
-FILES = sorted(path for path in SOURCE.rglob("*.py") if path.parent != SOURCE)
+FILES = sorted(SOURCE.rglob("*.py"))
 
 
-@cache
-def find_rooms(path):
-    """Rooms of feeler that a file imports, in functions too."""
-    return {*_read_rooms(path)}
-
-
-def _read_rooms(path):
+def find_modules(path):
+    """Modules that a file imports, in functions too, as the parts of their names."""
     for node in ast.walk(ast.parse(path.read_text())):
         names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
         names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        for name in names:
-            parts = name.split(".")
-            if parts[0] == "feeler" and len(parts) > 1:
-                yield name_room(parts[1:])
-
-
-def name_room(parts):
-    """The room that a path belongs to; each study is a room of its own."""
-    return (
-        parts[1].removesuffix(".py") if parts[0] == "studies" and len(parts) > 1 else parts[0]
-    )
+        yield from (name.split(".") for name in names)
 
 
 def test_imports_run_downwards():
     upward = set()
     for path in FILES:
         file = path.relative_to(SOURCE)
-        rank = RANK[name_room(file.parts)]
-        upward |= {(file.as_posix(), other) for other in find_rooms(path) if RANK[other] > rank}
+        rooms = {parts[1] for parts in find_modules(path) if parts[0] == "feeler" and parts[1:]}
+        rank = RANK[file.parts[0].removesuffix(".py")]
+        upward |= {(file.as_posix(), other) for other in rooms if RANK[other] > rank}
     assert upward == set()
 
 
-def test_no_verb_but_reproduce_reaches_for_the_paper():
+def test_no_module_but_the_command_reproduce_reaches_for_the_paper_or_a_study():
     users = {
-        path.relative_to(SOURCE).as_posix() for path in FILES if "paper" in find_rooms(path)
+        path.relative_to(SOURCE).as_posix()
+        for path in FILES
+        if any(parts[0] in ("paper", "studies") for parts in find_modules(path))
     }
-    assert {user for user in users if not user.startswith("studies/paper/")} == {
-        "cli/reproduce.py"
-    }
-
-
-def test_one_table_says_what_a_scale_is():
-    asking = re.compile(r"""\bscale\s*(==|!=|in)\s*["'](smoke|quick|paper)|["']smoke["']\s*:""")
-    assert not [
-        path.relative_to(SOURCE).as_posix() for path in FILES if asking.search(path.read_text())
-    ]
+    assert users == {"cli/reproduce.py"}
 
 
 BEFORE_USE = (
     ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     (
-        "import feeler.studies.paper.reproduce, feeler.studies.paper.context as c; c.Context()",
+        "import paper.reproduce, paper.context as c; c.Context()",
         {"xarray", "matplotlib", "numba"},
     ),
 )
@@ -148,6 +125,6 @@ def list_files(pattern: str) -> set[str]:
 
 def test_only_one_module_writes_a_model():
     assert list_files(r"\bMjSpec\(") == {"physics/spec.py"}
-    users = {"spec", "spec_control", "spec_space", "mujoco", "mujoco_space"}
+    users = {"spec", "mujoco"}
     found = list_files(r"^\s*(import|from) mujoco\b")
     assert found == {f"physics/{name}.py" for name in users}

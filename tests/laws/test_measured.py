@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from scripts import load_script
 
-from feeler.studies.paper.claims import load_claims
+from paper.claims import load_claims
 
 ROOT = Path(__file__).parents[2]
 

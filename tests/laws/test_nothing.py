@@ -16,12 +16,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from feeler import study
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.experiments import tactile as experiment_touch
 from feeler.report import Section
 from feeler.robot import touches as comparison
-from feeler.studies import study
-from feeler.studies.paper import (
+from feeler.wall import fit_distance
+from paper import (
     data,
     fig1,
     fig3,
@@ -29,16 +30,15 @@ from feeler.studies.paper import (
     fig5_bending,
     fig6,
     figS4,
-    open_bounds,
-    open_gradient,
-    open_speed,
 )
-from feeler.studies.paper.claims import load_claims
-from feeler.studies.paper.context import Context
-from feeler.studies.paper.reproduce import STAGES
-from feeler.studies.paper.verdicts import judge
-from feeler.studies.scale import QUICK, SCALES
-from feeler.wall import fit_distance
+from paper.claims import load_claims
+from paper.context import Context
+from paper.reproduce import STAGES
+from paper.scale import QUICK, SCALES
+from paper.verdicts import judge
+from studies.bounds import section as open_bounds
+from studies.gradient import section as open_gradient
+from studies.speed import section as open_speed
 
 from ._nothing import N_SENSORS, NOTHING, make_dataset
 
@@ -64,7 +64,7 @@ ELSEWHERE = (
     "unseen",
     "spikes",
     "space",
-)  # asked in tests/studies/paper/test_open_*.py
+)  # asked in tests/studies
 SOMETHING = {
     (
         "white",

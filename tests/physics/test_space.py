@@ -272,7 +272,7 @@ def _follow(antenna):
 
 
 def _paper(antenna):
-    from feeler.studies.paper.context import Context
+    from paper.context import Context
 
     return Context(antenna=antenna)
 

@@ -3,13 +3,11 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from feeler.files import read_shipped
 from feeler.plotting.antennas import HEIGHT, WIDTH, plot_profile_points
 from feeler.presets import cockroach
-from feeler.studies.paper.open_design import _plot_fronts
-from feeler.studies.shipped import read_shipped
-from tests.scripts import load_script
-
-front = load_script("benchmarks", "front")
+from studies.design import front
+from studies.design.section import _plot_fronts
 
 
 def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
@@ -25,7 +23,7 @@ def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
 
 
 def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
-    stored = read_shipped("paper", "open_design.json")
+    stored = read_shipped("studies.design", "results.json")
     reference, figure = cockroach(), Figure()
     costs = np.array(stored["front"]["costs"])
     assert (

@@ -16,9 +16,9 @@ import feeler.robot
 from feeler.errors import InvalidInput
 from feeler.robot import draw_lessons, load_calibration, load_recording, make_decoder
 from feeler.robot.description import EXAMPLES, get_example
-from feeler.studies.paper import fig6, fig6_data, figS2, figS7
-from feeler.studies.scale import SCALES
 from feeler.tracking import load_tracks
+from paper import fig6, fig6_data, figS2, figS7
+from paper.scale import SCALES
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from feeler.decoding import IdealReader, TemplateReader, compute_sweep
 from feeler.design import DesignTask, load_plan, measure_sensors, score
 from feeler.learn import TouchDataset
 from feeler.objects import NOISES, Noise, Task
-from feeler.studies.tradeoff import load_declared
+from feeler.tradeoff import load_declared
 
 ANTENNA = feeler.Antenna(
     segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0

@@ -16,8 +16,8 @@ from feeler.errors import InvalidInput
 from feeler.physics.simulation import Simulation
 from feeler.plotting.results import plot_trial
 from feeler.plotting.tensors import plot_touch
-from feeler.studies.tradeoff import load_declared
 from feeler.tensors import QUANTITIES, in_unit
+from feeler.tradeoff import load_declared
 
 PAIRS = [
     ("mJ", "uJ"), ("N", "mN"), ("N*mm", "uN*m"), ("rad", "deg"), ("1/mm", "1/m"), ("Hz", "kHz"),

@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 from feeler.plotting.results import Shapes, plot_shapes
 from feeler.plotting.style import PALETTE
 from feeler.presets import cockroach
-from feeler.studies.paper import fig3
-from feeler.studies.paper.fig3_family import (
+from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
+from feeler.wall.distance import SETUP_CHOICES
+from paper import fig3
+from paper.fig3_family import (
     Family,
     _describe_nearest,
     _list_offsets,
@@ -22,9 +24,7 @@ from feeler.studies.paper.fig3_family import (
     list_setups,
     plot,
 )
-from feeler.studies.scale import SCALES
-from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
-from feeler.wall.distance import SETUP_CHOICES
+from paper.scale import SCALES
 
 
 @pytest.mark.long

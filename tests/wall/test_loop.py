@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scripts import load_script
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 from feeler.wall import calibrate
+from studies.active import wall_loop as loop
 
-loop = load_script("benchmarks", "wall_loop")
 map_stability, measure_wall_response = loop.map_stability, loop.measure_wall_response
 
 

@@ -1,7 +1,7 @@
 """Active touch: a body that moves its antenna in order to know.
 
 Environments for Gymnasium are in ``feeler.active.environment``, which needs the extra ``active``;
-nothing else here does. Policies against each other: ``feeler.studies.contests``.
+nothing else here does. Policies against each other: ``feeler.active.contests``.
 """
 
 from feeler.active.observer import Episodes, Known, Observer

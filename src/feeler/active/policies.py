@@ -152,7 +152,7 @@ def make_actor(arrays: dict[str, np.ndarray], deadline: float) -> Policy:
         if seen.shape[1] != wanted:
             raise InvalidInput(
                 f"this policy was learned for {wanted - OWN} objects, the task has"
-                f" {seen.shape[1] - OWN}. Train one for it with benchmarks/active_learning.py."
+                f" {seen.shape[1] - OWN}. Train one for it with studies/active/learning.py."
             )
         if known.time == 0:
             state[:] = [

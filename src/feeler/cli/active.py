@@ -54,11 +54,11 @@ def active(
     each deadline, the work, and what steering gains.
     """
     from feeler.active import film_policy, parse_policy
+    from feeler.active.contests import load_contest, write_active
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
-    from feeler.studies.contests import load_contest, write_active
 
     contest = load_contest(sets=sets, copies=copies, noise=noise)
     names = policy or [*contest.fixed, *contest.steered]

@@ -37,16 +37,15 @@ def compare(
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import name_antennas
+    from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
     from feeler.decoding import READERS
     from feeler.errors import InvalidInput
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.provenance import describe_versions
-    from feeler.studies.comparison import compare_antennas, touch_whole, write_comparison
-    from feeler.studies.scale import SCALES
 
-    effort = SCALES[scale]
+    effort = EFFORTS[scale]
     READERS[reader]  # refused before anything is simulated
     if len(set(antennas)) < 2:
         raise InvalidInput(

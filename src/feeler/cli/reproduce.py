@@ -9,20 +9,20 @@ Examples:
   feeler reproduce --antenna mine.toml --set stiffness=0.5
 """
 
-import json
+import os
 import sys
-import time
-import webbrowser
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+import feeler
+from feeler.errors import MissingExtra
 from feeler.execute.processes import USUAL, prepare_workers
 
 _PREPARED = (
-    "feeler.studies.paper.reproduce",
-    "feeler.studies.paper.fig2e",
+    "paper.reproduce",
+    "paper.fig2e",
     "feeler.physics.chain",
 )
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
@@ -68,108 +68,39 @@ def reproduce(
     ] = False,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
+    _find_paper()
     if workers != 1:
         prepare_workers([*USUAL, *_PREPARED])  # while this process imports what it needs itself
+    from paper.command import run
 
-    from feeler.cli.choose import change_antenna, choose_antenna
-    from feeler.cli.options import say_what_stays
-    from feeler.physics.contact import get_contact
-    from feeler.physics.engine import choose_timestep, get_engine
-    from feeler.studies.paper.context import Context
-    from feeler.studies.paper.reproduce import STAGES
-    from feeler.studies.paper.reproduce import reproduce as run
-
-    get_engine(engine)
-    chosen = change_antenna(choose_antenna(antenna), change)
-    is_cockroach = antenna in ("cockroach", "exponential") and not change
-    out.mkdir(parents=True, exist_ok=True)
-    context = Context(
+    run(
         scale=scale,
-        seed=seed,
-        engine=engine,
-        timestep=choose_timestep(timestep, engine, get_contact(None, chosen)),
-        workers=workers,
-        antenna=chosen,
-        is_cockroach=is_cockroach,
         out=out,
+        antenna=antenna,
+        change=change,
+        engine=engine,
+        timestep=timestep,
+        seed=seed,
+        workers=workers,
+        log_json=log_json,
+        show=open_,
         fresh=fresh,
-        progress=_make_bars(log_json),
     )
-    if not log_json:
-        typer.echo(
-            f"scale {scale}: about {context.effort.minutes:g} min on two cores, less for what is"
-            f" in the cache; {out / 'report.html'} is written anew with each section"
+
+
+def _find_paper() -> None:
+    """Let this process and its workers import the reproduction, which is in the repository: the one
+    that feeler is imported from, or else the one that is the current folder.
+    """
+    for root in (Path(feeler.__file__).parents[2], Path.cwd()):
+        if (root / "paper" / "claims.toml").is_file():
+            break
+    else:
+        raise MissingExtra(
+            "the reproduction of the paper is not installed with feeler: clone its repository and"
+            " run make reproduce, or feeler reproduce, there."
         )
-    start = time.perf_counter()
-    with say_what_stays(f"finished stages are in {out / 'cache'}"):
-        made = run(context, _make_reporter(log_json, len(STAGES), start))
-    _summarise(context, made, time.perf_counter() - start, log_json)
-    if open_:
-        webbrowser.open((out / "report.html").resolve().as_uri())
-
-
-def _make_reporter(log_json: bool, total: int, start: float):
-    """A line when a stage starts and another when it ends; with ``log_json`` as JSON on stderr."""
-    done = 0
-
-    def report(title: str, section) -> None:
-        nonlocal done
-        done += section is not None
-        seconds = None if section is None else round(section.seconds, 1)
-        if log_json:
-            event = {
-                "event": "stage",
-                "title": title,
-                "done": done,
-                "total": total,
-                "seconds": seconds,
-            }
-            print(json.dumps(event), file=sys.stderr, flush=True)
-            return
-        word = "..." if section is None else _say_whence(section)
-        typer.echo(f"[{done}/{total}] {time.perf_counter() - start:6.1f} s  {title}  {word}")
-
-    return report
-
-
-def _say_whence(section) -> str:
-    if section.kept:
-        return "kept, see the report"
-    return "from the cache" if section.cached else f"{section.seconds:.1f} s"
-
-
-def _make_bars(log_json: bool):
-    """A progress bar for each set of trials in turn."""
-    from feeler.progress import ProgressBar
-
-    bar: list[ProgressBar] = []
-
-    def progress(done: int, total: int) -> None:
-        if not bar:
-            bar.append(ProgressBar("touches", log_json=log_json))
-        bar[0](done, total)
-        if done >= total:
-            bar.pop().close()
-
-    return progress
-
-
-def _summarise(context, made, seconds: float, log_json: bool) -> None:
-    from feeler.studies.paper.verdicts import count_verdicts, judge_claims, summarise_counts
-
-    judged = judge_claims(made, context) if context.is_cockroach else []
-    report, figures = context.out / "report.html", context.out / "figures"
-    if log_json:
-        counts = {whose: count_verdicts(judged, whose) for whose in ("paper", "ours")}
-        event = {
-            "event": "report",
-            "path": str(report),
-            "claims": counts,
-            "seconds": round(seconds, 1),
-        }
-        print(json.dumps(event), file=sys.stderr, flush=True)
-        return
-    if judged:
-        typer.echo(summarise_counts(judged))
-    pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
-    typer.echo(f"report: {report}   figures: {figures}{pdf}   ({seconds:.1f} s)")
+    if str(root) not in sys.path:
+        sys.path.insert(0, str(root))
+        others = os.environ.get("PYTHONPATH")
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(root), others)))

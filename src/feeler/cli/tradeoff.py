@@ -58,7 +58,7 @@ def tradeoff(
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
-    from feeler.studies.tradeoff import load_declared, split_measured, write_tradeoff
+    from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
     study = load_declared(

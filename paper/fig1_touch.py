@@ -1,0 +1,99 @@
+"""Fig. 1B, E as a drawing: how one touch of the run becomes a tactile tensor."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from feeler.antenna.segments import Antenna
+from feeler.objects import Trial
+from feeler.objects.trials import SPEEDS
+from feeler.plotting.tensors import plot_tensor, take_curvature
+from feeler.report.page import Section
+from feeler.tensors.transforms import in_unit
+from paper.context import Context
+from paper.data import list_profiles, list_touches, load_tensors
+from paper.drawn import draw_moment, find_touch
+
+_CORNER = (6, 8)  # sensors and samples that are drawn large
+
+
+def choose_moments(tensor: np.ndarray, count: int = 4) -> list[int]:
+    """Samples at even distances from the first to the last in which a tensor (sensor, time) has a
+    tenth of its greatest value.
+    """
+    felt = np.flatnonzero(tensor.max(axis=0) >= 0.1 * tensor.max())
+    return [int(k) for k in np.linspace(felt[0], felt[-1], count).round()]
+
+
+def plot(antenna: Antenna, trial: Trial, tensors: xr.Dataset, figure: Figure) -> None:
+    """Four moments with what the sensors feel then, and the tensor that these columns make."""
+    tensor, time = take_curvature(tensors)[0], in_unit(tensors["time"], "ms").values
+    norm = Normalize(0.0, max(float(tensor.max()), 1e-9))
+    grid = figure.add_gridspec(2, 8, height_ratios=(1, 1), width_ratios=(1, 0.08) * 4)
+    moments = choose_moments(tensor)
+    for k, now in enumerate(moments):
+        ax = figure.add_subplot(grid[0, 2 * k])
+        draw_moment(antenna, trial, tensors, now, ax, norm)
+        ax.set_title(f"{k + 1}: {time[now]:.0f} ms")
+        _draw_column(tensor[:, now], figure.add_subplot(grid[0, 2 * k + 1]), norm)
+    whole = figure.add_subplot(grid[1, :6])
+    image = plot_tensor(tensor, time, whole, norm)
+    whole.set_xticks(time[moments], [f"{k + 1}" for k in range(len(moments))])
+    whole.set(
+        xlabel="time; the four moments above", title="the tensor: a column for each moment"
+    )
+    corner = figure.add_subplot(grid[1, 6:])
+    _draw_corner(tensor, time, antenna, corner, norm)
+    figure.colorbar(image, ax=corner, label="curvature [1/mm]")
+
+
+def _draw_column(values: np.ndarray, ax: Axes, norm: Normalize) -> None:
+    """What all sensors feel at one moment, base at the bottom."""
+    ax.imshow(
+        values[:, None], origin="lower", aspect="auto", norm=norm, interpolation="nearest"
+    )
+    ax.set(xticks=[], yticks=[])
+    ax.spines[:].set_visible(True)
+
+
+def _draw_corner(
+    tensor: np.ndarray, time: np.ndarray, antenna: Antenna, ax: Axes, norm: Normalize
+) -> None:
+    """A few sensors and samples around the greatest value, so large that each is seen."""
+    sensor, sample = np.unravel_index(tensor.argmax(), tensor.shape)
+    first = [
+        int(np.clip(at - size // 2, 0, whole - size))
+        for at, size, whole in zip((sensor, sample), _CORNER, tensor.shape, strict=True)
+    ]
+    part = tensor[first[0] :, first[1] :][: _CORNER[0], : _CORNER[1]]
+    ax.imshow(part, origin="lower", aspect="auto", norm=norm, interpolation="nearest")
+    ax.set_xticks(np.arange(part.shape[1] + 1) - 0.5, [])
+    ax.set_yticks(np.arange(part.shape[0] + 1) - 0.5, [])
+    ax.tick_params(length=0)
+    ax.grid(color="#888888", lw=0.4)
+    spacing = antenna.length / antenna.sensors.size
+    ax.set(
+        xlabel=f"Δt = {time[1] - time[0]:g} ms",
+        ylabel=f"Δx ≈ {spacing:.2g} mm",
+        title="its greatest value",
+    )
+
+
+def show(context: Context, section: Section) -> None:
+    """A slow touch of the first profile."""
+    name = list_profiles(context)[0]
+    touches = list_touches(context, name)
+    number = find_touch(touches, SPEEDS["slow"])
+    tensors = load_tensors(context, name).isel(trial=[number])
+    section.figure(
+        "fig1_touch",
+        f"A {touches[number].label} and its tensor. Above: the antenna at four moments, coloured by"
+        " its curvature, with what its sensors feel then as a column beside it, base at the bottom."
+        " Below: all columns one after another; on the right a part of it enlarged, in which Δx is"
+        " the mean distance of neighbouring sensors and Δt the time between samples. (Fig. 1B, E)",
+        lambda figure: plot(context.profiles[name], touches[number], tensors, figure),
+        height=4.0,
+        numbers={"curvature": take_curvature(tensors)[0]},
+    )

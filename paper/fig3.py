@@ -1,0 +1,297 @@
+"""Fig. 3A–D: a wall approaches and slides past; where the antenna bends most, and how well that
+tells the distance.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.antenna.segments import Antenna
+from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.plotting.results import Shapes, plot_approach, plot_maps, plot_shapes
+from feeler.plotting.tensors import plot_tensor
+from feeler.report.page import Section
+from feeler.wall import (
+    DISTANCES,
+    DistanceMap,
+    Posture,
+    WallTouch,
+    approach,
+    drive,
+    map_distance,
+    slide,
+)
+from paper.context import Context
+from paper.data import list_profiles
+from paper.declared import read_declared
+from paper.scale import Scale
+
+LEADING, DEFAULT = "leading set-up", "default set-up"
+SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
+_STRAIGHT = {"prebend": "none"}
+APART = 0.1  # [C] of a tensor's own root mean square: what tells two sliding tensors apart
+# [C] Shares by which every distance of the wall is moved, to see whether a fit hangs on the last
+# digit: about what processors differ by, and a thousand times as much.
+_HAIRS = (-1e-9, -1e-12, 1e-12, 1e-9)
+
+
+def get_lead() -> Posture:
+    """The posture with which the figure, the movie and following lead: declared.toml says by which
+    rule it was found.
+    """
+    return Posture(**read_declared("declared.toml")["wall_family"]["lead"])
+
+
+def compute(
+    antennas: Mapping[str, Antenna],
+    *,
+    effort: Scale,
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
+    workers: int | None = None,
+) -> SimpleNamespace:
+    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D.
+
+    Returns
+    -------
+    SimpleNamespace
+        By profile: ``sweeps``, the quasi-static approach in the leading set-up, and ``maps`` from
+        position to distance; ``default_sweeps`` and ``default_maps``, the same in the default one;
+        ``straight``, maps of antennas that are not pre-bent; ``drives``, a wall that comes nearer
+        without stopping; ``far_slides``, a wall past the first profiles at every distance.
+        ``slides``: a wall past the first profile at a few constant distances. ``default_slides``:
+        past the first profile at every distance, in the default set-up. ``moved_r2``: R² of the
+        first profile in the default set-up with every distance moved by a hair.
+    """
+    first, lead = next(iter(antennas.values())), get_lead()
+    options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
+    sweeps, default, straight = (
+        {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
+        for posture in (lead, Posture(), Posture().replace(**_STRAIGHT))
+    )
+    return SimpleNamespace(
+        sweeps=sweeps,
+        maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
+        default_sweeps=default,
+        default_maps={name: map_distance(sweep) for name, sweep in default.items()},
+        straight={name: map_distance(sweep) for name, sweep in straight.items()},
+        slides=slide(first, lead, SLIDE_DISTANCES, **options),
+        drives={
+            name: drive(antennas[name], lead, **options)
+            for name in list(antennas)[: effort.drives]
+        },
+        far_slides={
+            name: slide(antennas[name], lead, DISTANCES, **options)
+            for name in list(antennas)[: effort.far_slides]
+        },
+        default_slides=slide(first, Posture(), DISTANCES, **options)
+        if effort.far_slides != 0
+        else None,
+        moved_r2=_find_moved(first, Posture()),
+    )
+
+
+def _find_moved(antenna: Antenna, posture: Posture) -> list[float]:
+    """R² of the map with every distance moved by each hair.
+
+    An antenna that rubs sticks and slips, and which of its nodes slips first can hang on the last
+    digit of a number.
+    """
+    moved = (np.multiply(DISTANCES, 1 + hair) for hair in _HAIRS)
+    return [map_distance(approach(antenna, posture, distances)).r2 for distances in moved]
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> SimpleNamespace:
+    """What this run shows, computed once for the figure, the table and the movie."""
+    antennas = {name: context.profiles[name] for name in list_profiles(context)}
+    return compute(antennas, effort=context.effort, engine=context.engine)
+
+
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
+    """Draw the four panels."""
+    top, middle, bottom = figure.subfigures(
+        3, 1, height_ratios=(1.5, 1.1, 0.9), squeeze=False
+    ).flat
+    shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.sweeps.items()}
+    plot_approach(shown, top.subplots(1, len(shown), sharey=True, squeeze=False)[0])
+    top.suptitle("A  wall approaching: equilibrium at some of the distances", x=0.02, ha="left")
+    left, right = middle.subplots(1, 2, sharey=True)
+    for ax, maps, name, sweeps in (
+        (left, data.maps, LEADING, data.sweeps),
+        (right, data.default_maps, DEFAULT, data.default_sweeps),
+    ):
+        plot_maps(maps, ax)
+        ax.set_title(f"{name}\n{describe_posture(next(iter(sweeps.values())).posture)}")
+    right.set_ylabel("")
+    middle.suptitle("B", x=0.02, ha="left")
+    _plot_tensors(data, bottom, bottom.subplots(1, 2))
+
+
+def describe_posture(posture: Posture) -> str:
+    """What the declared family of set-ups tells apart."""
+    return (
+        f"hook {posture.hook_share:g} of the length, tip {posture.tip_heading:g}°,"
+        f" base {posture.inter_antennal_angle:g}°, friction {posture.friction:g}"
+    )
+
+
+def _plot_tensors(data: SimpleNamespace, figure: Figure | SubFigure, axes: Sequence) -> None:
+    """Bending curvature over time: sliding at some distances, side by side (C), and approaching
+    (D).
+    """
+    slides, driven = data.slides.make_dataset(), next(iter(data.drives.values())).make_dataset()
+    curves = slides["curvature"].values[: len(SLIDE_DISTANCES)]
+    n_times = curves.shape[2]
+    gap = np.full((curves.shape[1], n_times // 20), np.nan)
+    row = np.concatenate([part for curve in curves for part in (curve, gap)], axis=1)[
+        :, : -gap.shape[1]
+    ]
+    norm = Normalize(-(top := float(np.abs(curves).max())), top)
+    plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False).set_cmap("RdBu_r")
+    centres = (np.arange(len(curves)) * (n_times + gap.shape[1])) + n_times / 2
+    axes[0].set(
+        xticks=centres,
+        xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]],
+    )
+    axes[0].set(
+        title=f"C  sliding past, {n_times} ms each",
+        ylabel="sensor (base → tip)",
+        xlabel="wall distance; time runs to the right",
+    )
+    image = plot_tensor(
+        driven["curvature"].values[0], driven["time"].values, axes[1], norm, labels=False
+    )
+    image.set_cmap("RdBu_r")
+    axes[1].set(title="D  wall approaching", xlabel="time [ms]")
+    figure.colorbar(image, ax=axes, label="curvature beyond rest [1/mm]", pad=0.01)
+
+
+def show(context: Context, section: Section) -> None:
+    """Fig. 3A–D, and R² of every profile."""
+    data = load(context)
+    section.text(
+        "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which"
+        " angle is meant and how much the wall rubs are not stated in the paper. The figure leads"
+        f" with one set-up of a family declared beforehand ({describe_posture(get_lead())}): the"
+        " first in which all three of the paper's profiles have a map, at rest and while the body"
+        " runs, whatever their R². Beside it stands the default of this software"
+        f" ({describe_posture(Posture())}), in which the peak of some profiles stays at one place"
+        " and gives no map. Both are set-ups of many: the claims on R² are judged over the family"
+        " below."
+    )
+    section.figure(
+        "fig3_wall",
+        "A: equilibria beside a wall that comes nearer, leading set-up; coloured by its distance;"
+        " dots: greatest bend. B: distance against the place of the greatest bend, with straight"
+        " lines, in the leading set-up and in the default one; open marks are not fitted. C, D:"
+        " tactile tensors of a wall that slides past at four distances and of one that comes"
+        " nearer, leading set-up. (Fig. 3A–D)",
+        lambda figure: plot(data, figure),
+        height=7.4,
+        numbers={
+            **{
+                part: {name: getattr(found, part) for name, found in data.maps.items()}
+                for part in ("distance", "position", "r2")
+            },
+            "default_r2": {name: found.r2 for name, found in data.default_maps.items()},
+            "shapes": {name: sweep.points for name, sweep in data.sweeps.items()},
+        },
+    )
+    if data.far_slides:
+        _show_slides(section, data)
+    _list_maps(section, data)
+
+
+def _show_slides(section: Section, data: SimpleNamespace) -> None:
+    shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
+    section.figure(
+        "fig3_slides",
+        "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at"
+        " every distance, leading set-up.",
+        lambda figure: plot_shapes(shapes, figure.subplots()),
+        height=3.2,
+        numbers={name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()},
+    )
+    words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
+    for name, touched in (
+        (LEADING, next(iter(data.far_slides.values()))),
+        (DEFAULT, data.default_slides),
+    ):
+        for part, apart in (("", APART), (".twentieth", APART / 2)):
+            section.values[f"wall.{name}.unique_share{part}"] = _compute_unique_share(
+                touched, apart
+            )
+    section.text(
+        "The inverted J still stands after sliding, of the distances in contact:"
+        f" {', '.join(words)}."
+    )
+
+
+def _list_maps(section: Section, data: SimpleNamespace) -> None:
+    rows = [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
+    rows += [_row(f"{name}, {DEFAULT}", found) for name, found in data.default_maps.items()]
+    rows += [_row(f"{name}, not pre-bent", found) for name, found in data.straight.items()]
+    section.table(
+        [
+            "profile",
+            "R²",
+            "slope",
+            "intercept [mm]",
+            "error [mm]",
+            "monotone",
+            "told apart [mm]",
+            "distances used",
+            "peak at base",
+        ],
+        rows,
+        "Leading set-up, default set-up, then the default without pre-bend. Error: predicted"
+        " distance, each distance left out of its own fit. Monotone: the peak moves one way over"
+        " all distances used. Told apart: the longest run of distances over which the peak moves on"
+        " by more than a segment per step.",
+    )
+    name, found = next(iter(data.default_maps.items()))
+    if np.isfinite(every := [found.r2, *data.moved_r2]).all():
+        section.text(
+            "An antenna that rubs against the wall sticks and slips, and which part of it slips"
+            f" first can hang on the last digit: in the default set-up, R² of {name} lies between"
+            f" {min(every):.3g} and {max(every):.3g} as every distance of the wall is moved by a"
+            " part in 10¹² or in 10⁹. Another processor may give any of these; the claims are"
+            " judged over the family of set-ups."
+        )
+
+
+def _compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
+    """Share of the distances in contact whose sliding tensor differs from every other's by more
+    than ``apart`` of itself, and is most like that of a neighbouring distance: tensors of noise
+    differ, too.
+    """
+    data = touch.make_dataset()
+    met = touch.contact.any(axis=1)
+    tensors = data["curvature"].values[met].reshape(int(met.sum()), -1)
+    if len(tensors) < 2:
+        return None
+    far = np.linalg.norm(tensors[:, None] - tensors[None], axis=2) + np.diag(
+        np.full(len(tensors), np.inf)
+    )
+    own = far.min(axis=1) > apart * np.linalg.norm(tensors, axis=1)
+    beside = np.abs(far.argmin(axis=1) - np.arange(len(tensors))) == 1
+    return float(np.mean(own & beside))
+
+
+def _row(name: str, found: DistanceMap) -> list[object]:
+    apart = (
+        "none"
+        if np.isnan(found.told_apart[0])
+        else f"{found.told_apart[0]:.3g}–{found.told_apart[1]:.3g}"
+    )
+    counts = int(found.used.sum()), int(found.at_base.sum())
+    monotone = (
+        ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
+    )
+    return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]

@@ -1,0 +1,400 @@
+"""Beside Fig. 3B: R² over the family of set-ups of declared.toml, by which the wall claims are
+judged.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.antenna.segments import Antenna
+from feeler.plotting.style import PALETTE, PROFILE_COLOURS
+from feeler.report import Section, make_spread
+from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
+from feeler.wall.distance import SETUP_CHOICES
+from paper.claims import load_claims
+from paper.context import Context
+from paper.declared import CLAIMED, read_declared
+from paper.fig3 import load
+
+_LEAST_DEFINED = 1 / 3
+"""Share of the family in which R² must be defined for every profile, or nothing is judged."""
+_NEAR = 0.1
+"""Share of the length within which greatest curvature is close to the contact."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Family:
+    """R² of every profile in every set-up of the declared family.
+
+    Attributes
+    ----------
+    names : tuple[str, ...]
+        Profiles compared, in the order claimed.
+    choices : tuple[tuple, ...]
+        What tells a set-up from others, by ``feeler.wall.distance.SETUP_CHOICES``.
+    r2 : np.ndarray
+        (set-up, profile), NaN where it is undefined.
+    offset : np.ndarray
+        Median distance between greatest curvature and contact (set-up, profile), as a share of the
+        length; NaN where the antenna stands at fewer than three distances.
+    """
+
+    names: tuple[str, ...]
+    choices: tuple[tuple, ...]
+    r2: np.ndarray
+    offset: np.ndarray
+    cases: tuple[Case, ...]
+
+    @property
+    def is_defined(self) -> np.ndarray:
+        """Where R² is defined for every profile (set-up,)."""
+        return np.isfinite(self.r2).all(axis=1)
+
+    @property
+    def defined(self) -> np.ndarray:
+        """R² where it is defined for every profile (set-up, profile)."""
+        return self.r2[self.is_defined]
+
+    @property
+    def in_order(self) -> np.ndarray:
+        """Where R² falls from profile to profile as the paper claims (set-up,)."""
+        return self.is_defined & np.all(np.diff(self.r2, axis=1) < 0, axis=1)
+
+    def select(self, asked: Mapping[str, Sequence]) -> np.ndarray:
+        """Which set-ups have one of the asked values of each choice (set-up,)."""
+        place = {name: SETUP_CHOICES.index(name) for name in asked}
+        return np.array(
+            [
+                all(choice[place[name]] in values for name, values in asked.items())
+                for choice in self.choices
+            ],
+            dtype=bool,
+        )
+
+    def deviate(self, targets: Mapping[str, float]) -> np.ndarray:
+        """How far 1 − R² is from that of the targets (set-up, profile), as a factor ≥ 1: near 1 a
+        distance of R² itself lets all pass.
+        """
+        wanted = np.array([targets[name] for name in self.names])
+        with np.errstate(divide="ignore"):
+            return np.exp(np.abs(np.log((1 - self.r2) / (1 - wanted))))
+
+    def share(self, holds: np.ndarray) -> dict[str, Any]:
+        """Share of the defined set-ups in which something holds (set-up,); undefined where too few
+        are defined.
+        """
+        if len(self.defined) < _LEAST_DEFINED * len(self.r2) or not len(self.defined):
+            return {
+                "undefined": (
+                    f"R² is defined for every profile in {len(self.defined)} of {len(self.r2)}"
+                    " set-ups only"
+                )
+            }
+        return {"value": float(np.mean(holds)), "n": len(self.defined)}
+
+
+def list_setups(part: str = "") -> tuple[list[Posture], list[dict[str, str]]]:
+    """Postures and measures of the declared family, or of the part that a smaller scale runs."""
+    family = dict(read_declared("declared.toml")["wall_family"])
+    parts, measures, _ = (family.pop(name) for name in ("part", "measure", "lead"))
+    axes = family | (parts[part] if part else {})
+    return (
+        make_postures(*([{name: value} for value in values] for name, values in axes.items())),
+        measures,
+    )
+
+
+def compute(
+    antennas: Mapping[str, Antenna],
+    *,
+    part: str = "",
+    known: Sequence[tuple[str, Approach]] = (),
+    workers: int | None = None,
+) -> Family:
+    """Sweep every profile that the paper names through the family; ``known`` sweeps are not done
+    again.
+    """
+    chosen = {name: antennas[name] for name in CLAIMED if name in antennas}
+    postures, measures = list_setups(part)
+    cases = compare(chosen, postures, measures=measures, workers=workers, known=known)
+    found: dict[tuple, dict[str, tuple[float, float]]] = {}
+    for case in cases:
+        r2 = np.nan if case.map.undefined else case.map.r2
+        offset = case.offset / chosen[case.antenna].length
+        found.setdefault(case.choice, {})[case.antenna] = (r2, offset)
+    numbers = np.array([[by_name[name] for name in chosen] for by_name in found.values()])
+    return Family(
+        names=tuple(chosen),
+        choices=tuple(found),
+        r2=numbers[..., 0],
+        offset=numbers[..., 1],
+        cases=tuple(cases),
+    )
+
+
+def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
+    """R² of every defined set-up, a line each through the profiles; the paper's values as crosses,
+    medians as bars.
+    """
+    place, defined = np.arange(len(family.names)), family.defined
+    for row in defined:
+        ordered = all(a > b for a, b in pairwise(row))
+        ax.plot(place, row, "-", color=PALETTE[0] if ordered else "#BBBBBB", lw=0.6, alpha=0.7)
+    for k, name in enumerate(family.names):
+        ax.plot(
+            np.full(len(defined), k),
+            defined[:, k],
+            ".",
+            ms=3,
+            color=PROFILE_COLOURS.get(name, PALETTE[0]),
+        )
+        if len(defined):
+            ax.plot(
+                [k - 0.15, k + 0.15], [np.median(defined[:, k])] * 2, color="#000000", lw=1.5
+            )
+        ax.plot(k, targets[name], "kx")
+    for style, label in (
+        ({"color": PALETTE[0], "lw": 0.6}, "in the paper's order"),
+        ({"color": "#BBBBBB", "lw": 0.6}, "in another"),
+        ({"color": "#000000", "lw": 1.5}, "median"),
+        ({"color": "#000000", "marker": "x", "ls": ""}, "the paper's value"),
+    ):
+        ax.plot([], [], label=label, **style)
+    ax.legend(loc="lower left")
+    _name_profiles(family, ax)
+    ax.set(
+        ylabel="R²",
+        ylim=(-0.05, 1.05),
+        title=f"{len(defined)} of {len(family.r2)} set-ups have all R²",
+    )
+
+
+def _plot_offset(family: Family, ax: Axes) -> None:
+    """How far from the contact the antenna bends most: a dot per set-up, medians as bars."""
+    rng = np.random.default_rng(0)  # spreads the dots sideways only
+    for k, name in enumerate(family.names):
+        found = family.offset[:, k][np.isfinite(family.offset[:, k])]
+        place = k + rng.uniform(-0.2, 0.2, found.size)
+        colour = PROFILE_COLOURS.get(name, PALETTE[0])
+        ax.plot(place, 100 * found, ".", ms=3, color=colour, alpha=0.6)
+        if found.size:
+            ax.plot([k - 0.3, k + 0.3], [100 * np.median(found)] * 2, color="#000000", lw=1.5)
+    ax.axhline(100 * _NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
+    ax.plot([], [], color="#000000", lw=1.5, label="median")
+    _name_profiles(family, ax)
+    ax.set(ylabel="greatest curvature from contact\n[% of the length]", ylim=(-3, 103))
+    ax.set_title("every set-up with three distances or more")
+    ax.legend()
+
+
+def _name_profiles(family: Family, ax: Axes) -> None:
+    """Each profile's name below its dots, in their colour."""
+    ax.set_xticks(range(len(family.names)), family.names)
+    for name, label in zip(family.names, ax.get_xticklabels(), strict=True):
+        label.set_color(PROFILE_COLOURS.get(name, PALETTE[0]))
+
+
+def show(context: Context, section: Section) -> None:
+    """Every set-up, in how many the paper's order holds, and the values that the wall claims are
+    judged by.
+    """
+    data = load(context)
+    if not {*CLAIMED} & {*data.sweeps}:
+        return  # nothing of the paper's to be held against
+    antennas = {name: context.profiles[name] for name in data.sweeps}
+    known = [*data.sweeps.items(), *data.default_sweeps.items()]
+    family = compute(antennas, part=context.effort.wall_part, known=known)
+    if len(family.names) < 2:
+        return
+    claims = {
+        claim.id.removeprefix("wall-"): claim
+        for claim in load_claims()
+        if claim.section == "wall"
+    }
+    targets = {name: claims[name].target for name in CLAIMED}
+    section.heading("What R² depends on")
+    tolerances = {name: claims[name].tolerance for name in CLAIMED}
+    section.text(_count(family) + " " + _describe_nearest(family, targets, tolerances))
+    section.figure(
+        "fig3_family",
+        "Left: R² of every set-up of the declared family in which it is defined for all profiles: a"
+        " line each, coloured where the order is the paper's; bars are medians, crosses the paper's"
+        " values. Right: median distance along the antenna between the point of greatest curvature"
+        " and the contact (the mean place of the wall's push).",
+        lambda figure: _draw(family, figure, targets),
+        height=3.2,
+        numbers={
+            "names": family.names,
+            "choices": family.choices,
+            "r2": family.r2,
+            "offset": family.offset,
+            "targets": targets,
+        },
+    )
+    section.values |= _list_values(family, tolerances, targets) | _list_readings(family)
+    _tabulate_readings(section, family)
+    counts = count_orderings(family.cases, family.names)
+    section.table(
+        ["choice", "value", "order holds", "does not", "cannot be judged"],
+        [
+            [*key, n["yes"], n["no"], n["undefined"]]
+            for key, n in counts.items()
+            if key[0] != "all"
+        ],
+        "Set-ups by the value of each choice that the paper does not state.",
+    )
+    section.table(
+        [*SETUP_CHOICES, *(f"R² {name}" for name in family.names)],
+        [
+            [*choice, *map(float, r2)]
+            for choice, r2 in zip(family.choices, family.r2, strict=True)
+        ],
+        "R² of every set-up. Undefined: the peak stays at one place, mostly the base hinge, or too"
+        " few distances hold a J.",
+    )
+
+
+def _draw(family: Family, figure: Figure, targets: Mapping[str, float]) -> None:
+    left, right = figure.subplots(1, 2)
+    plot(family, left, targets)
+    _plot_offset(family, right)
+
+
+def _list_offsets(family: Family) -> dict[str, object]:
+    """Median distance from the contact, as a share of the length, and in how many set-ups it is
+    close.
+    """
+    values: dict[str, object] = {}
+    for name, offset in zip(family.names, family.offset.T, strict=True):
+        found = offset[np.isfinite(offset)]
+        if found.size:
+            values[f"wall.near.{name}"] = {
+                "value": float(np.mean(found < _NEAR)),
+                "n": found.size,
+            }
+            values[f"wall.apart.{name}"] = make_spread(
+                np.median(found), found.min(), found.max(), n=found.size
+            )
+        else:
+            none = {"undefined": "the antenna stands against the wall in no set-up"}
+            values |= {f"wall.near.{name}": none, f"wall.apart.{name}": none}
+    return values
+
+
+def _list_values(
+    family: Family, tolerances: Mapping[str, float], targets: Mapping[str, float]
+) -> dict[str, object]:
+    values: dict[str, object] = {
+        "wall.defined": len(family.defined),
+        "wall.set_ups": len(family.r2),
+    }
+    by_name = dict(zip(family.names, family.defined.T, strict=True))
+    near = family.deviate(targets)[family.is_defined]
+    for k, (name, r2) in enumerate(by_name.items()):
+        values[f"wall.family.{name}"] = family.share(near[:, k] <= tolerances[name])
+        if r2.size:
+            values[f"wall.median.{name}"] = make_spread(
+                np.median(r2), r2.min(), r2.max(), n=len(r2)
+            )
+    for other in family.names[1:]:
+        higher = by_name[family.names[0]] > by_name[other]
+        values[f"wall.family.{family.names[0]} over {other}"] = family.share(higher)
+    values["wall.family.order"] = family.share(family.in_order[family.is_defined])
+    if len(near):
+        nearest = family.defined[near.max(axis=1).argmin()]
+        values |= {
+            f"wall.nearest.{name}": float(r2) for name, r2 in zip(by_name, nearest, strict=True)
+        }
+    return values | _list_offsets(family)
+
+
+def list_readings() -> list[dict[str, Any]]:
+    """Readings of the choices that decide most; together they are the whole family."""
+    return read_declared("declared.toml")["wall_reading"]
+
+
+def _list_readings(family: Family) -> dict[str, object]:
+    """Share of the set-ups of each reading, of those with every R², in which the order holds."""
+    values: dict[str, object] = {}
+    for reading in list_readings():
+        own = family.select(reading["choices"])
+        if n := int((own & family.is_defined).sum()):
+            holds = int((own & family.in_order).sum())
+            values[f"wall.order.{reading['name']}"] = {"value": holds / n, "n": n}
+    return values
+
+
+def _tabulate_readings(section: Section, family: Family) -> None:
+    rows = []
+    for reading in list_readings():
+        own = family.select(reading["choices"])
+        r2 = family.r2[own & family.is_defined]
+        median = np.median(r2, axis=0) if len(r2) else np.full(len(family.names), np.nan)
+        if own.any():
+            holds = int((own & family.in_order).sum())
+            rows.append([reading["words"], holds, len(r2), int(own.sum()), *map(float, median)])
+    section.table(
+        [
+            *(
+                "reading of the paper",
+                "order holds",
+                "of those with every R²",
+                "configurations",
+            ),
+            *(f"median R² {name}" for name in family.names),
+        ],
+        rows,
+        "The order of profiles by reading. The readings were formed after the family had been run,"
+        " of the choices that decide most; together they are the whole family.",
+    )
+
+
+def _describe_nearest(
+    family: Family, targets: Mapping[str, float], tolerances: Mapping[str, float]
+) -> str:
+    """The set-up nearest to all of the paper's values, and how many are within tolerance."""
+    if not len(family.defined):
+        return ""
+    off = np.where(family.is_defined[:, None], family.deviate(targets), np.inf)
+    best = int(off.max(axis=1).argmin())
+    asked = np.array([tolerances[name] for name in family.names])
+    varied = zip(SETUP_CHOICES, zip(*family.choices, strict=True), strict=True)
+    shown = ", ".join(
+        f"{name.replace('_', ' ')} {own[best] if isinstance(own[best], str) else f'{own[best]:g}'}"
+        for name, own in varied
+        if len({*own}) > 1
+    )
+    r2, wanted = (
+        " / ".join(f"{value:.3f}" for value in values)
+        for values in (family.r2[best], [targets[name] for name in family.names])
+    )
+    return (
+        f"Nearest to all of the paper's values ({wanted}) is the configuration {shown}: R² {r2}."
+        f" In {int((off <= asked).all(axis=1).sum())} of {len(off)} configurations 1 − R² of every"
+        " profile is within its claim's factor of the paper's. All of them belong to the family"
+        " declared beforehand; which of them the paper used it does not say."
+    )
+
+
+def _count(family: Family) -> str:
+    """The family, where the order holds, medians and ranges in words."""
+    defined = family.defined
+    holds = int(family.in_order.sum())
+    words = [
+        f"{name} median {np.median(r2):.2f} ({r2.min():.2f}…{r2.max():.2f})"
+        for name, r2 in zip(family.names, defined.T, strict=True)
+        if r2.size
+    ]
+    return (
+        "The paper does not state the posture of the J, the wall's friction, which angle is meant,"
+        " or how the point of greatest curvature was found. So its claims are judged over a family"
+        f" of {len(family.r2)} set-ups declared beforehand (declared.toml). R² is defined for every"
+        f" profile in {len(defined)} of them; the others cannot be the paper's. R² falls from"
+        f" {' over '.join(family.names)} in {holds} of the {len(defined)}. R²:"
+        f" {'; '.join(words) or 'none'}."
+    )

@@ -1,0 +1,323 @@
+"""Fig. 4: what convolutive NMF makes of the tensors: residual, entropy, bases, activations, map of
+locations.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.encoding import (
+    LABELS,
+    compute_entropies,
+    compute_mass_entropy,
+    hoyer_sparseness,
+    locate_components,
+    map_locations,
+    reconstruct,
+)
+from feeler.encoding.model import check_choice
+from feeler.plotting import plot_bases
+from feeler.plotting.style import BASIS_COLOURS
+from feeler.report import Section
+from feeler.tensors import in_unit, rectify
+from paper import fig4_map
+from paper.context import Context
+from paper.data import list_profiles, load_tensors
+from paper.fig4_map import span
+from paper.scale import Scale
+
+MAIN_RANK = 3  # [P]
+_RESIDUAL, _ENTROPY = "#000000", "#777777"
+
+
+def _as_rows(activations: np.ndarray) -> np.ndarray:
+    """One row per component, over all trials."""
+    return activations.transpose(1, 0, 2).reshape(activations.shape[1], -1)
+
+
+_ENTROPIES: dict[str, Callable[[np.ndarray], float]] = {
+    "mean of rows": lambda found: float(np.nanmean(compute_entropies(_as_rows(found)))),
+    "sum of rows": lambda found: float(np.nansum(compute_entropies(_as_rows(found)))),
+    "mass of all rows": lambda found: compute_mass_entropy(_as_rows(found)),
+    "mass per tensor": lambda found: float(np.nanmean(compute_entropies(found, "mass"))),
+}
+"""Readings of "entropy of the activations" (trial, component, time), bits: grey levels of each row
+over all trials, their mean or sum; or activations as shares of mass, of all trials together or of
+each tensor."""
+
+
+def compute(
+    tensors: Any, *, effort: Scale, quantity: str = "angle", random_state: int = 0
+) -> SimpleNamespace:
+    """Encode the tensors of the main antenna with each rank and measure what the paper shows.
+
+    Parameters
+    ----------
+    tensors : Dataset (trial, sensor, time) with the trials' feature, location, size and speed.
+    effort : ranks, restarts and iterations.
+    quantity : "angle" or "curvature"; rectified.
+
+    Returns
+    -------
+    SimpleNamespace
+        By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
+        ``entropy`` of each restart's activations [bits], by definition (``_ENTROPIES``): (rank,
+        restart); ``stability`` and ``stability_in_place``, how alike the restarts' bases are with
+        and without shifts, (rank,); ``encoders``.
+        ``starts``: the bases of every start (:func:`.fig4_map.compute`); ``ranked``: how they
+        change with their number (:func:`.fig4_map.compare_ranks`), or None.
+        ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
+        ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
+        component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
+        sparseness of its rows. ``sampling``: time between samples [ms]. ``tensor_sparseness``: mean
+        Hoyer sparseness of the tensors, each as one vector.
+    """
+    data = prepare(tensors, quantity)
+    ranks = effort.ranks
+    encoders = {
+        m: effort.make_encoder(n_components=m, random_state=random_state).fit(data)
+        for m in ranks
+    }
+    main = encoders[MAIN_RANK if MAIN_RANK in encoders else ranks[0]]
+    codes = {
+        code: main.transform(data, code=code) for code in ("sparse", "ridge", "nonnegative")
+    }
+    codes = {"joint": main.activations_, **codes}
+    locations, places = (
+        np.asarray(tensors["location"].values),
+        locate_components(main.components_),
+    )
+    size = np.linalg.norm(data)
+    return SimpleNamespace(
+        ranks=tuple(ranks),
+        residual=np.stack([encoder.restarts_ for encoder in encoders.values()]),
+        entropy={
+            definition: np.array(
+                [
+                    [measure(found) for found in encoder.restart_activations_]
+                    for encoder in encoders.values()
+                ]
+            )
+            for definition, measure in _ENTROPIES.items()
+        },
+        stability=np.array([encoder.stability_ for encoder in encoders.values()]),
+        stability_in_place=np.array([e.stability_in_place_ for e in encoders.values()]),
+        encoders=encoders,
+        examples=_pick_examples(tensors, codes["sparse"]),
+        starts=fig4_map.compute(main, data, locations),
+        ranked=fig4_map.compare_ranks(encoders, MAIN_RANK) if max(ranks) > MAIN_RANK else None,
+        mapping={code: map_locations(codes[code], locations, places) for code in codes},
+        residual_by_code={
+            code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
+            for code, found in codes.items()
+        },
+        sparseness_by_code={
+            code: float(np.nanmean(hoyer_sparseness(found))) for code, found in codes.items()
+        },
+        sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
+        tensor_sparseness=float(np.nanmean(hoyer_sparseness(data.reshape(len(data), -1)))),
+    )
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> SimpleNamespace:
+    """What this run shows, fitted once; Fig. S5 takes its bases of 40 ms from here."""
+    return compute(
+        load_tensors(context, list_profiles(context)[0]),
+        effort=context.effort,
+        random_state=context.seed,
+    )
+
+
+def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
+    """What is encoded: one quantity of a Dataset as (trial, sensor, time), negatives set to 0 [D:
+    as in the video].
+    """
+    check_choice("quantity", quantity, ("angle", "curvature"))
+    return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)
+
+
+def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
+    """Codes of the slowest touches of the smaller ball and box, at every location."""
+    feature, location = tensors["feature"].values.astype(str), tensors["location"].values
+    speed, size = tensors["speed"].values, tensors["size"].values
+    slow = speed == speed.min()
+    picked = {}
+    for name in ("ball", "box"):
+        chosen = np.flatnonzero(slow & (feature == name))
+        if chosen.size:
+            chosen = chosen[size[chosen] == size[chosen].min()]
+        for index in chosen[np.argsort(location[chosen], kind="stable")]:
+            picked[f"{name} {location[index]:g}"] = codes[index]
+    return picked
+
+
+def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
+    """Fig. 4B: residual and activation entropy by the number of bases; bars span the restarts."""
+    ranks = np.array(data.ranks)
+    right = ax.twinx()
+    right.spines["right"].set_visible(True)
+    curves = (
+        (ax, data.residual, _RESIDUAL, "o"),
+        (right, data.entropy["mean of rows"], _ENTROPY, "s"),
+    )
+    for axis, values, colour, marker in curves:
+        middle = values[:, 0]
+        ends = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
+        spread = ends if values.shape[1] > 1 else None  # one start has none
+        axis.errorbar(
+            ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2
+        )
+    ax.set_xticks(ranks)
+    ax.set_xlabel("number of bases M")
+    ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=_RESIDUAL)
+    right.set_ylabel("activation entropy [bits]", color=_ENTROPY)
+
+
+def _plot_examples(data: SimpleNamespace, axes: np.ndarray) -> None:
+    """Fig. 4D: activations of ball and box at each location, on fixed bases, as shares of the
+    greatest.
+    """
+    names = sorted({name.split()[0] for name in data.examples})
+    top = max((code.max() for code in data.examples.values()), default=1)
+    for column, name in zip(axes.T, names, strict=False):
+        chosen = [key for key in data.examples if key.startswith(name)]
+        for ax, key in zip(column, chosen, strict=False):
+            code = data.examples[key]
+            time = data.sampling * np.arange(code.shape[1])
+            for m, row in enumerate(code):
+                ax.plot(
+                    time,
+                    row / (top or 1),
+                    color=BASIS_COLOURS[m % len(BASIS_COLOURS)],
+                    label=f"basis {m + 1}",
+                    lw=0.9,
+                )
+            ax.set_ylim(0, 1)
+            ax.set_title(f"{name} at {key.split()[1]} L", pad=2)
+        column[-1].set_xlabel("time [ms]")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("activation")
+
+
+def plot(data: SimpleNamespace, figure: Figure) -> None:
+    """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
+    left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
+    top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
+    _plot_ranks(data, top.subplots())
+    top.suptitle("B", x=0.02, ha="left")
+    sets = {
+        f"M = {len(encoder.components_)}": encoder.components_
+        for encoder in data.encoders.values()
+    }
+    plot_bases(sets, data.sampling, bottom.subplots())
+    bottom.suptitle("C", x=0.02, ha="left")
+    n_rows = (
+        max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1)
+        or 1
+    )
+    axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
+    _plot_examples(data, axes)
+    right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    right.suptitle("D", x=0.02, ha="left")
+
+
+def show(context: Context, section: Section) -> None:
+    """Figs. 4B–D, and whether bases map to contact location."""
+    effort, data = context.effort, load(context)
+    _show_ranks(section, data)
+    _show_codes(section, data)
+    section.text(
+        f"Effort at this scale: {effort.restarts} random starts by rank, {effort.side_restarts} by"
+        f" profile and duration, at most {effort.max_iter} iterations, stopping when one gains less"
+        f" than {effort.tol:g}."
+    )
+
+
+def _show_ranks(section: Section, main: SimpleNamespace) -> None:
+    section.text(
+        "Every tensor is approximated by a few bases (sensor × 40 ms) laid down where sparse"
+        " activations say. Joint angles, negative values set to 0; one fit of all tensors, several"
+        " random starts."
+    )
+    section.figure(
+        "fig4_encoding",
+        "Left: residual and activation entropy (mean of rows; the table has three other"
+        " definitions) against the number of bases; bars span the restarts, where there are"
+        " several. Below: the bases of each fit, base to tip upwards, 40 ms across."
+        " Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
+        lambda figure: plot(main, figure),
+        height=7.0,
+        numbers={
+            name: getattr(main, name) for name in ("ranks", "residual", "entropy", "stability")
+        },
+    )
+    for i, rank in enumerate(main.ranks):
+        section.values[f"encoding.residual.M{rank}"] = span(main.residual[i])
+        for definition, entropy in main.entropy.items():
+            section.values[f"encoding.entropy.{definition}.M{rank}"] = span(entropy[i])
+    section.table(
+        ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
+        [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
+        "The paper does not say which entropy rises with M. Rows: grey levels of each component's"
+        " activations over all trials, their mean or their sum. Mass: activations as shares of"
+        " their total, over everything or tensor by tensor.",
+    )
+    if main.ranked is not None:
+        least, others = main.ranked
+        section.values["encoding.ranks"] = span(least)
+        section.values["encoding.ranks.others"] = span(others)
+        section.text(
+            f"Every basis of M = {MAIN_RANK} has a match among those of more bases with a cosine of"
+            f" at least {least[0]:.2f}; two different ones of it are alike to at most"
+            f" {others[0]:.2f}."
+        )
+    if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
+        section.text(
+            "Restarts agree on their bases to"
+            f" {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after matching"
+            " order and shift), and at the same lags to"
+            f" {main.stability_in_place.min():.2f}…{main.stability_in_place.max():.2f}."
+        )
+    section.text(f"Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}.")
+
+
+def _show_codes(section: Section, main: SimpleNamespace) -> None:
+    section.heading("The same tensors, four codes")
+    section.text(
+        "Activations found together with the bases (the paper's recipe) are not unique: the same"
+        " tensor can get different codes in one fit. On fixed bases each tensor has one code: with"
+        " the sparseness constraint, or without it, with a small ridge or as plain non-negative"
+        " least squares."
+    )
+    section.table(
+        [
+            "code",
+            "residual",
+            "Hoyer sparseness",
+            "information on location [bits]",
+            "of at most",
+            "under permutation",
+            "p",
+        ],
+        [
+            [
+                LABELS[code],
+                main.residual_by_code[code],
+                main.sparseness_by_code[code],
+                m.information,
+                m.ceiling,
+                m.information_null,
+                m.p_information,
+            ]
+            for code, m in main.mapping.items()
+        ],
+        "How well the dominant component tells the contact location: mutual information against a"
+        " permutation null.",
+    )
+    fig4_map.keep_values(section, main.starts)

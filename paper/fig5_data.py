@@ -1,0 +1,199 @@
+"""What Figs. 5A–E and S6 show: dispersion and accuracy by speed and by profile.
+
+``figS6`` shows the dispersion, ``fig5`` the accuracy, ``fig5_nulls`` what identical touches reach,
+``fig5_new`` touches that no training copy was made of.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from itertools import product
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from feeler.analysis import INDICES, compute_dispersion
+from feeler.analysis.dispersion import bootstrap_mean
+from feeler.decoding import (
+    CODES,
+    Confused,
+    Sweep,
+    explain_confusion,
+    group_tensors,
+    make_labels,
+)
+from feeler.decoding.curves import (
+    Curves,
+    Verdict,
+    compute_curves,
+    compute_explained,
+    judge_order,
+)
+from feeler.decoding.sweeps import Plan
+from feeler.encoding import LABELS
+from feeler.report import Section, make_spread
+from paper.context import Context
+from paper.data import list_profiles, list_speeds, load_tensors
+from paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
+
+MAIN = ("joint", "raw")
+"""The paper's two data sets: activations and tensors."""
+
+
+def compute(
+    tensors: Mapping[str, Any],
+    encoder: Any,
+    *,
+    plan: Plan,
+    reference: str = "exponential",
+    random_state: int = 0,
+    report: Callable[[str], None] = lambda line: None,
+) -> SimpleNamespace:
+    """Both comparisons: the reference antenna at its speeds, and all antennas at the slowest speed.
+
+    Parameters
+    ----------
+    tensors
+        Datasets by antenna name; the reference needs all its speeds, the others at least the
+        slowest.
+    encoder
+        An unfitted ``ConvolutiveNMF``; cloned and fitted once per antenna and comparison: by speed
+        on all tensors of the reference antenna, by profile on each antenna's slow tensors alone.
+    plan
+        How much is computed.
+
+    Returns
+    -------
+    SimpleNamespace
+        By comparison (``speed``, ``profile``): ``groups``, each group's tensors and codes;
+        ``dispersions`` by kind of code, groups in the claimed order, most dispersed first, controls
+        after; ``curves`` of accuracy. ``spread_verdicts`` on dispersion, ``verdicts`` on accuracy.
+        ``confused``: what is confused at the noisiest level, by group and code.
+    """
+    groups = group_tensors(
+        tensors, encoder, plan, reference=reference, random_state=random_state
+    )
+    report("encoded " + ", ".join(name for members in groups.values() for name in members))
+    claimed = {
+        c: tuple(n for n in g if c == "speed" or n in (reference, *CLAIMED))
+        for c, g in groups.items()
+    }
+    dispersions = {
+        comparison: {
+            kind: compute_dispersion(
+                {name: group.codes[kind] for name, group in members.items()},
+                random_state=random_state,
+            )
+            for kind in CODES
+        }
+        for comparison, members in groups.items()
+    }
+    curves: dict[str, Curves] = {}
+    for comparison, members in groups.items():
+        # The first group of both comparisons is the same antenna at the same speed: noise before
+        # encoding once.
+        once = replace(plan, before_repeats=0) if curves and not plan.before_all else plan
+        curves[comparison] = compute_curves(
+            members, once, random_state=random_state, report=report
+        )
+    return SimpleNamespace(
+        groups=groups,
+        dispersions=dispersions,
+        spread_verdicts=_judge_dispersions(dispersions, claimed),
+        curves=curves,
+        verdicts=_judge_curves(curves, claimed),
+        confused=_explain_all(curves, tensors[reference]),
+    )
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> SimpleNamespace:
+    """What this run shows, computed once for all figures of its section."""
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    return compute(
+        sets,
+        context.effort.make_encoder(),
+        plan=context.effort.plan,
+        reference=next(iter(sets)),
+        random_state=context.seed,
+    )
+
+
+def name_speeds(context: Context) -> dict[str, str]:
+    """The names that values of a run have for its groups by speed: "0.06 m/s" is ``slow``."""
+    speeds = list_speeds(context, list_profiles(context)[0])
+    return {f"{speed:g} m/s": name for name, speed in speeds.items()}
+
+
+def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]:
+    """Accuracy over noise ratios above 0, averaged, with its 95 % interval over touches.
+
+    Touches are what is drawn: repeated noise says nothing of other touches, and in its spread
+    shuffled labels stood in an order. ``starts`` of the fit whose codes are read: with one, neither
+    touches nor repeats tell anything of the fit.
+    """
+    repeats = sweep.noisy.shape[1]
+    one = bootstrap_mean(sweep.area, np.random.default_rng(0))
+    return make_spread(one.estimate, one.low, one.high, n=min(repeats, starts or repeats))
+
+
+def list_verdicts(section: Section, verdicts: list[Verdict], caption: str) -> None:
+    """One line each, if there are any."""
+    if verdicts:
+        section.table(["verdict"], [[verdict.describe()] for verdict in verdicts], caption)
+
+
+def _judge_dispersions(
+    dispersions: Mapping[str, Mapping[str, Any]], claimed: Mapping[str, tuple[str, ...]]
+) -> list[Verdict]:
+    """The verdict on every index: similar tensors have high Pearson, SSIM, NMI, and low MSE."""
+    return [
+        judge_order(
+            {name: found.values(index, name) for name in claimed[comparison]},
+            claim=SPREADS_MORE[comparison],
+            measure=f"{known.label} of {LABELS[kind]}",
+            greater=not known.is_similarity,
+        )
+        for comparison, kinds in dispersions.items()
+        if len(claimed[comparison]) > 1  # nothing is claimed of a lone group
+        for kind, found in kinds.items()
+        for index, known in INDICES.items()
+    ]
+
+
+def _judge_curves(
+    curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, ...]]
+) -> list[Verdict]:
+    """The verdict on every accuracy curve, with what the null explains of the best group's."""
+    verdicts = []
+    for comparison, found in curves.items():
+        names = claimed[comparison]
+        if len(names) < 2:
+            continue
+        for kind, noise in product(CODES, found.noises):
+            sweeps, null = found.find(kind, noise), found.find_null(kind, noise, group=names[0])
+            verdicts.append(
+                judge_order(
+                    {name: sweeps[name].area for name in names},
+                    claim=READ_BETTER[comparison],
+                    measure=f"accuracy, {LABELS[kind]}, {noise} noise",
+                    explained=np.nan
+                    if null is None
+                    else compute_explained(sweeps[names[0]], null),
+                )
+            )
+    return verdicts
+
+
+def _explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
+    """What is confused at the noisiest level, for the paper's code and the tensors."""
+    found = {}
+    known = {label: k for k, label in enumerate(make_labels(data))}
+    for (comparison, both), kind in product(curves.items(), MAIN):
+        for name, sweep in both.find(kind).items():
+            rows = [known[label] for label in sweep.classes]
+            attributes = {a: np.asarray(data[a])[rows] for a in ("feature", "size", "location")}
+            title = f"{comparison} {name}, {LABELS[kind]}, noise {100 * sweep.ratios[-1]:.0f} %"
+            found[title] = explain_confusion(sweep.confusion[-1], attributes)
+    return found

@@ -1,0 +1,230 @@
+"""Fig. 5F–G: the bases of each stiffness profile, their entropy, and how well they map to contact
+location.
+"""
+
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.encoding import (
+    compute_entropies,
+    compute_histogram_entropy,
+    locate_components,
+    map_locations,
+)
+from feeler.plotting import PALETTE, plot_bases
+from feeler.report.page import Section
+from paper.context import Context
+from paper.data import list_profiles, load_complete, load_tensors
+from paper.fig4 import prepare
+from paper.fig4_map import span
+from paper.scale import Scale
+from paper.window import WINDOWS, complete_tensors
+
+_PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+
+
+_Entropies = Mapping[str, np.ndarray]
+"""By profile: (restart, component)."""
+
+
+def _each(measure: Callable[[np.ndarray], float]) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda bases: np.array([measure(basis) for basis in bases])
+
+
+def _measure_unscaled(basis: np.ndarray) -> float:
+    return compute_histogram_entropy(basis, scale="none")
+
+
+_READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "histogram of [0, 1]": compute_entropies,
+    "histogram of unit length": _each(_measure_unscaled),
+    "histogram, together of unit length": lambda bases: _each(_measure_unscaled)(
+        bases / np.linalg.norm(bases)
+    ),
+    "32 bins in nats": _each(
+        lambda basis: float(np.log(2)) * compute_histogram_entropy(basis, levels=32)
+    ),
+    "10 bins": _each(lambda basis: compute_histogram_entropy(basis, levels=10)),
+    "probability mass": lambda bases: compute_entropies(bases, "mass"),
+}
+"""Readings of "entropy of a basis", (component, sensor, lag) → (component,): grey levels of the
+basis as a picture, stretched to its greatest entry, of unit length, or all three together of unit
+length (256 levels, clipped at 1, as MATLAB's ``entropy`` does); with fewer levels; or its entries
+as shares of mass. Bits but for the one in nats."""
+_DRAWN = (
+    "histogram of [0, 1]",
+    "histogram of unit length",
+    "histogram, together of unit length",
+    "probability mass",
+)
+
+
+def compute(
+    tensors: Mapping[str, Any],
+    *,
+    effort: Scale,
+    quantity: str = "angle",
+    speed: float | None = None,
+    random_state: int = 0,
+) -> SimpleNamespace:
+    """Encode each profile's tensors by itself, on the touches that all profiles have.
+
+    Parameters
+    ----------
+    tensors : Datasets by profile, with location and speed.
+    speed : only touches of this speed, mm/ms; None: the slowest that all profiles have, as profiles
+    are compared there.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``encoders`` by profile. ``entropy`` [bits] by definition and profile: (restart, component),
+        best restart first. ``mapping`` (:class:`~feeler.encoding.LocationMapping`) by profile:
+        location against dominant component of the ridge code. ``sampling`` [ms].
+    """
+    common = set.intersection(
+        *(set(np.unique(np.round(d["speed"].values, 6))) for d in tensors.values())
+    )
+    speed = min(common) if speed is None else speed
+    chosen = {
+        name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6)
+        for name, d in tensors.items()
+    }
+    encoders, mapping = {}, {}
+    for name, dataset in chosen.items():
+        data = prepare(dataset, quantity)
+        encoder = effort.make_encoder(
+            n_restarts=effort.side_restarts, random_state=random_state
+        )
+        encoders[name] = encoder.fit(data)
+        code = encoders[name].transform(data, code="ridge")
+        mapping[name] = map_locations(
+            code, dataset["location"].values, locate_components(encoders[name].components_)
+        )
+    entropy = {
+        definition: {
+            name: np.array([measure(bases) for bases in encoder.restart_components_])
+            for name, encoder in encoders.items()
+        }
+        for definition, measure in _READINGS.items()
+    }
+    sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
+    return SimpleNamespace(
+        encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling
+    )
+
+
+def _average(entropies: _Entropies) -> dict[str, float]:
+    """Mean over the bases of the best restart, by profile."""
+    return {name: float(np.nanmean(values[0])) for name, values in entropies.items()}
+
+
+def _find_nearest(data: SimpleNamespace) -> str:
+    """The definition whose values come nearest to the paper's, by their root mean square
+    difference.
+    """
+    off = {}
+    for definition, entropies in data.entropy.items():
+        found = _average(entropies)
+        errors = [found[name] - value for name, value in _PAPER.items() if name in found]
+        if errors:
+            off[definition] = float(np.sqrt(np.mean(np.square(errors))))
+    return min(off, key=off.__getitem__) if off else ""
+
+
+def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
+    """Fig. 5G: mean entropy of the bases by definition; whiskers span the restarts; crosses are the
+    paper's.
+    """
+    names = list(data.encoders)
+    width = 0.8 / len(_DRAWN)
+    for i, definition in enumerate(_DRAWN):
+        values = [np.nanmean(data.entropy[definition][name], axis=1) for name in names]
+        middle = np.array([v[0] for v in values])
+        ends = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
+        spread = ends if values[0].size > 1 else None  # one start has none
+        place = np.arange(len(names)) + (i - (len(_DRAWN) - 1) / 2) * width
+        ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
+    known = [name for name in names if name in _PAPER]
+    ax.plot(
+        [names.index(n) for n in known],
+        [_PAPER[n] for n in known],
+        "kx",
+        label="paper (definition not stated)",
+    )
+    ax.set_xticks(range(len(names)), names, rotation=20, ha="right", rotation_mode="anchor")
+    ax.set_ylabel("mean entropy of the bases [bits]")
+    ax.set_ylim(
+        top=1.45
+        * max(np.nanmax(values) for by in data.entropy.values() for values in by.values())
+    )
+    ax.legend(loc="upper left")
+
+
+def plot(data: SimpleNamespace, figure: Figure) -> None:
+    """F on the left, G on the right; needs about 7.2 × 4 inches."""
+    left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1), squeeze=False).flat
+    plot_bases(
+        {name: encoder.components_ for name, encoder in data.encoders.items()},
+        data.sampling,
+        left.subplots(),
+    )
+    left.suptitle("F", x=0.02, ha="left")
+    _plot_entropy(data, right.subplots())
+    right.suptitle("G", x=0.02, ha="left")
+
+
+def show(context: Context, section: Section) -> None:
+    """The bases of each profile, and their entropies, in the paper's window and of complete
+    touches.
+    """
+    names = list_profiles(context)
+    options: dict[str, Any] = {"effort": context.effort, "random_state": context.seed}
+    data = compute({name: load_tensors(context, name) for name in names}, **options)
+    found = {WINDOWS[0]: data.entropy}
+    if len(names) > 1:
+        whole = {name: complete_tensors(load_complete(context, name)) for name in names}
+        found[WINDOWS[1]] = compute(whole, **options).entropy
+    section.heading("Bases by stiffness profile")
+    section.figure(
+        "fig5f_bases",
+        "Three bases of each profile's slow tensors, and their entropy by four of the definitions"
+        " below; whiskers span the restarts, where there are several; crosses are the paper's"
+        " values. The paper does not say how its entropy was computed. Both in the paper's window;"
+        " complete touches stand in the table. (Fig. 5F–G)",
+        lambda figure: plot(data, figure),
+        height=4.2,
+        numbers={"entropy": found},
+    )
+    _keep_values(section, found)
+    if nearest := _find_nearest(data):
+        section.text(
+            f"Nearest to the paper's three values: {nearest}. The scale of a basis is one free"
+            " number that nobody stated, so being near is no reproduction, and being far says"
+            " something of the definition only."
+        )
+
+
+def _keep_values(section: Section, found: Mapping[str, Mapping[str, _Entropies]]) -> None:
+    rows: list[list[object]] = []
+    for window, entropy in found.items():
+        for definition, by_profile in entropy.items():
+            reading = definition if window == WINDOWS[0] else f"{window}, {definition}"
+            for name, values in by_profile.items():
+                average = span(np.nanmean(values, axis=1))
+                section.values[f"encoding.basis_entropy.{reading}.{name}"] = average
+            rows.append([window, definition, *_average(by_profile).values()])
+    names = list(next(iter(found[WINDOWS[0]].values())))
+    said = [_PAPER.get(name, "–") for name in names]
+    rows.append([WINDOWS[0], "the paper, which names none", *said])
+    section.table(
+        ["window", "definition", *names],
+        rows,
+        "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
+        " definition tried.",
+    )

@@ -1,0 +1,411 @@
+"""Fig. 6 and Movie S4: every panel says whether it shows the simulation or the surrogate.
+
+The paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.analysis import INDICES
+from feeler.plotting import PALETTE, say_clock, style, write_movie
+from feeler.plotting.style import FEATURE_COLOURS, pick_shades
+from feeler.plotting.tensors import plot_tensor as draw_tensor
+from feeler.report import Section, make_spread
+from feeler.robot import Recording, Touches, compute_comparison, compute_tip, make_robot
+from paper.context import Context
+from paper.fig6_data import load
+
+_PAPER_RIGHT, _PAPER_TOTAL = 5, 6  # [P]
+_N_TOUCHES = 10  # of each group that is compared
+_RELEASE_SPAN, _RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
+_BALL, _BOX = FEATURE_COLOURS["ball"], FEATURE_COLOURS["box"]
+_SIMULATED, _SURROGATE = "#000000", PALETTE[0]
+_PARTS = {
+    "all": ("o-", _SURROGATE, "surrogate: all right"),
+    "feature": ("s:", PALETTE[1], "feature"),
+    "location": ("^:", PALETTE[2], "location"),
+    "speed": ("v:", PALETTE[3], "speed"),
+}
+"""How shares are drawn: what is all right has the surrogate's colour in every panel."""
+
+
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
+    """Panels A to E as the paper names them, from the top; below them, F on, what lies beyond the
+    paper.
+    """
+    rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.6), squeeze=False).flat
+    title: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 8}
+    slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
+    a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
+    _plot_layout(a[0])
+    _plot_channels(data.raw, a[1], "capacitance [pF]")
+    _plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
+    rows[0].suptitle(
+        "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left",
+        **title,
+    )
+    b = rows[1].subplots(1, 2)
+    _plot_release(data, b[0])
+    _plot_grid(data.training, b[1])
+    pair = rows[2].subplots(1, 2, sharey=True)
+    tensors = (
+        data.training.values[data.training.labels.index(("ball", 0.9, 0.027))],
+        data.touches.values[slow_ball],
+    )
+    limit = float(np.rad2deg(max(np.abs(angle).max() for angle in tensors)))
+    for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
+        plot_tensor(angle, ax, name, limit)
+    rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
+    rows[2].suptitle("D  the same touch as a tensor, aligned on the tip's first peak", **title)
+    _plot_confusion(data, rows[3].subplots())
+    shown = [_plot_gap, *[_plot_closing] * bool(data.variants or data.shots), _plot_early]
+    for letter, draw, ax in zip(
+        "FGH", shown, np.atleast_1d(rows[4].subplots(1, len(shown))), strict=False
+    ):
+        draw(data, ax)
+        ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
+        ax.set_title("")
+
+
+def _plot_layout(ax: Axes) -> None:
+    """The eight hinges on the device's outline, base at the left."""
+    robot = make_robot()
+    place, width = robot.hinge_position, (11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6)
+    outline = np.append(place, robot.length)
+    half = np.append(width, width[-1]) / 2
+    ax.fill_between(outline, -half, half, color="#DDDDDD")
+    for k, (x, colour) in enumerate(zip(place, pick_shades("hinge", place.size), strict=True)):
+        ax.plot(x, 0, "o", color=colour)
+        ax.text(x, 7.0, str(k + 1), color=colour, ha="center", fontsize=7)
+    ax.set(
+        xlabel="from hinge 1 [mm]", yticks=[], ylim=(-7, 14), aspect="equal", title="8 hinges"
+    )
+
+
+def _plot_channels(recording: Recording, ax: Axes, label: str) -> None:
+    """Channels over time, coloured from base to tip."""
+    values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
+    for channel, colour in zip(values, pick_shades("hinge", len(values)), strict=True):
+        ax.plot(recording.time, channel, lw=0.6, color=colour)
+    ax.set(xlabel="time [ms]", ylabel=label, title=recording.source)
+
+
+def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
+    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture in degrees up to ±``limit``, base at
+    the bottom.
+    """
+    time, norm = np.arange(angle.shape[1]), Normalize(-limit, limit)
+    draw_tensor(np.rad2deg(angle), time, ax, norm, labels=False, unit="°").set_cmap("RdBu_r")
+    ax.set(xlabel="time [ms]", ylabel="hinge (base → tip)", title=title)
+
+
+def _plot_release(data: SimpleNamespace, ax: Axes) -> None:
+    """Tip after a release: surrogate and the model fitted to it (panel B, Movie S4)."""
+    robot = make_robot()
+    ax.plot(
+        data.release.time,
+        compute_tip(robot, data.release.values),
+        color=_SURROGATE,
+        lw=1,
+        label="surrogate",
+    )
+    tip = compute_tip(robot, data.simulated_release)
+    ax.plot(
+        np.arange(tip.size), tip, "--", color=_SIMULATED, lw=0.8, label="simulation, fitted"
+    )
+    p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
+    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms (paper's robot: 1.19, 2.06)"
+    ax.set(xlabel="time after release [ms]", ylabel="tip [mm]")
+    ax.set_title(words, loc="left")
+    ax.legend(loc="upper right", ncols=2)
+
+
+def _draw_release(data: SimpleNamespace, ax: Axes) -> Callable[[float], list]:
+    """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what
+    it changed.
+    """
+    robot, angles = make_robot(), (data.release.values, data.simulated_release)
+    looks: tuple[dict[str, Any], ...] = (
+        {"color": _SURROGATE, "label": "surrogate"},
+        {"color": _SIMULATED, "ls": "--", "label": "simulation, fitted"},
+    )
+    lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
+    clock = ax.set_title(say_clock(_RELEASE_SPAN, _RELEASE_SLOWER))
+    ax.set(
+        xlim=(-2, 1.08 * robot.length),
+        ylim=(-35, 35),
+        aspect="equal",
+        xlabel="from hinge 1 [mm]",
+        ylabel="sideways [mm]",
+    )
+    ax.legend(loc="upper left", fontsize=9)
+
+    def move(time: float) -> list:
+        for line, angle in zip(lines, angles, strict=True):
+            points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
+            line.set_data(points[:, 1], points[:, 0])
+        clock.set_text(say_clock(time, _RELEASE_SLOWER))
+        return [*lines, clock]
+
+    return move
+
+
+def _plot_grid(training: Touches, ax: Axes) -> None:
+    """The simulated set: tip traces of all 30 classes, aligned (panel C)."""
+    tips = compute_tip(training.antenna, training.values)
+    for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
+        ax.plot(
+            np.arange(tip.size) - 1500, tip, lw=0.5, color=_BALL if feature == "ball" else _BOX
+        )
+    ax.set(xlabel="time from first peak [ms]", ylabel="tip [mm]", xticks=[-1500, -750, 0])
+    for feature in ("ball", "box"):
+        ax.plot([], [], color=FEATURE_COLOURS[feature], label=feature)
+    ax.legend(loc="lower left")
+    ax.set_title("C  simulation: 30 classes", loc="left")
+
+
+def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
+    """Panel E: six tip contacts of all surrogate robots at one reality gap, and what was read."""
+    classes = sorted(set(data.training.labels))
+    true = sorted(set(data.score.true))
+    counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
+    image = ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
+    for row, label in enumerate(true):
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=_SURROGATE, ms=9, mew=1.2)
+    places = sorted({label[:2] for label in classes})
+    centres = [
+        np.mean([k for k, label in enumerate(classes) if label[:2] == place])
+        for place in places
+    ]
+    ax.set_xticks(centres, [f"{feature}\n{place:g} L" for feature, place in places])
+    ax.vlines(
+        [(a + b) / 2 for a, b in pairwise(centres)],
+        -0.5,
+        len(true) - 0.5,
+        color="#BBBBBB",
+        lw=0.6,
+    )
+    ax.set_yticks(range(len(true)), [f"{f} {s:g} m/s" for f, _, s in true])
+    ax.set(
+        xlabel="read as: feature and place, in each the three speeds from slow to fast",
+        ylabel="true, at the tip",
+    )
+    if (figure := ax.get_figure(root=False)) is not None:
+        figure.colorbar(image, ax=ax, label="contacts", pad=0.01)
+    share, low, high = data.score.share()
+    interval = "one robot" if _is_one(data) else f"[{100 * low:.0f}, {100 * high:.0f}]"
+    ax.set_title(
+        f"E  surrogates read right (in squares): {data.score.correct['all']} of"
+        f" {data.score.total} = {100 * share:.0f} % ({interval});"
+        f" paper, real robot: {_PAPER_RIGHT} of {_PAPER_TOTAL}",
+        loc="left",
+    )
+
+
+def _is_one(data: SimpleNamespace) -> bool:
+    """Whether one robot only was touched: its contacts are no sample of robots."""
+    return data.score.total <= _PAPER_TOTAL
+
+
+def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
+    """Accuracy against the size of the reality gap; 95 % intervals, but of one robot none."""
+    for what, (marker, colour, label) in _PARTS.items():
+        shares = [score.share(what) for score in data.by_size]
+        _errorbar(ax, data.sizes, shares, marker, colour, label, alone=_is_one(data))
+    ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
+    ax.axhline(
+        _PAPER_RIGHT / _PAPER_TOTAL, color="#888888", lw=0.8, ls=":", label="paper, real robot"
+    )
+    _label_share(ax, "reality gap", "size of the reality gap")
+
+
+def _plot_closing(data: SimpleNamespace, ax: Axes) -> None:
+    """What closes the gap: random models in training, touches of the robot itself in training."""
+    if data.variants:
+        shares = [score.share() for score in (data.score, *data.by_variants)]
+        label = "surrogate: random models"
+        _errorbar(ax, (0, *data.variants), shares, "o-", _SURROGATE, label)
+    if data.shots:
+        shares = [score.share() for score in data.by_shots]
+        _errorbar(ax, data.shots, shares, "s--", _SURROGATE, "surrogate: its own touches")
+    _label_share(ax, "closing the gap", "number of models or touches in training")
+
+
+def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
+    """Streaming decoder: accuracy and share decided against time since contact was noticed."""
+    early = data.early
+    for values, marker, colour, label in (
+        (early.accuracy, "o-", _SURROGATE, "surrogate: best guess right"),
+        (early.decided, "s--", PALETTE[4], "decided"),
+        (early.decided_right, "^:", PALETTE[5], "of those, right"),
+    ):
+        ax.plot(early.since_contact, values, marker, ms=3, color=colour, label=label)
+    ax.set_xscale("symlog", linthresh=20)
+    ax.set_xticks([0, 20, 100, 1000], ["0", "20", "100", "1000"])
+    _label_share(
+        ax, "while it streams", "since contact was noticed [ms],\nlogarithmic from 20 on"
+    )
+
+
+def _label_share(ax: Axes, title: str, xlabel: str) -> None:
+    ax.set(
+        xlabel=xlabel,
+        ylabel="share of touches",
+        ylim=(0, 1.05),
+        yticks=np.linspace(0, 1, 6),
+        title=title,
+    )
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), handlelength=1.4)
+
+
+def _errorbar(
+    ax: Axes,
+    x: Sequence[float],
+    shares: Sequence[tuple],
+    style: str,
+    colour: str,
+    label: str,
+    alone: bool = False,
+) -> None:
+    middle, low, high = np.array(shares).T
+    bars = None if alone else (middle - low, high - middle)
+    ax.errorbar(
+        x, middle, yerr=bars, fmt=style, ms=3, lw=0.9, capsize=2, color=colour, label=label
+    )
+
+
+def show(context: Context, section: Section) -> None:
+    """Fig. 6, Movie S4 and the eight-segment comparison."""
+    section.text(
+        "The robot's recordings are not public. Everything here that stands for the real robot is a"
+        " surrogate: a second, independent model with drawn parameters, noise, quantisation, drift"
+        " and dropped samples. It shows the method; it is not evidence about the paper's robot,"
+        " whose 5 of 6 stands as published."
+    )
+    data = load(context)
+    section.figure(
+        "fig6_robot",
+        "Simulation (training) and surrogate robots (test). A–E as in the paper; B's surrogate has"
+        " parameters of its own, so neither pair of numbers is to meet the other. F on, beyond the"
+        " paper, shares of the surrogates' touches: against the size of the reality gap, against"
+        " what closes it, and against time since the decoder noticed contact. (Fig. 6A–E)",
+        lambda figure: plot(data, figure),
+        height=12.3,
+        numbers={
+            "sizes": data.sizes,
+            "shares": [score.share("all") for score in data.by_size],
+            "variants": data.variants,
+            "by_variants": [score.share("all") for score in data.by_variants],
+            "shots": data.shots,
+            "by_shots": [score.share("all") for score in data.by_shots],
+            "early": data.early.accuracy.values,
+            "since_contact": data.early.since_contact.values,
+        },
+    )
+    _write_movie(context, section, data)
+    _list_scores(context, section, data)
+    if context.effort.robot_repeats:
+        _compare(context, section)
+
+
+def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> None:
+    with style():
+        figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+        move = _draw_release(data, figure.subplots())
+        fps = context.effort.fps
+        times = np.arange(0.0, _RELEASE_SPAN, 1000 / fps / _RELEASE_SLOWER)
+        path = section.folder / "movieS4_release.mp4"
+        write_movie(path, figure, lambda k: move(float(times[k])), len(times), fps)
+    section.movie(
+        path,
+        f"Release of the surrogate robot and of the model fitted to it, {_RELEASE_SLOWER:g} times"
+        " slower than life. (Movie S4)",
+    )
+
+
+def _list_scores(context: Context, section: Section, data: SimpleNamespace) -> None:
+    parts = list(data.score.correct)
+    rows = [
+        [f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total]
+        for size, score in zip(data.sizes, data.by_size, strict=True)
+    ]
+    section.table(
+        ["reality gap", *parts, "contacts"],
+        rows,
+        "Share of the surrogate robots' tip contacts read right. The paper's real robot: 5 of 6.",
+    )
+    speed_location = np.mean(
+        [t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)]
+    )
+    section.values |= {
+        "robot.transfer": make_spread(*data.score.share("all"), n=context.effort.robots),
+        "robot.speed_location": float(speed_location),
+        "robot.p1": data.fit.stiffness_factor,
+        "robot.p2": data.fit.damping_factor,
+        "robot.fit_error": data.fit.error,
+        "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
+    }
+    scores = {
+        **{
+            f"gap.{size:g}": score for size, score in zip(data.sizes, data.by_size, strict=True)
+        },
+        **{
+            f"models.{n}": score
+            for n, score in zip(data.variants, data.by_variants, strict=True)
+        },
+        **{f"own.{n}": score for n, score in zip(data.shots, data.by_shots, strict=True)},
+    }
+    section.values |= {
+        f"robot.{name}.{part}": make_spread(*score.share(part), n=score.total)
+        for name, score in scores.items()
+        for part in parts
+    }
+
+
+def _compare(context: Context, section: Section) -> None:
+    found = compute_comparison(
+        n_repeats=context.effort.robot_repeats,
+        random_state=context.seed,
+        engine=context.engine,
+    )
+    section.heading(
+        "The eight-segment model, compared as the 140-link one; its graded profile falls linearly"
+    )
+    for comparison, groups in found.items():
+        measures = list(next(iter(groups.values())))
+        section.table(
+            [comparison, *measures],
+            [[name, *(g[m] for m in measures)] for name, g in groups.items()],
+        )
+    speeds, profiles = list(found["speed"].values()), found["profile"]
+    _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
+    _keep_agreement(
+        section, "profile", {"graded": profiles["linear"], "constant": profiles["constant"]}
+    )
+
+
+def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str, Any]]) -> None:
+    """In how many of the indices the first is more dispersed than the second, beyond the intervals
+    of both, and their values.
+    """
+    more = []
+    for index, known in INDICES.items():
+        first, second = (values[index] for values in ends.values())
+        less, greater = (first, second) if known.is_similarity else (second, first)
+        more.append(less.high < greater.low)
+        for name, values in ends.items():
+            one = values[index]
+            section.values[f"robot.{index}.{name}"] = make_spread(
+                one.estimate, one.low, one.high, n=_N_TOUCHES
+            )
+    section.values[f"robot.agree.{comparison}"] = {
+        "value": float(np.mean(more)),
+        "n": _N_TOUCHES,
+    }

@@ -1,0 +1,4 @@
+"""Does it pay to steer? Declared in feeler/active/contests.toml.
+
+Page: docs/guide/active.md.
+"""

@@ -1,0 +1,4 @@
+"""Which antenna discriminates best.
+
+Page: docs/searched.md.
+"""

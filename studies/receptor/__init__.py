@@ -1,0 +1,4 @@
+"""Which receptor noise makes the published gradient the best.
+
+Page: docs/receptor_noise.md.
+"""

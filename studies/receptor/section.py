@@ -1,0 +1,226 @@
+"""Which noise of the receptors makes the published gradient the best of its family (no figure of
+the paper).
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from feeler.analysis import compute_told, find_told
+from feeler.antenna.segments import Antenna
+from feeler.objects import Mixed
+from feeler.plotting.style import PALETTE, mark_places, pick_shades
+from feeler.report import Section, make_interval
+from feeler.tensors.transforms import in_unit
+from feeler.tradeoff import average_sets, load_declared
+from paper.context import Context
+from studies.gradient.section import make_graded
+from studies.receptor.best import (
+    PUBLISHED_RATE,
+    find_best,
+    find_jump,
+    find_lag,
+    find_lead,
+)
+from studies.stored import load_stored, read_declared
+
+_SIGNALS = {"sample": "the bend at that moment", "tensor": "the touch's greatest bend"}
+_LINES = {
+    ("main", "sample"): "0.3 m/s",
+    ("fine", "sample"): "further mixtures, fresh sets, 0.3 m/s",
+    ("main", "tensor"): "noise grows with the touch's greatest bend, 0.3 m/s",
+    ("slow", "sample"): "0.06 m/s",
+    ("tip", "sample"): "equal compliance of the tip, 0.3 m/s",
+}
+_SLOW, _MEDIUM = pick_shades("speed", 3)[:2]
+_COLOURS = (_MEDIUM, PALETTE[1], PALETTE[2], _SLOW, PALETTE[4])
+_RUNS = tuple(dict.fromkeys(run for run, _ in _LINES))
+
+
+def compute(
+    reference: Antenna, names: Sequence[str] = _RUNS, **options: Any
+) -> dict[str, xr.Dataset]:
+    """What was declared, run by run, of those named."""
+    asked = read_declared("receptor")
+    return {
+        one["name"]: compute_run(reference, asked | one, **options)
+        for one in asked["run"]
+        if one["name"] in names
+    }
+
+
+def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) -> xr.Dataset:
+    """Share named right (set, signal, bend, rate) by one run of those that are declared.
+
+    ``floor`` (signal, bend) [rad] is the noise in it, at which the published antenna names
+    ``accuracy`` of other sets' touches right.
+    """
+    study = load_declared(seed=asked["seed"], sample_interval=float(asked["interval"]))
+    mixtures = list(product(asked["signals"], asked["bends"]))
+    noises = [Mixed(1.0, share=1 / bend, each=signal) for signal, bend in mixtures]
+
+    def touch(antenna: Antenna, purpose: str, number: int) -> np.ndarray:
+        trials, _ = study.task.draw(antenna, purpose, set=number, speed=asked["speed"])
+        return in_unit(
+            study.touch(antenna, trials, ("angle",), **options)["angle"], "rad"
+        ).values
+
+    known = [touch(reference, "train", number) for number in range(asked["calibrating"])]
+    drawn = {"n_draws": asked["draws"]}
+    levels = [
+        [
+            find_told(one, noise.sd(one), asked["accuracy"], random_state=k, **drawn)
+            for noise in noises
+        ]
+        for k, one in enumerate(known)
+    ]
+    floors = np.mean(levels, axis=0)
+    antennas = [make_graded(reference, rate, asked["held"]) for rate in asked["rates"]]
+    right = np.empty((asked["sets"], len(noises), len(antennas)))
+    for row, (k, antenna) in product(range(asked["sets"]), enumerate(antennas)):
+        number = asked.get("first", 0) + row
+        angle = touch(antenna, "test", number)
+        for cells, noise, floor in zip(right[row], noises, floors, strict=True):
+            sd = floor * noise.sd(angle)
+            cells[k] = compute_told(angle, sd, random_state=number, **drawn).accuracy
+    shape = (len(asked["signals"]), len(asked["bends"]))
+    dims = ("set", "signal", "bend", "rate")
+    return xr.Dataset(
+        {
+            "accuracy": (dims, right.reshape(len(right), *shape, len(antennas))),
+            "floor": (dims[1:3], floors.reshape(shape)),
+        },
+        {"signal": list(asked["signals"]), "bend": asked["bends"], "rate": asked["rates"]},
+    )
+
+
+def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> None:
+    """Accuracy against the rate for each mixture; the best rate, and what the published one loses,
+    against the bend of equal noise.
+    """
+    (left, right), (best, lag) = figure.subplots(2, 2)
+    for ax, signal in zip((left, right), _SIGNALS, strict=True):
+        _plot_rates(found["main"].sel(signal=signal), ax)
+        ax.set_title(f"noise grows with {_SIGNALS[signal]}")
+    right.legend(
+        title="equal noise at [rad]", fontsize=6.5, title_fontsize=6.5, loc="lower left"
+    )
+    for k, ((run, signal), label) in enumerate(_LINES.items()):
+        data = found[run].sel(signal=signal)
+        x = data["bend"].values * 1.05 ** (k - 2)  # beside each other, not over
+        style: dict[str, Any] = {
+            "color": _COLOURS[k],
+            "fmt": "ovs^D"[k],
+            "ms": 3.5,
+            "capsize": 2,
+        }
+        rates = find_best(data, resamples)
+        ends = np.abs(rates["ends"] - rates["value"])
+        best.errorbar(x, rates["value"], ends, label=label, **style)
+        lost = find_lag(data)
+        lag.errorbar(x, lost["mean"], lost["half"], **style)
+    best.axhline(PUBLISHED_RATE, color="#888888", ls=":")
+    lag.axhline(0.0, color="#888888", ls=":")
+    best.set(ylabel="best stiffness rate [1/joint]")
+    lag.set(ylabel="published rate behind the best [points]")
+    for ax in (best, lag):
+        ax.set(xscale="log", xlabel="bend at which both noises are equal [rad]")
+        mark_places(ax.xaxis, [0.0003, 0.003, 0.03, 1.0])
+    handles, labels = best.get_legend_handles_labels()
+    handles.append(Line2D([], [], color="#888888", ls=":"))
+    figure.legend(handles, [*labels, "published rate"], loc="outside lower center", ncols=2)
+
+
+def _plot_rates(data: xr.Dataset, ax: Axes) -> None:
+    order = np.argsort(data["rate"].values)
+    shown = average_sets(100 * data["accuracy"])
+    for colour, bend in zip(pick_shades("bend", data.sizes["bend"]), data["bend"], strict=True):
+        one = shown.sel(bend=bend).isel(rate=order)
+        label = f"{float(bend):g}" + (" (floor)" if bend == data["bend"].max() else "")
+        x = one["rate"].values
+        ax.errorbar(
+            x, one["mean"], one["half"], marker=".", capsize=2, color=colour, label=label
+        )
+    ax.axvline(PUBLISHED_RATE, color="#888888", ls=":")
+    ax.set_xticks((-0.15, -0.1, -0.05, 0.0))
+    ax.set(xlabel="stiffness rate [1/joint]; < 0: softer to the tip", ylabel="named right [%]")
+
+
+def collect_values(found: Mapping[str, xr.Dataset], resamples: int) -> dict[str, Any]:
+    """The numbers that claims are held against and pages print."""
+    values: dict[str, Any] = {
+        "receptor.published": PUBLISHED_RATE,
+        "receptor.steepest": found["main"]["rate"].values.min(),
+    }
+    for run, signal in [(run, s) for run, data in found.items() for s in data["signal"].values]:
+        data, sets = found[run].sel(signal=signal), found[run].sizes["set"]
+        rates, lost = find_best(data, resamples), find_lag(data)
+        for k, bend in enumerate(data["bend"].values):
+            name = f"{signal}.{bend:g}"
+            spread = {"low": float(rates["ends"][0, k]), "high": float(rates["ends"][1, k])}
+            value = {"value": float(rates["value"][k]), **spread, "n": sets}
+            values[f"receptor.{run}.best.{name}"] = value
+            behind = make_interval(float(lost["mean"][k]), float(lost["half"][k]), n=sets // 2)
+            values[f"receptor.{run}.behind.{name}"] = behind
+            values[f"receptor.{run}.floor.{name}"] = float(data["floor"][k])
+        values[f"receptor.{run}.lead.{signal}"] = find_lead(data)
+        for end, bend in zip(("from", "to"), find_jump(data) or (), strict=False):
+            values[f"receptor.{run}.jump.{signal}.{end}"] = bend
+        gain = data["accuracy"] - data["accuracy"].sel(rate=PUBLISHED_RATE)
+        half = 100 * average_sets(gain)["half"]
+        values[f"receptor.{run}.typical.{signal}"] = float(half.median())
+        values[f"receptor.{run}.widest.{signal}"] = float(half.max())
+    return values | {f"receptor.{run}.sets": data.sizes["set"] for run, data in found.items()}
+
+
+def show(context: Context, section: Section) -> None:
+    """The question, what was found, and the values."""
+    asked = read_declared("receptor")
+    plain, said = load_stored("receptor")
+    found = {name: xr.Dataset.from_dict(one) for name, one in plain.items()}
+    if fresh := context.effort.questions:
+        found |= compute(context.antenna, fresh, **context.physics)
+        said = f"Computed in this run: {', '.join(fresh)}. {said}"
+    section.text(
+        "A receptor's noise may be a floor, the same at any bend, or grow with the bend (Weber), or"
+        " both: sd² = floor² + (share · bend)². Both parts are equal at the bend floor / share. For"
+        " each such mixture antennae are made with other stiffness rates, at the same total"
+        " compliance and damping per stiffness, and an observer who knows the thirty touches names"
+        " them. Every choice was written down before (studies/receptor/declared.toml)."
+    )
+    section.text(said)
+    section.figure(
+        "receptor",
+        "Above: touches named right against the stiffness rate, in noise in which the published"
+        " antenna (dotted) names three in four; a colour for each bend at which floor and growing"
+        " noise are equal. Below: the best rate of the family, and how far the published one is"
+        " behind it, against that bend. Bars: 95 % over sets of touches.",
+        lambda figure: plot(found, asked["resamples"], figure),
+        height=5.4,
+        numbers={name: data.to_dict() for name, data in found.items()},
+    )
+    values = collect_values(found, asked["resamples"])
+    rows = [
+        [run, _SIGNALS[signal], float(bend), float(data["floor"].sel(signal=signal, bend=bend))]
+        + [
+            _say(values[f"receptor.{run}.{part}.{signal}.{bend:g}"])
+            for part in ("best", "behind")
+        ]
+        for run, data in found.items()
+        for signal, bend in product(data["signal"].values, data["bend"].values)
+    ]
+    header = ["run", "noise grows with", "equal noise at [rad]", "floor [rad a sample]"]
+    header += ["best rate [1/joint]", "published behind it [points]"]
+    section.table(header, rows, "In brackets 95 % over sets.")
+    section.values.update(values)
+
+
+def _say(spread: Mapping[str, float]) -> str:
+    ends = f" ({spread['low']:.3g}…{spread['high']:.3g})" if "low" in spread else ""
+    return f"{spread['value']:.3g}{ends}"

@@ -1,0 +1,183 @@
+"""Contact out of the plane, computed whole: about ten minutes of a core for each set.
+
+    python -m studies.space.measure
+
+What is asked stands in declared.toml, written down before anything was run; what is found is
+stored as results.json, with date and seed, and the report shows it. With its journal,
+out/open_space.jsonl, it goes on where it stopped.
+"""
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import xarray as xr
+
+from benchmarks.kept import note_kept
+from feeler.antenna.segments import Antenna
+from feeler.decoding.classifiers import READERS, measure_reader
+from feeler.execute.threads import hold_blas
+from feeler.objects import Nuisances, Task
+from feeler.presets import cockroach
+from feeler.provenance import Journal, make_key
+from feeler.records import Ge, Lt, Record, Unit
+from feeler.study import Study
+from feeler.tensors.transforms import in_unit, project_planes
+from studies.space.section import FEW
+from studies.stored import read_declared, store
+
+_JOURNAL = Path("out/open_space.jsonl")
+
+
+class Layout(Record):
+    """Where sensors sit around the antenna, and what each of them feels.
+
+    Attributes
+    ----------
+    around : tuple[float, ...]
+        Sides of each place that carry a sensor, 0 towards x and 90 towards z.
+    turn : float
+        How much farther around the next place's sensors sit.
+    places : int
+        Places along the antenna, evenly.
+    one_way : bool
+        Whether they feel bending towards their side only, or away from it too.
+    """
+
+    around: tuple[Annotated[float, Ge(0), Lt(360), Unit("degrees")], ...] = (0.0,)
+    turn: Annotated[float, Ge(0), Lt(360), Unit("degrees")] = 0.0
+    places: Annotated[int, Ge(1)] = 56
+    one_way: bool = False
+
+    def feel(self, angle: xr.DataArray) -> np.ndarray:
+        """What its sensors feel (trial, sensor, time) of angles (trial, plane, sensor, time)."""
+        last = angle.sizes["sensor"] - 1
+        kept = np.round(np.linspace(0, last, self.places)).astype(int)
+        bent = project_planes(angle.isel(sensor=kept), self.around, self.turn).values
+        felt = bent.reshape(len(bent), -1, bent.shape[-1])
+        return np.maximum(felt, 0.0) if self.one_way else felt
+
+
+class SpaceStudy(Study):
+    """What is asked of touches in space; :func:`load_space` reads what was declared.
+
+    ``levels`` are the layouts, by name.
+
+    Attributes
+    ----------
+    each : int
+        Touches of each class in a set: readers learn one half and are asked about the other.
+    """
+
+    levels: dict[str, Layout]  # type: ignore[assignment]
+    readers: tuple[str, ...] = ("lda", "templates")
+    each: Annotated[int, Ge(4)] = 8
+
+    @property
+    def noises(self) -> dict[str, Any]:
+        """The layouts by name."""
+        return dict(self.levels)
+
+    def measure_set(
+        self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
+    ) -> dict[str, Any]:
+        """Accuracy and bits (reader, layout) of one set of whole touches of an antenna."""
+        trials, labels = self.task.draw(
+            antenna, "test", set=number, speed=speed, each=self.each
+        )
+        touches = self.touch(antenna, trials, ("angle",), **options)
+        first = round(trials[0].lead / self.sample_interval) + 1
+        angle = in_unit(touches["angle"], "rad")[..., first:]
+        half = np.arange(len(labels)) % self.each < self.each // 2
+        found = np.empty((2, len(self.readers), len(self.levels)))
+        for k, layout in enumerate(self.levels.values()):
+            felt = layout.feel(angle)
+            for j, name in enumerate(self.readers):
+                folds = [
+                    self._ask_half(name, felt, labels, own, number) for own in (half, ~half)
+                ]
+                found[:, j, k] = np.mean(folds, axis=0)
+        return dict(zip(("accuracy", "bits"), found, strict=True))
+
+    def _ask_half(
+        self, name: str, felt: np.ndarray, labels: np.ndarray, taught: np.ndarray, number: int
+    ) -> tuple[float, float]:
+        """Accuracy and bits of a reader that learns the touches ``taught`` and reads the others."""
+        rng, noise = np.random.default_rng([self.seed, number]), self.task.noise
+        known, true = felt[taught], labels[taught]
+        reader = READERS[name]()
+        if reader.knows_noise:
+            reader.set_params(noise=noise).fit(known, true)
+        else:
+            reader.fit(noise.add(known, rng, self.draws), np.tile(true, self.draws))
+        met = noise.add(felt[~taught], rng, self.draws)
+        return measure_reader(reader, met, np.tile(labels[~taught], self.draws))
+
+
+def load_space(
+    kind: str = "space", layouts: tuple[str, ...] = (), **changes: Any
+) -> SpaceStudy:
+    """The study of declared.toml, of touches in ``space`` or in the ``plane``.
+
+    ``layouts`` are the names of those kept, default all; ``changes`` replace what was declared.
+    """
+    asked = read_declared("space") | changes
+    nuisances = dict(asked["nuisances"])
+    if kind == "plane":
+        nuisances.pop("azimuth")
+    task = Task(
+        objects=asked["objects"],
+        speeds=(asked["speed"],),
+        nuisances=Nuisances(**nuisances),
+        noise=asked["noise"],
+        seeds={"test": asked["seed"]},
+    )
+    names = layouts or tuple(asked["layouts"])
+    return SpaceStudy(
+        task=task,
+        levels={name: Layout(**asked["layouts"][name]) for name in names},
+        readers=tuple(asked["readers"]["names"]),
+        headline={},
+        windows={},
+        **{name: asked[name] for name in ("each", "sample_interval", "draws", "sets")},
+    )
+
+
+def compute(
+    journal: Path | None = None, minutes: float = np.inf, **changes: Any
+) -> dict[str, dict[str, list]]:
+    """By "kind/antenna" the accuracy (set, reader, layout) of the sets that are whole.
+
+    Sets are gone through in their order until the minutes are over, and on from the journal.
+    """
+    asked, end = read_declared("space") | changes, time.monotonic() + 60 * minutes
+    cells = [(kind, name) for kind in ("space", "plane") for name in asked["antennas"][kind]]
+    whole = load_space(**changes)
+    sets: list[list[Any]] = []
+    key = make_key({"asked": asked})
+    with hold_blas(), Journal(journal, key, "study") as kept:
+        for number in range(whole.sets):
+            names = [(*cell, number) for cell in cells]
+            for kind, name, _ in names:
+                if kept.find(kind, name, number) is None and time.monotonic() < end:
+                    full = (kind, name) == cells[0]
+                    study = whole if full else load_space(kind, FEW, **changes)
+                    own = cockroach(name).unflatten()
+                    found = study.measure_set(own, number, asked["speed"], {"workers": 2})
+                    kept.add(found, kind, name, number)
+            results = [kept.find(*name) for name in names]
+            if any(one is None for one in results):
+                break
+            sets.append([np.array(one["accuracy"], float) for one in results])
+    return {
+        "/".join(cell): np.array(own).tolist() for cell, *own in zip(cells, *sets, strict=True)
+    }
+
+
+def main() -> None:
+    note_kept(store("space", compute(_JOURNAL), read_declared("space")["seed"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,4 @@
+"""What the spike trains of an antenna's sensilla convey.
+
+Page: docs/spikes.md.
+"""

@@ -1,0 +1,390 @@
+"""Comparing policies: the verdict is what it says, journals are taken up, and the command makes its
+page.
+"""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+from feeler.active import Observer, film_policy, parse_policy, show
+from feeler.active.contests import (
+    confirm_steering,
+    fill_comparison,
+    judge_energy,
+    judge_learned,
+    judge_steering,
+    load_contest,
+    plot_comparison,
+    write_active,
+)
+from feeler.active.show import write_film
+from feeler.cli.app import app
+from feeler.errors import InvalidInput
+from feeler.plotting.movie import say_clock
+from feeler.presets import cockroach
+from feeler.report import Section
+from feeler.tradeoff import average_sets
+
+SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
+NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    return load_contest(**SMALL)
+
+
+def test_a_journal_is_taken_up_and_changes_nothing(comparison, tmp_path):
+    journal = tmp_path / "journal.jsonl"
+    whole = comparison.run(cockroach(), NAMES)
+    comparison.run(cockroach(), NAMES[:1], journal=journal)
+    with journal.open("a") as file:
+        file.write('{"name": "cut off')
+    taken = comparison.run(cockroach(), NAMES, journal=journal)
+    xr.testing.assert_identical(taken, whole)
+    lines = [json.loads(line) for line in journal.read_text().splitlines()]
+    assert len(lines) == 1 + len(NAMES) * comparison.sets
+    assert np.all((whole["accuracy"] >= 0) & (whole["accuracy"] <= 1))
+    assert float(whole["work"].min()) >= 0
+
+
+def test_every_set_is_what_a_fresh_observer_makes_of_it(comparison):
+    """Asked after other sets and other policies; no set is another set again."""
+    found = comparison.run(cockroach(), NAMES)
+    for number in range(comparison.sets):
+        task = comparison.make_task(cockroach(), number)
+        assert task.seed == 1000 * comparison.seed + number
+        for name in NAMES:
+            fresh = Observer(task, period=comparison.period, random_state=number)
+            seen = fresh.run(parse_policy(name), comparison.copies)
+            one = found.sel(policy=name).isel(set=number)
+            rows = [round(d / comparison.period) for d in comparison.deadlines]
+            np.testing.assert_array_equal(one["accuracy"], seen.accuracy[rows])
+            np.testing.assert_array_equal(one["hits"], seen.hits[rows])
+            np.testing.assert_array_equal(one["work"], seen.work[rows].mean(axis=1))
+    assert np.all(found["accuracy"].isel(set=0) != found["accuracy"].isel(set=1))
+
+
+def test_a_journal_gives_no_other_contest_s_answer(comparison, tmp_path):
+    """More copies are run anew; other touches, noise, decisions or antennas are refused."""
+    journal, name = tmp_path / "journal.jsonl", NAMES[:1]
+    comparison.run(cockroach(), name, journal=journal)
+    more = comparison.replace(copies=3, sets=1)
+    xr.testing.assert_identical(
+        more.run(cockroach(), name, journal=journal), more.run(cockroach(), name)
+    )
+    before = journal.read_bytes()
+    others = (
+        {"known": 9},
+        {"seed": 1},
+        {"noise": "common:0.02"},
+        {"noise": "relative:0.03"},
+        {"duration": 25.0},
+        {"period": 10.0},
+        {"deadlines": (10.0,)},
+    )
+    for changes in others:
+        with pytest.raises(InvalidInput, match="belongs to another contest"):
+            comparison.replace(**changes).run(cockroach(), name, journal=journal)
+    with pytest.raises(InvalidInput, match="belongs to another contest"):
+        comparison.run(cockroach("linear"), name, journal=journal)
+    assert journal.read_bytes() == before
+
+
+def test_a_policy_that_looks_ahead_is_not_taken_for_one_that_does_not(comparison, tmp_path):
+    journal, names = tmp_path / "journal.jsonl", ["fixed:0.6"]
+    small = comparison.replace(copies=3, ahead_copies=1, ahead_sets=1)
+    small.run(cockroach(), names, journal=journal)
+    ahead = small.replace(fixed=(), ahead=("fixed:0.6",))
+    found = ahead.run(cockroach(), names, journal=journal)
+    xr.testing.assert_identical(found, ahead.run(cockroach(), names))
+    assert np.isnan(found["accuracy"].isel(set=1)).all()
+
+
+def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
+    journal, mine = tmp_path / "journal.jsonl", tmp_path / "mine.py"
+    found = []
+    for speed in (0.3, 1.2):
+        mine.write_text(f"def policy(known):\n    return {speed}\n")
+        found.append(comparison.run(cockroach(), [f"{mine}:policy"], journal=journal))
+    assert np.all(found[0]["work"] < found[1]["work"])
+
+
+@pytest.mark.parametrize(
+    "words", ["# my notes", "my notes\n", '{"x": 1}\n', '{"key": "a", "value": {}}\nnotes']
+)
+def test_a_file_that_is_no_journal_is_left_as_it_is(comparison, tmp_path, words):
+    (tmp_path / "notes").write_text(words)
+    with pytest.raises(InvalidInput, match="notes is no journal of a contest"):
+        comparison.run(cockroach(), NAMES, journal=tmp_path / "notes")
+    assert (tmp_path / "notes").read_text() == words
+
+
+def make_measured(comparison, accuracy):
+    """One accuracy for each policy and set."""
+    names = [*comparison.fixed[:1], *comparison.steered[:2]]
+    values = np.repeat(np.array(accuracy, float)[:, :, None], 2, axis=2)
+    work = np.broadcast_to(np.array([1.0, 3.0, 0.2])[:, None, None], values.shape)
+    coords = {"policy": names, "deadline": [10.0, 20.0]}
+    dims = ("policy", "set", "deadline")
+    return xr.Dataset(
+        {"accuracy": (dims, values), "work": (dims, work)}, coords, {"antenna": "toy"}
+    )
+
+
+def test_what_was_chosen_is_confirmed_on_fresh_sets_alone(comparison):
+    # the first two sets choose steered[0]; on the others it gains 10 and 20 points, and steered[1],
+    # better there, isn't asked
+    measured = make_measured(
+        comparison, [[0.5] * 4, [0.9, 0.9, 0.6, 0.7], [0.1, 0.1, 1.0, 1.0]]
+    )
+    verdict = judge_steering(measured.isel(set=slice(2)), comparison)
+    found = confirm_steering(measured, verdict, 2).sel(deadline=10.0)
+    assert float(found["gain"]) == pytest.approx(15)
+    assert float(found["half"]) == pytest.approx(
+        12.706 * 10 / 2, rel=1e-3
+    )  # Student's t of one degree, 97.5 %
+    assert (float(found["fixed_accuracy"]), float(found["steered_accuracy"])) == pytest.approx(
+        (50, 65)
+    )
+    with pytest.raises(InvalidInput, match="at least two sets from number 3 on"):
+        confirm_steering(measured, verdict, 3)
+
+
+def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
+    # steered[0] is the best on the sets that choose, and not the best of all sets
+    lucky = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.5], [0.9, 0.2, 0.9, 0.2], [0.6, 0.6, 0.6, 0.6]]
+    )
+    found = judge_steering(lucky, comparison).sel(deadline=10.0)
+    assert found["steered"] == comparison.steered[0]
+    assert float(found["gain"]) == pytest.approx(-30)
+    assert not bool(found["pays"])
+    sure = make_measured(comparison, [[0.5, 0.5, 0.5, 0.5], [0.6, 0.61, 0.6, 0.6], [0.1] * 4])
+    found = judge_steering(sure, comparison).sel(deadline=20.0)
+    assert float(found["gain"]) == pytest.approx(10.5)
+    assert bool(found["pays"]) == (10.5 - float(found["half"]) > 0)
+
+
+def test_what_was_learned_is_held_against_who_was_chosen_on_other_sets(comparison):
+    measured = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.4, 0.9, 0.5], [0.6, 0.6, 0.6, 0.6]]
+    )
+    seeds = np.array([[0.7, 0.8], [0.6, 0.7]])[:, :, None] * np.ones(2)
+    learned = xr.Dataset(
+        {"accuracy": (("seed", "set", "deadline"), seeds)},
+        {"set": [1, 3], "deadline": [10.0, 20.0]},
+    )
+    found = judge_learned(learned, measured, comparison).sel(deadline=20.0)
+    assert [float(found[name]) for name in ("learned", "least", "most")] == pytest.approx(
+        [70, 65, 75]
+    )
+    assert float(found["fixed_gain"]) == pytest.approx(15)  # 65 - 50 on set 1, 75 - 60 on set 3
+    assert float(found["fixed_half"]) == pytest.approx(0, abs=1e-9)
+    assert float(found["steered_gain"]) == pytest.approx(25)
+
+
+def test_a_budget_leaves_out_what_costs_more(comparison):
+    measured = make_measured(comparison, [[0.5] * 4, [0.9] * 4, [0.6] * 4])
+    rows = {row[1]: row[1:] for row in judge_energy(measured, comparison)}
+    assert rows[0.5][1:] == [
+        "none",
+        pytest.approx(np.nan, nan_ok=True),
+        comparison.steered[1],
+        pytest.approx(60),
+    ]
+    assert rows[4.0][3] == comparison.steered[0]
+
+
+def test_the_page_says_what_was_measured(comparison, tmp_path):
+    measured = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
+    )
+    seeds = np.array([[0.7, 0.8], [0.61, 0.7]])[:, :, None] * np.ones(2)
+    learned = xr.Dataset(
+        {"accuracy": (("seed", "set", "deadline"), seeds)},
+        {"set": [1, 3], "deadline": [10.0, 20.0]},
+    )
+    learned["work"] = 2 * learned["accuracy"]
+    section = Section(name="active", title="", folder=tmp_path, vector=False)
+    fill_comparison(section, measured, comparison, learned)
+    right, work, verdict, energy, taught = [
+        block for block in section.blocks if block["kind"] == "table"
+    ]
+    assert "[%]" in right["caption"] and "[µJ]" in work["caption"]
+    assert right["header"] == work["header"] == ["policy", "10 ms", "20 ms"]
+    found = average_sets(measured["accuracy"])
+    for row, name in zip(right["rows"], measured["policy"].values, strict=True):
+        one = found.sel(policy=name, deadline=10.0)
+        assert row == [
+            name,
+            *[f"{100 * float(one['mean']):.1f} ± {100 * float(one['half']):.1f}"] * 2,
+        ]
+    assert [row[1:] for row in work["rows"]] == [["1", "1"], ["3", "3"], ["0.2", "0.2"]]
+    judged = judge_steering(measured, comparison).sel(deadline=10.0)
+    told = [
+        f"{float(judged[name]):.4g}"
+        for name in ("fixed_accuracy", "steered_accuracy", "gain", "half")
+    ]
+    row = verdict["rows"][0]
+    assert [row[0], row[1], row[3], row[7]] == [
+        "10 ms",
+        comparison.fixed[0],
+        comparison.steered[0],
+        "no",
+    ]
+    assert [row[2], *row[4:7]] == told
+    assert f"at least {comparison.gain:g} points" in verdict["caption"]
+    assert (
+        energy["header"][:2] == ["deadline [ms]", "budget [µJ]"]
+        and float(energy["rows"][0][0]) == 10
+    )
+    ppo = judge_learned(learned, measured, comparison).sel(deadline=20.0)
+    names = (
+        "learned",
+        "least",
+        "most",
+        "fixed_gain",
+        "fixed_half",
+        "steered_gain",
+        "steered_half",
+    )
+    assert taught["rows"][1] == ["20 ms", *(f"{float(ppo[name]):.4g}" for name in names)]
+    assert "mean of 2 seeds" in taught["caption"]
+
+
+def test_the_picture_is_in_per_cent_and_microjoules(comparison):
+    measured = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
+    )
+    plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
+    left, right = figure.axes
+    assert (left.get_xlabel(), left.get_ylabel()) == (
+        "deadline [ms since the beginning]",
+        "right answers [%]",
+    )
+    assert (right.get_xlabel(), right.get_ylabel()) == (
+        "work on the antenna [µJ]",
+        "right at 20 ms [%]",
+    )
+    lines = [bars.lines[0].get_xydata() for bars in left.containers]
+    np.testing.assert_allclose(lines, [[[10, y], [20, y]] for y in (52.5, 68.0, 60.0)])
+    points = np.concatenate([bars.lines[0].get_xydata() for bars in right.containers])
+    np.testing.assert_allclose(points, [[1, 52.5], [3, 68.0], [0.2, 60.0]])
+
+
+def test_bars_end_where_shares_end(comparison):
+    measured = make_measured(
+        comparison, [[0.01, 0.4, 0.01, 0.5], [0.9, 1.0, 0.9, 1.0], [0.6] * 4]
+    )
+    plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
+    ends = [
+        segment[:, 1]
+        for ax in figure.axes
+        for bars in ax.containers
+        for segment in bars.lines[2][0].get_segments()
+    ]
+    assert np.min(ends) == 0 and np.max(ends) == 100
+
+
+def test_two_sets_leave_nothing_that_can_be_said_and_the_page_says_so(comparison, tmp_path):
+    """One set to choose on, one to judge on: no interval, and no verdict where there is none."""
+    measured = make_measured(comparison, [[0.5, 0.5], [0.9, 0.9], [0.6, 0.6]])
+    section = Section(name="active", title="", folder=tmp_path, vector=False)
+    fill_comparison(section, measured, comparison)
+    *_, verdict, energy = [block for block in section.blocks if block["kind"] == "table"]
+    assert {(row[6], row[7]) for row in verdict["rows"]} == {("one set", "cannot be said")}
+    assert "four sets or more" in verdict["caption"]
+    assert "undefined" not in str(section.blocks) and "–" in str(energy["rows"])
+
+
+def test_a_movie_is_called_after_its_policy(comparison, tmp_path):
+    measured = make_measured(comparison, [[0.5], [0.9], [0.6]])
+    (tmp_path / "policy1.mp4").write_bytes(b"frames")
+    films = {"fixed:0.6": tmp_path / "policy1.mp4"}
+    page = write_active(measured, comparison, tmp_path, films).read_text(encoding="utf-8")
+    assert "under the policy fixed:0.6:" in page and "policy1:" not in page
+
+
+def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch, comparison):
+    made = []
+    monkeypatch.setattr(
+        show, "write_movie", lambda path, figure, draw, n, **__: made.append((figure, draw, n))
+    )
+    observer = comparison.make_observer(cockroach(), 0)
+    film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
+    assert film.labels == tuple(
+        f"{f.name} {f.size:g} mm" for f in observer.task.trials.features
+    )
+    write_film(film, "film.mp4", slower=20.0)
+    figure, draw, count = made[0]
+    left, above, below = figure.axes
+    assert (left.get_xlabel(), left.get_ylabel(), above.get_ylabel()) == (
+        "x [mm]",
+        "y [mm]",
+        "speed [m/s]",
+    )
+    assert below.get_xlabel() == "time [ms]"
+    draw(count - 1)
+    assert left.get_title() == say_clock(float(film.time[-1]), 20.0)
+    np.testing.assert_array_equal(above.lines[0].get_data(), [film.time, film.speed])
+    for line, belief in zip(below.lines, film.belief.T, strict=True):
+        np.testing.assert_array_equal(line.get_data(), [film.time, belief])
+
+
+def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):
+    measured = make_measured(comparison, [[0.52], [0.9], [0.6]])
+    section = Section(name="active", title="", folder=tmp_path, vector=False)
+    fill_comparison(section, measured, comparison)
+    right = next(block for block in section.blocks if block["kind"] == "table")
+    assert [row[1] for row in right["rows"]] == ["52.0", "90.0", "60.0"]
+
+
+@pytest.mark.long
+def test_the_command_makes_its_page(tmp_path):
+    mine = tmp_path / "mine.py"
+    mine.write_text("def policy(known):\n    return 1.2 if known.time < 10 else 0.3\n")
+    asked = [
+        "active",
+        "--out",
+        str(tmp_path / "out"),
+        "--sets",
+        "1",
+        "--copies",
+        "1",
+        "--no-movie",
+        "--json",
+    ]
+    result = CliRunner().invoke(
+        app, [*asked, "--policy", "fixed:1.2", "--policy", f"{mine}:policy"]
+    )
+    assert result.exit_code == 0, result.output
+    assert "How to move" in (tmp_path / "out" / "active.html").read_text()
+    found = json.loads((tmp_path / "out" / "active.json").read_text())
+    assert {
+        name: item for name, item in json.loads(result.stdout).items() if name != "page"
+    } == found
+    assert found["coords"]["policy"]["data"] == ["fixed:1.2", f"{mine}:policy"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"sets": 0}, "sets must be ≥ 1"),
+        ({"deadlines": (500.0,)}, "multiples of 5 ms up to"),
+        ({"deadlines": (12.0,)}, "multiples of 5 ms"),
+    ],
+)
+def test_what_cannot_be_compared_is_named(changes, said):
+    with pytest.raises(InvalidInput, match=said):
+        load_contest(**changes)
+
+
+def test_one_set_cannot_be_judged(comparison):
+    measured = make_measured(comparison, [[0.5], [0.6], [0.6]])
+    with pytest.raises(InvalidInput, match="at least two sets"):
+        judge_steering(measured, comparison)

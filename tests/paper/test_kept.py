@@ -1,0 +1,111 @@
+"""What a run does not compute is shown from the kept run, and says so."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from PIL import Image
+
+from feeler import provenance
+from feeler.plotting.style import LEAST
+from feeler.report.page import Section
+from paper.claims import load_claims
+from paper.context import Context
+from paper.kept import SHIPPED, find_shipped, keep_sections
+from paper.stage import Stage
+from paper.story import OPENING_MOVIE
+from paper.verdicts import judge_claims
+from tests.figures import find_mixed
+
+TOUCHED = {"figS4_cnn": ["exponential"]}
+"""Legends whose empty margin meets a mark: a person has looked, and nothing is hidden. The network
+trains for half an hour; its legend is to be moved when the section is next made."""
+
+
+def show(context, section):
+    section.text("Three antennae.")
+    section.figure("three", "Three lines.", lambda figure: figure.subplots().plot([3, 1, 2]))
+    section.values["three.lines"] = 3.0
+
+
+STAGE = Stage(
+    name="three", title="Three", make=show, reads=("scale", "seed", "engine", "antenna")
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """One kept section, of a whole run with seed 0."""
+    folder = tmp_path_factory.mktemp("kept")
+    (made := folder / "made").mkdir()
+    section = Section(name=STAGE.name, title=STAGE.title, folder=made, seconds=41.7)
+    show(None, section)
+    section.save()
+    keep_sections([(STAGE, section)], Context(scale="paper"), folder)
+    return folder
+
+
+def test_a_kept_section_has_its_numbers_and_says_whence(folder):
+    found = find_shipped(STAGE, Context(scale="quick"), folder)
+    assert found.values == {"three.lines": 3.0} and found.scale == "paper"
+    assert re.fullmatch(
+        r"Kept from a run at paper scale of \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
+    )
+    assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
+    assert found.blocks[1]["words"]["over"] == []
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in SHIPPED.iterdir()))
+def test_the_words_of_kept_figures_can_be_read(name):
+    """What is measured when a figure is drawn is kept with it; an older section may not have it."""
+    blocks = Section.load(SHIPPED / name).blocks
+    for figure, words in [
+        (block["name"], block["words"]) for block in blocks if block.get("words")
+    ]:
+        assert words["least"] >= LEAST
+        assert words["over"] == []
+        assert words["covered"] == TOUCHED.get(figure, [])
+        assert words["unnamed"] == {}
+        assert find_mixed(words["named"]) == []
+
+
+def test_the_first_screen_s_movie_is_kept_as_a_movie(tmp_path):
+    (made := tmp_path / "made").mkdir()
+    section = Section(name=STAGE.name, title=STAGE.title, folder=made)
+    for name in (OPENING_MOVIE, "other.mp4"):
+        path = made / name
+        path.write_bytes(b"frames")
+        Image.new("RGB", (4, 3)).save(path.with_suffix(".jpg"))
+        section.movie(path, "A movie.")
+    section.save()
+    keep_sections([(STAGE, section)], Context(scale="paper"), tmp_path)
+    found = find_shipped(STAGE, Context(scale="quick"), tmp_path)
+    assert [block["kind"] for block in found.blocks] == ["movie", "figure"]
+    assert (found.folder / OPENING_MOVIE).read_bytes() == b"frames"
+    assert (found.folder / found.blocks[0]["still"]).exists()
+
+
+@pytest.mark.parametrize("asked", [{"seed": 3}, {"engine": "mujoco"}, {"is_cockroach": False}])
+def test_who_asks_something_else_gets_no_kept_section(folder, asked):
+    assert find_shipped(STAGE, Context(scale="quick", **asked), folder) is None
+
+
+def test_a_section_of_other_physics_says_so(folder, monkeypatch):
+    monkeypatch.setattr(provenance, "PHYSICS", provenance.PHYSICS + 1)
+    found = find_shipped(STAGE, Context(scale="quick"), folder)
+    assert found.kept.endswith("Its settings or the physics have changed since.")
+
+
+def test_a_kept_section_is_judged_at_its_own_scale():
+    claim = next(c for c in load_claims() if c.due == "paper" and c.kind != "none")
+    section = Section(name=claim.section, title="", folder=None)
+    judged = {
+        scale: next(
+            one
+            for one in judge_claims([replace(section, scale=scale)], Context(scale="quick"))
+            if one.claim.id == claim.id
+        )
+        for scale in ("", "paper")
+    }
+    assert "at paper scale judges it" in judged[""].why
+    assert "judges it" not in judged["paper"].why

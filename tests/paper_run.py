@@ -1,0 +1,21 @@
+"""A run of the whole paper at smoke scale, in processes of its own."""
+
+import subprocess
+import sys
+
+
+def start(out, *options):
+    """``python -m paper`` at smoke scale in a process group of its own."""
+    command = [
+        sys.executable,
+        "-m",
+        "paper",
+        "--scale",
+        "smoke",
+        "--out",
+        str(out),
+        *options,
+    ]
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+    )

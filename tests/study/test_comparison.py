@@ -1,0 +1,146 @@
+"""Antennas side by side: each measure is the library's own, and the page says it in its unit."""
+
+import re
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import feeler
+from feeler.analysis import bootstrap_difference, compute_dispersion
+from feeler.comparison import compare_antennas, plot, write_comparison
+from feeler.decoding import list_groups, make_lda, make_svm
+from feeler.encoding import LABELS, compute_histogram_entropy
+from feeler.objects.trials import trials
+from feeler.report import Section
+from paper.scale import SCALES
+
+
+@pytest.fixture(scope="module")
+def sets():
+    effort = SCALES["smoke"]
+    touches = [
+        t
+        for t in trials(locations=effort.locations)
+        if t.speed == 0.6 and t.name in effort.shapes
+    ]
+    antennas = {
+        "robot": feeler.presets.robot(),
+        "constant": feeler.presets.cockroach("constant"),
+    }
+    return {
+        name: feeler.touch(antenna, touches, duration=40.0)
+        for name, antenna in antennas.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def compared(sets):
+    effort = SCALES["smoke"]
+    return compare_antennas(
+        sets, effort.make_encoder(random_state=0), plan=effort.plan, random_state=3
+    )
+
+
+def test_measures_are_those_of_the_library(sets, compared):
+    listed = list_groups(sets, reference="robot")["profile"]
+    dispersion = compute_dispersion({name: array for name, (array, _) in listed.items()})
+    for name, (array, _) in listed.items():
+        assert compared.peak[name] == float(np.abs(sets[name]["angle"]).max())
+        flat = array.reshape(len(array), -1)
+        root = np.sqrt(flat.shape[1])
+        hoyer = (root - np.abs(flat).sum(axis=1) / np.sqrt((flat**2).sum(axis=1))) / (root - 1)
+        assert compared.sparseness[name] == pytest.approx(hoyer.mean())
+        for index, average in dispersion.average.items():
+            assert compared.dispersion["raw"].average[index][name] == average[name]
+        fitted = (
+            SCALES["smoke"]
+            .make_encoder(random_state=0)
+            .set_params(n_restarts=SCALES["smoke"].plan.n_restarts)
+        )
+        fitted.fit(array)
+        entropy = np.mean([compute_histogram_entropy(basis) for basis in fitted.components_])
+        assert compared.entropy[name] == pytest.approx(entropy)
+    rng = np.random.default_rng(3)
+    for kind in ("sparse", "raw"):
+        for noise in compared.curves.noises:
+            robot, other = compared.curves.find(kind, noise).values()
+            found = compared.differences[f"accuracy, {LABELS[kind]}, {noise} noise", "constant"]
+            assert found == bootstrap_difference(robot.area, other.area, rng)
+
+
+def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(
+    compared, tmp_path, monkeypatch
+):
+    rows = {title: cells for title, *cells in compared.list_rows()}
+    numbers = {
+        title: [float(re.match(r"-?[\d.]+", cell)[0]) for cell in cells]
+        for title, cells in rows.items()
+    }
+    names = compared.names
+    assert numbers["greatest angle (°)"] == pytest.approx(
+        [180 / np.pi * compared.peak[n] for n in names], abs=6e-3
+    )
+    assert numbers["entropy of the bases (bits)"] == pytest.approx(
+        [compared.entropy[n] for n in names], abs=6e-3
+    )
+    hoyer = numbers["Hoyer sparseness of the tensors"]
+    assert hoyer == pytest.approx([compared.sparseness[n] for n in names], abs=6e-3)
+    shares = {title: cells for title, cells in numbers.items() if title.startswith("accuracy")}
+    assert len(shares) == 2 * len(compared.curves.noises) and all(
+        title.endswith("noise (%)") for title in shares
+    )
+    kinds = [(kind, noise) for kind in ("sparse", "raw") for noise in compared.curves.noises]
+    for cells, (kind, noise) in zip(shares.values(), kinds, strict=True):
+        found = compared.curves.find(kind, noise)
+        assert cells == pytest.approx([100 * found[n].noisy.mean() for n in names], abs=0.06)
+    monkeypatch.setattr(Section, "figure", lambda *_, **__: None)
+    page = write_comparison(compared, tmp_path / "c.html").read_text(encoding="utf-8")
+    words = " ".join(re.sub("<[^>]+>", " ", page).split())
+    for (measure, name), one in compared.differences.items():
+        row = f"{name} {100 * one.estimate:+.1f} {100 * one.low:+.1f} to {100 * one.high:+.1f}"
+        row = f"{row} {one.effect:.2f}".replace("-0.0 ", "+0.0 ").replace("-0.00", "0.00")
+        assert f"{measure.removeprefix('accuracy, ')} {row}" in words
+    for title, cells in rows.items():
+        assert f"{title} {' '.join(cells)}" in words
+
+
+def test_the_picture_is_in_per_cent(compared):
+    plot(compared, figure := Figure(figsize=(10.0, 6.5)))
+    panels = figure.axes[4:]
+    assert {ax.get_xlabel() for ax in panels} == {"noise [%]"} and panels[
+        0
+    ].get_ylabel() == "accuracy [%]"
+    assert [ax.get_title() for ax in figure.axes[:4]] == [
+        f"{name}, tensors" for name in ("Pearson r", "SSIM", "MSE", "NMI")
+    ]
+
+
+def test_one_antenna_is_no_comparison(sets):
+    with pytest.raises(feeler.errors.InvalidInput, match="at least two antennas"):
+        compare_antennas({"robot": sets["robot"]}, None, plan=SCALES["smoke"].plan)
+
+
+@pytest.mark.parametrize("reader", [make_lda(24), make_svm(24)])
+def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
+    """As many copies as a reader has components: the last one is a hair's, and scaled it was as
+    long as the others.
+    """
+    effort = SCALES["smoke"]
+    plan = effort.plan.replace(n_copies=3, other_copies=())
+    assert 3 * len(sets["robot"]["trial"]) == 24
+    rng = np.random.default_rng(1)
+    hair = {
+        name: data.assign(
+            angle=data["angle"] * (1 + 1e-14 * rng.normal(size=data["angle"].shape))
+        )
+        for name, data in sets.items()
+    }
+    found, moved = (
+        compare_antennas(
+            given, effort.make_encoder(random_state=0), plan=plan, reader=reader
+        ).curves.find("raw", "common")
+        for given in (sets, hair)
+    )
+    for name in sets:
+        np.testing.assert_array_equal(found[name].noisy, moved[name].noisy)

@@ -1,0 +1,240 @@
+"""Speed against accuracy: the task is one for all speeds, windows hold what they say, and best is
+best.
+"""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.special import stdtrit
+from typer.testing import CliRunner
+
+import feeler
+from feeler.analysis import compute_information, scale_peaks
+from feeler.cli.app import app
+from feeler.errors import InvalidInput
+from feeler.tradeoff import average_sets, find_best, load_declared
+
+BALLS = [feeler.Ball(radius=1.5), feeler.Ball(radius=3.0)]
+
+
+CHOSEN = {"levels": {"relative": (1.0,), "common": (0.03,)}, "objects": BALLS}
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_declared(sets=2, speeds=(0.6, 1.2), **CHOSEN)
+
+
+@pytest.fixture(scope="module")
+def measured(study):
+    found = study.run({"cockroach": feeler.presets.cockroach()})
+    return found.sel(antenna="cockroach", reader="ideal")
+
+
+def test_all_speeds_and_antennas_meet_the_same_touches():
+    task = load_declared().task
+    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("constant")
+    (slow, labels), (fast, same) = (
+        task.draw(antenna, "test", set=3, speed=speed)
+        for antenna, speed in zip(antennas, (0.03, 1.2), strict=True)
+    )
+    assert len(slow) == 30 and labels.tolist() == same.tolist()
+    assert [(t.feature, t.location, t.approach, t.friction) for t in slow] == [
+        (t.feature, t.location, t.approach, t.friction) for t in fast
+    ]
+    assert task.draw(None, "test", set=4)[0][0].location != slow[0].location
+
+
+def test_draws_stay_in_the_declared_ranges():
+    task = load_declared(objects=BALLS, locations=(0.7,)).task
+    trials = [trial for number in range(20) for trial in task.draw(None, "test", set=number)[0]]
+    assert max(abs(t.location - 0.7) for t in trials) <= 0.015
+    assert max(abs(t.approach - 90) for t in trials) <= 4.0
+    assert all(0.6 <= t.friction <= 1.0 for t in trials)
+
+
+def test_a_window_is_the_samples_that_it_names(study, measured):
+    """20 ms at 0.6 m/s and 12 mm are not in the table of one kind only: what is the same window
+    tells the same.
+    """
+    trials, _ = study.task.draw(None, "test", set=1, speed=0.6)
+    angle = feeler.touch(feeler.presets.cockroach(), trials, duration=60.0)["angle"].values
+    found = measured.isel(set=1).sel(speed=0.6)
+    common = compute_information(angle[:, :, 6:26], 0.03, n_draws=study.draws, random_state=1)
+    assert float(found["bits"].sel(level="common 0.03", window="20 ms")) == pytest.approx(
+        common.bits, abs=1e-3
+    )
+    every = compute_information(angle[:, :, 7:46:2], 0.03, n_draws=study.draws, random_state=1)
+    assert float(
+        found["bits"].sel(level="common 0.03", window="24 mm, 20 samples")
+    ) == pytest.approx(every.bits, abs=1e-3)
+
+
+def test_more_samples_tell_more(measured):
+    for kind in ("time", "distance"):
+        mean = (
+            measured["bits"]
+            .mean("set")
+            .isel(window=np.flatnonzero(measured["kind"].values == kind))
+        )
+        assert np.all(np.diff(mean.values, axis=-1) > -0.02)  # the drawn noise differs a little
+    assert np.all(
+        measured["bits"].sel(window="800 ms") == measured["bits"].sel(window="whole touch")
+    )
+
+
+def test_relative_noise_is_of_the_whole_touchs_peak(study, measured):
+    trials, _ = study.task.draw(None, "test", speed=1.2)
+    length = feeler.presets.cockroach().length
+    angle = feeler.touch(
+        feeler.presets.cockroach(), trials, duration=np.ceil(105 + length / 1.2)
+    )["angle"].values
+    known = compute_information(
+        scale_peaks(angle)[:, :, 6:], 1.0, n_draws=study.draws, random_state=0
+    )
+    found = (
+        measured["accuracy"]
+        .isel(set=0)
+        .sel(speed=1.2, level="relative 1", window="whole touch")
+    )
+    assert float(found) == pytest.approx(known.accuracy, abs=1e-3)
+
+
+def test_faster_costs_more(measured):
+    assert np.all(measured["work"].sel(speed=1.2) > measured["work"].sel(speed=0.6))
+    assert np.all(measured["force"].sel(speed=1.2) > measured["force"].sel(speed=0.6))
+
+
+def test_best_and_what_is_not_told_from_it():
+    values = np.array(
+        [[[0.5, 0.9], [0.6, 0.2]], [[0.5, 0.8], [0.9, 0.1]], [[0.5, 0.7], [0.45, 0.3]]]
+    )  # set, speed, window
+    data = xr.Dataset(
+        {"accuracy": (("set", "speed", "level", "window"), values[:, :, None])},
+        {
+            "speed": [0.1, 0.2],
+            "level": ["a"],
+            "window": ["x", "y"],
+            "kind": ("window", ["time"] * 2),
+            "value": ("window", [1.0, 2.0]),
+        },
+    )
+    found = find_best(data, "a")
+    assert found["best"].values.tolist() == [0.2, 0.1]
+    assert found["least"].values.tolist() == [
+        0.1,
+        0.1,
+    ]  # 0.2 is best at x, but three sets do not tell it from 0.1
+    assert found["most"].values.tolist() == [0.2, 0.1]
+    assert found["gain"].values == pytest.approx([0.15, 0.6])
+    paired = np.array(
+        [[0.1, 0.4, -0.05], [0.7, 0.7, 0.4]]
+    )  # of the best over the second, by set
+    half = stdtrit(2, 0.975) * paired.std(axis=1, ddof=1) / np.sqrt(3)
+    assert found["gain_half"].values == pytest.approx(half)
+
+
+def test_the_interval_is_students():
+    rng = np.random.default_rng(0)
+    draws = xr.DataArray(rng.standard_normal((5, 4000)), dims=("set", "case"))
+    found = average_sets(draws)
+    assert float((abs(found["mean"]) < found["half"]).mean()) == pytest.approx(0.95, abs=0.015)
+    assert np.isnan(average_sets(draws[:1])["half"]).all()
+
+
+def test_every_speed_has_its_matched_samples_on_the_grid():
+    """At all declared speeds the matched samples lie on whole samples, so that nothing is
+    rounded.
+    """
+    study = load_declared()
+    far, n = study.windows["matched_distance"], study.windows["matched_samples"]
+    for speed in study.task.speeds:
+        at = far * np.arange(1, n + 1) / n / speed / study.sample_interval
+        assert at == pytest.approx(np.round(at), abs=1e-9)
+    names = [name for _, _, name in study.list_windows()]
+    assert len({*names}) == len(names)
+
+
+def test_a_reader_that_learns_tells_less_than_one_that_knows():
+    study = load_declared(
+        sets=1,
+        speeds=(0.6,),
+        readers=("ideal", "lda"),
+        locations=(0.6, 0.9),
+        draws=8,
+        windows={**load_declared().windows, "deadlines": (20, 100), "distances": ()},
+        **CHOSEN,
+    )
+    found = study.run({"a": feeler.presets.cockroach()}).isel(antenna=0, set=0, speed=0)
+    assert found["bits"].dims == ("reader", "level", "window")
+    whole = found["accuracy"].sel(window="whole touch", level="common 0.03")
+    assert 0.25 < float(whole.sel(reader="lda")) <= float(whole.sel(reader="ideal")) + 0.1
+    assert float(found["bits"].sel(reader="lda").max()) <= 2.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sets": 0}, "Study.sets must be ≥ 1, got 0"),
+        ({"readers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
+        (
+            {"levels": {"pink": (1.0,)}},
+            "Study.levels must be one of relative, common, mixed, got 'pink'",
+        ),
+        ({"objects": ()}, "a task needs an object"),
+        ({"objects": [BALLS[0]] * 2}, "two objects are called"),
+        ({"speeds": ()}, "Task.speeds must be 1 or more numbers > 0"),
+    ],
+)
+def test_a_study_that_cannot_be_made_is_refused(changes, words):
+    with pytest.raises(InvalidInput, match=words):
+        load_declared(**changes)
+
+
+@pytest.mark.long
+def test_the_verb_writes_page_picture_and_numbers(tmp_path):
+    arguments = [
+        "tradeoff",
+        "--out",
+        str(tmp_path),
+        "--sets",
+        "1",
+        "--speed",
+        "0.6",
+        "--speed",
+        "1.2",
+    ]
+    done = CliRunner().invoke(
+        app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant", "--json"]
+    )
+    assert done.exit_code == 0, done.output
+    assert {p.name for p in tmp_path.iterdir()} >= {
+        f"tradeoff.{end}" for end in ("html", "png", "csv", "json")
+    }
+    kept = json.loads((tmp_path / "tradeoff.json").read_text())
+    assert "constant" in kept and json.loads(done.stdout)["antennas"] == kept
+    lines = (tmp_path / "tradeoff.csv").read_text().splitlines()
+    assert lines[0].startswith("antenna,speed,level,window,accuracy")
+    assert len(lines) == 1 + 2 * 6 * len(load_declared().list_windows())
+
+
+def test_an_interrupted_study_goes_on_and_another_is_refused(tmp_path):
+    study = load_declared(sets=2, speeds=(1.2,), draws=2, **CHOSEN)
+    antennas, path = {"a": feeler.presets.cockroach()}, tmp_path / "kept.jsonl"
+    done = []
+
+    def stop(n, total):
+        done.append((n, total))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        study.run(antennas, journal=path, workers=1, progress=stop)
+    again = study.run(antennas, journal=path, workers=1, progress=lambda *n: done.append(n))
+    assert done == [(1, 2), (2, 2)]
+    xr.testing.assert_identical(again, study.run(antennas))
+    before = path.read_bytes()
+    with pytest.raises(InvalidInput, match="another study"):
+        study.replace(draws=3).run(antennas, journal=path)
+    assert path.read_bytes() == before
