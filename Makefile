@@ -53,7 +53,7 @@ $(BIN)/.check: $(BIN)/.core
 	@$(PIP) -e '.[check]'
 	@touch $@
 
-check: $(BIN)/.check words  ## style, types, spelling and words; pre-commit runs it
+check: $(BIN)/.check  ## style, types and spelling; pre-commit runs it
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
 	@$(BIN)/codespell README.md CONTRIBUTING.md $(filter-out tests,$(CODE))  # tests misspell on purpose
 
