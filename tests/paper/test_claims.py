@@ -27,7 +27,7 @@ from paper.verdicts import (
 )
 
 CONTEXT = Context()
-RESULTS = Path(__file__).parents[3] / "benchmarks" / "results" / "reproduce.json"
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "reproduce.json"
 STAGE = {stage.name: stage for stage in STAGES}
 
 
