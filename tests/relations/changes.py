@@ -3,6 +3,7 @@
 import atexit
 import copy
 import pickle
+import re
 import shutil
 import tempfile
 from dataclasses import replace
@@ -121,7 +122,8 @@ def measure_in(time: float = 1.0, length: float = 1.0, mass: float = 1.0):
     speed = length / time
 
     def apply(world: Scene) -> Scene:
-        a, contact = world.antenna, feeler.physics.contact.get_contact()
+        a = world.antenna
+        contact = feeler.physics.contact.get_contact(None, a)
         antenna = a.replace(
             segment_length=a.segment_length * length,
             radius=a.radius * length,
@@ -272,7 +274,7 @@ def others(world: Hand) -> dict[str, Hand]:
         "speed": replace(world, objects=(ball.replace(velocity=(0.2, 0.02)), box)),
         "fewer objects": replace(world, objects=(ball,)),
         "gravity": replace(world, options={"gravity": (0.0, -0.01)}),
-        "timestep": replace(world, options={"timestep": 0.1}),
+        "timestep": replace(world, options={"timestep": 0.02}),
         "engine": replace(world, options={"engine": "mujoco"}),
     }
 
@@ -373,17 +375,25 @@ def move_film(world: Film) -> Film:
     return replace(world, columns={k: v @ ROTATION.T + 500 for k, v in world.columns.items()})
 
 
+TIPS = {"left_tip": "right_tip", "right_tip": "left_tip"}
+
+
 def mirror_film(world: Film) -> Film:
-    swap = {"left_tip": "right_tip", "right_tip": "left_tip"}
-    flipped = {swap.get(k, k): v * [-1, 1] + [600, 0] for k, v in world.columns.items()}
+    flipped = {TIPS.get(k, k): v * [-1, 1] + [600, 0] for k, v in world.columns.items()}
     return replace(world, columns=flipped)
 
 
 def swap_sides(answer: Answer) -> Answer:
-    """A list of two belongs to the left and the right."""
+    """A list of two belongs to the left and the right; notes name the tips."""
+    answer = {k: swap_tips(v) if "notes" in k else v for k, v in answer.items()}
     ends = {"[0]": "[1]", "[1]": "[0]"}
     paired = {k for k in answer if k.startswith("trials") and k[-3:] in ends}
     return {(k[:-3] + ends[k[-3:]] if k in paired else k): v for k, v in answer.items()}
+
+
+def swap_tips(words: str) -> str:
+    """Words about the mirror image."""
+    return re.sub("left_tip|right_tip", lambda m: TIPS[m[0]], words)
 
 
 def enlarge(world: Film) -> Film:
@@ -478,8 +488,8 @@ CHANGES = [
            apply=lambda w: replace(w, trials=tuple(w.trials[k] for k in (4, 2, 0, 1, 3)))),
     Change(name="append silent trials", of=Scene, look=pick(slice(5), "trial"),
            apply=lambda w: replace(w, trials=(*w.trials, w.trials[0].replace(lead=500.0)))),
-    Change(name="every second sample", of=Scene, look=without("sink"),
-           expect=lambda a: without("sink")(pick(slice(None, None, 2), "time", "frame")(a)),
+    Change(name="every second sample", of=Scene, look=without("sink", "error"),
+           expect=lambda a: without("sink", "error")(pick(slice(None, None, 2), "time", "frame")(a)),
            apply=lambda w: replace(w, options={**w.options, "sample_interval": 2.0})),
     *(Change(name=f"units of {unit}", of=Scene, apply=apply, expect=expect, tolerance=1e-6)
       for unit in ("time", "length", "mass")
@@ -569,7 +579,7 @@ CHANGES = [
     Change(name="after another session", of=Lines, apply=after_a_session),
     Change(name="opened in mid-line", of=Lines, apply=interrupt(b"3,0.2\n", at=0)),
     Change(name="other separators", of=Lines, apply=lambda w: replace(
-        w, lines=tuple(line.replace(b",", b";\t") for line in w.lines))),
+        w, lines=tuple(line.replace(b",", b"; ") for line in w.lines))),
     # the studio
     Change(name="mirror", of=Wish, tolerance=1e-5,
            apply=lambda w: replace(w, wish={**w.wish, "side": "right"}),

@@ -112,6 +112,8 @@ NOT_APPLICABLE = {
     "film with doubts/*_tip unseen*": "it has such gaps already",
     "film with doubts/abdomen unseen*": "it has such gaps already",
     "film with doubts/in another format*": "a plain table has no likelihoods",
+    "film with doubts/rate by a column*": "this format has no clock",
+    "film with doubts/a rate that its clock*": "this format has no clock",
 }
 """Cells that say nothing, and why."""
 

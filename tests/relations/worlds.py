@@ -252,8 +252,10 @@ def make_film(*, doubted: bool = False) -> Film:
     head, abdomen = np.array([200.0, 300.0]), np.array([200.0, 400.0])
     columns = {"head": np.tile(head, (800, 1)), "abdomen": np.tile(abdomen, (800, 1))}
     for sign, name, rate, swing in ((-1, "left_tip", 8.0, 15), (1, "right_tip", 5.0, 20)):
+        swing = swing * (1 + 0.2 * np.sin(3.7 * t))  # no two whisks alike
         angle = np.deg2rad(40 + swing * np.sin(2 * np.pi * rate * t + 0.3))
         columns[name] = head + 110 * np.stack([sign * np.sin(angle), -np.cos(angle)], axis=1)
+        columns[name] += np.random.default_rng(8).normal(0, 0.3, (800, 2))  # of the tracker
     if not doubted:
         return Film(columns=columns)
     for name, first in (("left_tip", 20), ("abdomen", 31)):

@@ -214,7 +214,7 @@ class Simulations:
 
     @_alone
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("timestep", "_engine", "_workers", "_owner", "_began", "_sunk")
+        kept = ("timestep", "_fixed", "_engine", "_workers", "_owner", "_began", "_sunk")
         return {"moment": self.snapshot()} | {name: vars(self)[name] for name in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
