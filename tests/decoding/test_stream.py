@@ -488,9 +488,8 @@ def test_evidence_counts_anew_once_the_first_deflection_is_to_the_other_side():
     touch = np.concatenate([np.zeros((3, REST)), _touch(1, rest=4)], axis=1)
     touch[:, REST : REST + 6] = -0.03
     decoder = sides(onset=0.02)
-    stream, states = decoder.start(), []
-    for sample in touch.T:
-        states.append(stream.update(sample))
+    stream = decoder.start()
+    states = [stream.update(sample) for sample in touch.T]
     seen = [state.mirrored for state in states if state.since_contact >= 0]
     assert seen[0] and not seen[-1] and sum(np.diff(seen)) == 1
     felt = np.isfinite(stream.tensor[0]).sum()

@@ -15,7 +15,7 @@ import pytest
 import typer
 
 import feeler
-from feeler.errors import InvalidInput
+from feeler.errors import Inaccurate, InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
 from tests.cli._command import run
 from tests.relations import worlds
@@ -258,13 +258,13 @@ def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
-        doubts = len(said)
+        named = any(issubclass(w.category, Inaccurate) for w in said)
         fine = feeler.touch(
             antenna, trial, duration=duration, all_hinges=True,
             timestep=found.attrs["timestep"] / 10,
         )  # fmt: skip
     off = float(abs(found["angle"] - fine["angle"]).max() / abs(fine["angle"]).max())
-    assert off <= 0.05 or doubts, f"off by {100 * off:.1f} % of the peak without a word"
+    assert off <= 0.05 or named, f"off by {100 * off:.1f} % of the peak without a word"
 
 
 ASKED = {"touch", "spikes", "tracks", "calibrate", "wall", "validate"}
