@@ -121,7 +121,8 @@ class Stream:
         self._known = np.zeros(
             self.decoder.n_sensors_
         )  # latest sample, its gaps as they were last
-        self._tip, self._felt = np.full(self.decoder.window, np.nan), []
+        self._tip = np.full(self.decoder.window, np.nan)
+        self._felt: list[int] = []
         self.strangeness, self._watched = float("nan"), False
         self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
         self.first_time: float | None = None
