@@ -7,7 +7,7 @@ CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check audit locked hashes kept numba-oldest bench peers docs notebooks clean
+.PHONY: help reproduce test test-long test-slow check words audit locked hashes kept numba-oldest bench peers docs notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -53,8 +53,13 @@ $(BIN)/.check: $(BIN)/.core
 	@$(PIP) -e '.[check]'
 	@touch $@
 
-check: $(BIN)/.check  ## style and types
+check: $(BIN)/.check  ## style, types and spelling; pre-commit runs it
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
+	@$(BIN)/codespell README.md CONTRIBUTING.md $(filter-out tests,$(CODE))  # tests misspell on purpose
+
+words:  ## expressions that docs/words.md replaces, in README, docs, help, report and studio
+	@! sed -n 's/^| \([^|]*\) |.*/\1/p' docs/words.md | grep -v -x -e not -e '-*' \
+	  | git grep -n -w -i -E -I -f - -- README.md CONTRIBUTING.md docs src paper studies ':!docs/words.md' ':!*.json' ':!*.ipynb'
 
 $(BIN)/.audit: $(BIN)/.core
 	@$(PIP) -e '.[audit]'

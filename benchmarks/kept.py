@@ -35,7 +35,7 @@ def note_kept(path: Path) -> None:
     STAMPS.write_text(json.dumps(stamps, indent=1, sort_keys=True) + "\n")
 
 
-def read_stamps() -> dict[str, dict[str, str]]:
+def read_stamps() -> dict[str, dict[str, Any]]:
     """What is noted of each result, by its path from the root of the repository."""
     return json.loads(STAMPS.read_text()) if STAMPS.exists() else {}
 

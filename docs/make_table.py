@@ -1,8 +1,7 @@
 """README's table (figure → command → seconds → headline), and the result that README and the docs'
 home show, made from benchmarks/results/reproduce.json.
 
-python docs/make_table.py    writes them; tests/laws/test_readme.py fails where the pages say
-anything else.
+python docs/make_table.py    writes them.
 """
 
 import json
@@ -23,50 +22,50 @@ HEADLINES = {
     ),
     "Design axes: spacing, sampling, compliance": (
         "Fig. 1",
-        "{axes.place.every 14:.0%} of places named right with every 14th sensor,"
+        "location accuracy {axes.place.every 14:.0%} with every 14th sensor,"
         " {axes.place.every 1:.0%} with all",
     ),
     "Wall distance": (
         "Fig. 3, Movie S3",
         "curvature follows wall distance in the paper's order of antennas in"
-        " {wall.family.order:.0%} of the set-ups with a map",
+        " {wall.family.order:.0%} of the configurations with a map",
     ),
     "Encoding": (
         "Fig. 4, 5F–G, S5",
-        "which basis is strongest tells the place of contact: p = {encoding.location_p:.3f}",
+        "contact location predicts the dominant basis: p = {encoding.location_p:.3f}",
     ),
     "Dispersion and classification": (
         "Fig. 5A–E, S6",
-        "likeness (NMI) of a slow touch (0.06 m/s) and the one most like it:"
+        "similarity (NMI) of a slow touch (0.06 m/s) and its nearest neighbour:"
         " {dispersion.tensor.nmi.slow:.2f}, in 380 ms",
     ),
     "Convolutional network": (
         "Fig. S4",
-        "share of slow touches (0.06 m/s) named right: {cnn.slow:.2f}, noise of 10, 20 and 30 % of"
+        "accuracy for slow touches (0.06 m/s): {cnn.slow:.2f}, noise of 10, 20 and 30 % of"
         " the peak",
     ),
     "Beyond the paper: speed against accuracy against energy": (
         "beyond",
-        "of the 4.91 bits that say which of thirty touches it was, a whole touch tells"
+        "mutual information of an untruncated touch and its class (of 4.91 bits):"
         " {tradeoff.whole.common.slowest:.2f} at the slowest speed (0.03 m/s) and"
         " {tradeoff.whole.common.fastest:.2f} at the fastest (1.2 m/s), noise of"
         " {choices.common:g} rad",
     ),
     "Beyond the paper: what the gradient does": (
         "beyond",
-        "a touch tells {gradient.fastest.common.-0.0827:.2f} bits with the published gradient of"
-        " stiffness, {gradient.fastest.common.0:.2f} with none, at 0.3 m/s, noise of"
+        "mutual information {gradient.fastest.common.-0.0827:.2f} bits with the published gradient"
+        " of stiffness, {gradient.fastest.common.0:.2f} with none, at 0.3 m/s, noise of"
         " {choices.common:g} rad",
     ),
     "Beyond the paper: which receptor noise makes the gradient best": (
         "beyond",
-        "none that was tried: even in the noise that suits the published gradient most, its lead"
-        " over the best other one is {receptor.fine.lead.sample:.1f} points, at 0.3 m/s",
+        "no receptor-noise model favours the published gradient (best case"
+        " {receptor.fine.lead.sample:.1f} points against the best other one), at 0.3 m/s",
     ),
     "Beyond the paper: place, size and speed beside their bounds": (
         "beyond",
-        "the best reader is wrong about the place by"
-        " {bounds.error.location.common.0.003:.2f} mm (root mean square), at 0.24 to 0.36"
+        "location error of the best estimator"
+        " {bounds.error.location.common.0.003:.2f} mm (RMS), at 0.24 to 0.36"
         " m/s, noise of 0.003 rad",
     ),
     "Beyond the paper: which antenna tells most": (
@@ -76,16 +75,16 @@ HEADLINES = {
     ),
     "Beyond the paper: an antenna designed for sizes and places never met": (
         "beyond",
-        "touches of new sizes at new places that are named wrong:"
-        " {unseen.wrong.unseen.unseen:.1f} % with the antenna that was searched for them,"
+        "error rate on held-out sizes and locations:"
+        " {unseen.wrong.unseen.unseen:.1f} % with the antenna optimised for them,"
         " {unseen.wrong.published.unseen:.1f} % with the published one, at 0.3 m/s, noise of"
         " 0.3 peaks",
     ),
     "Beyond the paper: what a nerve says": (
         "beyond",
-        "{spikes.right.exponential.slow.counts.own.whole_touch:.1f} of 100 slow touches (0.06 m/s)"
-        " named from counted spikes, {spikes.right.exponential.fast.counts.own.whole_touch:.1f} of"
-        " 100 fast ones (0.6 m/s), thirty touches in unknown places",
+        "accuracy from spike counts: {spikes.right.exponential.slow.counts.own.whole_touch:.1f} %"
+        " for slow touches (0.06 m/s), {spikes.right.exponential.fast.counts.own.whole_touch:.1f} %"
+        " for fast ones (0.6 m/s), thirty classes, unknown location",
     ),
     "Beyond the paper: touched from out of the plane": (
         "beyond",
@@ -94,7 +93,7 @@ HEADLINES = {
     ),
     "The robotic antenna": (
         "Fig. 6, S7, Movie S4",
-        "{robot.transfer:.2f} of surrogates' tip contacts read right, reality gap of 1",
+        "accuracy {robot.transfer:.2f} for tip contacts of surrogate robots, reality gap of 1",
     ),
     "Active touch speed": ("Fig. S2", "{tracking.mean:.1f} °/s, synthetic tracks"),
 }
@@ -150,7 +149,7 @@ def make_result(results: dict) -> str:
         > values[f"complete.{noise}.constant"]["high"]
         for noise in rows
     }
-    said = {True: "the gradient of stiffness helps", False: "no advantage can be told"}
+    said = {True: "the gradient of stiffness helps", False: "no advantage can be shown"}
     return "\n".join(
         [
             *lines,

@@ -10,6 +10,7 @@ import hashlib
 import logging
 import os
 import re
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import cache, partial
@@ -59,7 +60,7 @@ def _load_index(load: Callable[[], dict]) -> dict:
         return {}
 
 
-_IMPORT = re.compile(r"^from (feeler[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
+_IMPORT = re.compile(r"^from ([\w.]+) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
 
 
 @cache
@@ -85,10 +86,12 @@ def _stamp_code(module: str) -> str:
 
 @cache
 def _read_source(module: str) -> str:
-    """The source of one of feeler's modules; "" where no such file stands."""
+    """The source of a module, of feeler or loaded already; "" where no such file stands."""
     package, _, rest = module.partition(".")
     file = Path(__file__).parent.joinpath(*rest.split(".")).with_suffix(".py")
-    return file.read_text(encoding="utf-8") if package == "feeler" and file.is_file() else ""
+    if package != "feeler":
+        file = Path(getattr(sys.modules.get(module), "__file__", None) or "")
+    return file.read_text(encoding="utf-8") if file.suffix == ".py" and file.is_file() else ""
 
 
 def _is_compiled(module: str) -> bool:

@@ -73,7 +73,7 @@ def test_a_whisker_on_the_head_meets_a_peg_there():
         forward=tuple(-across),
         velocity=tuple(-0.05 * across),
     )
-    simulation = feeler.Simulation(whisker.antenna, peg, base=base, timestep=0.05)
+    simulation = feeler.Simulation(whisker.antenna, peg, base=base)
     simulation.step(20.0)
     assert simulation.force @ across < 0
 

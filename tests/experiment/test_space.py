@@ -206,7 +206,7 @@ def test_an_exported_scene_begins_as_the_trial_does(tmp_path):
     mujoco.mj_resetDataKeyframe(model, data, 0)
     found = data.qpos[7:27].reshape(10, 2).T
     np.testing.assert_allclose(found, BEND, atol=1e-6)
-    mujoco.mj_step(model, data, nstep=400)
+    mujoco.mj_step(model, data, nstep=round(8.0 / model.opt.timestep))
     assert data.ncon
 
 
@@ -217,10 +217,10 @@ def test_a_planar_antenna_has_no_azimuth():
 
 def test_engines_agree_on_a_touch():
     scene = make_scene(WHISKER, TRIALS[4])
-    states = []
+    states, timestep = [], scene.contact.scale_timestep(0.02)
     for name in ("chain", "mujoco"):
-        stepper = get_engine(name).make([scene], 0.02)
-        stepper.step(400)
+        stepper = get_engine(name).make([scene], timestep)
+        stepper.step(round(8.0 / timestep))
         states.append(stepper.read())
     np.testing.assert_allclose(states[0].angle, states[1].angle, rtol=0, atol=1e-9)
     assert np.linalg.norm(states[0].force) > 1e-6
@@ -231,7 +231,7 @@ STREAM = Flow(drag=2e-5, velocity=(0.3, -0.2, 0.1))
 
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
-    options = {"engine": engine, "timestep": 0.02}
+    options = {"engine": engine, "timestep": 0.005}
     found = feeler.touch(
         WHISKER, TRIALS[1], duration=6, flow=STREAM, all_hinges=True, **options
     )

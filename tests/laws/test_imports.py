@@ -13,6 +13,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
+    {"terminal"},
     {"errors", "progress"},
     {"validation"},
     {"records", "draw", "sandbox", "compiled"},
@@ -68,10 +69,6 @@ def test_no_module_but_the_command_reproduce_reaches_for_the_paper_or_a_study():
 BEFORE_USE = (
     ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),
-    (
-        "import paper.reproduce, paper.context as c; c.Context()",
-        {"xarray", "matplotlib", "numba"},
-    ),
 )
 
 

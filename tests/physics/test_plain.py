@@ -27,7 +27,7 @@ def fingerprint_touches() -> dict[str, str]:
         feeler.Box(half_width=1.5, half_height=1.5, rounding=0.9),
     )
     trials = [feeler.Trial(feature=f, location=0.5, speed=0.3, lead=0.2) for f in features]
-    options = {"duration": 3.0, "timestep": 0.1, "all_hinges": True}
+    options = {"duration": 3.0, "timestep": 0.1, "all_hinges": True, "contact": "smooth:0.2"}
     names = ("angle", "velocity", "force", "base_moment", "work")
     found = {}
     for engine in ENGINES:

@@ -111,7 +111,7 @@ def test_the_moment_at_the_base_tells_how_far_a_peg_is(turn, place):
         friction=0.0,
     )
     motion = BaseMotion(turn=tuple(-slow * up))
-    runs = Simulation(cone, item, base=motion, timestep=0.05)
+    runs = Simulation(cone, item, base=motion)
     runs.step(angle / slow)
     runs.move_base()
     runs.step(60.0)  # until damping has let go

@@ -596,7 +596,7 @@ CHANGES = [
     Change(name="after another session", of=Lines, apply=after_a_session),
     Change(name="opened in mid-line", of=Lines, apply=interrupt(b"3,0.2\n", at=0)),
     Change(name="other separators", of=Lines, apply=lambda w: replace(
-        w, lines=tuple(line.replace(b",", b"; ") for line in w.lines))),
+        w, lines=tuple(line.replace(b",", b";\t") for line in w.lines))),
     # a robot's touches
     Change(name="mirror", of=Bent, apply=mirror_bent, expect=flip_mirrored),
     Change(name="alone", of=Bent, apply=lambda w: replace(w, touches=w.touches[:1]),

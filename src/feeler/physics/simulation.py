@@ -180,8 +180,10 @@ class Simulations:
         self._engine, self._workers, self._owner = engine, workers, object()
         self._kind = get_engine(engine)
         for scene in scenes:
-            self._kind.check(scene.contact, self.timestep)
             self._check_rate(scene, scene.base_velocity, "the base")
+            if not scene.objects:  # nothing is touched
+                continue
+            self._kind.check(scene.contact, self.timestep)
             if self._kind.check is Contact.check_timestep:  # engines that follow the contact
                 told = scene.antenna, scene.contact, scene.speed, self.timestep
                 self._warn(list_doubts(*told, fixed=self._fixed))

@@ -253,7 +253,7 @@ def split_sample(line: str | bytes) -> list[str]:
 
     An empty one between two commas, semicolons or tabs stays, one after the last of them goes.
     """
-    cells = re.split(r" *[,;\t] *|\s+", _decode(line).strip(" \r\n"))
+    cells = re.split(r"\s*[,;]\s*| *\t *|\s+", _decode(line).strip(" \r\n"))
     cells = cells[:-1] if cells[-1] == "" else cells
     return cells if any(cells) else []
 

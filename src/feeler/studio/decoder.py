@@ -219,7 +219,9 @@ class TouchDecoder:
             wrong.append(last.max() >= _SURE and not right[-1] and last[-1] == 0)
             outside.append(last[-1] > 0)
             cut = self._cut(touch)
-            for _ in range(n_draws if cut is not None else 0):
+            if cut is None:
+                continue
+            for _ in range(n_draws):
                 felt = cut + self.noise * rng.standard_normal(cut.shape)
                 share = self._weigh_kinds(self._measure(felt)[:, -1:] / self.tempering_)
                 noisy.append(int(share[:, -1].argmax()) == label)
