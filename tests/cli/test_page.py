@@ -17,6 +17,8 @@ from feeler import errors
 from feeler.cli import app as door
 from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
 from feeler.errors import MissingExtra
+from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_doubts
+from feeler.presets import PRESETS
 from tests.cli._command import run
 
 SOURCE = Path(feeler.__file__).parent
@@ -156,3 +158,27 @@ def test_a_page_says_what_the_terminal_warns_of_and_the_advice_can_be_typed(
     assert "contact: time constant 0.0333 ms in place of 0.2 ms" in done.stdout
     shown = html.unescape((tmp_path / "b" / page).read_text())
     assert "Warning:" not in shown and "time constant 0.0333 ms in place of 0.2 ms" in shown
+
+
+MUCH_TOO_FAST = "cricket", 30.0, 0.9
+"""An antenna, and speed [mm/ms] and depth [radii] that bring every advice of a contact."""
+
+
+@pytest.mark.parametrize(("name", "verb"), [*list_verbs()], ids=lambda one: str(one)[:20])
+def test_advice_of_a_contact_names_options_that_there_are(name, verb):
+    antenna, speed, sink = MUCH_TOO_FAST
+    antenna = PRESETS[antenna]()
+    contact = get_contact(None, antenna)
+    said = [
+        *list_doubts(antenna, contact, speed, 0.05),
+        describe_sink(sink, contact),
+        describe_sink(sink, contact, fixed=True),
+        describe_sink(sink, CONTACTS["smooth"]),
+    ]
+    options = list_options(GROUP, name.split())
+    for words in said:
+        shown = say_in_shell(words, options)
+        assert not re.search(r"contact='|timestep=|Contact of", shown), shown
+        assert "contact smooth:" in shown or "contact hard:" in shown, shown
+        for option in re.findall(r"(feeler touch )?(--[a-z-]+)", shown):
+            assert option[0] or option[1] in options.values(), (option, shown)

@@ -355,7 +355,7 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
             "probability": probability,
             "label": label,
         }
-        return SimpleNamespace(**fields, strange=since == 1, strangeness=2.5)
+        return SimpleNamespace(**fields, strange=since == 1, strangeness=2.5, mirrored=False)
 
     states = iter(
         [

@@ -457,3 +457,71 @@ def test_a_slower_sender_loses_nothing_and_is_understood_as_a_faster_one(step, j
     for k in sorted({*range(time.size)} - {*lost.tolist()}):
         stream.update(sent[:, k], time[k])
     assert stream.missed == lost.size
+
+
+LENGTHS = (3.0, 2.0, 1.0)
+
+
+def sides(**options):
+    return _decoder(lengths=LENGTHS, **options)
+
+
+@pytest.mark.parametrize("k", range(3))
+def test_with_lengths_a_touch_of_the_other_side_is_its_mirror_image(k):
+    touch = _touch(k)
+    touch[:, 120] = np.nan
+    for one, image in zip(sides().replay(touch), sides().replay(-touch), strict=True):
+        assert (one.label, one.state) == (image.label, image.state)
+        np.testing.assert_array_equal(one.posterior, image.posterior)
+        assert image.mirrored == (one.since_contact >= 0) and not one.mirrored
+    assert not _decoder().replay(-touch)[-1].mirrored
+
+
+def test_training_touches_of_both_sides_are_one_class():
+    mixed = [*TOUCHES, *(-touch for touch in TOUCHES)]
+    both = StreamDecoder(window=250, correlation=20.0, lengths=LENGTHS).fit(mixed, LABELS * 2)
+    np.testing.assert_array_equal(both.expected_, sides().expected_)
+
+
+def test_evidence_counts_anew_once_the_first_deflection_is_to_the_other_side():
+    """A small twitch to one side, then a touch of the other: the twitch decides nothing."""
+    touch = np.concatenate([np.zeros((3, REST)), _touch(1, rest=4)], axis=1)
+    touch[:, REST : REST + 6] = -0.03
+    decoder = sides(onset=0.02)
+    stream = decoder.start()
+    states = [stream.update(sample) for sample in touch.T]
+    seen = [state.mirrored for state in states if state.since_contact >= 0]
+    assert seen[0] and not seen[-1] and sum(np.diff(seen)) == 1
+    felt = np.isfinite(stream.tensor[0]).sum()
+    again = decoder.start()
+    again.finder.level[:], again.contact, again.slot = 0.0, 0, -1
+    again.mirrored, again._turns = False, lambda *_: False
+    for since in range(felt):
+        again._weigh(stream.tensor[:, since], since)
+    np.testing.assert_allclose(again.posterior, states[-1].posterior, rtol=1e-9)
+    stream.reset()
+    assert stream.update(np.zeros(3)).mirrored is False
+
+
+def test_a_stream_of_two_touches_judges_each_by_its_own_side():
+    stream = sides().start()
+    for sign in (-1, 1):
+        for sample in sign * _touch(2).T:
+            state = stream.update(sample)
+        assert state.label == LABELS[2] and state.mirrored == (sign < 0)
+        stream.reset()
+
+
+def test_lengths_are_kept_in_a_file_and_must_fit(tmp_path):
+    sides().save(tmp_path / "it")
+    loaded = StreamDecoder.load(tmp_path / "it")
+    assert loaded.lengths == LENGTHS
+    state = loaded.replay(-_touch(1))[-1]
+    assert state.label == LABELS[1] and state.mirrored
+    _decoder().save(tmp_path / "plain")
+    assert StreamDecoder.load(tmp_path / "plain").lengths is None
+    for wrong in ((1.0, 2.0), (1.0, 2.0, 0.0), (1.0, 2.0, np.inf)):
+        with pytest.raises(InvalidInput, match=r"lengths must be 3 finite numbers > 0 \[mm\]"):
+            _decoder(lengths=wrong)
+    with pytest.raises(InvalidInput, match="lengths must be 2 finite numbers"):
+        StreamDecoder(model=lambda _: [1.0, 0.0], lengths=LENGTHS).adopt(["a", "b"], 2)

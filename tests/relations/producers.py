@@ -1,15 +1,18 @@
 """Everything that gives users numbers, found in feeler's own registries where there is one."""
 
 import inspect
+import io
 import json
 import pickle
 import pkgutil
+import sys
 import tempfile
 import time
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -18,6 +21,7 @@ from matplotlib.figure import Figure
 from sklearn.base import clone
 
 import feeler
+import feeler.robot
 from feeler import analysis as dispersion
 from feeler import analysis as information
 from feeler import decoding, encoding, plotting, spikes, tensors
@@ -28,6 +32,7 @@ from tests.relations.relation import Answer, Producer, flatten, read_json
 from tests.relations.worlds import (
     Animals,
     Bases,
+    Bent,
     Calls,
     Film,
     Hand,
@@ -39,6 +44,7 @@ from tests.relations.worlds import (
     Touches,
     Trains,
     Wish,
+    learn_robot,
 )
 from tests.studio._messages import unpack
 
@@ -411,6 +417,45 @@ def listen(world: Lines) -> Answer:
     }
 
 
+def ask_robot(command: str, world: Bent) -> Answer:
+    """``feeler robot classify --json``, and ``stream --json`` for one touch after the other."""
+    decoder, classifier, _ = learn_robot()
+    known = {"draw_lessons": lambda *_, **__: Known(), "make_decoder": lambda *_, **__: decoder,
+             "make_classifier": lambda *_, **__: classifier}  # fmt: skip
+    words, found = ["--speeds", "0.27", "--locations", "0.5,0.9", "--json"], {}
+    with patch.multiple(feeler.robot, **known), tempfile.TemporaryDirectory() as folder:
+        names = [f"{k}.csv" for k in range(len(world.touches))]
+        for name, touch in zip(names, world.touches, strict=True):
+            lines = write_touch(*touch, world.torn)
+            if command == "stream":
+                with patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(lines))):
+                    said = read_json(run("robot", "stream", "-", *words, cwd=folder))
+                found |= {f"{name[0]} {k}": v for k, v in said.items()}
+            head = ",".join(["time_ms", *(f"hinge{n}_rad" for n in range(1, 9))])
+            Path(folder, name).write_bytes(head.encode() + b"\n" + lines)
+        if command == "stream":
+            return found
+        said = read_json(run("robot", "classify", *names, *words, cwd=folder))
+        return {k.removeprefix("[").replace("]", " ", 1): v for k, v in said.items()}
+
+
+class Known:
+    """Touches that were learned before."""
+
+    def watch(self, decoder: Any) -> Any:
+        return decoder
+
+
+def write_touch(time: np.ndarray, values: np.ndarray, torn: bool) -> bytes:
+    rows = [",".join(f"{v:.10g}" for v in row) for row in np.vstack([time, values]).T]
+    rows = [
+        row
+        for k, row in enumerate(rows)
+        for row in ([row[:17], row] if torn and k % 40 == 9 else [row])
+    ]
+    return ("\n".join(rows) + "\n").encode()
+
+
 def experiment(world: Animals) -> Answer:
     """The quantities that calibration compares, of several antennas at once."""
     names = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
@@ -460,7 +505,8 @@ PRODUCERS = [
     Producer(name="touch --json", of=Scene, make=ask_touch),
     Producer(name="simulation", of=Hand, make=read_shown),
     *(Producer(name=n, of=Touches, make=bind(measure_index, n)) for n in dispersion.INDICES),
-    *(Producer(name=f"reader {n}", of=Touches, make=bind(ask_reader, n), long=n == "cnn")
+    *(Producer(name=f"reader {n}", of=Touches, make=bind(ask_reader, n), long=n == "cnn",
+               tolerance=1e-6 if n == "cnn" else 0.0)
       for n in decoding.READERS),
     *(Producer(name=f"code {n}", of=Touches, make=bind(encode_touches, n))
       for n in ("sparse", "ridge")),
@@ -479,6 +525,8 @@ PRODUCERS = [
     *(Producer(name=n, of=Bases, make=bind(compare_bases, n)) for n in BASES),
     Producer(name="tracks --json", of=Film, make=ask_tracks),
     Producer(name="samples of a board", of=Lines, make=listen),
+    *(Producer(name=f"robot {n} --json", of=Bent, make=bind(ask_robot, n))
+      for n in ("classify", "stream")),
     Producer(name="measured animals", of=Animals, make=experiment),
     Producer(name="studio", of=Wish, make=converse),
     Producer(name="encoder", of=Calls, make=learn),

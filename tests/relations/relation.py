@@ -55,11 +55,14 @@ class Change:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Producer:
-    """One thing that users get numbers from; ``make`` gives its answer about a world."""
+    """One thing that users get numbers from; ``make`` gives its answer about a world, to a
+    ``tolerance`` where it computes in single precision.
+    """
 
     name: str
     of: type
     make: Callable[[Any], Answer]
+    tolerance: float = 0.0
     long: bool = False
 
 

@@ -15,7 +15,7 @@ import pytest
 import typer
 
 import feeler
-from feeler.errors import InvalidInput
+from feeler.errors import Inaccurate, InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
 from tests.cli._command import run
 from tests.relations import worlds
@@ -25,6 +25,7 @@ from tests.relations.relation import assert_same, read_json
 from tests.relations.worlds import (
     Animals,
     Bases,
+    Bent,
     Calls,
     Film,
     Hand,
@@ -55,6 +56,7 @@ WORLDS = {
     "film with doubts": (Film, partial(worlds.make_film, doubted=True)),
     "lines": (Lines, worlds.make_lines),
     "framed lines": (Lines, partial(worlds.make_lines, framed=True)),
+    "bent": (Bent, worlds.make_bent),
     "animals": (Animals, worlds.make_animals),
     "fitted": (Calls, partial(worlds.Calls, calls=("fit",))),
     "learning on": (Calls, partial(worlds.Calls, calls=("fit", "partial_fit"))),
@@ -94,6 +96,8 @@ NOT_APPLICABLE = {
     "touches/permute trials/compute_[!e]*": "it draws noise in the order of the trials",
     "touches/permute trials/find_*": "it draws noise in the order of the trials",
     "touches/permute sensors/code *": "the bases know the sensors by their order",
+    "touches/permute sensors/reader cnn": "its kernels see neighbours",
+    "touches/mirror/reader cnn": "its layers take the greatest values; it learns each side",
     "touches/permute sensors/ssim": "it compares neighbours",
     "touches/permute sensors/compute_information": "it draws noise in the order of the sensors",
     "touches/permute sensors/*_told": "it draws noise in the order of the sensors",
@@ -109,12 +113,11 @@ NOT_APPLICABLE = {
     "bases/filter in time/[!l]*": "a filter moves no basis along the antenna; its shape is another",
     "lines/after another session/*": "only framed lines say that a board began anew",
     "framed lines/other separators/*": "the sum of a frame's bytes covers its commas",
-    "touches/*/reader cnn": "it learns in float32, by batches, and knows signs, order and size",
-    "film with doubts/rate by a column*": "a tracker's table has no column of times",
-    "film with doubts/a rate that its clock*": "a tracker's table has no column of times",
     "film with doubts/*_tip unseen*": "it has such gaps already",
     "film with doubts/abdomen unseen*": "it has such gaps already",
     "film with doubts/in another format*": "a plain table has no likelihoods",
+    "film with doubts/rate by a column*": "this format has no clock",
+    "film with doubts/a rate that its clock*": "this format has no clock",
 }
 """Cells that say nothing, and why."""
 
@@ -175,7 +178,7 @@ def test_relation(make, change, producer):
         if change.or_refusal and re.search(change.or_refusal, str(error)):
             return
         raise
-    assert_same(found, wanted, change.tolerance)
+    assert_same(found, wanted, max(change.tolerance, producer.tolerance))
 
 
 def test_what_does_not_apply_is_still_asked_for():
@@ -255,13 +258,13 @@ def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
-        doubts = len(said)
+        named = any(issubclass(w.category, Inaccurate) for w in said)
         fine = feeler.touch(
             antenna, trial, duration=duration, all_hinges=True,
             timestep=found.attrs["timestep"] / 10,
         )  # fmt: skip
     off = float(abs(found["angle"] - fine["angle"]).max() / abs(fine["angle"]).max())
-    assert off <= 0.05 or doubts, f"off by {100 * off:.1f} % of the peak without a word"
+    assert off <= 0.05 or named, f"off by {100 * off:.1f} % of the peak without a word"
 
 
 ASKED = {"touch", "spikes", "tracks", "calibrate", "wall", "validate"}
@@ -273,7 +276,7 @@ NOT_ASKED = {
     "active": "minutes; its observer is the ideal one",
     "design": "minutes; it minimises a score of the same classifiers",
     "follow": "a closed loop, in which no change has a known answer",
-    "robot": "its recordings, sensors and decoders are asked in tests/robot; its lines are here",
+    "robot": "stream and classify are asked, and its lines; the rest in tests/robot",
 }
 
 

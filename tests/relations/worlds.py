@@ -1,7 +1,7 @@
 """The worlds of the relations: each is small, awkward, and made once."""
 
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cache, reduce
 from operator import xor
 from typing import Any
 
@@ -83,6 +83,14 @@ class Lines:
     lines: tuple[bytes, ...]
     before: tuple[bytes, ...] = ()
     n_sensors: int = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bent:
+    """Touches of a robot: times [ms] and angles [rad] (hinge, time), and whether lines are torn."""
+
+    touches: tuple[tuple[np.ndarray, np.ndarray], ...]
+    torn: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -252,8 +260,10 @@ def make_film(*, doubted: bool = False) -> Film:
     head, abdomen = np.array([200.0, 300.0]), np.array([200.0, 400.0])
     columns = {"head": np.tile(head, (800, 1)), "abdomen": np.tile(abdomen, (800, 1))}
     for sign, name, rate, swing in ((-1, "left_tip", 8.0, 15), (1, "right_tip", 5.0, 20)):
+        swing = swing * (1 + 0.2 * np.sin(3.7 * t))  # no two whisks alike
         angle = np.deg2rad(40 + swing * np.sin(2 * np.pi * rate * t + 0.3))
         columns[name] = head + 110 * np.stack([sign * np.sin(angle), -np.cos(angle)], axis=1)
+        columns[name] += np.random.default_rng(8).normal(0, 0.3, (800, 2))  # of the tracker
     if not doubted:
         return Film(columns=columns)
     for name, first in (("left_tip", 20), ("abdomen", 31)):
@@ -277,6 +287,24 @@ def frame(number: int, time: float, values: Any = (0.1, 0.2, 0.3)) -> bytes:
     """A line as a board sends it: number, time and values, and the exclusive or of all bytes."""
     body = f"{number},{time:.3f}," + ",".join(f"{v:g}" for v in values)
     return f"${body}*{reduce(xor, body.encode()):02X}\n".encode()
+
+
+@cache
+def learn_robot() -> tuple[Any, Any, Any]:
+    """A decoder and a classifier of the same touches, and touches of a robot that is in neither."""
+    from feeler import robot
+
+    trials = robot.make_touches(locations=(0.5, 0.9), speeds=(0.27,))
+    lessons = robot.draw_lessons(trials=trials, robots=4)
+    decoder = lessons.watch(robot.make_decoder(trials=trials))
+    known = robot.touch_robots(robot.draw_robots(1.0, 1, 5), trials=trials)
+    return decoder, robot.make_classifier(lessons=lessons), known[0]
+
+
+def make_bent() -> Bent:
+    return Bent(
+        touches=tuple((one.time, one.values) for one in learn_robot()[2].recordings[:2])
+    )
 
 
 RODS = ("rod", "rod-inertia")

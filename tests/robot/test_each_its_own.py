@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from awkward_touches import make_antenna
 
-from feeler.decoding.transfer import AFTER
+from feeler.decoding.transfer import AFTER, find_direction
 from feeler.errors import InvalidInput
 from feeler.objects import Box, Outline
 from feeler.physics.contact import get_contact
@@ -41,7 +41,6 @@ from feeler.robot.description import Flexures, RobotFile
 from feeler.robot.reality import Touches
 from feeler.robot.recordings import ROBOT_FILES, _read
 from feeler.robot.stream import Link, _parse_sample, read_samples
-from feeler.robot.touches import find_direction
 
 CLASSES = [("ball", 0.5, 0.1), ("box", 0.6, 0.2), ("ball", 0.9, 0.3)]
 

@@ -105,7 +105,7 @@ def trained():
     return decoder, classifier, touch_robots(draw_robots(1.0, 2, 5), trials=TRIALS)
 
 
-def play(trained, recording, step=1.0, jitter=0.0, begin=123e3):
+def play(trained, recording, step=1.0, jitter=0.0, begin=123e3, side=1):
     """The live touch of a recording that is sent every ``step`` ms, and its states."""
     rng, count = np.random.default_rng(2), recording.time.size
     at = np.arange(0.0, count - 1, step)
@@ -114,7 +114,27 @@ def play(trained, recording, step=1.0, jitter=0.0, begin=123e3):
     sent = np.array([np.interp(at, np.arange(count), row) for row in recording.values])
     decoder, classifier, _ = trained
     live = LiveTouch(decoder, classifier, make_robot(), choose_before(make_robot(), TRIALS))
-    return live, [live.update(sent[:, k], begin + at[k]) for k in range(at.size)]
+    return live, [live.update(side * sent[:, k], begin + at[k]) for k in range(at.size)]
+
+
+@pytest.mark.parametrize("step", [1.0, 2.4])
+def test_a_touch_that_bends_to_the_other_side_is_answered_as_its_mirror_image(trained, step):
+    felt = [one for touches in trained[2] for one in touches.recordings]
+    for recording in felt[::2]:
+        (plain, states), (other, mirrored) = (
+            play(trained, recording, step, 0.1, side=side) for side in (1, -1)
+        )
+        states, mirrored = [*states, plain.end()], [*mirrored, other.end()]
+        assert plain.answer.mirrored != other.answer.mirrored
+        for one, image in zip(states, mirrored, strict=True):
+            assert (one.state, one.label, one.strange) == (
+                image.state,
+                image.label,
+                image.strange,
+            )
+            np.testing.assert_allclose(one.posterior, image.posterior, rtol=1e-9)
+            assert one.since_contact < 0 or one.mirrored != image.mirrored
+        assert mirrored[-1].mirrored == other.answer.mirrored
 
 
 @pytest.mark.parametrize(("step", "jitter"), [(1.0, 0.0), (2.0, 0.0), (2.4, 0.2)])

@@ -22,7 +22,7 @@ from feeler.robot import (
     sweep_shots,
     touch_robots,
 )
-from feeler.robot.touches import simulate_pairs, simulate_touches
+from feeler.robot.touches import list_lengths, simulate_pairs, simulate_touches
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,8 @@ def test_a_stream_looks_back_further_where_slower_touches_need_it(monkeypatch, s
     monkeypatch.setattr(reality, "StreamDecoder", Decoder)
     monkeypatch.setattr(reality, "_simulate", lambda *_: [])
     reality.make_decoder(trials=make_touches(speeds=(speed,), locations=(0.9,)))
-    assert asked == {"threshold": 0.9, "window": 700 + more}
+    lengths = tuple(list_lengths(make_robot()))
+    assert asked == {"threshold": 0.9, "window": 700 + more, "lengths": lengths}
 
 
 def test_touches_together_equal_touches_alone():

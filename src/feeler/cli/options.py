@@ -121,6 +121,13 @@ _INSTEAD = {
     " or accuracy=0.01": "",
 }
 
+_CONTACT = re.compile(
+    r"(?:contact='(?P<word>[^']+)'|a Contact of solref \S+) \(its time constant[^)]*\)"
+    r"(?: and leave timestep= out)?(?P<cost>, which takes [^.]*to compute)?"
+    r"(?:, or a slower object)?"
+)
+"""The advice of a harder contact."""
+
 
 class _Page(TyperCommand):
     """A verb whose help has the options that matter first in a list of their own."""
@@ -179,8 +186,14 @@ def say_in_shell(message: str, options: dict[str, str]) -> str:
     """A message of the library in the words of the command line.
 
     ``frame_rate=`` becomes ``--frame-rate``, ``gaps='bridge'`` ``--gaps bridge`` and ``Trial.speed
-    must`` ``--speed must``, where the verb has the option.
+    must`` ``--speed must``, where the verb has the option. Advice of a harder contact or a smaller
+    timestep names ``feeler touch``, which has both, where the verb has neither.
     """
+    slower = f"a lower {options['speed']}" if "speed" in options else "slower objects"
+
+    def turn_contact(found: re.Match) -> str:
+        alone = f"`feeler touch --contact {found['word'] or 'smooth:TIME'}` for one touch alone"
+        return f"{slower}, or {alone}{found['cost'] or ''}"
 
     def turn(found: re.Match) -> str:
         option = options.get(found["name"])
@@ -189,6 +202,12 @@ def say_in_shell(message: str, options: dict[str, str]) -> str:
         value = found["word"] or found["bare"]
         return f"{option} {value}" if value and value != "True" else option
 
+    if "contact" not in options:
+        message = _CONTACT.sub(turn_contact, message)
+    if "timestep" not in options:
+        alone = "`feeler touch --timestep` for one touch alone"
+        message = message.replace(" and leave timestep= out", "")
+        message = message.replace("a smaller timestep=", f"{slower}, or {alone}")
     for argument, words in _INSTEAD.items():
         message = message.replace(argument, words)
     if found := _FIELD.match(message):

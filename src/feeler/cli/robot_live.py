@@ -258,6 +258,7 @@ def _describe_state(state) -> dict[str, Any]:
         "probability": state.probability,
         "unlike_all": state.strange,
         "strangeness": None if np.isnan(state.strangeness) else state.strangeness,
+        "mirrored": state.mirrored,
         "label": describe_touch(state.label) if state.label else None,
     }
 

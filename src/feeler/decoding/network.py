@@ -13,11 +13,15 @@ from sklearn.model_selection import train_test_split
 from feeler.decoding.classifiers import Reader
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.models import Model, load_model, save_model
+from feeler.tensors.transforms import find_scale
 
 _MODEL_KIND, _MODEL_VERSION = "TouchNetwork", 1
 _INSTALL = "pip install 'feeler[cnn]'"
 # [P] supplement, CNN layers
 _KERNEL, _CHANNELS, _PADDING, _POOL, _HIDDEN, _DROPOUT = 15, 32, 2, 2, 50, 0.25
+
+
+_PART = 256  # [C] tensors that are converted to single precision at once
 
 
 class TouchNetwork(Reader):
@@ -93,7 +97,8 @@ class TouchNetwork(Reader):
         self.classes_, targets = np.unique(y, return_inverse=True)
         train, validate = self._split(targets)
         self.mean_ = images[train].mean(axis=0)
-        self.scale_ = float((images[train] - self.mean_).std()) or 1.0
+        size = find_scale(images)  # squares of tiny and huge numbers are none
+        self.scale_ = float(((images[train] - self.mean_) / size).std()) * size or 1.0
         self.device_ = _choose_device(torch, self.device)
         data = torch.from_numpy(self._normalise(images)).to(self.device_)
         targets = torch.from_numpy(targets).to(self.device_)
@@ -183,7 +188,7 @@ class TouchNetwork(Reader):
         return clone(self).set_params(shape=None)
 
     def _flatten(self, X) -> np.ndarray:
-        images = np.asarray(X, dtype=np.float32)
+        images = np.asarray(X, dtype=float)
         if len(self.shape_) != 2 or images[0].size != np.prod(self.shape_):
             raise InvalidInput(
                 f"tensors of {images[0].size} entries do not have the shape {self.shape_} given."
@@ -191,7 +196,10 @@ class TouchNetwork(Reader):
         return images.reshape(len(images), -1)
 
     def _normalise(self, images: np.ndarray) -> np.ndarray:
-        return ((images - self.mean_) / np.float32(self.scale_)).reshape(-1, 1, *self.shape_)
+        found = np.empty(images.shape, np.float32)  # only now: its range is small
+        for k in range(0, len(images), _PART):
+            found[k : k + _PART] = (images[k : k + _PART] - self.mean_) / self.scale_
+        return found.reshape(-1, 1, *self.shape_)
 
     def _check(self, images: np.ndarray, y: np.ndarray) -> None:
         if y.shape != (len(images),):

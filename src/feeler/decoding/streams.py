@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 
 from feeler.decoding.classifiers import Labels, Reader
 from feeler.decoding.observers import CloudReader, Others
+from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
 from feeler.sandbox import find_limits
 from feeler.tensors.models import Model, load_model, save_model
@@ -73,6 +74,8 @@ class StreamState:
     strangeness : float
         At the last moment that was asked about, > 1: so far unlike any touch that was learned; NaN
         before that, and where the decoder learned no ``watch``.
+    mirrored : bool
+        Whether the tip first went to the negative side, so that the answer is to the mirror image.
     """
 
     sample: int
@@ -82,6 +85,7 @@ class StreamState:
     since_contact: int
     posterior: np.ndarray
     strangeness: float = float("nan")
+    mirrored: bool = False
 
     @property
     def strange(self) -> bool:
@@ -96,7 +100,9 @@ class Stream:
         self.decoder = decoder
         self.n_classes = len(decoder.classes_)
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
-        """Samples (sensor, window) since contact, relative to rest; NaN where missing."""
+        """Samples (sensor, window) since contact, relative to rest; NaN where missing. Those of a
+        touch whose tip first goes to the negative side are times −1.
+        """
         self.missed = 0
         """Samples that did not come, of those that the sender's usual interval lets expect."""
         self.reset()
@@ -111,6 +117,12 @@ class Stream:
         )
         self.posterior = np.full(self.n_classes, 1 / self.n_classes)
         self.tensor[:] = np.nan
+        self.mirrored = False
+        self._known = np.zeros(
+            self.decoder.n_sensors_
+        )  # latest sample, its gaps as they were last
+        self._tip = np.full(self.decoder.window, np.nan)
+        self._felt: list[int] = []
         self.strangeness, self._watched = float("nan"), False
         self.slot, self.contact, self.surplus, self.felt = -1, -1, 0, -1
         self.first_time: float | None = None
@@ -185,23 +197,45 @@ class Stream:
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
         before = self.felt
-        self.tensor[:, since], self.felt = away, since
+        self.tensor[:, since], self.felt = -away if self.mirrored else away, since
+        self._felt.append(since)
+        if self._turns(away, since):
+            self.mirrored = not self.mirrored
+            self.tensor *= -1
+            self.strangeness, self._watched, before = float("nan"), False, -1
+            self.evidence[:] = 0
+            for earlier in self._felt[:-1] if self.decoder.model is None else ():
+                self._add(earlier)
         self._ask_watch(before)
         if self._watched:
             return
         if self.decoder.model is not None:
             self.posterior = self._ask(self.decoder.model)
             return
-        error = self.decoder.expected_at_[since] - away
-        error *= error
-        error *= self.decoder.weight_at_[since]
-        if np.isnan(away).any():
-            np.nan_to_num(error, copy=False)
-        self.evidence += self.decoder.constant_at_[since] - error.sum(axis=1)
+        self._add(since)
         likelihood = (
             np.exp(self.evidence - self.evidence.max()).reshape(self.n_classes, -1).sum(axis=1)
         )
         self.posterior = likelihood / likelihood.sum()
+
+    def _turns(self, away: np.ndarray, since: int) -> bool:
+        """Whether this sample makes the tip's first deflection one to the other side."""
+        lengths = getattr(self.decoder, "lengths", None)
+        if lengths is None:
+            return False
+        self._known = np.where(np.isnan(away), self._known, away)
+        self._tip[since] = np.dot(lengths, np.sin(np.cumsum(self._known)))
+        return (find_direction(self._tip[: since + 1]) < 0) != self.mirrored
+
+    def _add(self, since: int) -> None:
+        """The evidence of one sample."""
+        seen = self.tensor[:, since]
+        error = self.decoder.expected_at_[since] - seen
+        error *= error
+        error *= self.decoder.weight_at_[since]
+        if np.isnan(seen).any():
+            np.nan_to_num(error, copy=False)
+        self.evidence += self.decoder.constant_at_[since] - error.sum(axis=1)
 
     def _ask_watch(self, before: int) -> None:
         """Ask about the moments that came after sample ``before``; a late sample asks for those
@@ -254,6 +288,7 @@ class Stream:
             since_contact=since,
             posterior=self.posterior,
             strangeness=self.strangeness,
+            mirrored=self.mirrored,
         )
 
 
@@ -447,6 +482,9 @@ class StreamDecoder(Reader):
         the samples since contact (sensor, window) [rad], relative to rest and NaN where missing or
         still to come, and gives the probabilities of the classes (class,). ``adopt`` then takes the
         place of ``fit``.
+    lengths
+        Of the antenna [mm], from each sensor to the next. With them a touch that first bends the
+        tip to the negative side is decoded as its mirror image, all channels times −1.
 
     Attributes
     ----------
@@ -471,6 +509,7 @@ class StreamDecoder(Reader):
         lag_step: int = 3,
         interval: float = 1.0,
         model: Callable[[np.ndarray], np.ndarray] | None = None,
+        lengths: Sequence[float] | None = None,
     ) -> None:
         self.window = window
         self.threshold = threshold
@@ -482,6 +521,7 @@ class StreamDecoder(Reader):
         self.lag_step = lag_step
         self.interval = interval
         self.model = model
+        self.lengths = lengths
 
     def adopt(self, classes: Sequence[Any], n_sensors: int) -> "StreamDecoder":
         """Get ready to stream with ``model``, whose classes are these in this order."""
@@ -495,6 +535,7 @@ class StreamDecoder(Reader):
                 f"a decoder needs at least 2 classes and 1 sensor, got {len(classes)} and"
                 f" {n_sensors}."
             )
+        self._check_lengths(n_sensors)
         self.classes_, self.n_sensors_ = list(classes), int(n_sensors)
         return self
 
@@ -626,6 +667,8 @@ class StreamDecoder(Reader):
         parameters = {
             name: value for name, value in self.get_params().items() if name != "model"
         }
+        if self.lengths is not None:
+            parameters["lengths"] = np.asarray(self.lengths, dtype=float).tolist()
         settings = {
             "parameters": parameters,
             "classes": self.classes_,
@@ -649,9 +692,11 @@ class StreamDecoder(Reader):
         file = load_model(path, kind=_KIND, version=_VERSION, trusted=trusted)
         try:
             given: dict[str, Any] = file.settings["parameters"]
+            lengths = given.pop("lengths", None)
             options: dict[str, Any] = {
                 name: int(x) if name in _WHOLE else float(x) for name, x in given.items()
             }
+            options["lengths"] = None if lengths is None else tuple(map(float, lengths))
             decoder = cls(**options)
             decoder._check()
             decoder._restore(file)
@@ -693,6 +738,7 @@ class StreamDecoder(Reader):
             or (weight <= 0).any()
         ):
             raise ValueError("its numbers are finite and its weights > 0")
+        self._check_lengths(n_sensors)
         lags = 2 * self.max_lag // self.lag_step + 1
         find_limits(None).check_bytes(
             2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
@@ -726,6 +772,17 @@ class StreamDecoder(Reader):
             if value >= _MOST:
                 raise InvalidInput(f"StreamDecoder needs {name} below {_MOST:,}, got {value}.")
 
+    def _check_lengths(self, n_sensors: int) -> None:
+        """Refuse lengths that are not those of an antenna with so many sensors."""
+        if self.lengths is None:
+            return
+        lengths = np.asarray(self.lengths, dtype=float)
+        if lengths.shape != (n_sensors,) or not ((lengths > 0) & (lengths < np.inf)).all():
+            raise InvalidInput(
+                f"lengths must be {n_sensors} finite numbers > 0 [mm], one for each sensor; got"
+                f" {np.array2string(lengths.ravel()[:10], precision=3)}."
+            )
+
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
         """A touch from ``max_lag`` before its noticed contact, less its resting level.
 
@@ -740,7 +797,13 @@ class StreamDecoder(Reader):
         if found is None:
             return None
         index = found + np.arange(-self.max_lag, self.window + self.max_lag)
-        return touch[:, np.clip(index, 0, touch.shape[1] - 1)] - finder.level[:, None]
+        cut = touch[:, np.clip(index, 0, touch.shape[1] - 1)] - finder.level[:, None]
+        if self.lengths is None:
+            return cut
+        self._check_lengths(len(cut))
+        felt = cut[:, self.max_lag : self.max_lag + self.window]
+        tip = np.dot(self.lengths, np.sin(np.cumsum(felt, axis=0)))
+        return -cut if find_direction(tip) < 0 else cut
 
     def start(self) -> Stream:
         """A fresh stream of samples to be decoded."""

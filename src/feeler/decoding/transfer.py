@@ -41,6 +41,18 @@ def find_first_peak(
     return int(peaks[0]) if peaks.size else -1
 
 
+def find_direction(tip: np.ndarray) -> int:
+    """The way that a touch pushes the tip, given its trace (time,) [mm] from rest: 1, or −1 for an
+    object from the other side than at the training touches; 0 for no motion.
+
+    The sign of the first deflection that is more than half of the greatest: an antenna swings back
+    by up to as much, but later.
+    """
+    size = np.abs(np.nan_to_num(tip))
+    first = int(np.argmax(size > 0.5 * size.max(initial=0.0))) if size.any() else None
+    return 0 if first is None else int(np.sign(tip[first]))
+
+
 def align(
     angle: Sequence[np.ndarray],
     tip: Sequence[np.ndarray],

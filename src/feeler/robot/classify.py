@@ -16,6 +16,7 @@ from feeler.decoding.transfer import (
     LABEL_PARTS,
     MIN_DEFLECTION,
     align,
+    find_direction,
     find_first_peak,
 )
 from feeler.errors import InvalidInput
@@ -25,7 +26,7 @@ from feeler.robot.description import make_robot
 from feeler.robot.reality import Touches, touch_robots
 from feeler.robot.recordings import Recording
 from feeler.robot.surrogate import make_surrogate
-from feeler.robot.touches import Label, compute_tip, find_direction, make_touches
+from feeler.robot.touches import Label, compute_tip, make_touches
 from feeler.validation import checked
 
 # What a classifier learns from: touches of surrogate robots, and of strangers beside them.

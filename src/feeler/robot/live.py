@@ -191,6 +191,7 @@ class LiveTouch:
                 probability=answer.probability,
                 posterior=np.array(chances),
                 strangeness=answer.strangeness,
+                mirrored=answer.mirrored,
             )
         if state.since_contact >= 0:  # a slow touch is judged once its peak has come
             sure = "decided" if state.probability >= decoder.threshold else "unsure"

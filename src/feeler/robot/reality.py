@@ -16,6 +16,7 @@ from feeler.decoding.transfer import (
     TransferClassifier,
     TransferScore,
     align,
+    find_direction,
     score_transfer,
 )
 from feeler.errors import InvalidInput
@@ -36,8 +37,8 @@ from feeler.robot.touches import (
     ROBOT_SPEEDS,
     Label,
     compute_tip,
-    find_direction,
     get_label,
+    list_lengths,
     make_touches,
     simulate_pairs,
     simulate_touches,
@@ -254,7 +255,7 @@ def make_decoder(
     labels, n = [get_label(trial) for trial in trials], len(trials)
     window = StreamDecoder().window + choose_before(antenna, trials) - BEFORE
     return (
-        StreamDecoder(threshold=threshold, window=window)
+        StreamDecoder(threshold=threshold, window=window, lengths=tuple(list_lengths(antenna)))
         .fit(motions[:n], labels)
         .temper(motions[n:], labels)
     )

@@ -139,6 +139,12 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
 
 
 @checked
+def list_lengths(antenna: Antenna) -> np.ndarray:
+    """Lengths (sensor,) [mm] of an antenna from each sensor to the next, of the last to the tip."""
+    return np.add.reduceat(antenna.segment_length, antenna.sensors - 1)
+
+
+@checked
 def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]) -> np.ndarray:
     """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time).
 
@@ -148,7 +154,7 @@ def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]
     """
     length = antenna.segment_length
     if np.shape(angle)[-2:-1] == (antenna.sensors.size,):
-        length = np.add.reduceat(length, antenna.sensors - 1)
+        length = list_lengths(antenna)
     elif np.shape(angle)[-2:-1] != (antenna.n_segments,):
         raise InvalidInput(
             f"angle needs the {antenna.n_segments} hinges of the antenna, or its"
@@ -156,19 +162,6 @@ def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]
         )
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)
     return np.einsum("n,...nt->...t", length, np.sin(heading))
-
-
-@checked
-def find_direction(tip: Annotated[np.ndarray, "time"]) -> int:
-    """The way that a touch pushes the tip, given its trace (time,) [mm] from rest: 1, or −1 for an
-    object from the other side than in :func:`make_touches`; 0 for no motion.
-
-    The sign of the first deflection that is more than half of the greatest: an antenna swings back
-    by up to as much, but later.
-    """
-    size = np.abs(np.nan_to_num(tip))
-    first = int(np.argmax(size > 0.5 * size.max(initial=0.0))) if size.any() else None
-    return 0 if first is None else int(np.sign(tip[first]))
 
 
 # The eight-segment model in the paper's comparison of speeds and stiffness profiles.

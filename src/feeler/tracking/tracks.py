@@ -303,7 +303,7 @@ def _leave_out_zeros(found: Found) -> tuple[Found, dict[str, str]]:
             position[zero[:, k], k] = np.nan
     if not counts:
         return found, {}
-    words = ", ".join(f"{name} {n}" for name, n in counts.items())
+    words = ", ".join(f"{name} {n}" for name, n in sorted(counts.items()))
     return replace(found, position=position), {"(0, 0)": f"counts as not seen, frames: {words}"}
 
 
