@@ -104,12 +104,12 @@ def test_the_tour_puts_the_speed_beside_the_words_that_ask_for_it(studio, browse
     assert ask(browser, "app.store.state.touch.speed") == 0.06
 
 
-def test_the_first_demo_decides_within_a_quarter_of_a_second(studio, browser):
+def test_the_first_demo_leans_to_what_it_touches_within_a_quarter_of_a_second(studio, browser):
     open_page(browser, studio.address)
     wait_for(browser, "app.studies.A && app.records.A.reading")
     stop_at(browser, 250)
     said = browser.find_element("css selector", ".verdict-panel .verdict").text
-    assert said.startswith(ask(browser, "app.store.state.touch.kind")), said
+    assert ask(browser, "app.store.state.touch.kind") in said, said
 
 
 def test_a_cut_address_says_so(studio, browser):

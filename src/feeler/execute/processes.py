@@ -232,7 +232,7 @@ def _pass_on(done: Future, answer: Future) -> None:
     except CancelledError as error:
         good, value = False, error
     except ProcessExpired as error:
-        good, value = False, WorkerCrashed(_explain_end(error.exitcode))
+        good, value = False, _explain_end(error.exitcode)
     except BaseException as error:
         good, value = False, error
     answer.set_result(value) if good else answer.set_exception(value)
@@ -246,14 +246,19 @@ def _explain_start() -> WorkerCrashed:
     )
 
 
-def _explain_end(code: int | None) -> str:
+def _explain_end(code: int | None) -> Exception:
+    if code == -signal.SIGABRT:  # how compiled libraries end a process that gets no memory
+        return OutOfMemory(
+            "a worker reached its memory limit, or a compiled library in it aborted; use fewer"
+            " workers or shorter trials"
+        )
     how = (
         f"killed by {signal.Signals(-code).name}"
         if code and code < 0
         else f"with exit code {code}"
     )
     hint = " The system may have run out of memory: use fewer workers." if code == -9 else ""
-    return f"a worker process ended {how} before it had answered.{hint}"
+    return WorkerCrashed(f"a worker process ended {how} before it had answered.{hint}")
 
 
 @contextmanager

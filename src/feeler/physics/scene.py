@@ -162,6 +162,11 @@ class Scene:
         }
 
     @property
+    def timed_contact(self) -> Contact:
+        """The contact that a timestep must follow; the default one where nothing is touched."""
+        return self.contact if self.objects else get_contact()
+
+    @property
     def initial_angle(self) -> np.ndarray:
         """Angles (segment,) at time 0 [rad]."""
         return (

@@ -181,10 +181,8 @@ class Simulations:
         self._kind = get_engine(engine)
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
-            if not scene.objects:  # nothing is touched
-                continue
-            self._kind.check(scene.contact, self.timestep)
-            if self._kind.check is Contact.check_timestep:  # engines that follow the contact
+            self._kind.check(scene.timed_contact, self.timestep)
+            if scene.objects and self._kind.check is Contact.check_timestep:
                 told = scene.antenna, scene.contact, scene.speed, self.timestep
                 self._warn(list_doubts(*told, fixed=self._fixed))
         self._build(scenes)
@@ -521,7 +519,7 @@ class Simulations:
                 f"a lane keeps its number of {what}: it has {counts[0]}, the new antenna"
                 f" {counts[1]}. Begin new simulations for it."
             )
-        self._kind.check(scene.contact, self.timestep)
+        self._kind.check(scene.timed_contact, self.timestep)
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
         self._began[lane] = scene

@@ -347,7 +347,7 @@ class ChainStepper(Stepper):
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
         for scene in scenes:
-            scene.contact.check_timestep(timestep)
+            scene.timed_contact.check_timestep(timestep)
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
         self.tables = _make_tables(self.scenes, [make_model(scene) for scene in self.scenes])
         self.drive = self.tables.base[0, [f.B_VX, f.B_VY, f.B_TURN]].copy()[None]
@@ -512,7 +512,7 @@ class ChainStepper(Stepper):
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
-        scene.contact.check_timestep(self.timestep)
+        scene.timed_contact.check_timestep(self.timestep)
         model, others = make_model(scene), [k for k in range(len(self.scenes)) if k != lane]
         self.scenes[lane] = scene
         if _fits(self.tables, model):

@@ -327,7 +327,7 @@ class SpaceChainStepper(ChainStepper):
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
         for scene in scenes:
-            scene.contact.check_timestep(timestep)
+            scene.timed_contact.check_timestep(timestep)
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
         self.tables: Any = _make_tables(self.scenes)
         self.drive = self.tables.base[0, s.BASE_V : s.BASE_V + 6].copy()[None]
@@ -404,7 +404,7 @@ class SpaceChainStepper(ChainStepper):
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
-        scene.contact.check_timestep(self.timestep)
+        scene.timed_contact.check_timestep(self.timestep)
         others = [k for k in range(len(self.scenes)) if k != lane]
         kept = [self.save(k) for k in others]
         self.scenes[lane] = scene
