@@ -51,7 +51,7 @@ _KINDS = (
     (rb"MATLAB 7\.3", "MATLAB -v7.3: save it with '-v7', or as NetCDF"),
     (rb"MATLAB 5\.0", "a MATLAB file; feeler info says whether feeler wrote it"),
     (rb"\x93NUMPY", "a NumPy array: save it as CSV with a header row, by numpy.savetxt"),
-    (rb"ARROW1|PAR1", "a table for programs (Parquet, Arrow): write it as CSV, by pandas"),
+    (rb"ARROW1", "a table for programs (Arrow): write it as CSV, by pandas"),
     (rb"\xff\xfe|\xfe\xff", "text in UTF-16: save it again as CSV in UTF-8"),
     (
         rb"(?s:.{4})(?:ftyp|wide|mdat|moov)|RIFF(?s:.{4})AVI |\x1a\x45\xdf\xa3"

@@ -144,7 +144,7 @@ def test_validate_reads_what_other_verbs_read_and_convert_names_the_verb(files):
         (b"\xff\xfea\0,\0b\0", "UTF-16"),
         (b"\x1f\x8b\x08\0" + bytes(30), "gunzip"),
         (b"\x80\x04" + bytes(30), "never read"),
-        (b"PAR1" + bytes(30), "by pandas"),
+        (b"ARROW1" + bytes(30), "by pandas"),
         (b'{"nbformat": 4}', "is JSON"),
         (b"version https://git-lfs.github.com/spec/v1", "git lfs pull"),
         (b"BZh91AY&SY" + bytes(30), "unpack it first"),

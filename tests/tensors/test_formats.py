@@ -43,7 +43,7 @@ def whole():
     return make_set()
 
 
-@pytest.mark.parametrize("suffix", [".zarr", ".nc", ".mat", ".nwb"])
+@pytest.mark.parametrize("suffix", [".zarr", ".nc", ".mat", ".nwb", ".parquet"])
 def test_a_set_comes_back_identical(tmp_path, whole, suffix):
     path = tmp_path / f"set{suffix}"
     save(whole, path, **OPTIONS.get(suffix, {}))
@@ -63,7 +63,7 @@ def test_one_tensor_comes_back_identical_from_csv(tmp_path, whole, variable):
 
 
 def test_every_file_carries_what_must_travel(tmp_path, whole):
-    for suffix in (".nc", ".mat", ".csv", ".nwb"):
+    for suffix in (".nc", ".mat", ".csv", ".nwb", ".parquet"):
         save(whole, tmp_path / f"set{suffix}", **OPTIONS.get(suffix, {}))
         got = load(tmp_path / f"set{suffix}")
         assert json.loads(got.attrs["configuration"])["timestep"] == 0.01

@@ -31,7 +31,7 @@ def convert(
         Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file, or MCAP:TOPIC")
     ],
     target: Annotated[
-        Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv or .nwb")
+        Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv, .parquet or .nwb")
     ],
     variable: Annotated[str, typer.Option(help="variable of a CSV")] = "angle",
     trial: Annotated[int, typer.Option(help="trial of a CSV, from 0")] = 0,

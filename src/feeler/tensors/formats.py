@@ -26,11 +26,13 @@ from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
     load_csv,
+    require_pyarrow,
     restore,
     save_csv,
     save_mat,
     save_netcdf,
     save_nwb,
+    save_parquet,
 )
 from feeler.validation import checked
 
@@ -42,9 +44,9 @@ from feeler.validation import checked
 
 _START = 512  # bytes by which a file is recognised
 _UNKNOWN = (
-    "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5, CSV),"
-    " tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings of robots"
-    " (CSV, ROS bags) and feeler's own TOML files"
+    "of a kind that feeler does not know. It reads touches (Zarr, NetCDF-4, NWB, MATLAB 5, CSV,"
+    " Parquet), tracks (DeepLabCut, SLEAP, Anipose, movement, ndx-pose, DLTdv, CSV), recordings"
+    " of robots (CSV, ROS bags) and feeler's own TOML files"
 )
 
 
@@ -98,6 +100,7 @@ FORMATS: Registry[Format] = Registry(
         "nwb": "feeler.tensors.formats:NWB",
         "mat": "feeler.tensors.formats:MAT",
         "csv": "feeler.tensors.formats:CSV",
+        "parquet": "feeler.tensors.formats:PARQUET",
         "antenna": "feeler.tensors.formats:ANTENNA",
         "model": "feeler.tensors.formats:MODEL",
     },
@@ -139,7 +142,7 @@ def find_formats(
 def load(
     path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False
 ) -> xr.Dataset:
-    """A Dataset from a store, Zarr v3 group, NetCDF-4, NWB, MATLAB or CSV file.
+    """A Dataset from a store, Zarr v3 group, NetCDF-4, NWB, MATLAB, CSV or Parquet file.
 
     A store is opened lazily: its labels must keep the data contract now, its numbers are read when
     they are used (``feeler validate`` holds them against their digests). Every other file is read
@@ -173,8 +176,8 @@ def load(
 
 @checked
 def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> None:
-    """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.nwb`` or a
-    registered one.
+    """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.parquet``,
+    ``.nwb`` or a registered one.
 
     CSV holds one tensor (``variable=``, ``trial=``), NWB of recordings asks for
     ``session_start=`` and ``identifier=``. Every kind carries configuration, units, versions and
@@ -446,6 +449,20 @@ CSV = Format(
     detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
     load=lambda path, limits, trusted: load_csv(path, limits),
     save=save_csv,
+)
+
+
+def _load_parquet(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
+    require_pyarrow()
+    return guarded("feeler.tensors.readers:read_parquet")(path, limits, trusted)
+
+
+PARQUET = Format(
+    words="one touch a row (Parquet)",
+    suffix=".parquet",
+    detect=_starts(b"PAR1"),
+    load=_load_parquet,
+    save=save_parquet,
 )
 ANTENNA = Format(
     words="antenna (TOML)",

@@ -206,6 +206,39 @@ def read_mat(path: str) -> _Answer:
     }
 
 
+def read_parquet(path: str) -> _Answer:
+    """Touches that feeler wrote as Parquet, one a row."""
+    from pyarrow import types
+    from pyarrow.parquet import ParquetFile
+
+    file = ParquetFile(path)
+    notes = file.schema_arrow.metadata or {}
+    if DESCRIPTION.encode() not in notes:
+        names = ", ".join(file.schema_arrow.names[:8])
+        raise InvalidInput(
+            f"it has no {DESCRIPTION}, so what its columns ({names or 'none'}) mean is unknown."
+            " Recordings are read from CSV."
+        )
+    content = json.loads(notes[DESCRIPTION.encode()])
+    variables, arrays = content["rest"]["variables"], {}
+    for name, values in content["numbers"].items():
+        arrays[name] = np.array([float(x) if isinstance(x, str) else x for x in values])
+    for name, entry in content["columns"].items():
+        column = file.read([name], use_threads=False).column(0)
+        if column.null_count:
+            raise InvalidInput(f"the column {name[:60]!r} has empty cells.")
+        column = column.combine_chunks()
+        while types.is_fixed_size_list(column.type):
+            column = column.flatten()
+        entry["shape"][0] = file.metadata.num_rows
+        if entry["type"] == "str":
+            entry["texts"] = column.to_pylist()
+        else:
+            arrays[name] = column.to_numpy(zero_copy_only=False)
+        variables[name] = entry
+    return content["rest"], arrays
+
+
 def read_safetensors(path: str) -> _Answer:
     """A model: its notes, and its arrays."""
     from safetensors import safe_open

@@ -1,4 +1,4 @@
-"""Writers: a Dataset as NetCDF, MATLAB, CSV or NWB."""
+"""Writers: a Dataset as NetCDF, MATLAB, CSV, Parquet or NWB."""
 
 import csv
 import errno
@@ -10,6 +10,7 @@ import re
 import shutil
 from collections.abc import Callable
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -342,6 +343,69 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
         raise InvalidInput(
             f"{source} is damaged: its description does not fit ({str(error)[:100]})."
         ) from error
+
+
+# Parquet: one labelled touch a row, as pandas, polars and Hugging Face ``datasets`` read it; needs
+# the extra ``parquet``.
+
+_TOUCHES_AT_ONCE = 256  # touches in one group of rows
+
+
+def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+    """Write one touch a row: each variable over trials is a column, ``angle`` a list of sensors of
+    lists of samples; labels stand beside it, a coordinate ``split`` (trial,) among them.
+
+    What has no trials (time, sensors) and all attributes are JSON in the file's metadata.
+
+    Raises
+    ------
+    MissingExtra
+        pyarrow is not installed.
+    InvalidInput
+        The Dataset has no trials.
+    """
+    require_pyarrow()
+    import pyarrow as pa
+    from pyarrow.parquet import ParquetWriter
+
+    if "trial" not in dataset.dims:
+        raise InvalidInput("Parquet holds one touch a row; this Dataset has no dim trial.")
+    dataset = complete(dataset).transpose("trial", ...)
+    names = [name for name, item in dataset.variables.items() if "trial" in item.dims]
+    described = json.loads(describe(dataset.isel(trial=slice(0))))["variables"]
+    content = describe_whole(dataset.drop_vars(names))
+    content["columns"] = {name: described[name] for name in names}
+    notes = {DESCRIPTION: json.dumps(content, ensure_ascii=True)}
+
+    def make_rows(start: int) -> Any:
+        part = dataset.isel(trial=slice(start, start + _TOUCHES_AT_ONCE))
+        return pa.table({name: _make_column(part.variables[name].values) for name in names})
+
+    first = make_rows(0)
+    schema = first.schema.with_metadata(notes)
+    with writing(path) as file, ParquetWriter(file, schema, compression="zstd") as writer:
+        writer.write_table(first)
+        for start in range(_TOUCHES_AT_ONCE, dataset.sizes["trial"], _TOUCHES_AT_ONCE):
+            writer.write_table(make_rows(start))
+
+
+def require_pyarrow() -> None:
+    """MissingExtra where the extra ``parquet`` is not installed."""
+    if find_spec("pyarrow") is None:
+        raise MissingExtra("Parquet files need pyarrow: pip install 'feeler[parquet]'.")
+
+
+def _make_column(values: np.ndarray) -> Any:
+    """Rows of nested lists of one length each."""
+    import pyarrow as pa
+
+    if values.dtype.kind in "UOT":
+        column = pa.array([str(text) for text in values.ravel()], pa.string())
+    else:
+        column = pa.array(values.ravel().astype(values.dtype.newbyteorder("=")))
+    for size in reversed(values.shape[1:]):
+        column = pa.FixedSizeListArray.from_arrays(column, size)
+    return column
 
 
 # Neurodata Without Borders: one TimeSeries per variable and trial; needs the extra ``nwb`` to
