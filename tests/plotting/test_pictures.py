@@ -35,7 +35,6 @@ from feeler.plotting.results import (
 from feeler.plotting.style import (
     PALETTE,
     fix_layout,
-    measure_words,
     pick_colours,
     pick_shades,
     unjoin,
@@ -44,6 +43,7 @@ from feeler.plotting.tensors import list_tensors, plot_tensor_grid
 from feeler.presets import make_preset
 from feeler.wall import Posture, fit_distance
 from plotting.test_results import make_optimum, make_sweep
+from tests.figures import measure_words
 
 
 def read(line):

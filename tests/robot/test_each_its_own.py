@@ -35,7 +35,6 @@ from feeler.robot import (
 )
 from feeler.robot import classify as lessons
 from feeler.robot import fit as factors
-from feeler.robot import touches as comparison
 from feeler.robot.classify import Lessons, _judge_touch, judge_recording
 from feeler.robot.description import Flexures, RobotFile
 from feeler.robot.reality import Touches
@@ -581,31 +580,6 @@ def test_a_pool_of_scores_counts_and_lists_all_of_them():
     pooled = reality._pool(parts)
     assert (pooled.correct, pooled.total) == ({"feature": 5, "speed": 6}, 11)
     assert (pooled.predicted, pooled.true) == (["a", "c"], ["b", "d"])
-
-
-def test_a_comparison_repeats_as_often_as_asked_with_its_own_seed(monkeypatch):
-    asked = []
-    average = {"nmi": {"x": 1, "y": 2}, "ssim": {"x": 3, "y": 4}}
-    monkeypatch.setattr(
-        "feeler.analysis.compute_dispersion",
-        lambda tensors, names: asked.append(names) or SimpleNamespace(average=average),
-    )
-
-    def sweep(tensors, classes, **how):
-        asked.append(
-            (len(tensors), classes, how["n_repeats"], how["random_state"], how["ratios"])
-        )
-        return SimpleNamespace(noisy=np.array([[0.2, 0.6]]))
-
-    monkeypatch.setattr("feeler.decoding.compute_sweep", sweep)
-    groups = {"x": np.zeros((2, 3, 4)), "y": np.zeros((1, 3, 4))}
-    found = comparison._compare(groups, [("ball", 0.5), ("box", 0.9)], 7, 13)
-    assert asked[0] == ["x", "x", "y"]
-    assert asked[1:] == [(n, ["ball 0.5", "box 0.9"], 7, 13, (0.2,)) for n in (2, 1)]
-    assert found == {
-        "x": {"nmi": 1, "ssim": 3, "accuracy": 0.4},
-        "y": {"nmi": 2, "ssim": 4, "accuracy": 0.4},
-    }
 
 
 def test_a_robot_file_s_plain_answer_is_json(tmp_path):
