@@ -201,7 +201,7 @@ def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_a
     pairs = [*zip((10.0, 11.0, 12.0, 13.0), trials, strict=True)]
     how = {"engine": "chain", "timestep": 0.01, "workers": 3, "reach": 1.3}
     motions = touches.simulate_pairs.__wrapped__(pairs, **how)
-    lasts = [touches.choose_duration(trial, 1.3) for trial in trials]
+    lasts = [touches._choose_duration(trial, 1.3) for trial in trials]
     assert [motion.shape for motion in motions] == [(8, round(t)) for t in lasts]
     assert [motion[0, 0] for motion in motions] == [10.0, 11.0, 12.0, 13.0]
     touched = [[scene.antenna for scene in call[0]] for call in calls]

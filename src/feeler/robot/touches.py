@@ -65,7 +65,7 @@ def get_label(trial: Trial) -> Label:
     return trial.name, trial.location, trial.speed
 
 
-def choose_duration(trial: Trial, reach: float = 1.0) -> float:
+def _choose_duration(trial: Trial, reach: float = 1.0) -> float:
     """Time [ms] after which a touch has let go and rung for about 400 ms.
 
     ``reach`` is the antenna's length over that of the paper's robot.
@@ -78,9 +78,9 @@ def choose_duration(trial: Trial, reach: float = 1.0) -> float:
 def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> list[np.ndarray]:
     """Hinge angles (hinge, time) [rad] of each trial at 1 kHz.
 
-    Durations differ, see :func:`choose_duration`.
+    Durations differ, see :func:`_choose_duration`.
 
-    ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`choose_duration`) and,
+    ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`_choose_duration`) and,
     as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
     """
     return simulate_pairs([(antenna, trial) for trial in trials], **how)
@@ -109,7 +109,7 @@ def simulate_pairs(
     from feeler.physics.run import expect_motions, simulate
     from feeler.physics.scene import Clock, make_scene
 
-    durations = [duration or choose_duration(trial, reach) for _, trial in pairs]
+    durations = [duration or _choose_duration(trial, reach) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
         scenes = [make_scene(*pairs[i]) for i in group]
