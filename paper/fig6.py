@@ -18,9 +18,9 @@ from feeler.plotting import PALETTE, say_clock, style, write_movie
 from feeler.plotting.style import FEATURE_COLOURS, pick_shades
 from feeler.plotting.tensors import plot_tensor as draw_tensor
 from feeler.report import Section, make_spread
-from feeler.robot import Recording, Touches, compute_comparison, compute_tip, make_robot
+from feeler.robot import Recording, Touches, compute_tip, make_robot
 from paper.context import Context
-from paper.fig6_data import load
+from paper.fig6_data import compute_comparison, load
 
 _PAPER_RIGHT, _PAPER_TOTAL = 5, 6  # [P]
 _N_TOUCHES = 10  # of each group that is compared

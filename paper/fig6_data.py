@@ -11,6 +11,9 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
+from feeler.analysis import compute_dispersion
+from feeler.antenna import Antenna
+from feeler.decoding import Relative, compute_sweep
 from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.physics.engine import DEFAULT_ENGINE
@@ -28,9 +31,12 @@ from feeler.robot import (
     measure_transfer,
     repair,
     simulate_release,
+    simulate_touches,
     sweep_shots,
     touch_robots,
 )
+from feeler.robot.touches import ROBOT_SPEEDS
+from feeler.tensors import rectify
 from paper.context import Context
 from paper.scale import Scale
 
@@ -149,3 +155,92 @@ def _measure_early(
 def load(context: Context) -> SimpleNamespace:
     """What this run shows, computed once for Figs. 6 and S7."""
     return compute(context.effort, seed=context.seed, engine=context.engine)
+
+
+# The eight-segment model, compared by speed and by stiffness profile as the insect's is.
+
+_PROFILES = ("exponential", "linear", "constant")
+# [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
+_TIP_SHARE = 0.1
+_DURATION = 2600.0  # ms, the longest slow touch
+_STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than 100 Hz
+
+
+def make_profiles() -> dict[str, Antenna]:
+    """The robot, whose widths fall linearly, and two controls.
+
+    All have the same compliance Σ 1/k_n and the same damping time c/k.
+    """
+    linear = make_robot()
+    steps = np.linspace(0, 1, linear.n_segments)
+    shapes = {
+        "exponential": _TIP_SHARE**steps,
+        "linear": linear.stiffness,
+        "constant": np.ones(linear.n_segments),
+    }
+    time = linear.damping[0] / linear.stiffness[0]
+    profiles = {}
+    for name in _PROFILES:
+        stiffness = shapes[name] * np.sum(1 / shapes[name]) / np.sum(1 / linear.stiffness)
+        profiles[name] = linear.replace(
+            stiffness=stiffness, damping=time * stiffness, name=f"robot {name}"
+        )
+    return profiles
+
+
+def touch_robot(antenna: Antenna, speed: float, engine: str = DEFAULT_ENGINE) -> np.ndarray:
+    """Rectified tensors (trial, sensor, time) [rad], 4 ms apart, of the ten touches at a speed.
+
+    All have one duration; they are not aligned.
+    """
+    motions = simulate_touches(
+        antenna, make_touches(speeds=[speed]), duration=_DURATION, engine=engine
+    )
+    return rectify(np.stack(motions)[:, :, ::_STRIDE])
+
+
+def compute_comparison(
+    *, n_repeats: int = 3, random_state: int = 0, engine: str = DEFAULT_ENGINE
+) -> dict[str, dict]:
+    """Dispersion and accuracy by speed (the robot) and by profile (slow touches).
+
+    Returns
+    -------
+    dict
+        ``speed`` and ``profile``: each group's name → ``pearson``, ``ssim``, ``mse``, ``nmi``
+        (closest match, averaged: :class:`~feeler.analysis.Interval` over the ten touches) and
+        ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's maximum on raw tensors).
+    """
+    profiles = make_profiles()
+    speeds = {f"{s:g} m/s": touch_robot(profiles["linear"], s, engine) for s in ROBOT_SPEEDS}
+    slow = {
+        name: speeds[f"{ROBOT_SPEEDS[-1]:g} m/s"]
+        if name == "linear"
+        else touch_robot(antenna, ROBOT_SPEEDS[-1], engine)
+        for name, antenna in profiles.items()
+    }
+    return {
+        "speed": _compare_groups(speeds, n_repeats, random_state),
+        "profile": _compare_groups(slow, n_repeats, random_state),
+    }
+
+
+def _compare_groups(
+    groups: dict[str, np.ndarray], n_repeats: int, random_state: int
+) -> dict[str, dict]:
+    names = np.repeat(list(groups), [len(tensors) for tensors in groups.values()])
+    dispersion = compute_dispersion(np.concatenate(list(groups.values())), list(names))
+    classes = [f"{trial.name} {trial.location:g}" for trial in make_touches()[:10]]
+    result = {}
+    for name, tensors in groups.items():
+        sweep = compute_sweep(
+            tensors,
+            classes,
+            ratios=(0.2,),
+            n_repeats=n_repeats,
+            noise=Relative(),
+            random_state=random_state,
+        )
+        averages = {index: average[name] for index, average in dispersion.average.items()}
+        result[name] = {**averages, "accuracy": float(sweep.noisy.mean())}
+    return result

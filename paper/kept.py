@@ -76,5 +76,5 @@ def _keep_block(block: dict[str, object], source: Path, target: Path) -> dict[st
     file = f"{Path(str(name)).stem}.webp"
     picture.save(target / file, quality=_QUALITY, method=6)
     size = block.get("size") or [picture.width // 2, picture.height // 2]
-    shown = {key: block[key] for key in ("name", "caption", "words") if key in block}
+    shown = {key: block[key] for key in ("name", "caption") if key in block}
     return {"kind": "figure", "size": size, "hover": [], "file": file} | shown

@@ -226,18 +226,11 @@ def readable():
     """Every figure that a verb puts into a page follows the standard of figures, in whichever test
     the verb runs.
     """
-    from feeler.report.page import Pictures
-    from tests.figures import find_faults
+    from tests.figures import find_faults, watch_figures
 
-    drawn = Pictures.draw
-
-    def draw(self, name, draw, **size):
-        figures = []
-        found = drawn(self, name, lambda figure: figures.append(figure) or draw(figure), **size)
+    def judge(figure, name, draw):
         if draw.__module__.startswith(JUDGED):
-            assert not find_faults(figures[0], found[2]), f"figure {name!r}"
-        return found
+            assert not find_faults(figure), f"figure {name!r}"
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Pictures, "draw", draw)
+    with watch_figures(judge):
         yield

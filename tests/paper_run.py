@@ -4,12 +4,11 @@ import subprocess
 import sys
 
 
-def start(out, *options):
+def start(out, *options, run=("-m", "paper")):
     """``python -m paper`` at smoke scale in a process group of its own."""
     command = [
         sys.executable,
-        "-m",
-        "paper",
+        *run,
         "--scale",
         "smoke",
         "--out",

@@ -127,11 +127,11 @@ def plot_tradeoff(
     places = [[figure.add_subplot(grid[row, k]) for k in range(3 - row)] for row in range(2)]
     axes = np.array([places[0], [*places[1], None]])
     common = levels["common"]
-    plot_windows(first, common, "time", axes[0, 0])
+    _plot_windows(first, common, "time", axes[0, 0])
     axes[0, 0].set(
         xlabel="time since contact [ms]", title=f"{first.attrs['antenna']}: answers in time"
     )
-    plot_windows(first, common, "distance", axes[0, 1])
+    _plot_windows(first, common, "distance", axes[0, 1])
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
     speeds = axes[0, 0].get_legend_handles_labels()
     figure.legend(*speeds, loc="outside upper center", ncols=len(speeds[1]))
@@ -147,10 +147,10 @@ def plot_tradeoff(
     ]
     figure.legend(handles=marks, loc="outside lower center", ncols=3)
     low = grid[1, 2].subgridspec(2, 1)
-    plot_costs(measured, [figure.add_subplot(low[k]) for k in range(2)])
+    _plot_costs(measured, [figure.add_subplot(low[k]) for k in range(2)])
 
 
-def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
+def _plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
     """Accuracy against window, a line for each speed, with its interval over the sets."""
     chosen = data.isel(window=np.flatnonzero(data["kind"].values == kind)).sel(level=level)
     found = average_sets(100 * chosen["accuracy"])
@@ -217,7 +217,7 @@ def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
     mark_places(ax.xaxis, data["speed"].values)
 
 
-def plot_costs(measured: Mapping[str, xr.Dataset], axes: Sequence[Axes]) -> None:
+def _plot_costs(measured: Mapping[str, xr.Dataset], axes: Sequence[Axes]) -> None:
     """Work on the antenna, and below it the peak force, against speed."""
     costs = {"work": "work of a\ntouch [µJ]", "force": "peak force\n[mN]"}
     colours = pick_colours(measured)

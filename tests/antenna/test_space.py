@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from feeler.antenna.files import load_antenna, parse_antenna, read_antenna_file, save_antenna
 from feeler.antenna.modes import compute_modes
-from feeler.antenna.segments import Antenna, find_rate, list_frustum
+from feeler.antenna.segments import Antenna, _list_frustum, find_rate
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 
@@ -65,7 +65,7 @@ def test_frusta_are_integrals_over_their_sections(taper):
     mass = quad(area, 0, 1)[0]
     centre = quad(lambda x: x * area(x), 0, 1)[0] / mass
     inertia = quad(lambda x: (x - centre) ** 2 * area(x), 0, 1)[0] / mass
-    np.testing.assert_allclose(np.ravel(list_frustum(np.array([taper]))), [centre, inertia])
+    np.testing.assert_allclose(np.ravel(_list_frustum(np.array([taper]))), [centre, inertia])
 
 
 @pytest.mark.parametrize("kind", ROOTS)

@@ -103,7 +103,7 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
         pytest.fail("something was computed")
 
     monkeypatch.setattr(errors, "find_spec", lambda name: None)
-    monkeypatch.setattr(search, "check_task", refuse)
+    monkeypatch.setattr(search, "_check_task", refuse)
     plan = str(tmp_path / "p.toml")
     assert CliRunner().invoke(door.app, ["design", plan, "--new"]).exit_code == 0
     found = CliRunner().invoke(door.app, ["design", plan, "--out", str(tmp_path)])

@@ -100,7 +100,7 @@ def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strong
         "_sweep_kind",
         lambda codes, _, kind, __, peak, *___: given.append((kind, peak)) or {},
     )
-    monkeypatch.setattr(curves_module, "compute_baseline", lambda *_: None)
+    monkeypatch.setattr(curves_module, "_compute_baseline", lambda *_: None)
     compute_curves(groups, replace(PLAN, before_repeats=0), kinds=("raw", "sparse"))
     for kind, peak in given:
         assert peak == max(np.abs(group.codes[kind]).max() for group in groups.values()), kind

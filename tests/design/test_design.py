@@ -12,8 +12,8 @@ from feeler.analysis import compute_information
 from feeler.antenna.modes import compute_modes
 from feeler.decoding import READERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
-from feeler.design.scoring import decode, estimate_error, touch_classes
-from feeler.design.search import compute_diameter, find_start, make_basis, place_sensors
+from feeler.design.scoring import _touch_classes, decode, estimate_error
+from feeler.design.search import _compute_diameter, _find_start, _make_basis, place_sensors
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.objects import Nuisances
 
@@ -40,7 +40,9 @@ def found():
 def test_the_score_is_that_of_the_touches_that_touch_makes(found):
     trials = TASK.draw_classes(ANTENNA, "test", 0.6)
     angle = feeler.touch(ANTENNA, trials, duration=TASK.duration)["angle"].values[:, :, 6:]
-    assert np.array_equal(touch_classes(ANTENNA, TASK, "test", 0.6).reshape(angle.shape), angle)
+    assert np.array_equal(
+        _touch_classes(ANTENNA, TASK, "test", 0.6).reshape(angle.shape), angle
+    )
     assert 0 < found.bits < 2 and 0 < found.errors < 1
     assert found.confusion.sum(axis=1) == pytest.approx(1.0)
     assert found.errors == pytest.approx(1 - np.trace(found.confusion) / 4)
@@ -147,7 +149,7 @@ def test_the_score_is_smooth_where_accuracy_is_a_staircase():
 
 @pytest.mark.parametrize("knots", [1, 2, 5])
 def test_knots_make_the_family_that_they_say(knots):
-    basis = make_basis(140, knots)
+    basis = _make_basis(140, knots)
     n = np.arange(140.0)
     assert basis.sum(axis=1) == pytest.approx(1.0)
     fit = np.polyfit(n, basis @ np.linspace(0, 1, knots), 1)
@@ -212,7 +214,7 @@ def test_a_hinge_of_the_diameter_that_is_asked_for_is_as_stiff():
     rod = feeler.Antenna.from_beam(
         length=24.0, modulus=2500.0, density=1e-3, radius=0.07, n_segments=6
     )
-    assert compute_diameter(rod, 2500.0)[1:] == pytest.approx(0.14)
+    assert _compute_diameter(rod, 2500.0)[1:] == pytest.approx(0.14)
 
 
 def search(path=None, **changes):
@@ -278,7 +280,7 @@ def test_far_starts_keep_the_constraints():
         space=Space(reference=ANTENNA, span=30.0),
         constraints=Constraints(damping_share=1.0, softest=0.5),
     )
-    starts = [find_start(problem, np.random.default_rng(k), near=False) for k in range(3)]
+    starts = [_find_start(problem, np.random.default_rng(k), near=False) for k in range(3)]
     assert [problem.measure_violation(problem.space.build(x)) for x in starts] == [0.0] * 3
     assert np.abs(np.subtract(starts[0], starts[1])).max() > 0.1
 
@@ -288,7 +290,7 @@ def test_far_starts_keep_the_constraints():
     [(300.0, "nothing can be told in this noise"), (1e-4, "nothing is left to gain")],
 )
 def test_a_hopeless_task_is_refused_before_minutes_are_spent(level, words, monkeypatch):
-    monkeypatch.setattr("feeler.design.search.find_start", None)
+    monkeypatch.setattr("feeler.design.search._find_start", None)
     with pytest.raises(InvalidInput, match=words):
         optimise(TASK.replace(noise=f"relative:{level}"), SPACE)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.design.scoring import CHOICES, choose_sensors, measure_sensors, touch_classes
+from feeler.design.scoring import CHOICES, _touch_classes, choose_sensors, measure_sensors
 from feeler.errors import InvalidInput
 from studies.design import front
 from tests.design.test_design import ANTENNA, TASK
@@ -44,7 +44,7 @@ def test_sensors_are_chosen_on_other_touches_than_those_they_are_asked_about(mon
         CHOICES._entries, "spy", lambda tensors, _, n: seen.append(tensors) or np.arange(n)
     )
     measure_sensors(ANTENNA, TASK, [2], "spy")
-    known = touch_classes(ANTENNA, TASK, "optimiser", TASK.speeds[0])
+    known = _touch_classes(ANTENNA, TASK, "optimiser", TASK.speeds[0])
     peaks = np.abs(known).max(axis=(2, 3), keepdims=True)
     np.testing.assert_allclose(seen[0], known / peaks)
 

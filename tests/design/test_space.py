@@ -10,8 +10,8 @@ import feeler
 from feeler.cli.app import app
 from feeler.design import Constraints, Space, score
 from feeler.design.plan import make_strips, measure_tolerance
-from feeler.design.scoring import choose_sensors, measure_sensors, touch_classes
-from feeler.design.search import compute_diameter, match_compliance
+from feeler.design.scoring import _touch_classes, choose_sensors, measure_sensors
+from feeler.design.search import _compute_diameter, match_compliance
 from feeler.errors import InvalidInput
 from feeler.objects import Nuisances
 from feeler.tensors.transforms import fold_planes
@@ -39,7 +39,7 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(antenna):
     assert len({trial.azimuth for trial in trials}) > 4
     touches = feeler.touch(antenna, trials, duration=AROUND.duration)
     angle = fold_planes(touches["angle"]).values[:, :, 6:]
-    found = touch_classes(antenna, AROUND, "test", 0.6)
+    found = _touch_classes(antenna, AROUND, "test", 0.6)
     assert found.shape[:3] == (4, 4, len(antenna.planes) * 6)
     np.testing.assert_array_equal(found.reshape(angle.shape), angle)
     assert np.abs(found[:, :, 6:12]).max() > 1e-3
@@ -47,7 +47,7 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(antenna):
 
 def test_touches_within_the_plane_score_as_planar_ones():
     """To what the two engines differ; contact is softer in space (see docs/space.md)."""
-    flat, space = (touch_classes(one, TASK, "test", 0.6) for one in (ANTENNA, EVEN))
+    flat, space = (_touch_classes(one, TASK, "test", 0.6) for one in (ANTENNA, EVEN))
     assert not space[:, :, 6:].any()
     assert np.abs(space[:, :, :6] - flat).max() < 0.1 * np.abs(flat).max()
 
@@ -86,8 +86,8 @@ def test_constraints_are_on_bending_and_torsion_counts_in_none():
     wrung[2] = 1e-6
     for kept in (Constraints(compliance=(1.0, 1.0)), Constraints(softest=1.0)):
         assert [*kept.check(TWISTING.replace(stiffness=wrung), TWISTING).values()] == [0.0]
-    diameter = compute_diameter(TWISTING, 2500.0)
-    np.testing.assert_allclose(diameter[0], compute_diameter(TWISTING.flatten(), 2500.0))
+    diameter = _compute_diameter(TWISTING, 2500.0)
+    np.testing.assert_allclose(diameter[0], _compute_diameter(TWISTING.flatten(), 2500.0))
     softer = TWISTING.stiffness * np.array([[1.0], [0.1], [1.0]])
     broken = Constraints(softest=0.5).check(TWISTING.replace(stiffness=softer), TWISTING)
     assert broken["softest"] == pytest.approx(np.log(0.5 * 0.3 / 0.04))

@@ -5,7 +5,7 @@ import pytest
 
 from feeler.encoding import ConvolutiveNMF, compute_stability, match_components, reconstruct
 from feeler.encoding.convolution import compute_activation_gram, descend_bases, multiply_bases
-from feeler.encoding.factorise import Data, slide_bases
+from feeler.encoding.factorise import Data, _slide_bases
 
 N_LAGS = 12
 
@@ -41,7 +41,7 @@ def displace(bases, activations, lags):
 @pytest.mark.parametrize("lags", [-4, 2, 5])
 def test_displaced_bases_slide_back(truth, lags):
     tensors, bases, activations = truth
-    found = slide_bases(Data(tensors, N_LAGS), *displace(bases, activations, lags))
+    found = _slide_bases(Data(tensors, N_LAGS), *displace(bases, activations, lags))
     assert found is not None
     _, before = match_components(bases, displace(bases, activations, lags)[0], shift=False)
     _, after = match_components(bases, found[0], shift=False)
@@ -52,14 +52,14 @@ def test_displaced_bases_slide_back(truth, lags):
 
 def test_bases_in_place_stay(truth):
     tensors, bases, activations = truth
-    assert slide_bases(Data(tensors, N_LAGS), bases, activations) is None
+    assert _slide_bases(Data(tensors, N_LAGS), bases, activations) is None
 
 
 @pytest.mark.parametrize("n_lags", [1, 70])
 def test_no_place_to_slide_to(truth, n_lags):
     tensors = truth[0]
     assert (
-        slide_bases(Data(tensors, n_lags), np.ones((1, 9, n_lags)), np.ones((10, 1, 70)))
+        _slide_bases(Data(tensors, n_lags), np.ones((1, 9, n_lags)), np.ones((10, 1, 70)))
         is None
     )
 

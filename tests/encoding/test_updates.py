@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.encoding import reconstruct
-from feeler.encoding.code import MOST_PIVOTS, solve_nonnegative
+from feeler.encoding.code import MOST_PIVOTS, _solve_nonnegative
 from feeler.encoding.convolution import (
     apply_gram,
     compute_activation_gram,
@@ -159,7 +159,7 @@ def test_pivoting_finds_the_nonnegative_least_squares():
     )
     activations = np.zeros((2, 2, 20))
     assert (
-        solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations)
+        _solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations)
         < MOST_PIVOTS
     )
     for code, tensor in zip(activations, tensors, strict=True):

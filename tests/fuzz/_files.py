@@ -89,8 +89,6 @@ shape = "outline"
 vertices = [[0, 0], [2.0, 0], [1, 1.5]]
 rounding = 0.1
 """
-BEND = ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))
-"""Corners of an L, which is not convex."""
 SMALL = {
     **{"segment_length": [1.0, 2.0, 3.0], "segment_mass": 1e-3, "radius": 0.2},
     **{"stiffness": [3.0, 2.0, 1.0], "damping": 1.0, "name": 'a "name"'},
@@ -140,41 +138,9 @@ def make_dxf(entities: str) -> bytes:
     return "\n".join([*lines, "0", "ENDSEC", "0", "EOF", ""]).encode()
 
 
-def make_obj(outline: tuple[tuple[float, float], ...]) -> bytes:
-    """A prism over a polygon, its ends and sides polygons, too."""
-    n = len(outline)
-    lines = [f"v {x} {y} {z}" for z in (0, 1) for x, y in outline]
-    lines += ["vn 0 0 1", "vt 0 0", "mtllib none.mtl", "o prism", "usemtl none"]
-    lines += [f"f {n} {k + 1} {k}" for k in range(1, n - 1)]
-    lines += [f"f {2 * n} {n + k} {n + k + 1}" for k in range(1, n - 1)]
-    for k in range(1, n + 1):
-        after = k % n + 1
-        lines.append(f"f {k}/1/1 {after}/1/1 {n + after}/1/1 {n + k}/1/1")
-    return "\n".join([*lines, ""]).encode()
-
-
-def _write_poses(path: Path) -> None:
-    """Three landmarks of two animals over six frames, as each tracker keeps them."""
-    import h5py
-
-    from tests.tracking import test_trackers as trackers
-
-    if path.name == "deeplabcut.h5":
-        path.write_bytes((Path(trackers.__file__).parent / "data" / "DLC_one.h5").read_bytes())
-        return
-    names, rng = ("base", "middle", "tip"), np.random.default_rng(0)
-    position, likelihood = 100 * rng.random((6, 3, 2)), rng.random((6, 3))
-    write = trackers.write_sleap if path.name == "sleap.h5" else trackers.write_movement
-    write(path, names, position, likelihood)
-    with h5py.File(path, "r") as file:
-        assert len(file) > 1
-
-
 def _write(path: Path) -> None:
     if path.name in ("robot.toml", "moulded.toml"):
         write_robot(path, 3, moulded=path.name == "moulded.toml")
-    elif path.stem in ("sleap", "deeplabcut", "movement"):
-        _write_poses(path)
     elif path.suffix == ".toml":
         more = (
             {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]}
@@ -187,18 +153,10 @@ def _write(path: Path) -> None:
     elif path.suffix == ".json":
         path.with_name("t.csv").write_bytes(TABLE)
         save_calibration(load_calibration_table(path.with_name("t.csv")), path)
-    elif path.suffix in (".obj", ".stl"):
-        _write_mesh(path)
     elif path.suffix == ".mcap":
         from tests.robot.test_bags import write
 
         write(path, topics=("/antenna/touch",))
-    elif path.suffix == ".nwb":
-        from datetime import UTC, datetime
-
-        whole = path.with_name("whole.nwb")
-        save(make_set(), whole, session_start=datetime(2026, 1, 1, tzinfo=UTC), identifier="x")
-        _leave_out(whole, path, "specifications")  # 90 % of the file, and nothing that is read
     else:
         save(make_set(), path)
 
@@ -216,28 +174,6 @@ def _write_model(path: Path) -> None:
     else:
         arrays, settings = {"a": np.ones((2, 3))}, {"x": [1, "y"], "z": {"w": 1.5}}
         save_model(Model(kind="lda", version=1, arrays=arrays, settings=settings), path)
-
-
-def _write_mesh(path: Path) -> None:
-    """A block, or a bent one, which is cut into parts."""
-    solid = path.with_suffix(".obj")
-    solid.write_bytes(make_obj(BEND if "bent" in path.name else (*BEND[:2], (2, 2), (0, 2))))
-    if path.suffix == ".stl":
-        import trimesh
-
-        trimesh.load_mesh(solid).export(path)
-
-
-def _leave_out(source: Path, target: Path, name: str) -> None:
-    """A copy of an HDF5 file without one of its groups."""
-    import h5py
-
-    with h5py.File(source, "r") as old, h5py.File(target, "w") as new:
-        for key in set(old) - {name}:
-            old.copy(key, new)
-        for key, value in old.attrs.items():
-            if key != ".specloc":
-                new.attrs[key] = value
 
 
 def _write_network(path: Path) -> None:

@@ -42,11 +42,8 @@ from feeler.tracking.tracks import load_tracks
 from . import _files as files
 from ._mutate import (
     mutate,
-    shape_dxf,
     shape_json,
-    shape_mcap,
     shape_safetensors,
-    shape_svg,
     shape_table,
     shape_text,
     shape_toml,
@@ -100,19 +97,19 @@ READERS = {
     "svg": Reader(
         read=lambda path: Outline.from_file(path, width=3.0),
         seeds=(files.DRAWING, files.SHAPES),
-        shape=shape_svg,
+        shape=shape_text,
         name="input.svg",
     ),
     "svg scaled": Reader(
         read=lambda path: Outline.from_file(path, tolerance=1e-3),
         seeds=(files.DRAWING, files.SHAPES),
-        shape=shape_svg,
+        shape=shape_text,
         name="input.svg",
     ),
     "dxf": Reader(
         read=Outline.from_file,
         seeds=tuple(map(files.make_dxf, (files.LOOP, files.DISC, files.EDGE))),
-        shape=shape_dxf,
+        shape=shape_text,
         name="input.dxf",
     ),
     "corners": Reader(
@@ -129,7 +126,6 @@ READERS = {
     "bag": Reader(
         read=lambda path: load_recording(path, n_channels=None),
         seeds=("run.mcap",),
-        shape=shape_mcap,
     ),
     "tracks": Reader(
         read=lambda path: load_tracks(path, frame_rate=30.0),

@@ -20,7 +20,7 @@ from feeler import study
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.experiments import tactile as experiment_touch
 from feeler.report import Section
-from feeler.robot import touches as comparison
+from feeler.robot import make_touches
 from feeler.wall import fit_distance
 from paper import (
     data,
@@ -29,6 +29,7 @@ from paper import (
     fig3_family,
     fig5_bending,
     fig6,
+    fig6_data,
     figS4,
 )
 from paper.claims import load_claims
@@ -238,12 +239,11 @@ def set_up(request, scale, tmp_path_factory):
     rng = np.random.default_rng(20261123)
     section = Section(name="s", title="", folder=out, vector=False)
 
-    def simulate(antenna, *, speeds=comparison.ROBOT_SPEEDS, engine):
-        trials = comparison.make_touches(speeds=speeds)
-        return NOTHING[request.param](trials, rng)[:, :8], trials
+    def simulate(antenna, speed, engine):
+        return NOTHING[request.param](make_touches(speeds=[speed]), rng)[:, :8]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(comparison, "simulate_comparison", simulate)
+        patch.setattr(fig6_data, "touch_robot", simulate)
         fig6._compare(Context(scale=scale, out=out), section)
     return judge_all(section.values | _find_wall_values(rng))
 

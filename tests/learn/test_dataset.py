@@ -6,13 +6,16 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from feeler import learn
 from feeler.errors import InvalidInput
-from feeler.learn import TouchDataset, split_trials
 
 from .conftest import N, make_touches
 
-torch = pytest.importorskip("torch", reason="needs the extra `cnn`")
-DataLoader = torch.utils.data.DataLoader
+
+@pytest.fixture(scope="module", autouse=True)
+def torch():
+    """PyTorch, loaded by the tests and not where they are collected."""
+    return pytest.importorskip("torch", reason="needs the extra `cnn`")
 
 
 def collect(loader):
@@ -25,9 +28,9 @@ def collect(loader):
 
 @pytest.mark.parametrize("workers", [0, 2])
 @pytest.mark.parametrize("batch_size", [None, 50])
-def test_each_trial_comes_once_with_its_own_target(store, workers, batch_size):
-    dataset = TouchDataset(store, target="size", batch_size=batch_size)
-    loader = DataLoader(
+def test_each_trial_comes_once_with_its_own_target(store, workers, batch_size, torch):
+    dataset = learn.TouchDataset(store, target="size", batch_size=batch_size)
+    loader = torch.utils.data.DataLoader(
         dataset, batch_size=50 if batch_size is None else None, num_workers=workers
     )
     trials, targets = collect(loader)
@@ -36,8 +39,8 @@ def test_each_trial_comes_once_with_its_own_target(store, workers, batch_size):
     np.testing.assert_allclose(targets, make_touches()["size"].values[trials], rtol=1e-6)
 
 
-def test_epochs_differ_and_the_order_follows_the_seed(store):
-    dataset = TouchDataset(store, target="size", batch_size=50)
+def test_epochs_differ_and_the_order_follows_the_seed(store, torch):
+    dataset = learn.TouchDataset(store, target="size", batch_size=50)
     torch.manual_seed(0)
     first, second = collect(dataset)[0], collect(dataset)[0]
     torch.manual_seed(0)
@@ -45,7 +48,7 @@ def test_epochs_differ_and_the_order_follows_the_seed(store):
 
 
 def test_texts_become_classes_and_several_of_them_their_combinations(store):
-    dataset = TouchDataset(store, target="feature", shuffle=False)
+    dataset = learn.TouchDataset(store, target="feature", shuffle=False)
     assert dataset.classes == ["ball", "box", "triangle"]
     assert [dataset.classes[k] for k in dataset.targets[:4]] == [
         "ball",
@@ -53,18 +56,18 @@ def test_texts_become_classes_and_several_of_them_their_combinations(store):
         "triangle",
         "ball",
     ]
-    both = TouchDataset(store, target=["feature", "antenna"])
+    both = learn.TouchDataset(store, target=["feature", "antenna"])
     assert both.classes[int(both.targets[31])] == ("box", "exponential 1")
-    assert TouchDataset(store, target=["size", "location"]).targets.shape == (N, 2)
+    assert learn.TouchDataset(store, target=["size", "location"]).targets.shape == (N, 2)
 
 
-def test_noise_is_fresh_and_as_large_as_asked_for(store):
-    dataset = TouchDataset(store, noise=0.5, batch_size=N, shuffle=False)
+def test_noise_is_fresh_and_as_large_as_asked_for(store, torch):
+    dataset = learn.TouchDataset(store, noise=0.5, batch_size=N, shuffle=False)
     clean = dataset.read(slice(None))
     one, two = (torch.cat([*dataset]) - clean for _ in range(2))
     assert one.std().item() == pytest.approx(0.5, rel=0.05)
     assert abs(np.corrcoef(one.flatten(), two.flatten())[0, 1]) < 0.05
-    doubled = TouchDataset(store, noise=lambda x, rng: 2 * x, batch_size=N, shuffle=False)
+    doubled = learn.TouchDataset(store, noise=lambda x, rng: 2 * x, batch_size=N, shuffle=False)
     assert torch.equal(torch.cat([*doubled]), 2 * clean)
 
 
@@ -73,7 +76,7 @@ def test_noise_is_fresh_and_as_large_as_asked_for(store):
 )
 def test_sides_share_no_group(by):
     tensors = make_touches()
-    sides = split_trials(tensors, by)
+    sides = learn.split_trials(tensors, by)
     assert {*sides} == {"train", "validate", "test"}
     if by == "location":  # held-out stretches of the antenna
         place = tensors.location.values
@@ -93,14 +96,16 @@ def test_twins_stay_together(copies, seed):
     twins = xr.concat([once] * copies, "trial").assign_coords(
         seed=("trial", np.arange(60 * copies))
     )
-    sides = split_trials(twins, seed=seed).reshape(copies, 60)
+    sides = learn.split_trials(twins, seed=seed).reshape(copies, 60)
     assert (sides == sides[0]).all()
     assert (sides == "train").mean() == pytest.approx(0.8, abs=0.05)
 
 
 def test_sides_of_a_dataset_are_read_alone(store):
-    sides = split_trials(make_touches(), "antenna")
-    dataset = TouchDataset(store, target="size", split="test", by="antenna", batch_size=16)
+    sides = learn.split_trials(make_touches(), "antenna")
+    dataset = learn.TouchDataset(
+        store, target="size", split="test", by="antenna", batch_size=16
+    )
     assert sorted(collect(dataset)[0]) == [*np.flatnonzero(sides == "test")]
 
 
@@ -131,4 +136,4 @@ def test_sides_of_a_dataset_are_read_alone(store):
 )
 def test_what_the_store_does_not_have_is_refused(store, options, words):
     with pytest.raises(InvalidInput, match=words):
-        TouchDataset(store, **options)
+        learn.TouchDataset(store, **options)

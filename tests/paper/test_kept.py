@@ -7,19 +7,13 @@ import pytest
 from PIL import Image
 
 from feeler import provenance
-from feeler.plotting.style import LEAST
 from feeler.report.page import Section
 from paper.claims import load_claims
 from paper.context import Context
-from paper.kept import SHIPPED, find_shipped, keep_sections
+from paper.kept import find_shipped, keep_sections
 from paper.stage import Stage
 from paper.story import OPENING_MOVIE
 from paper.verdicts import judge_claims
-from tests.figures import find_mixed
-
-TOUCHED = {"figS4_cnn": ["exponential"]}
-"""Legends whose empty margin meets a mark: a person has looked, and nothing is hidden. The network
-trains for half an hour; its legend is to be moved when the section is next made."""
 
 
 def show(context, section):
@@ -52,21 +46,6 @@ def test_a_kept_section_has_its_numbers_and_says_whence(folder):
         r"Kept from a run at paper scale of \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
     )
     assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
-    assert found.blocks[1]["words"]["over"] == []
-
-
-@pytest.mark.parametrize("name", sorted(path.name for path in SHIPPED.iterdir()))
-def test_the_words_of_kept_figures_can_be_read(name):
-    """What is measured when a figure is drawn is kept with it; an older section may not have it."""
-    blocks = Section.load(SHIPPED / name).blocks
-    for figure, words in [
-        (block["name"], block["words"]) for block in blocks if block.get("words")
-    ]:
-        assert words["least"] >= LEAST
-        assert words["over"] == []
-        assert words["covered"] == TOUCHED.get(figure, [])
-        assert words["unnamed"] == {}
-        assert find_mixed(words["named"]) == []
 
 
 def test_the_first_screen_s_movie_is_kept_as_a_movie(tmp_path):

@@ -13,7 +13,7 @@ from paper.context import Context
 from paper.reproduce import STAGES, reproduce
 from paper.scale import SCALES
 from paper.verdicts import EVIDENCE, count_verdicts, judge_claims
-from tests.figures import find_mixed
+from tests.figures import LEAST, find_mixed
 from tests.pages import FOREIGN
 from tests.windows import find_one_sided
 
@@ -103,18 +103,13 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
     )
 
 
-def test_the_words_of_every_figure_can_be_read(sections):
+def test_the_words_of_every_figure_can_be_read(whole):
     """At the width of a page no letter is smaller than 6 pt, no text stands on another, no legend
     lies on what is drawn, and each colour of a mark is named and means one thing.
     """
-    words = {
-        block["name"]: block["words"]
-        for section in sections.values()
-        for block in section.blocks
-        if block["kind"] == "figure"
-    }
+    words = json.loads((whole.parent / "words.json").read_text(encoding="utf-8"))
     assert len(words) > 20
-    assert {name: one["least"] for name, one in words.items() if one["least"] < 6} == {}
+    assert {name: one["least"] for name, one in words.items() if one["least"] < LEAST} == {}
     assert {name: one["over"] for name, one in words.items() if one["over"]} == {}
     assert {name: one["unnamed"] for name, one in words.items() if one["unnamed"]} == {}
     assert {name: one["covered"] for name, one in words.items() if one["covered"]} == {}

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.long
 @pytest.mark.parametrize("wanted", [0.02, 0.002])
 def test_the_error_is_below_what_was_asked_for(kind, wanted):
     scene = touch(kind, 1.0, n=30, contact="smooth", speed=0.6)
-    found = accuracy.run_in_time([scene], 20.0, 1.0, "chain-consistent", wanted)[0]
+    found = accuracy._run_in_time([scene], 20.0, 1.0, "chain-consistent", wanted)[0]
     fine = run_scene(scene, Clock(duration=20.0, timestep=found.timestep / 16))
     assert found.error <= wanted
     assert accuracy.compute_error(scene, found, fine) <= 1.5 * wanted
@@ -38,15 +38,15 @@ def test_only_what_needs_it_is_refined():
     slow, fast = (
         touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0)
     )
-    easy, hard = accuracy.run_in_time([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)
+    easy, hard = accuracy._run_in_time([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)
     assert hard.timestep < easy.timestep
 
 
 def test_scenes_keep_their_order_and_their_numbers():
     scenes = [touch("ball", 1.0, contact="smooth", speed=speed) for speed in (0.06, 1.5, 0.3)]
-    together = accuracy.run_in_time(scenes, 15.0, 1.0, "chain-consistent", 5e-3)
+    together = accuracy._run_in_time(scenes, 15.0, 1.0, "chain-consistent", 5e-3)
     for scene, found in zip(scenes, together, strict=True):
-        alone = accuracy.run_in_time([scene], 15.0, 1.0, "chain-consistent", 5e-3)[0]
+        alone = accuracy._run_in_time([scene], 15.0, 1.0, "chain-consistent", 5e-3)[0]
         assert (alone.timestep, alone.error) == (found.timestep, found.error)
         assert np.array_equal(alone.angle, found.angle)
 
@@ -77,7 +77,7 @@ def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.25
     )
-    found = accuracy.run_in_time([scene], 200.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy._run_in_time([scene], 200.0, 1.0, "chain-consistent", 0.01)[0]
     assert accuracy.compute_error(scene, found, runs[2]) < 0.01
 
 
@@ -109,7 +109,7 @@ def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.04
     )
-    found = accuracy.run_in_time([scene], 100.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy._run_in_time([scene], 100.0, 1.0, "chain-consistent", 0.01)[0]
     assert (
         found.timestep < 0.025 and accuracy.compute_error(scene, found, runs[2]) < 0.05
     )  # 4.1 %, of which it says 0.9
@@ -140,7 +140,7 @@ def test_what_only_finer_steps_than_all_others_show_is_warned_of():
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.05
     )
-    found = accuracy.run_in_time([scene], 20.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy._run_in_time([scene], 20.0, 1.0, "chain-consistent", 0.01)[0]
     assert found.error > 0.05 and found.timestep == 0.1 / 2**7
 
 
@@ -170,7 +170,7 @@ def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
         < 0.05
         < accuracy.compute_error(scene, half, fine)
     )
-    found = accuracy.run_in_time([scene], 50.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy._run_in_time([scene], 50.0, 1.0, "chain-consistent", 0.01)[0]
     assert accuracy.compute_error(scene, found, fine) < min(0.01, found.error)
 
 
@@ -190,7 +190,7 @@ def test_peaks_are_how_far_a_run_goes_from_where_it_began():
     """Of a bent antenna, too, whose tip does not begin at the origin."""
     angle = np.array([[0.5, -0.2], [0.6, -0.2], [0.5, -0.5]])
     tip = np.array([[3.0, 40.0], [3.0, 41.0], [1.0, 40.0]])
-    np.testing.assert_allclose(refine.compute_peaks((angle, tip)), [0.3, 2.0])
+    np.testing.assert_allclose(refine._compute_peaks((angle, tip)), [0.3, 2.0])
 
 
 @pytest.fixture
@@ -205,7 +205,7 @@ def test_of_two_widths_the_narrower_s_error_counts_and_twice_what_they_differ_by
 ):
     (scene, motion), errors = still, iter((1e-3, 4e-3))
     monkeypatch.setattr(
-        accuracy, "run_in_time", lambda *_: [replace(motion, error=next(errors))]
+        accuracy, "_run_in_time", lambda *_: [replace(motion, error=next(errors))]
     )
     monkeypatch.setattr(accuracy, "compute_error", lambda *_: 5e-4)
     (found,) = accuracy.run_accurately([scene], 2.0, 1.0, "chain-consistent", 0.01)
@@ -274,7 +274,7 @@ def test_two_runs_side_by_side_are_what_they_are_alone(engine):
     """Windows joined end to end, at one timestep each, give the bits of whole runs."""
     scene, clock = touch(n=12, contact="smooth", speed=0.6), Clock(duration=13.0, timestep=0.1)
     coarse, fine = (run_scene(scene, replace(clock, timestep=h), engine) for h in (0.1, 0.05))
-    peaks = refine.compute_peaks(refine.track(scene.antenna, fine.angle))
+    peaks = refine._compute_peaks(refine.track(scene.antenna, fine.angle))
     found = refine.refine(scene, clock, engine, 1e3, peaks, 0, Event())
     assert np.array_equal(found.angle, fine.angle)
     assert np.array_equal(found.force, fine.force)
@@ -299,7 +299,7 @@ def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
         ),
     )
     clock = Clock(duration=80.0, timestep=0.1)
-    peaks = refine.compute_peaks(refine.track(scene.antenna, run_scene(scene, clock).angle))
+    peaks = refine._compute_peaks(refine.track(scene.antenna, run_scene(scene, clock).angle))
     found = refine.refine(scene, clock, "chain-consistent", 3e-3, peaks, 5, Event())
     assert found.error <= 3e-3
     assert max(level for start, level in steps if start < 50) == 1

@@ -20,7 +20,7 @@ from feeler.physics.contact import (
     DEFAULT_CONTACT,
     HARDEST,
     Contact,
-    choose_time_constant,
+    _choose_time_constant,
     find_invweight,
     get_contact,
 )
@@ -202,7 +202,7 @@ class TestTimeConstant:
 
     @pytest.mark.parametrize("radius", [0.002, 0.0123, 0.05, 0.0999, 0.1, 0.1001, 0.199])
     def test_is_a_whole_part_of_it_and_at_most_the_radius(self, radius):
-        time = choose_time_constant(make_thin(radius))
+        time = _choose_time_constant(make_thin(radius))
         parts = 0.2 / time
         assert parts == pytest.approx(round(parts)) and time <= max(radius, 0.005) * (1 + 1e-9)
         assert 0.2 / (round(parts) - 1) > radius * (1 - 1e-9)  # and no smaller than that

@@ -9,7 +9,7 @@ from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects import Ball, BaseMotion, Box, Object, Outline, Triangle, Wall
 from feeler.physics.engine import get_engine
-from feeler.physics.rod.stepper import FIRMNESS, RodStepper, make_rod_lane, make_rod_model
+from feeler.physics.rod.stepper import FIRMNESS, RodStepper, _make_rod_lane, _make_rod_model
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Scene
 from feeler.physics.simulation import Simulation
@@ -302,6 +302,6 @@ def test_nodes_begin_with_the_rates_of_all_hinges_before_them():
     antenna, rng = make_preset("cricket"), np.random.default_rng(0)
     angle, rate = rng.normal(0, 0.02, (2, antenna.n_segments))
     scene = Scene(antenna=antenna, objects=[], angle=angle, velocity=rate)
-    lane = make_rod_lane(scene, make_rod_model(scene, FIRMNESS))
+    lane = _make_rod_lane(scene, _make_rod_model(scene, FIRMNESS))
     late, early = antenna.shape(angle + np.array([[1e-5], [-1e-5]]) * rate)
     np.testing.assert_allclose(lane.velocity, (late - early)[1:] / 2e-5, atol=1e-6)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from feeler.analysis import Interval
 from feeler.decoding.sweeps import Sweep
-from feeler.plotting.antennas import MovingAntenna, make_sheet, plot_profiles
+from feeler.plotting.antennas import MovingAntenna, _make_sheet, plot_profiles
 from feeler.plotting.results import (
     Shapes,
     plot_approach,
@@ -24,7 +24,7 @@ from feeler.plotting.results import (
 from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
 from feeler.tensors.schema import label_units
-from feeler.tradeoff import plot_costs, plot_windows
+from feeler.tradeoff import _plot_costs, _plot_windows
 from feeler.wall import Posture, WallTouch, fit_distance
 from paper import fig2b, fig3, fig4, fig6, figS1, figS2
 
@@ -224,7 +224,7 @@ def test_a_wall_that_comes_nearer_is_drawn_where_it_stands(ax, side):
 def test_a_wall_in_space_is_drawn_across_its_own_direction():
     axes = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])  # forward, left, up
     origin = np.array([3.0, 4.0, 5.0])
-    points = np.moveaxis(make_sheet(origin, axes, reach=30.0), 0, -1) - origin
+    points = np.moveaxis(_make_sheet(origin, axes, reach=30.0), 0, -1) - origin
     np.testing.assert_allclose(points @ axes[0], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.abs(points @ axes[1:].T), 10.0)
 
@@ -288,7 +288,7 @@ def make_tradeoff():
 
 
 def test_the_trade_off_is_in_per_cent_over_time(ax):
-    plot_windows(make_tradeoff(), "x", "time", ax)
+    _plot_windows(make_tradeoff(), "x", "time", ax)
     assert ax.get_ylabel() == "ideal accuracy [%]"
     np.testing.assert_allclose(read(ax.lines[0]), [[5, 50], [10, 70]])
     np.testing.assert_allclose(read(ax.lines[1]), [[5, 90], [10, 100]])
@@ -297,7 +297,7 @@ def test_the_trade_off_is_in_per_cent_over_time(ax):
 
 def test_costs_are_means_over_the_sets():
     work, force = Figure().subplots(2, 1)
-    plot_costs({"a": make_tradeoff()}, (work, force))
+    _plot_costs({"a": make_tradeoff()}, (work, force))
     np.testing.assert_allclose(read(work.lines[0]), [[0.1, 2], [1, 3]])
     np.testing.assert_allclose(read(force.lines[0]), [[0.1, 0.2], [1, 0.3]])
     assert (work.get_ylabel(), *name(force)) == (

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from feeler.plotting.style import find_covered, find_unnamed, list_named
+from tests.figures import find_covered, find_unnamed, list_named
 
 
 def draw(how):

@@ -22,7 +22,7 @@ from feeler.objects.meshes import list_solids
 from feeler.plotting import antennas as turn
 from feeler.plotting import movie, results
 from feeler.plotting import tensors as touch
-from feeler.plotting.antennas import SpaceScene, make_patch, make_surface, plot_profiles
+from feeler.plotting.antennas import SpaceScene, _make_surface, make_patch, plot_profiles
 from feeler.plotting.results import (
     Shapes,
     name_kinds,
@@ -35,7 +35,6 @@ from feeler.plotting.results import (
 from feeler.plotting.style import (
     PALETTE,
     fix_layout,
-    measure_words,
     pick_colours,
     pick_shades,
     unjoin,
@@ -44,6 +43,7 @@ from feeler.plotting.tensors import list_tensors, plot_tensor_grid
 from feeler.presets import make_preset
 from feeler.wall import Posture, fit_distance
 from plotting.test_results import make_optimum, make_sweep
+from tests.figures import measure_words
 
 
 def read(line):
@@ -315,7 +315,7 @@ def test_of_an_antenna_in_space_the_plane_towards_z_is_dashed_and_wide_spans_are
 
 def test_the_surface_about_a_line_keeps_its_radius_and_its_ends():
     a, b, radius = np.array([1.0, 2.0, 3.0]), np.array([4.0, -2.0, 15.0]), 0.7
-    points = np.moveaxis(make_surface(a, b, radius), 0, -1).reshape(-1, 3)
+    points = np.moveaxis(_make_surface(a, b, radius), 0, -1).reshape(-1, 3)
     along = (b - a) / np.linalg.norm(b - a)
     height = np.clip((points - a) @ along, 0.0, 13.0)
     nearest = a + height[:, None] * along

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from feeler.plotting.style import measure_words
+from tests.figures import measure_words
 
 
 @pytest.mark.parametrize(("width", "least"), [(180 / 25.4, 7.0), (2 * 180 / 25.4, 3.5)])

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.analysis import check_trace, fit_damped_cosine, measure_free_response
-from feeler.analysis.response import find_extrema
+from feeler.analysis.response import _find_extrema
 from feeler.errors import InvalidInput
 
 
@@ -222,11 +222,11 @@ def test_extrema_of_parabolas_are_exact(step):
     vertex = 2.0 + 5.3 * step
     for sign in (1, -1):
         signal = sign * (3 - 0.01 * (time - vertex) ** 2)
-        times, heights = find_extrema(time, signal)
+        times, heights = _find_extrema(time, signal)
         assert (times[0], heights[0]) == pytest.approx((vertex, 3 * sign), rel=1e-12) and len(
             times
         ) == 1
-        assert len(find_extrema(time, signal, floor=3.0)[0]) == 0
+        assert len(_find_extrema(time, signal, floor=3.0)[0]) == 0
 
 
 @given(st.lists(st.integers(-9, 9), min_size=5, max_size=30))
@@ -235,7 +235,7 @@ def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(value
     size = np.abs(signal)
     tops = [k for k in range(1, size.size - 1) if size[k - 1] < size[k] >= size[k + 1]]
     fits = [np.polyfit([-1.0, 0.0, 1.0], signal[k - 1 : k + 2], 2) for k in tops]
-    times, heights = find_extrema(0.5 * np.arange(size.size), signal)
+    times, heights = _find_extrema(0.5 * np.arange(size.size), signal)
     np.testing.assert_allclose(
         times, [0.5 * (k - b / (2 * a)) for k, (a, b, _) in zip(tops, fits, strict=True)]
     )
@@ -248,7 +248,7 @@ def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(value
 def test_samples_that_differ_in_their_last_bit_turn_at_the_middle_one(sign):
     """1 − 2⁻⁵³, 1, 1: the middle is farther out, yet their second difference rounds to 0."""
     signal = sign * np.array([0.0, np.nextafter(1.0, 0.0), 1.0, 1.0, 0.0])
-    times, heights = find_extrema(np.arange(5.0), signal)
+    times, heights = _find_extrema(np.arange(5.0), signal)
     np.testing.assert_array_equal([times, heights], [[2.0], [sign]])
 
 
@@ -314,6 +314,6 @@ def test_eight_samples_are_enough_and_seven_are_not():
 def test_a_trough_of_any_bend_is_placed_between_samples(bend):
     time = np.arange(10.0)
     signal = bend * ((time - 4.25) ** 2 / 2 - 20.0)
-    places, heights = find_extrema(time, signal, floor=1.0)
+    places, heights = _find_extrema(time, signal, floor=1.0)
     np.testing.assert_allclose(places, [4.25], rtol=1e-12)
     np.testing.assert_allclose(heights, [-20.0 * bend], rtol=1e-12)

@@ -22,8 +22,8 @@ from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
     Sensing,
     _add_mount,
+    _draw_sensing,
     draw_antenna,
-    draw_sensing,
     draw_trial,
     subtract_rest,
 )
@@ -278,7 +278,7 @@ def test_a_bench_bends_one_hinge_at_a_time_up_and_down():
 
 
 def test_channels_are_drawn_with_their_stated_spread():
-    drawn = draw_sensing(make_gap(gain=0.03), 4000, np.random.default_rng(0))
+    drawn = _draw_sensing(make_gap(gain=0.03), 4000, np.random.default_rng(0))
     for values, middle, spread in (
         (drawn.base, 5.0, 0.15),
         (drawn.sensitivity, 1.2, 0.15),

@@ -7,16 +7,14 @@ import pytest
 
 from feeler.analysis import compute_dispersion
 from feeler.decoding import Relative, compute_sweep
-from feeler.robot import make_robot
-from feeler.robot import touches as comparison
-from feeler.robot.touches import (
+from feeler.robot import make_robot, make_touches
+from paper import fig6_data
+from paper.fig6_data import (
     _DURATION,
     _PROFILES,
-    ROBOT_SPEEDS,
     compute_comparison,
     make_profiles,
-    make_touches,
-    simulate_comparison,
+    touch_robot,
 )
 
 
@@ -41,22 +39,18 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
     """
     planted = {}
 
-    def touch(antenna, *, speeds=ROBOT_SPEEDS, engine):
+    def touch(antenna, speed, engine):
         assert engine == "mujoco"
-        trials = make_touches(speeds=speeds)
         rng = np.random.default_rng(len(planted))
-        alike = 5 + 0.8 * rng.random((len(trials), 8, 30))  # so that noise hides some
-        planted[antenna.name] = alike * (1 + np.arange(len(trials)) // 10)[:, None, None]
-        return planted[antenna.name], trials
+        alike = 5 + 0.8 * rng.random((10, 8, 30))  # so that noise hides some
+        planted[antenna.name, speed] = alike * (1 + len(planted))
+        return planted[antenna.name, speed]
 
-    monkeypatch.setattr(comparison, "simulate_comparison", touch)
+    monkeypatch.setattr(fig6_data, "touch_robot", touch)
     found = compute_comparison(engine="mujoco", n_repeats=2, random_state=3)
-    robot = planted["robot linear"]
-    groups = {
-        f"{v:g} m/s": robot[10 * k : 10 * k + 10] for k, v in enumerate((0.27, 0.135, 0.027))
-    }
-    slow = {name: planted[f"robot {name}"] for name in _PROFILES}
-    slow["linear"] = robot[20:]
+    groups = {f"{v:g} m/s": planted["robot linear", v] for v in (0.27, 0.135, 0.027)}
+    slow = {name: planted[f"robot {name}", 0.027] for name in _PROFILES}
+    assert len(planted) == 5
     classes = [f"{trial.name} {trial.location:g}" for trial in make_touches()[:10]]
     for measured, expected in ((found["speed"], groups), (found["profile"], slow)):
         assert list(measured) == list(expected)
@@ -79,9 +73,11 @@ def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
     motions = [np.arange(-4.0, 8.0)[None].repeat(2, axis=0)] * 10
     asked = {}
     monkeypatch.setattr(
-        comparison, "simulate_touches", lambda _, trials, **how: asked.update(how) or motions
+        fig6_data,
+        "simulate_touches",
+        lambda _, trials, **how: asked.update(how, trials=trials) or motions,
     )
-    tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=ROBOT_SPEEDS[:1])
+    tensors = touch_robot(make_profiles()["linear"], 0.135)
     np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
+    assert asked.pop("trials") == make_touches(speeds=[0.135])
     assert asked == {"duration": _DURATION, "engine": "chain-consistent"}
-    assert {trial.speed for trial in trials} == {0.27}

@@ -35,7 +35,6 @@ from feeler.robot import (
 )
 from feeler.robot import classify as lessons
 from feeler.robot import fit as factors
-from feeler.robot import touches as comparison
 from feeler.robot.classify import Lessons, _judge_touch, judge_recording
 from feeler.robot.description import Flexures, RobotFile
 from feeler.robot.reality import Touches
@@ -201,7 +200,7 @@ def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_a
     pairs = [*zip((10.0, 11.0, 12.0, 13.0), trials, strict=True)]
     how = {"engine": "chain", "timestep": 0.01, "workers": 3, "reach": 1.3}
     motions = touches.simulate_pairs.__wrapped__(pairs, **how)
-    lasts = [touches.choose_duration(trial, 1.3) for trial in trials]
+    lasts = [touches._choose_duration(trial, 1.3) for trial in trials]
     assert [motion.shape for motion in motions] == [(8, round(t)) for t in lasts]
     assert [motion[0, 0] for motion in motions] == [10.0, 11.0, 12.0, 13.0]
     touched = [[scene.antenna for scene in call[0]] for call in calls]
@@ -580,31 +579,6 @@ def test_a_pool_of_scores_counts_and_lists_all_of_them():
     pooled = reality._pool(parts)
     assert (pooled.correct, pooled.total) == ({"feature": 5, "speed": 6}, 11)
     assert (pooled.predicted, pooled.true) == (["a", "c"], ["b", "d"])
-
-
-def test_a_comparison_repeats_as_often_as_asked_with_its_own_seed(monkeypatch):
-    asked = []
-    average = {"nmi": {"x": 1, "y": 2}, "ssim": {"x": 3, "y": 4}}
-    monkeypatch.setattr(
-        "feeler.analysis.compute_dispersion",
-        lambda tensors, names: asked.append(names) or SimpleNamespace(average=average),
-    )
-
-    def sweep(tensors, classes, **how):
-        asked.append(
-            (len(tensors), classes, how["n_repeats"], how["random_state"], how["ratios"])
-        )
-        return SimpleNamespace(noisy=np.array([[0.2, 0.6]]))
-
-    monkeypatch.setattr("feeler.decoding.compute_sweep", sweep)
-    groups = {"x": np.zeros((2, 3, 4)), "y": np.zeros((1, 3, 4))}
-    found = comparison._compare(groups, [("ball", 0.5), ("box", 0.9)], 7, 13)
-    assert asked[0] == ["x", "x", "y"]
-    assert asked[1:] == [(n, ["ball 0.5", "box 0.9"], 7, 13, (0.2,)) for n in (2, 1)]
-    assert found == {
-        "x": {"nmi": 1, "ssim": 3, "accuracy": 0.4},
-        "y": {"nmi": 2, "ssim": 4, "accuracy": 0.4},
-    }
 
 
 def test_a_robot_file_s_plain_answer_is_json(tmp_path):

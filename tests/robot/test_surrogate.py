@@ -17,8 +17,8 @@ from feeler.robot import (
     simulate_touches,
 )
 from feeler.robot.recordings import load_recording, save_recording
-from feeler.robot.surrogate import draw_antenna, draw_sensing, draw_trial, play, subtract_rest
-from feeler.robot.touches import choose_duration, compute_tip, make_touches
+from feeler.robot.surrogate import _draw_sensing, draw_antenna, draw_trial, play, subtract_rest
+from feeler.robot.touches import _choose_duration, compute_tip, make_touches
 
 FAST = [trial for trial in make_tip_touches() if trial.speed == 0.27]
 
@@ -141,7 +141,7 @@ def test_play_operator_laws():
     ],
 )
 def test_each_fault_of_the_sensing_by_itself(gap, check):
-    sensing = draw_sensing(gap, 3, np.random.default_rng(5))
+    sensing = _draw_sensing(gap, 3, np.random.default_rng(5))
     angle = np.zeros((3, 1000))
     angle[0] = 0.1
     read = sensing.read(angle, np.random.default_rng(6))
@@ -169,13 +169,15 @@ def test_a_duration_by_hand(location, speed, reach, ms):
     """20 ms, the sweep of 60 mm (at the middle) less 40 mm per length beyond at that speed, 400 ms;
     the next whole ms.
     """
-    assert choose_duration(make_touches(locations=(location,), speeds=(speed,))[0], reach) == ms
+    assert (
+        _choose_duration(make_touches(locations=(location,), speeds=(speed,))[0], reach) == ms
+    )
 
 
 def test_duration_lets_the_slow_touch_finish():
     slow = make_touches(locations=(0.9,), speeds=(0.027,))[0]
     motion = simulate_touches(make_robot(), [slow])[0]
-    assert motion.shape[1] == choose_duration(slow)
+    assert motion.shape[1] == _choose_duration(slow)
     tip = compute_tip(make_robot(), motion)
     assert (
         np.argmax(tip) < motion.shape[1] - 300 and tip[-400:].min() < -5

@@ -16,7 +16,7 @@ from feeler.physics.simulation import build_scene
 from feeler.studio import export as alone
 from feeler.studio import study
 from feeler.studio.decoder import Range
-from feeler.studio.export import _pack_antenna, _pack_contact, _pack_shape, bundle, make_file
+from feeler.studio.export import _bundle, _pack_antenna, _pack_contact, _pack_shape, make_file
 from feeler.studio.requests import AntennaWish, TouchWish
 
 from ._page import APP, ask, press, stop_at, wait_for
@@ -91,7 +91,7 @@ def test_the_page_s_engine_agrees_with_feeler_s_on_the_declared_touches(browser,
     1e-10: walls that crush the antenna, one until the engine gives up.
     """
     path = tmp_path / "engine.html"
-    script = f"{bundle('worker.js')}\n{CHECK}"  # host.js says TIMESTEP
+    script = f"{_bundle('worker.js')}\n{CHECK}"  # host.js says TIMESTEP
     path.write_text(
         f"<script>window.port = {{}}</script><script type=module>{script}</script>",
         encoding="utf-8",

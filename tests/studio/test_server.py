@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from feeler.errors import InvalidInput
 from feeler.studio import Studio
-from feeler.studio.export import PAGE, SPACE_SCRIPT, bundle, read_page
+from feeler.studio.export import PAGE, SPACE_SCRIPT, _bundle, read_page
 from feeler.studio.server import _MAX_PAGES, FILES
 
 from ._messages import unpack
@@ -142,7 +142,7 @@ def test_an_impossible_port_is_said():
 
 
 def test_the_modules_as_one_have_each_thing_once():
-    text = bundle()
+    text = _bundle()
     assert "import " not in "\n".join(
         line for line in text.splitlines() if line.startswith("import")
     )

@@ -29,7 +29,7 @@ from feeler.studio import server as widget
 from feeler.studio import session as running
 from feeler.studio import session as turning
 from feeler.studio.decoder import Range
-from feeler.studio.export import write_script
+from feeler.studio.export import _write_script
 from feeler.studio.live import Listener
 from feeler.studio.requests import (
     AntennaWish,
@@ -125,7 +125,7 @@ def make_study(antenna=None, **more):
 
 
 def test_a_run_along_a_wall_is_of_its_own_turn_speed_and_slot(monkeypatch):
-    calls = listen_to(monkeypatch, session, "run_along_wall")
+    calls = listen_to(monkeypatch, session, "_run_along_wall")
     message = {"type": "follow", "slot": "B", "id": 12, "antenna": OWN.to_plain()}
     talk(message | {"turn": -35.5, "speed": 0.29}, message)
     (antenna, turn, speed, say, _), _ = calls[0]
@@ -308,7 +308,7 @@ def capture_page(monkeypatch, sizes=(1,), **how):
     pages, taught = [], []
     left = [*sizes]
     monkeypatch.setattr(
-        alone, "fill_page", lambda config: pages.append(config) or "x" * left.pop(0)
+        alone, "_fill_page", lambda config: pages.append(config) or "x" * left.pop(0)
     )
     monkeypatch.setattr(alone, "_teach_all", lambda *given: taught.append(given) or len(taught))
     text = alone.write_touch_page(WISH.replace(preview=True), **how)
@@ -571,7 +571,7 @@ def run_script(monkeypatch, wish):
         return {"angle": SimpleNamespace(values=angle)}
 
     monkeypatch.setattr(feeler, "touch", touch)
-    exec(write_script(wish), {})
+    exec(_write_script(wish), {})
     return asked[0]
 
 
@@ -623,7 +623,7 @@ def test_a_run_along_a_wall_is_told_in_pieces_that_follow_one_another(monkeypatc
     monkeypatch.setattr(running, "follow", follow)
     monkeypatch.setattr(running, "_find_map", lambda antenna, speed, stop: "map")
     said = []
-    running.run_along_wall(
+    running._run_along_wall(
         make_antenna(), -35.0, 0.29, lambda header, **more: said.append((header, more)), Event()
     )
     (begin, _), *pieces, (last, numbers) = said
@@ -785,22 +785,22 @@ def test_a_touch_in_space_is_asked_for_as_it_was_wished_for(monkeypatch, preview
     wish = TouchWish.from_plain(
         WISH.to_plain() | {"antenna": antenna, "azimuth": -35.0, "preview": preview}
     )
-    assert turning.touch_in_space(wish) == "touch"
+    assert turning._touch_in_space(wish) == "touch"
     ((given, trial), how) = calls[0]
     assert given == feeler.presets.make_preset("rat-whisker") and trial.azimuth == -35.0
     step = timestep and get_contact(None, given).scale_timestep(timestep)
     assert how == {"duration": 33.0, "timestep": step, "all_hinges": True}
     with pytest.raises(InvalidInput, match="shows one object beside an antenna in space"):
-        turning.touch_in_space(wish.replace(objects=(ObjectWish(),)))
+        turning._touch_in_space(wish.replace(objects=(ObjectWish(),)))
 
 
 @pytest.mark.parametrize("preview", [True, False])
 def test_a_touch_in_space_tells_its_mode_once_it_is_exact(monkeypatch, preview):
     angle = np.arange(3 * 5 * 4.0).reshape(1, 3, 5, 4)
     tensors = {"angle": SimpleNamespace(values=angle)}
-    monkeypatch.setattr(session, "touch_in_space", lambda wish: tensors)
+    monkeypatch.setattr(session, "_touch_in_space", lambda wish: tensors)
     monkeypatch.setattr(session, "describe_turnable", lambda *given: "scene")
-    monkeypatch.setattr(session, "fold_sensors", lambda antenna, angle: angle[0])
+    monkeypatch.setattr(session, "_fold_sensors", lambda antenna, angle: angle[0])
     monkeypatch.setattr(session, "describe_mode", lambda antenna: "mode")
     wish = {"antenna": {"preset": "rat-whisker"}, "speed": 0.3, "duration": 4.0}
     said = talk({"type": "touch", "slot": "B", "id": 2, "wish": wish | {"preview": preview}})

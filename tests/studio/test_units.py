@@ -15,11 +15,11 @@ from feeler.spikes import CAMPANIFORM, place_sensilla
 from feeler.spikes.sensilla import TABLE, encode_touch
 from feeler.studio.decoder import KINDS, Range, TouchDecoder
 from feeler.studio.export import (
+    _bundle,
     _pack,
     _pack_contact,
     _pack_expected,
     _pack_shapes,
-    bundle,
     read_page,
 )
 from feeler.studio.live import replay
@@ -205,7 +205,7 @@ def run_node(folder, *words):
 
 @pytest.mark.parametrize("entry", ["studio.js", "alone.js", "worker.js"])
 def test_the_modules_are_sound_as_one(copied, entry):
-    (copied / f"whole-{entry}").write_text(bundle(entry), encoding="utf-8")
+    (copied / f"whole-{entry}").write_text(_bundle(entry), encoding="utf-8")
     run_node(copied, "--check", f"whole-{entry}")
 
 

@@ -13,11 +13,11 @@ from feeler.studio.export import _write_antenna
 from feeler.studio.requests import (
     AntennaWish,
     TouchWish,
+    _compute_compliance,
     _sample_handles,
-    compute_compliance,
     describe_original,
 )
-from feeler.studio.session import pack, read_message
+from feeler.studio.session import _read_message, pack
 
 from ._messages import unpack
 
@@ -52,8 +52,8 @@ def test_handles_lie_on_the_profile_from_its_first_hinge_to_its_last(name):
 
 def test_matched_keeps_the_total_compliance():
     wish = AntennaWish(stiffness=((0.0, 1.0), (0.4, 30.0), (1.0, 0.2)), matched=True)
-    assert compute_compliance(wish.make().stiffness) == pytest.approx(
-        compute_compliance(AntennaWish().make().stiffness)
+    assert _compute_compliance(wish.make().stiffness) == pytest.approx(
+        _compute_compliance(AntennaWish().make().stiffness)
     )
 
 
@@ -110,4 +110,4 @@ def test_messages_come_out_as_they_went_in(values, name):
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"type": 3}', "[" * 5000, b"\xff"])
 def test_what_is_no_message_is_refused(text):
     with pytest.raises(InvalidInput, match="message must be"):
-        read_message(text)
+        _read_message(text)

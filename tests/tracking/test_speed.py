@@ -13,7 +13,7 @@ from feeler.tracking import (
     make_synthetic_tracks,
     measure_exploration,
 )
-from feeler.tracking.kinematics import bridge_gaps, differentiate, smooth
+from feeler.tracking.kinematics import _bridge_gaps, differentiate, smooth
 
 DEGREES = np.deg2rad(1.0) * 1e-3  # °/s in rad/ms
 
@@ -65,7 +65,7 @@ def test_short_gaps_are_bridged_and_counted_long_ones_kept():
     angle = 0.1 * np.arange(60.0)
     angle[[10, 11]] = np.nan
     angle[30:40] = np.nan
-    filled, bridged = bridge_gaps(angle, max_gap=5)
+    filled, bridged = _bridge_gaps(angle, max_gap=5)
     assert bridged == 2
     np.testing.assert_allclose(filled[:30], 0.1 * np.arange(30.0))
     assert np.isnan(filled[30:40]).all()
@@ -79,7 +79,7 @@ def test_short_gaps_are_bridged_and_counted_long_ones_kept():
 def test_a_gap_of_exactly_the_longest_is_bridged(lost, bridged):
     angle = 0.1 * np.arange(40.0)
     angle[12 : 12 + lost] = np.nan
-    filled, count = bridge_gaps(angle, max_gap=5)
+    filled, count = _bridge_gaps(angle, max_gap=5)
     assert count == bridged
     np.testing.assert_allclose(
         filled[12 : 12 + lost], 0.1 * np.arange(12, 12 + lost) if bridged else np.nan
@@ -107,10 +107,10 @@ def test_a_turn_through_the_back_is_unwrapped_even_across_a_gap():
     np.testing.assert_allclose(left, -right, atol=1e-9)
     right[49:51] = np.nan
     right[51:] -= 2 * np.pi
-    filled, _ = bridge_gaps(right, 5)
+    filled, _ = _bridge_gaps(right, 5)
     np.testing.assert_allclose(np.diff(filled), np.diff(swing), atol=1e-9)
     right[51:] += 6 * np.pi  # two turns on instead of one back
-    np.testing.assert_allclose(np.diff(bridge_gaps(right, 5)[0]), np.diff(swing), atol=1e-9)
+    np.testing.assert_allclose(np.diff(_bridge_gaps(right, 5)[0]), np.diff(swing), atol=1e-9)
 
 
 def test_a_synthetic_animal_holds_its_left_antenna_on_its_left():

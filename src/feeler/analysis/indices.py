@@ -95,7 +95,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
     if not np.isfinite(array).all():
         bad = np.flatnonzero(~np.isfinite(array).all(axis=(1, 2)))
         raise InvalidInput(
-            f"trial(s) {name_trials(bad)} hold NaN or infinite entries; drop or repair them first."
+            f"trial(s) {_name_trials(bad)} hold NaN or infinite entries; drop or repair them first."
         )
     return array
 
@@ -123,7 +123,7 @@ def compare_pairs(
     return label_like(matrix, tensors, ("trial", "other"), name)
 
 
-def list_pairs(rows: slice, columns: slice) -> np.ndarray:
+def _list_pairs(rows: slice, columns: slice) -> np.ndarray:
     """Positions (pair, 2) within two slices; the upper triangle where they are the same."""
     n_rows, n_columns = rows.stop - rows.start, columns.stop - columns.start
     if rows == columns:
@@ -131,10 +131,10 @@ def list_pairs(rows: slice, columns: slice) -> np.ndarray:
     return np.stack(np.divmod(np.arange(n_rows * n_columns), n_columns), axis=1)
 
 
-def fold_pairs(
+def _fold_pairs(
     values: np.ndarray, pairs: np.ndarray, rows: slice, columns: slice
 ) -> np.ndarray:
-    """The block (row, column) that the values of ``list_pairs`` belong to."""
+    """The block (row, column) that the values of ``_list_pairs`` belong to."""
     block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
     block[pairs[:, 0], pairs[:, 1]] = values
     if rows == columns:
@@ -142,7 +142,7 @@ def fold_pairs(
     return block
 
 
-def name_trials(indices: np.ndarray) -> str:
+def _name_trials(indices: np.ndarray) -> str:
     """Positions for a message, the first eight."""
     shown = ", ".join(str(i) for i in indices[:8])
     return shown + (f" and {indices.size - 8} more" if indices.size > 8 else "")
@@ -185,7 +185,7 @@ def _make_pearson(array: np.ndarray) -> Block:
     spread = np.array([np.ptp(tensor) for tensor in array])
     if (constant := np.flatnonzero(spread == 0)).size:
         raise InvalidInput(
-            f"trial(s) {name_trials(constant)} are constant (no contact, or all zero after"
+            f"trial(s) {_name_trials(constant)} are constant (no contact, or all zero after"
             " rectifying), so their correlation is undefined. Leave them out, or use compute_mse"
             " or compute_nmi, which are defined for them."
         )
@@ -345,8 +345,8 @@ def _make_nmi(
     def compute(rows: slice, columns: slice) -> np.ndarray:
         a = prepare(rows)
         b = a if rows == columns else prepare(columns)
-        pairs = list_pairs(rows, columns)
-        return fold_pairs(
+        pairs = _list_pairs(rows, columns)
+        return _fold_pairs(
             _compare_pairs_nmi(*a, *b, pairs, self_information, gain, zero),
             pairs,
             rows,
@@ -499,8 +499,8 @@ def _make_ssim(
     def compute(rows: slice, columns: slice) -> np.ndarray:
         a = prepare(rows)
         b = a if rows == columns else prepare(columns)
-        pairs = list_pairs(rows, columns)
-        return fold_pairs(_compare_pairs(*a, *b, pairs, taps, c1, c2), pairs, rows, columns)
+        pairs = _list_pairs(rows, columns)
+        return _fold_pairs(_compare_pairs(*a, *b, pairs, taps, c1, c2), pairs, rows, columns)
 
     return compute
 

@@ -205,7 +205,7 @@ def measure_information(
     """
     coordinates, levels = _spread(energy), _check_sd(sd, len(energy), entries)
     unit = find_scale(coordinates)
-    check_level(levels, unit)
+    _check_level(levels, unit)
     return _measure(coordinates / unit, levels / unit, entries, n_draws, random_state)
 
 
@@ -215,7 +215,7 @@ def _measure(
     count, rank = coordinates.shape
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
-    distance, same = merge_same(square[:, None] + square - 2 * coordinates @ coordinates.T)
+    distance, same = _merge_same(square[:, None] + square - 2 * coordinates @ coordinates.T)
     # directions without tensors, where noise still tells levels apart
     free = entries - rank if np.ptp(sd) else 0
     size = max(1, _ROOM // (2 * count * count))
@@ -237,7 +237,7 @@ def _measure(
     )
 
 
-def merge_same(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _merge_same(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Squared distances (trial, trial) in which those of the same tensors are 0, and for each
     tensor the first that is the same (trial,).
 
@@ -295,7 +295,7 @@ def _share(sd: np.ndarray | float, unit: float) -> np.ndarray:
         return np.asarray(sd) / unit
 
 
-def check_level(sd: np.ndarray | float, unit: float) -> None:
+def _check_level(sd: np.ndarray | float, unit: float) -> None:
     """Refuse noise so far from the size of what it covers, about ``unit``, that the squares of its
     shares are no numbers.
     """
@@ -458,7 +458,7 @@ def find_told(
 def _find_level(weighed: _Weighed) -> float:
     """The unit of the sd over that of the tensors."""
     known, sd = weighed.units
-    check_level(sd, known)
+    _check_level(sd, known)
     return sd / known
 
 
@@ -482,7 +482,7 @@ def _weigh(
     root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     z = np.random.default_rng(random_state).standard_normal((n_draws, *root.shape[:2]))
     drawn = np.einsum("jkr,njr->njk", root, z, optimize=True)
-    far, first = merge_same(square[:, None] + square - 2 * energy)
+    far, first = _merge_same(square[:, None] + square - 2 * energy)
     drawn = drawn[:, :, first]
     drawn -= np.einsum("njj->nj", drawn)[:, :, None].copy()
     return _Weighed(far, drawn, units)

@@ -78,7 +78,7 @@ def _check_time(time: np.ndarray, name: str) -> None:
         )
 
 
-def find_extrema(
+def _find_extrema(
     time: np.ndarray, signal: np.ndarray, floor: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Times and heights of the inner maxima of |signal| beyond ``floor``.
@@ -383,7 +383,7 @@ def _opposite_turns(
     time: np.ndarray, share: np.ndarray, floor: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """First opposite peak and the trough after it: the largest turns of two half cycles."""
-    times, heights = find_extrema(time, share, floor)
+    times, heights = _find_extrema(time, share, floor)
     after = np.flatnonzero(heights < 0)
     if not len(after):
         return times[:0], heights[:0]

@@ -68,7 +68,7 @@ def find_frames(angle: np.ndarray, base: Any = 0.0) -> np.ndarray:
     return frames
 
 
-def find_points(length: np.ndarray, angle: np.ndarray, base: Any = 0.0) -> np.ndarray:
+def _find_points(length: np.ndarray, angle: np.ndarray, base: Any = 0.0) -> np.ndarray:
     """Base, hinges and tip (…, segment + 1, 3) [mm], as :func:`find_frames`."""
     steps = length[:, None] * find_frames(angle, base)[..., 1, :]
     points = np.zeros((*steps.shape[:-2], length.size + 1, 3))
@@ -76,7 +76,7 @@ def find_points(length: np.ndarray, angle: np.ndarray, base: Any = 0.0) -> np.nd
     return points
 
 
-def check_planes(fields: dict[str, np.ndarray]) -> int:
+def _check_planes(fields: dict[str, np.ndarray]) -> int:
     """How many of SPACE_PLANES the hinges' quantities (plane, segment) have; 1 without any.
 
     Raises
@@ -123,7 +123,7 @@ def require_plane(antenna: Any, who: str) -> None:
         )
 
 
-def list_frustum(taper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _list_frustum(taper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Of frusta whose distal radius is ``taper`` times the proximal one: where the centre of mass
     lies, over the length from the hinge, and the inertia across it over mass · length² (thin).
     """
@@ -235,7 +235,7 @@ class Antenna(Record):
             raise InvalidInput(
                 f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values."
             )
-        planes = check_planes({name: getattr(self, name) for name in HINGE})
+        planes = _check_planes({name: getattr(self, name) for name in HINGE})
         for name in ("segment_length", *_QUANTITIES, "taper"):
             values = getattr(self, name)
             if values.ndim and values.shape[-1] != n:
@@ -369,14 +369,14 @@ class Antenna(Record):
         """How far from its hinge each segment's centre of mass lies (segment,) [mm]."""
         if not self.spatial:
             return self.segment_length / 2
-        return self.segment_length * list_frustum(self.taper)[0]
+        return self.segment_length * _list_frustum(self.taper)[0]
 
     @property
     def inertia(self) -> np.ndarray:
         """Inertia of each segment across its centre of mass, as a thin one (segment,) [g·mm²]."""
         if not self.spatial:
             return self.segment_mass * self.segment_length**2 / 12
-        return self.segment_mass * self.segment_length**2 * list_frustum(self.taper)[1]
+        return self.segment_mass * self.segment_length**2 * _list_frustum(self.taper)[1]
 
     @property
     def axial(self) -> np.ndarray:
@@ -432,7 +432,7 @@ class Antenna(Record):
             Not one angle per segment.
         """
         if self.spatial:
-            return find_points(self.segment_length, self._check_angle(angle), base_angle)
+            return _find_points(self.segment_length, self._check_angle(angle), base_angle)
         heading = self._find_heading(angle, base_angle)
         steps = self.segment_length[:, None] * np.stack(
             [np.sin(heading), np.cos(heading)], axis=-1

@@ -211,7 +211,7 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
         Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another
         unit of time.
     """
-    free = measure_free_trace(time, trace, name)
+    free = _measure_free_trace(time, trace, name)
     if free.frequency is None:
         raise InvalidInput(
             f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped"
@@ -230,7 +230,7 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
     return free
 
 
-def measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeResponse:
+def _measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeResponse:
     """Free response of a trace that is not too noisy."""
     check_trace(time, trace, f"trace {name!r}")
     noise = float(
@@ -583,7 +583,7 @@ def _fit_targets(
     A trace that is fitted sample by sample may be over-damped: the search then starts from the
     family's own start.
     """
-    if by == "trace" and measure_free_trace(time, trace, name).frequency is None:
+    if by == "trace" and _measure_free_trace(time, trace, name).frequency is None:
         return hinges.to_x(hinges.start), float("nan")
     free = measure_trace(time, trace, name)
     targets = make_targets(frequency=free.frequency, damping_ratio=free.damping_ratio)

@@ -55,7 +55,7 @@ def make_labels(trials: Any, by: Sequence[str] = _CLASS) -> np.ndarray:
             raise InvalidInput(
                 f"the trials have no coordinate {name!r}; labels need {', '.join(by)}."
             ) from None
-    return np.array([write_label(row) for row in zip(*columns, strict=True)])
+    return np.array([_write_label(row) for row in zip(*columns, strict=True)])
 
 
 def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
@@ -78,7 +78,7 @@ def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
     return found
 
 
-def write_label(label: Any) -> Any:
+def _write_label(label: Any) -> Any:
     """A label of several parts as one text; any other as it is."""
     return " ".join(_write(part) for part in label) if isinstance(label, tuple) else label
 
@@ -436,7 +436,7 @@ def _name_classes(found: Any, classes: Any) -> Any:
     """Class names beside their probabilities, a tuple as :func:`make_labels` writes one."""
     if isinstance(found, np.ndarray):
         return found
-    return found.assign_coords({"class": [write_label(label) for label in classes]})
+    return found.assign_coords({"class": [_write_label(label) for label in classes]})
 
 
 # Classifiers as scikit-learn pipelines; everything they learn, they learn in ``fit``.

@@ -395,7 +395,7 @@ def compute_curves(
         nulls |= sweep(codes, groups[reference].labels, kind, ())
     peak = measure_peak(*(group.tensors for group in groups.values()))
     baselines = {
-        name: compute_baseline(group, plan, peak, random_state)
+        name: _compute_baseline(group, plan, peak, random_state)
         for name, group in groups.items()
     }
     return Curves(
@@ -502,7 +502,7 @@ class PeakEncoder:
         return label_like(found, tensors, ("trial", "component", "time"), "peak")
 
 
-def compute_baseline(
+def _compute_baseline(
     group: Group, plan: Plan, peak: float, random_state: Annotated[int, "≥ 0"] = 0
 ) -> Sweep:
     """Accuracy from the peak's position and time alone, in common noise on the tensors."""

@@ -181,7 +181,7 @@ def score(
     """
     return judge(
         [
-            touch_classes(antenna, task, purpose, v, workers=workers, executor=executor)
+            _touch_classes(antenna, task, purpose, v, workers=workers, executor=executor)
             for v in task.speeds
         ],
         task,
@@ -189,7 +189,7 @@ def score(
     )
 
 
-def touch_classes(
+def _touch_classes(
     antenna: Antenna,
     task: DesignTask,
     purpose: str,
@@ -421,7 +421,7 @@ def _feel(antenna: Antenna, task: DesignTask, purpose: str) -> np.ndarray:
     """The angles (class, touch, sensor, time) in whose unit the noise is white, of each sensor one
     plane after the other; noise that is not even is taken for white.
     """
-    angles = touch_classes(antenna, task, purpose, task.speeds[0])
+    angles = _touch_classes(antenna, task, purpose, task.speeds[0])
     flat = task.noise.whiten(angles.reshape(-1, *angles.shape[2:]))
     each, count = angles.shape[:2], antenna.sensors.size
     planes = flat.reshape(*each, len(antenna.planes), count, angles.shape[3])

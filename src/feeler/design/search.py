@@ -117,9 +117,9 @@ class Space(Record):
         part = dict(zip(self.names[knots[1] :], rest, strict=True))
         changes: dict[str, Any] = {}
         for name, at in zip(("stiffness", "damping"), logs, strict=True):
-            factor = np.exp(np.log(self.span) * make_basis(n, len(at)) @ at)
+            factor = np.exp(np.log(self.span) * _make_basis(n, len(at)) @ at)
             rows = getattr(base, name)
-            changes[name] = _put_bending(rows, list_bending(rows) * factor)
+            changes[name] = _put_bending(rows, _list_bending(rows) * factor)
         if self.held != "nothing":
             changes["stiffness"] = match_compliance(changes["stiffness"], base, self.held)
         grow = np.exp(_scale(part.get("length"), self.length))
@@ -155,11 +155,11 @@ def match_compliance(
             f" {reference.stiffness.shape}, got shape {shape.shape}."
         )
     weight = arm**2 if held == "tip" else np.ones_like(arm)
-    bent, known = list_bending(shape), list_bending(reference.stiffness)
+    bent, known = _list_bending(shape), _list_bending(reference.stiffness)
     return _put_bending(shape, bent * np.sum(weight / bent) / np.sum(weight / known))
 
 
-def list_bending(rows: np.ndarray) -> np.ndarray:
+def _list_bending(rows: np.ndarray) -> np.ndarray:
     """What a hinge has for bending, without torsion: (plane, segment), in the plane (segment,)."""
     return rows if rows.ndim == 1 else rows[:2]
 
@@ -169,7 +169,7 @@ def _put_bending(rows: np.ndarray, bent: np.ndarray) -> np.ndarray:
     return bent if rows.ndim == 1 else np.concatenate([bent, rows[2:]])
 
 
-def make_basis(n_segments: int, knots: int) -> np.ndarray:
+def _make_basis(n_segments: int, knots: int) -> np.ndarray:
     """Values (segment, knot) of the natural cubic splines that are 1 at one knot and 0 at the
     others.
     """
@@ -265,17 +265,17 @@ class Constraints(Record):
         if self.mass is not None:
             found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
         if self.compliance is not None:
-            own, other = (list_bending(one.stiffness) for one in (antenna, reference))
+            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             share = np.sum(1 / own) / np.sum(1 / other)
             found["compliance"] = _lack(share, self.compliance[0]) + _lack(
                 self.compliance[1], share
             )
         if self.softest is not None:
-            own, other = (list_bending(one.stiffness) for one in (antenna, reference))
+            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["softest"] = _lack(own.min(), self.softest * other.min())
         if self.thickness is not None:
             found["thickness"] = _lack(
-                compute_diameter(antenna, self.modulus).min(), self.thickness
+                _compute_diameter(antenna, self.modulus).min(), self.thickness
             )
         return found
 
@@ -284,12 +284,12 @@ class Constraints(Record):
         return 0.0 if self.peak_angle is None else _lack(self.peak_angle, peak)
 
 
-def compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
+def _compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
     """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E
     π d⁴ / (64 ℓ). In space (plane, segment).
     """
     return (
-        64 * list_bending(antenna.stiffness) * antenna.segment_length / (np.pi * modulus)
+        64 * _list_bending(antenna.stiffness) * antenna.segment_length / (np.pi * modulus)
     ) ** 0.25
 
 
@@ -427,7 +427,7 @@ class DesignProblem:
         return make_key(made_with)
 
 
-def check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
+def _check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
     """Refuse a task at which there is nothing to gain, before minutes are spent.
 
     Raises
@@ -542,7 +542,7 @@ def optimise(
     search = SEARCHES[method]
     if method == "cma":
         require_extra("cma", "design", "designing by CMA-ES")
-    check_task(score(space.reference, task, "optimiser", **options), task, aim)
+    _check_task(score(space.reference, task, "optimiser", **options), task, aim)
     made = DesignProblem(
         task=task, space=space, constraints=constraints or Constraints(), options=options
     )
@@ -583,7 +583,7 @@ def _run(
     rng: np.random.Generator,
     report: Callable[[DesignProblem], None],
 ) -> Optimum:
-    start = find_start(problem, rng, near)
+    start = _find_start(problem, rng, near)
     history, watch = [], problem.watch
 
     def note(now: DesignProblem) -> None:
@@ -607,7 +607,7 @@ def _run(
     )
 
 
-def find_start(
+def _find_start(
     problem: DesignProblem, rng: np.random.Generator, near: bool = True
 ) -> np.ndarray:
     """The reference (``near``) or a point drawn from the whole space, moved to where all

@@ -112,7 +112,7 @@ def encode(
             _polish_nonnegative(seen, kernel, fringe, rows, _POLISH)
             return True
         if code == "ridge":
-            return solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
+            return _solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
         for trial in rows:
             for row in trial:
                 project_row(row.copy(), l1, row)
@@ -151,7 +151,7 @@ MOST_PIVOTS = 300
 
 
 @compiled
-def solve_nonnegative(seen, kernel, fringe, activations):
+def _solve_nonnegative(seen, kernel, fringe, activations):
     """The least ½ h·G h − A·h over h ≥ 0 for each trial, in place; G is positive definite.
 
     Variables run by time, then component, so that G has a band of component × lag. The equations of

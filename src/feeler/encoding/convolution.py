@@ -162,7 +162,7 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lean(fastmath={"contract"})  # fused multiply-add: half the instructions
-def add_convolved(kernel, fringe, padded, first, stop, wide):
+def _add_convolved(kernel, fringe, padded, first, stop, wide):
     """Add G·h to wide, with the kernel and the fringe of one pair of components.
 
     h stands in `padded` with three zeros after its end, and is zero outside [first, stop). Moments
@@ -251,7 +251,7 @@ def _apply_wide(kernel, fringe, activations, padded, wide):
         for t in range(n_times):
             padded[t] = activations[k, t]
         for m in range(n_components):
-            add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, wide[m])
+            _add_convolved(kernel[m, k], fringe[m, k], padded, first, stop, wide[m])
 
 
 @lean
@@ -421,7 +421,7 @@ def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, chang
             delta[t] = new[t] - old[t]
         pull[n] = 0.0
         first, stop = _find_extent(delta)
-        add_convolved(kernel, fringe, change[n], first, stop, pull[n])
+        _add_convolved(kernel, fringe, change[n], first, stop, pull[n])
         before, after = pulled[n, m, reach : reach + n_times], pull[n, reach : reach + n_times]
         wanted = seen[n, m]
         for t in range(first, stop):
@@ -443,7 +443,7 @@ def _accept(m, kernel, fringe, activations, pulled, projected, change, pull):
             target[t] += source[t]
         for k in range(n_components):
             if k != m:
-                add_convolved(kernel[k, m], fringe[k, m], change[n], first, stop, pulled[n, k])
+                _add_convolved(kernel[k, m], fringe[k, m], change[n], first, stop, pulled[n, k])
 
 
 # The bases: their multiplicative updates, their order and scale, and how alike two sets are.

@@ -172,7 +172,7 @@ _SWEEPS = 5  # over the wide bases [C]
 _EQUAL = 0.01
 
 
-def slide_bases(
+def _slide_bases(
     data: Data, components: np.ndarray, activations: np.ndarray, run: Callable = map
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Bases that begin where their patterns do, and activations moved the other way.
@@ -425,10 +425,10 @@ def _extrapolate(before: _State, state: _State, weight: float, settings: Setting
 
 def _try_slide(data, state, settings, run) -> list[_State]:
     """A few iterations with the bases where they are and, if it ends lower, the end of as many with
-    the bases where ``slide_bases`` puts them; none where there is nowhere to go. Where the second
+    the bases where ``_slide_bases`` puts them; none where there is nowhere to go. Where the second
     iteration shows that those elsewhere will not catch up, they are left.
     """
-    moved = slide_bases(data, state.components, state.activations, run)
+    moved = _slide_bases(data, state.components, state.activations, run)
     if moved is None:
         return []
     components, activations = moved
@@ -467,12 +467,12 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)
     gram = compute_activation_gram(activations, data.n_lags)
-    components, shared, square = improve_bases(state.components, seen, gram, settings)
+    components, shared, square = _improve_bases(state.components, seen, gram, settings)
     loss = max(0.5 * data.energy - shared + 0.5 * square, 0.0)
     return _State(components=components, activations=activations, steps=steps, loss=loss)
 
 
-def improve_bases(
+def _improve_bases(
     components, seen, gram, settings: Settings
 ) -> tuple[np.ndarray, float, float]:
     """New bases for what the data and the activations give: multiplied where there is no
@@ -528,7 +528,7 @@ def learn_batch(
     data = Data(tensors, settings.n_lags)
     seen = forget * sums[0] + data.gather(activations, run)
     gram = forget * sums[1] + compute_activation_gram(activations, settings.n_lags)
-    return improve_bases(components, seen, gram, settings)[0], (seen, gram)
+    return _improve_bases(components, seen, gram, settings)[0], (seen, gram)
 
 
 def _constrain(activations: np.ndarray, settings: Settings) -> None:

@@ -62,7 +62,7 @@ LABELS = {
 _STARTS = ("windows", "random")
 
 
-def as_tensors(X: Any) -> np.ndarray:
+def _as_tensors(X: Any) -> np.ndarray:
     """Tensors (trial, sensor, time) as an array of non-negative floats.
 
     Parameters
@@ -126,7 +126,7 @@ def _check_values(tensors: np.ndarray) -> None:
         )
 
 
-def check_settings(estimator: Any) -> None:
+def _check_settings(estimator: Any) -> None:
     """Refuse parameters that mean nothing, each with what would."""
     for name in ("n_components", "n_lags", "n_restarts", "max_iter"):
         value = getattr(estimator, name)
@@ -152,7 +152,7 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
         )
 
 
-def check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:
+def _check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:
     """Refuse bases longer than a trial, and more of them than the data can pin down."""
     n_trials, _, n_times = tensors.shape
     if n_lags > n_times:
@@ -348,10 +348,10 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         InvalidInput
             Tensors or parameters that cannot be used, each with what to do.
         """
-        check_settings(self)
-        tensors = as_tensors(X)
+        _check_settings(self)
+        tensors = _as_tensors(X)
         check_squares(tensors)
-        check_size(tensors, self.n_components, self.n_lags)
+        _check_size(tensors, self.n_components, self.n_lags)
         data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
         starts = list(draw_starts(self, tensors, data, components, activations))
         most, done = len(starts) * self.max_iter, count(1)
@@ -389,7 +389,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             (trial, component, time); labelled where the tensors are.
         """
         check_is_fitted(self, "components_")
-        tensors = _check_tensors(as_tensors(X), self.components_)
+        tensors = _check_tensors(_as_tensors(X), self.components_)
         code = self._choose_code(code)
         with open_pool(_count_threads(self.n_jobs)) as run:
             activations, settled = encode(
@@ -435,7 +435,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 
     def score(self, X, y=None):
         """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²."""
-        tensors = as_tensors(X)
+        tensors = _as_tensors(X)
         tensors = tensors / find_scale(tensors)  # squares of very small entries would underflow
         energy = np.vdot(tensors, tensors)
         rest = tensors - self.inverse_transform(self.transform(tensors))
@@ -514,13 +514,13 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self, X: Any, learned: tuple[np.ndarray, _Sums] | None, forget: float
     ) -> tuple[np.ndarray, _Sums]:
         """Canonical bases and sums after a batch; ``learned``: those before it, None at first."""
-        check_settings(self)
+        _check_settings(self)
         if not 0 <= forget <= 1:
             raise InvalidInput(f"forget must lie between 0 and 1; got {forget!r}.")
-        tensors = as_tensors(X)
+        tensors = _as_tensors(X)
         check_squares(tensors)
         if learned is None or not learned[0].any():  # silent batches teach no bases
-            check_size(tensors, self.n_components, self.n_lags)
+            _check_size(tensors, self.n_components, self.n_lags)
             rng = make_generators(self.random_state, 1)[0]
             start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
             learned = start, (0.0, 0.0)
@@ -687,7 +687,7 @@ def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
     """The estimator from a model, or a word on what does not fit."""
     try:
         encoder = ConvolutiveNMF(**model.settings["parameters"])
-        check_settings(encoder)
+        _check_settings(encoder)
         numbers = {name: model.arrays[name].item() for name in _NUMBERS if name in model.arrays}
         components = model.arrays["components_"]
         n_sensors = numbers["n_sensors_in_"]

@@ -112,7 +112,7 @@ class Mesh(Feature):
             Mesh files need ``pip install 'feeler[meshes]'``.
         """
 
-        corners, starts = read_mesh(path, scale, width, threshold, simplify)
+        corners, starts = _read_mesh(path, scale, width, threshold, simplify)
         return cls(vertices=corners, starts=starts, rounding=rounding, name=name)
 
     @classmethod
@@ -192,7 +192,7 @@ _CONVEX = 1e-3  # [C] share of its hull by which a convex mesh's volume may fall
 _SECONDS, _MEMORY = 120.0, 4 * 2**30  # [C] that reading and cutting may take
 
 
-def read_mesh(
+def _read_mesh(
     path: str | os.PathLike,
     scale: float = 1.0,
     width: float | None = None,
@@ -220,7 +220,7 @@ def read_mesh(
 
 
 def read_parts(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
-    """What the guard's process does for :func:`read_mesh`."""
+    """What the guard's process does for :func:`_read_mesh`."""
     scale, width, threshold, simplify = json.loads(wanted)
     mesh = _load(path)
     if simplify is not None and len(mesh.faces) > simplify:

@@ -106,7 +106,9 @@ class Outline(Prism):
             SVG and DXF files need ``pip install 'feeler[outlines]'``.
         """
 
-        corners = read_outline(path, width=width, scale=scale, which=which, tolerance=tolerance)
+        corners = _read_outline(
+            path, width=width, scale=scale, which=which, tolerance=tolerance
+        )
         return cls(vertices=corners, rounding=rounding, name=name)
 
     def make_name(self) -> str:
@@ -190,7 +192,7 @@ _Paths = list[tuple[str, list[_Curve]]]
 """The closed paths of a drawing by their names, x to the right and y up."""
 
 
-def read_outline(
+def _read_outline(
     path: str | os.PathLike,
     *,
     width: float | None = None,
@@ -220,7 +222,7 @@ def read_outline(
 
 
 def read_corners(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
-    """What the guard's process does for :func:`read_outline`."""
+    """What the guard's process does for :func:`_read_outline`."""
     width, scale, which, tolerance = json.loads(wanted)
     kind = Path(path).suffix.lower()
     try:

@@ -24,7 +24,7 @@ def measure_area(corners: np.ndarray) -> float:
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
 
 
-def is_convex(corners: np.ndarray, slack: float = 0.0) -> bool:
+def _is_convex(corners: np.ndarray, slack: float = 0.0) -> bool:
     """Whether a counter-clockwise polygon turns left at every corner, or right by no more than
     ``slack`` (an area).
     """
@@ -53,7 +53,7 @@ def split_convex(corners: Annotated[np.ndarray, "corner 2"]) -> list[np.ndarray]
     the fewest parts).
     """
     corners = np.asarray(corners, dtype=float)
-    if is_convex(corners):
+    if _is_convex(corners):
         return [corners]
     return [corners[part] for part in _merge(corners, _clip_ears(corners))]
 
@@ -110,7 +110,7 @@ def _merge(corners: np.ndarray, triangles: list[tuple[int, ...]]) -> list[list[i
         if first is None or second is None or first == second:
             continue
         joined = _join(parts[first], parts[second], a, b)
-        if is_convex(corners[joined]):
+        if _is_convex(corners[joined]):
             parts[first] = joined
             owner |= dict.fromkeys(_edges(parts.pop(second)), first)
             del owner[a, b], owner[b, a]
@@ -461,7 +461,7 @@ def _order(core: np.ndarray, kind: str) -> np.ndarray:
         )
     if len(core) > 2 and measure_area(core) < 0:
         core = core[::-1]
-    if len(core) > 2 and not is_convex(core, slack=1e-9 * np.ptp(core, axis=0).max() ** 2):
+    if len(core) > 2 and not _is_convex(core, slack=1e-9 * np.ptp(core, axis=0).max() ** 2):
         raise InvalidInput(
             f"a part of the shape {kind!r} is not convex; split it with"
             " feeler.objects.split_convex."

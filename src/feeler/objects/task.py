@@ -85,7 +85,7 @@ class Nuisances(Record):
 
     def _check(self) -> None:
         for name in (*NAMES, TURNED):
-            value = read_spread(getattr(self, name), f"Nuisances.{name}")
+            value = _read_spread(getattr(self, name), f"Nuisances.{name}")
             if is_number(value) and not 0 <= value < np.inf:
                 raise InvalidInput(f"Nuisances.{name} must be finite and ≥ 0, got {value}.")
             share = name not in ("approach", TURNED)
@@ -174,7 +174,7 @@ class Nuisances(Record):
         return trial.replace(feature=feature, **drawn)
 
 
-def read_spread(value: Any, name: str) -> Spread:
+def _read_spread(value: Any, name: str) -> Spread:
     """A spread, also from its plain data; a list of two is a range, as TOML writes it."""
     if isinstance(value, Mapping):
         plain = {**value}
@@ -241,7 +241,7 @@ class Task(Record):
     def _check(self) -> None:
         vars(self).update(
             objects=_read_objects(self.objects),
-            lead=read_spread(self.lead, "lead"),
+            lead=_read_spread(self.lead, "lead"),
             seeds=_read_seeds(self.seeds),
         )
         self._check_classes()

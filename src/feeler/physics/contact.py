@@ -275,7 +275,7 @@ CONTACTS.register("hard", Contact())
 DEFAULT_CONTACT = "smooth"
 
 
-def choose_time_constant(antenna: Antenna) -> float:
+def _choose_time_constant(antenna: Antenna) -> float:
     """The time constant of the default contact on an antenna [ms].
 
     It is 0.2 ms over the least whole number that makes it at most 1 ms/mm times the radius at 0.9
@@ -303,7 +303,7 @@ def list_doubts(
             f" {2 * thick:.3g} mm; use a width of at most {thick:.3g} mm."
         )
     if moved > thick:
-        made = choose_time_constant(antenna) * min(1.0, _FASTEST / speed)
+        made = _choose_time_constant(antenna) * min(1.0, _FASTEST / speed)
         time = min(made, 4 * thick / speed, contact.solref[0])
         found.append(
             f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
@@ -383,7 +383,7 @@ def get_contact(
     """The contact itself, the one of that name, or the default.
 
     A name may end in a time constant [ms], as in ``smooth:0.05``. Without it the default contact
-    has the time constant that :func:`choose_time_constant` gives for the ``antenna``.
+    has the time constant that :func:`_choose_time_constant` gives for the ``antenna``.
 
     Raises
     ------
@@ -397,7 +397,7 @@ def get_contact(
     if colon:
         time = _read_time(name, said)
     elif antenna is not None and name == DEFAULT_CONTACT:
-        time = choose_time_constant(antenna)
+        time = _choose_time_constant(antenna)
     else:
         return found
     return found if time == found.solref[0] else replace(found, solref=(time, found.solref[1]))

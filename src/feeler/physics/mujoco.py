@@ -146,7 +146,7 @@ class MujocoStepper(Stepper):
         """MuJoCo's forward dynamics."""
         model, data = self.model, self.data
         mujoco.mj_fwdPosition(model, data)
-        round_contacts(model, data)
+        _round_contacts(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
@@ -284,7 +284,7 @@ class MujocoStepper(Stepper):
         )
 
 
-def round_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def _round_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Put the contact points of rounded parts between the rounded surfaces."""
     if model.geom_margin.any() and data.ncon:
         contact = data.contact
@@ -376,7 +376,7 @@ class SpaceMujocoStepper(Stepper):
         data.qfrc_applied[:6] = ROOTED * change
         self._move_walls()
         mujoco.mj_fwdPosition(model, data)
-        round_contacts(model, data)
+        _round_contacts(model, data)
         mujoco.mj_fwdVelocity(model, data)
         rods = self._list_rods() if self.scenes[0].flow is not None else []
         self._drag(rods, data.qvel)

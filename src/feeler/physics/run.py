@@ -162,10 +162,10 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     tape = np.empty((len(first), clock.n_samples, first.shape[1]))
     tape[:, 0] = first
     failed: list[Exception | None] = [None] * len(first)
-    antenna, k, turns = stepper.scenes[0].antenna, 1, list_turns(stepper)
+    antenna, k, turns = stepper.scenes[0].antenna, 1, _list_turns(stepper)
     shape, n = antenna.rest_angle.shape, antenna.rest_angle.size
     while k < clock.n_samples and not all(failed):
-        k, ended = record_some(stepper, tape, k, clock.steps_per_sample, turns, stop)
+        k, ended = _record_some(stepper, tape, k, clock.steps_per_sample, turns, stop)
         for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
             before = tape[lane, max(k - 2, 0)].copy()
             failed[lane] = failed[lane] or explain_end(
@@ -176,10 +176,10 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
                 before[n : 2 * n].reshape(shape),
             )
     pairs = zip(failed, tape, strict=True)
-    return [error or make_motion(clock, rows, shape) for error, rows in pairs]
+    return [error or _make_motion(clock, rows, shape) for error, rows in pairs]
 
 
-def make_motion(
+def _make_motion(
     clock: Clock, rows: np.ndarray, hinges: tuple[int, ...], error: float = float("nan")
 ) -> Motion:
     """The motion that rows (sample, column) of a tape hold; ``hinges`` is the shape of angles."""
@@ -187,7 +187,7 @@ def make_motion(
     return Motion(time=clock.time, timestep=clock.timestep, error=error, **kept)
 
 
-def record_some(
+def _record_some(
     stepper: Stepper,
     tape: np.ndarray,
     sample: int,
@@ -217,7 +217,7 @@ def record_some(
     return stepper.record(tape, sample, until, every, drives)
 
 
-def list_turns(stepper: Stepper) -> list[int]:
+def _list_turns(stepper: Stepper) -> list[int]:
     """The steps, rising, at which the velocity of some object changes."""
     return sorted(
         {at for scene in stepper.scenes for at, _, _ in _list_legs(scene, stepper.timestep)}
@@ -299,15 +299,15 @@ def track(antenna: Antenna, angle: np.ndarray) -> _Track:
     return angle, antenna.tip(angle)
 
 
-def compute_gap(coarse: _Track, fine: _Track, peaks: np.ndarray) -> float:
-    """Greatest difference of angles, or of the tips, over the :func:`compute_peaks`."""
+def _compute_gap(coarse: _Track, fine: _Track, peaks: np.ndarray) -> float:
+    """Greatest difference of angles, or of the tips, over the :func:`_compute_peaks`."""
     gaps = [float(np.abs(b - a).max()) for a, b in zip(coarse, fine, strict=True)]
     return max(
         gap / float(size) if size > 0 else 0.0 for gap, size in zip(gaps, peaks, strict=True)
     )
 
 
-def compute_peaks(found: _Track) -> np.ndarray:
+def _compute_peaks(found: _Track) -> np.ndarray:
     """(2,): how far the angles go from the first sample [rad], and how far the tip does [mm]."""
     return np.array([np.abs(values - values[0]).max() for values in found])
 
@@ -341,7 +341,7 @@ def refine(
         return None
     before, after = (track(scene.antenna, motion.angle) for motion in (first, found))
     return replace(
-        found, error=max(found.error, compute_gap(before, after, compute_peaks(after)))
+        found, error=max(found.error, _compute_gap(before, after, _compute_peaks(after)))
     )
 
 
@@ -376,9 +376,9 @@ class _Pair:
             sample_interval=self.clock.sample_interval,
             timestep=self._halve(finest + 1),
         )
-        own = compute_peaks(self._track(tapes[1][0]))
+        own = _compute_peaks(self._track(tapes[1][0]))
         error = self._measure(tapes, 0, self.clock.n_samples, own)
-        return make_motion(clock, tapes[1][0], self.scene.antenna.rest_angle.shape, error)
+        return _make_motion(clock, tapes[1][0], self.scene.antenna.rest_angle.shape, error)
 
     def _track(self, rows: np.ndarray) -> _Track:
         rest = self.scene.antenna.rest_angle
@@ -411,8 +411,8 @@ class _Pair:
         stepper.load(0, begin)
         every = round(self.clock.sample_interval / stepper.timestep)
         while k < stop and not ended:
-            k, ended = record_some(
-                stepper, tape[:, :stop], k, every, list_turns(stepper), self.stop
+            k, ended = _record_some(
+                stepper, tape[:, :stop], k, every, _list_turns(stepper), self.stop
             )
         return None if ended else stepper.save(0)
 
@@ -420,7 +420,7 @@ class _Pair:
         self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray
     ) -> float:
         coarse, fine = (self._track(tape[0, start:stop]) for tape in tapes)
-        return compute_gap(coarse, fine, peaks)
+        return _compute_gap(coarse, fine, peaks)
 
     def _get(self, level: int) -> Stepper:
         if level not in self.steppers:
@@ -562,19 +562,19 @@ def run_accurately(
     """One Motion per scene whose ``error`` is at most ``accuracy``; infinite, which is to say
     unknown, where ``HALVINGS`` of the timestep and ``_NARROWINGS`` of the contact do not get there.
 
-    Every scene is run as :func:`run_in_time` does, once with its contact and once with one of half
+    Every scene is run as :func:`_run_in_time` does, once with its contact and once with one of half
     the width; what that changes counts as well. Where both together are too much, the width is
     halved again. Engines that stand for rigid surfaces have no width. What does not get there is
     the motion with the scene's own contact, at the finest steps that it was run with.
     """
-    results = run_in_time(scenes, duration, sample_interval, engine, accuracy, stop)
+    results = _run_in_time(scenes, duration, sample_interval, engine, accuracy, stop)
     own = list(results)
     now, todo = list(scenes), [i for i, r in enumerate(results) if isinstance(r, Motion)]
     rigid = get_engine(engine).check is not Contact.check_timestep
     for _ in range(0 if rigid else _NARROWINGS):
         for i in todo:
             now[i] = replace(now[i], contact=now[i].contact.halve())
-        found = run_in_time(
+        found = _run_in_time(
             [now[i] for i in todo], duration, sample_interval, engine, accuracy, stop
         )
         for i, narrow in zip(todo, found, strict=True):
@@ -592,7 +592,7 @@ def run_accurately(
     ]
 
 
-def run_in_time(
+def _run_in_time(
     scenes: Sequence[Scene],
     duration: float,
     sample_interval: float,
@@ -694,7 +694,7 @@ def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) ->
 def _find_peaks(scene: Scene, result: Result) -> np.ndarray:
     """How far the motion went; half a turn where it diverged."""
     return (
-        compute_peaks(track(scene.antenna, result.angle))
+        _compute_peaks(track(scene.antenna, result.angle))
         if isinstance(result, Motion)
         else np.full(2, np.pi)
     )
@@ -720,4 +720,4 @@ def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:
     if not (isinstance(coarse, Motion) and isinstance(fine, Motion)):
         return float("inf")
     before, after = (track(scene.antenna, motion.angle) for motion in (coarse, fine))
-    return compute_gap(before, after, compute_peaks(after))
+    return _compute_gap(before, after, _compute_peaks(after))

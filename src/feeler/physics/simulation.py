@@ -74,12 +74,12 @@ class Snapshot:
     owner: object
 
 
-def is_built_alike(one: Scene, other: Scene) -> bool:
+def _is_built_alike(one: Scene, other: Scene) -> bool:
     """Whether an engine's tables of one scene are those of the other, but for its state."""
     return all(getattr(one, name) == getattr(other, name) for name in BUILT)
 
 
-def list_differences(here: Scene, there: Scene) -> list[str]:
+def _list_differences(here: Scene, there: Scene) -> list[str]:
     """How the scene of a snapshot (``there``) differs from that of a simulation, in words."""
     return [
         _describe(name, getattr(here, name), getattr(there, name))
@@ -382,7 +382,7 @@ class Simulations:
             Not finite, or faster than the timestep can follow.
         """
         stepper, k = self._find(lane)
-        velocity, turn = read_rate(stepper.scenes[k], velocity, turn)
+        velocity, turn = _read_rate(stepper.scenes[k], velocity, turn)
         self._check_rate(stepper.scenes[k], np.hstack([velocity, turn]), "the base")
         if stepper.scenes[k].follows:
             start = tuple(stepper.scenes[k].base_pose.tolist())
@@ -405,7 +405,7 @@ class Simulations:
         scene = stepper.scenes[k]
         if not 0 <= o < len(scene.objects):
             raise InvalidInput(f"there is no object {o}; the scene has {len(scene.objects)}.")
-        velocity, turn = read_rate(scene, velocity, turn)
+        velocity, turn = _read_rate(scene, velocity, turn)
         self._check_rate(
             scene, np.hstack([velocity, turn]), f"object {o} ({scene.objects[o].name})"
         )
@@ -470,7 +470,7 @@ class Simulations:
             strict=True,
         ):
             stepper, k = self._find(lane)
-            if not is_built_alike(stepper.scenes[k], scene):
+            if not _is_built_alike(stepper.scenes[k], scene):
                 stepper.reset(k, scene)
             stepper.scenes[k], self._began[lane] = scene, began
             stepper.load(k, saved)
@@ -497,7 +497,7 @@ class Simulations:
         for lane, began in zip(snapshot.lane, snapshot.began, strict=True):
             self._find(lane)
             where = f"in lane {lane} " if self._n > 1 else ""
-            found += [where + words for words in list_differences(self._began[lane], began)]
+            found += [where + words for words in _list_differences(self._began[lane], began)]
         if found:
             raise InvalidInput(
                 f"the snapshot is of another simulation: it has {'; '.join(found)}. Restore it in"
@@ -527,7 +527,7 @@ class Simulations:
         self._look_for_guides()
 
 
-def read_rate(scene: Scene, velocity: Vector, turn: Turn) -> tuple[Vector, Turn]:
+def _read_rate(scene: Scene, velocity: Vector, turn: Turn) -> tuple[Vector, Turn]:
     """What a base or an object is told to do: velocity (2,) and turn rate; in space both (3,).
 
     Raises

@@ -35,7 +35,7 @@ _SOLVER_ITERATIONS = (
 _DEPTH = 5.0
 
 
-def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjSpec:
+def _make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjSpec:
     """The scene as an MjSpec: bodies at the hinges, a capsule per segment, each object on two
     slides and a hinge.
 
@@ -54,7 +54,7 @@ def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.
     spec.compiler.degree = False
     _set_options(spec.option, scene, timestep)
     if scene.antenna.spatial:
-        add_in_space(spec, scene)
+        _add_in_space(spec, scene)
         return spec
     _add_antenna(spec, scene, moving)
     for o, item in enumerate(scene.objects):
@@ -213,7 +213,7 @@ def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
 
 def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
-    return make_spec(scene, timestep, moving=moving).compile()
+    return _make_spec(scene, timestep, moving=moving).compile()
 
 
 # Scenes in space as MuJoCo has them: one hinge for each plane, objects and base on slides and a
@@ -226,7 +226,7 @@ _AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
 """What the hinges of each plane turn about, in the segment's frame."""
 
 
-def add_in_space(spec: mujoco.MjSpec, scene: Scene) -> None:
+def _add_in_space(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's base, antenna and objects into the spec."""
     antenna = scene.antenna
     base = spec.worldbody.add_body(name="base", pos=scene.base_pose[:3])  # its ball turns it
@@ -359,7 +359,7 @@ SERVOS = ("base_x", "base_y", "base_turn")
 _STIFF = 2 * np.pi * 0.05  # [C] rad/ms; the base follows its command like a servo of 50 Hz
 
 
-def add_control(spec: mujoco.MjSpec, scene: Scene) -> None:
+def _add_control(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Servos at the base, sensors at the sensors, objects that are put where one wants them."""
     mass = float(spec.body("base").mass)
     for name in SERVOS:
@@ -427,14 +427,14 @@ def write_mjcf(
     scene = make_scene(antenna, trial)
     if control and antenna.spatial:
         raise InvalidInput("control=True is for antennas that bend in one plane.")
-    spec = make_spec(scene, choose_timestep(timestep, "mujoco", scene.contact), moving=control)
+    spec = _make_spec(scene, choose_timestep(timestep, "mujoco", scene.contact), moving=control)
     spec.comment = (
         "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one"
         " millisecond."
     )
     spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
     if control:
-        add_control(spec, scene)
+        _add_control(spec, scene)
     spec.compile()
     key = spec.add_key(name="start")
     if antenna.spatial:

@@ -196,7 +196,7 @@ class SpaceScene:
         for artist in self._drawn:
             artist.remove()
         self._drawn = []
-        sheets = [make_sheet(origin, axes, self.antenna.length)]
+        sheets = [_make_sheet(origin, axes, self.antenna.length)]
         if not feature.unbounded:
             sheets = []
         options = {"color": OBJECT_COLOUR, "alpha": 0.45, "linewidth": 0, "shade": True}
@@ -206,7 +206,7 @@ class SpaceScene:
                 triangles = ConvexHull(own).simplices
                 self._drawn.append(self.ax.plot_trisurf(*own.T, triangles=triangles, **options))
             else:
-                sheets.append(make_surface(own[0], own[-1], feature.rounding))
+                sheets.append(_make_surface(own[0], own[-1], feature.rounding))
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
 
 
@@ -223,7 +223,7 @@ def _measure_width(antenna: Antenna, ax: Any) -> np.ndarray:
     return np.maximum(2 * antenna.radius * 0.6 * 72 * inches / antenna.length, 2.0)
 
 
-def make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
+def _make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
     """x, y, z of the surface about the line from ``a`` to ``b``, of a ball where they are one."""
     along = b - a if np.any(b != a) else np.array([0.0, 0.0, 1.0])
     along = along / np.linalg.norm(along)
@@ -237,7 +237,7 @@ def make_surface(a: np.ndarray, b: np.ndarray, radius: float) -> np.ndarray:
     return np.moveaxis(ends + radius * skin, -1, 0)
 
 
-def make_sheet(origin: np.ndarray, axes: np.ndarray, reach: float) -> np.ndarray:
+def _make_sheet(origin: np.ndarray, axes: np.ndarray, reach: float) -> np.ndarray:
     """x, y, z of a part of a wall."""
     corners = np.array([[[-1, -1], [-1, 1]], [[1, -1], [1, 1]]]) * reach / 3
     return np.moveaxis(np.asarray(origin) + corners @ axes[1:], -1, 0)
@@ -303,7 +303,7 @@ def _list_lines(
 ) -> Iterator[np.ndarray]:
     """Edges (corner, 3) [mm] of a feature whose frame stands at ``origin`` with ``axes``."""
     if feature.unbounded:
-        sheet = np.moveaxis(make_sheet(origin, axes, reach), 0, -1)
+        sheet = np.moveaxis(_make_sheet(origin, axes, reach), 0, -1)
         yield sheet[[0, 0, 1, 1, 0], [0, 1, 1, 0, 0]]
         return
     for corners in list_solids(feature):
@@ -312,6 +312,6 @@ def _list_lines(
             for triangle in ConvexHull(own).simplices:
                 yield own[[*triangle, triangle[0]]]
             continue
-        skin = np.moveaxis(make_surface(own[0], own[-1], feature.rounding), 0, -1)
+        skin = np.moveaxis(_make_surface(own[0], own[-1], feature.rounding), 0, -1)
         yield from skin[:, ::_EVERY]
         yield from np.swapaxes(skin, 0, 1)[:, ::_EVERY]

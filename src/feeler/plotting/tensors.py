@@ -39,7 +39,7 @@ _LEVELS = 64  # of a colour scale that a page knows
 _BOTH = 0.5  # of the peak; greater bending towards the object is drawn as well [C]
 
 
-def choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
+def _choose_scale(*tensors: np.ndarray) -> tuple[Normalize, str]:
     """Colour scale for bending away from an object (sensor, time), and the name of its colours:
     from 0 to the peak of all tensors; or, where the antenna bends towards the object by more than
     half of that as well, from −peak to peak.
@@ -178,7 +178,7 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     """The curvature away from the object of a Dataset's first touch, (sensor, time)."""
     values, ax = take_curvature(tensors)[0], figure.subplots()
     time = in_unit(tensors["time"], "ms").values
-    norm, colours = choose_scale(values)
+    norm, colours = _choose_scale(values)
     image = plot_tensor(values, time, ax, norm, colours=colours)
     figure.colorbar(image, ax=ax, label=_name_curvature([tensors], norm))
 
@@ -310,7 +310,7 @@ def write_touch_movie(
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
-        scale = choose_scale(*take_curvature(tensors))
+        scale = _choose_scale(*take_curvature(tensors))
         left = add_space(figure, left) if antenna.spatial else left
         view = _View(antenna, trial, tensors, scale, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
@@ -338,7 +338,7 @@ def write_touches_movie(
         figure = Figure(figsize=(4.6, 5.0), layout="constrained")
         axes = figure.subplots(2, len(touches), squeeze=False, height_ratios=(1.25, 1))
         sets = [tensors for _, tensors in touches.values()]
-        scale = choose_scale(*map(take_curvature, sets))
+        scale = _choose_scale(*map(take_curvature, sets))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
             column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]

@@ -26,11 +26,7 @@ from feeler.errors import list_said
 from feeler.files import ensure_folder, write_text, writing
 from feeler.plotting.style import (
     DOUBLE,
-    find_covered,
-    find_unnamed,
     fix_layout,
-    list_named,
-    measure_words,
     style,
     unjoin,
 )
@@ -50,9 +46,9 @@ class Pictures:
 
     def draw(
         self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
-    ) -> tuple[tuple[float, float], list[dict[str, Any]], dict[str, Any]]:
+    ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
         """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two
-        columns, its tensors, and how its words can be read.
+        columns, and its tensors.
         """
         width = DOUBLE if width is None else width
         with style():
@@ -63,11 +59,9 @@ class Pictures:
             fix_layout(figure)
             panels = list_tensors(figure)
             _save_png(figure, self._folder / f"{name}.png")
-            words = measure_words(figure) | {"unnamed": find_unnamed(figure)}
-            words |= {"named": list_named(figure), "covered": find_covered(figure)}
             if self._vector:
                 self._pages.savefig(figure)
-        return (width, height), panels, words
+        return (width, height), panels
 
     def close(self) -> None:
         """End the PDF, if any page was drawn."""
@@ -168,10 +162,10 @@ class Section:
         numbers : mapping of str to array, optional
             The numbers that the figure draws.
         """
-        inches, tensors, words = self._pictures.draw(name, draw, width=width, height=height)
+        inches, tensors = self._pictures.draw(name, draw, width=width, height=height)
         size = [round(96 * side) for side in inches]
         block = {"kind": "figure", "name": name, "caption": caption}
-        self.blocks.append(block | {"size": size, "hover": tensors, "words": words})
+        self.blocks.append(block | {"size": size, "hover": tensors})
         if numbers is not None:
             self.numbers(name, **numbers)
 

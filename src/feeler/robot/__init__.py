@@ -52,10 +52,8 @@ from feeler.robot.surrogate import (
     subtract_rest,
 )
 from feeler.robot.touches import (
-    compute_comparison,
     compute_tip,
     get_label,
-    make_profiles,
     make_touches,
     simulate_touches,
 )
@@ -76,7 +74,6 @@ __all__ = [
     "align_recordings",
     "choose_before",
     "compare_tips",
-    "compute_comparison",
     "compute_tip",
     "draw_lessons",
     "draw_robots",
@@ -94,7 +91,6 @@ __all__ = [
     "make_decoder",
     "make_flexures",
     "make_posture",
-    "make_profiles",
     "make_robot",
     "make_surrogate",
     "make_tip_touches",

@@ -190,11 +190,11 @@ class Link:
             )
         except ValueError:
             return bad
-        sound = 0 <= number < WRAP and abs(time) <= MAX_NUMBER and is_sound(values)
+        sound = 0 <= number < WRAP and abs(time) <= MAX_NUMBER and _is_sound(values)
         return (number, time, values) if sound else bad
 
 
-def is_sound(values: np.ndarray) -> bool:
+def _is_sound(values: np.ndarray) -> bool:
     """Whether readings are numbers that a sensor may give, or NaN where there is none."""
     return not (np.abs(values) > MAX_NUMBER).any()
 
@@ -227,7 +227,7 @@ def _parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.n
         )
     numbers = np.array([_parse_number(cell) for cell in cells])
     time, values = (None, numbers) if len(cells) == n_sensors else (numbers[0], numbers[1:])
-    if not is_sound(values) or not (time is None or abs(time) <= MAX_NUMBER):
+    if not _is_sound(values) or not (time is None or abs(time) <= MAX_NUMBER):
         raise InvalidInput(
             f"a sample must be finite numbers of at most {MAX_NUMBER:g}, got {line[:80]!r}."
         )

@@ -228,7 +228,7 @@ class Sensing:
         return fit_sensors(**self.bench(rng), robot=robot)
 
 
-def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
+def _draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
     """Channels drawn at random."""
     return Sensing(
         base=_BASE * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
@@ -368,7 +368,7 @@ def make_surrogate(
     """
     gap = Gap() if gap is None else gap
     antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
-    sensing = draw_sensing(gap, antenna.sensors.size, rng)
+    sensing = _draw_sensing(gap, antenna.sensors.size, rng)
     return Surrogate(
         antenna=_add_mount(antenna, gap).replace(name=name),
         sensing=sensing,

@@ -1,4 +1,4 @@
-"""Simulated touches of the robotic antenna, and the paper's comparison with them."""
+"""Simulated touches of the robotic antenna."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any
@@ -10,11 +10,7 @@ from feeler.errors import InvalidInput
 from feeler.execute import Executor
 from feeler.objects import Ball, Box, Feature, Trial
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.robot.description import make_robot
-from feeler.tensors.transforms import rectify
 from feeler.validation import checked
-
-# Touches of the robotic antenna in simulation: the paper's grid, and angles over time.
 
 ROBOT_SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
 ROBOT_LOCATIONS = (
@@ -69,7 +65,7 @@ def get_label(trial: Trial) -> Label:
     return trial.name, trial.location, trial.speed
 
 
-def choose_duration(trial: Trial, reach: float = 1.0) -> float:
+def _choose_duration(trial: Trial, reach: float = 1.0) -> float:
     """Time [ms] after which a touch has let go and rung for about 400 ms.
 
     ``reach`` is the antenna's length over that of the paper's robot.
@@ -82,9 +78,9 @@ def choose_duration(trial: Trial, reach: float = 1.0) -> float:
 def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> list[np.ndarray]:
     """Hinge angles (hinge, time) [rad] of each trial at 1 kHz.
 
-    Durations differ, see :func:`choose_duration`.
+    Durations differ, see :func:`_choose_duration`.
 
-    ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`choose_duration`) and,
+    ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`_choose_duration`) and,
     as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
     """
     return simulate_pairs([(antenna, trial) for trial in trials], **how)
@@ -113,7 +109,7 @@ def simulate_pairs(
     from feeler.physics.run import expect_motions, simulate
     from feeler.physics.scene import Clock, make_scene
 
-    durations = [duration or choose_duration(trial, reach) for _, trial in pairs]
+    durations = [duration or _choose_duration(trial, reach) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
         scenes = [make_scene(*pairs[i]) for i in group]
@@ -162,107 +158,3 @@ def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]
         )
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)
     return np.einsum("n,...nt->...t", length, np.sin(heading))
-
-
-# The eight-segment model in the paper's comparison of speeds and stiffness profiles.
-
-_PROFILES = ("exponential", "linear", "constant")
-# [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
-_TIP_SHARE = 0.1
-_DURATION = 2600.0  # ms, the longest slow touch
-_STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than 100 Hz
-
-
-@checked
-def make_profiles() -> dict[str, Antenna]:
-    """The robot, whose widths fall linearly, and two controls.
-
-    All have the same compliance Σ 1/k_n and the same damping time c/k.
-    """
-    linear = make_robot()
-    steps = np.linspace(0, 1, linear.n_segments)
-    shapes = {
-        "exponential": _TIP_SHARE**steps,
-        "linear": linear.stiffness,
-        "constant": np.ones(linear.n_segments),
-    }
-    time = linear.damping[0] / linear.stiffness[0]
-    profiles = {}
-    for name in _PROFILES:
-        stiffness = shapes[name] * np.sum(1 / shapes[name]) / np.sum(1 / linear.stiffness)
-        profiles[name] = linear.replace(
-            stiffness=stiffness, damping=time * stiffness, name=f"robot {name}"
-        )
-    return profiles
-
-
-def simulate_comparison(
-    antenna: Antenna, *, speeds: Sequence[float] = ROBOT_SPEEDS, engine: str = DEFAULT_ENGINE
-) -> tuple[np.ndarray, list[Trial]]:
-    """Rectified tensors (trial, sensor, time) [rad], 4 ms apart, and their trials: 10 per speed.
-
-    All have one duration; they are not aligned.
-    """
-    trials = make_touches(speeds=speeds, locations=ROBOT_LOCATIONS)
-    motions = simulate_touches(antenna, trials, duration=_DURATION, engine=engine)
-    return rectify(np.stack(motions)[:, :, ::_STRIDE]), trials
-
-
-@checked
-def compute_comparison(
-    *, n_repeats: int = 3, random_state: Annotated[int, "≥ 0"] = 0, engine: str = DEFAULT_ENGINE
-) -> dict[str, dict]:
-    """Dispersion and accuracy by speed (the robot) and by profile (slow touches).
-
-    Tensors are rectified as those of the 140-link model.
-
-    Returns
-    -------
-    dict
-        ``speed`` and ``profile``: each group's name → ``pearson``, ``ssim``, ``mse``, ``nmi``
-        (closest match, averaged: :class:`~feeler.analysis.Interval` over the ten touches) and
-        ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's maximum on raw tensors).
-    """
-    profiles = make_profiles()
-    robot, trials = simulate_comparison(profiles["linear"], engine=engine)
-    speeds = np.array([trial.speed for trial in trials])
-    slow = {
-        name: simulate_comparison(profiles[name], speeds=ROBOT_SPEEDS[-1:], engine=engine)[0]
-        for name in ("exponential", "constant")
-    }
-    slow["linear"] = robot[speeds == ROBOT_SPEEDS[-1]]
-    labels = [get_label(trial)[:2] for trial in trials]
-    by_speed = _compare(
-        {f"{s:g} m/s": robot[speeds == s] for s in ROBOT_SPEEDS},
-        labels[:10],
-        n_repeats,
-        random_state,
-    )
-    by_profile = _compare(
-        {name: slow[name] for name in _PROFILES}, labels[:10], n_repeats, random_state
-    )
-    return {"speed": by_speed, "profile": by_profile}
-
-
-def _compare(
-    groups: dict[str, np.ndarray], labels: list[tuple], n_repeats: int, random_state: int
-) -> dict:
-    from feeler.analysis import compute_dispersion
-    from feeler.decoding import Relative, compute_sweep
-
-    names = np.repeat(list(groups), [len(tensors) for tensors in groups.values()])
-    dispersion = compute_dispersion(np.concatenate(list(groups.values())), list(names))
-    classes = [f"{feature} {location:g}" for feature, location in labels]
-    result = {}
-    for name, tensors in groups.items():
-        sweep = compute_sweep(
-            tensors,
-            classes,
-            ratios=(0.2,),
-            n_repeats=n_repeats,
-            noise=Relative(),
-            random_state=random_state,
-        )
-        averages = {index: average[name] for index, average in dispersion.average.items()}
-        result[name] = {**averages, "accuracy": float(sweep.noisy.mean())}
-    return result

@@ -84,7 +84,7 @@ def read_page(name: str) -> str:
 
 
 @lru_cache(maxsize=4)
-def bundle(entry: str = _ENTRY) -> str:
+def _bundle(entry: str = _ENTRY) -> str:
     """A module and all that it imports as one: each stands before those that import it, ``import``
     lines, ``export`` words, remarks and most of the indents taken out.
 
@@ -105,16 +105,16 @@ def _add(name: str, done: dict[str, str]) -> None:
 
 def write_module() -> str:
     """The module that a notebook loads: it hands out ``render``."""
-    return bundle() + "\nexport default { render };\n"
+    return _bundle() + "\nexport default { render };\n"
 
 
-def fill_page(config: Mapping[str, Any]) -> str:
+def _fill_page(config: Mapping[str, Any]) -> str:
     """A page of HTML that computes by itself; ``config`` is what this module puts together.
 
     Its engine is text that a worker runs, or the page itself where workers are not allowed.
     """
     data = json.dumps(config, allow_nan=False).replace("<", "\\u003c")
-    parts = {"script": bundle("alone.js"), "engine": bundle("worker.js")}
+    parts = {"script": _bundle("alone.js"), "engine": _bundle("worker.js")}
     code = {name: text.replace("</", "<\\/") for name, text in parts.items()}
     return _SHELL.format(csp=_CSP, css=read_page("studio.css"), config=data, **code)
 
@@ -135,7 +135,7 @@ print(tensor.shape, hashlib.sha256(np.ascontiguousarray(tensor).tobytes()).hexdi
 """
 
 
-def write_script(
+def _write_script(
     wish: TouchWish, commands: list[Command] | None = None, n_samples: int = 0
 ) -> str:
     """The text of a script; with ``commands`` that of a run by hand of so many samples."""
@@ -290,7 +290,7 @@ _FPS = 30
 _MARGIN = 2.0  # mm around whatever moves
 
 
-class PageView(NamedTuple):
+class _PageView(NamedTuple):
     """A touch, or a run by hand, from its first to its last sample."""
 
     antenna: Antenna
@@ -318,7 +318,7 @@ class PageView(NamedTuple):
 
 def read_shown(
     wish: TouchWish, readings: dict[str, np.ndarray], quantity: str, *, by_hand: bool
-) -> PageView:
+) -> _PageView:
     """What the page shows of these readings."""
     antenna, objects = wish.antenna.make(), wish.make_objects()
     angle = readings["angle"].T
@@ -326,7 +326,7 @@ def read_shown(
     values = angle / antenna.segment_length[:, None] if curved else np.rad2deg(angle)
     what = f"{wish.kind} moved by hand" if by_hand else wish.make_trial().label
     more = f", and {len(objects) - 1} more" if len(objects) > 1 else ""
-    return PageView(
+    return _PageView(
         antenna=antenna,
         features=[item.shape if isinstance(item, Trial) else item.feature for item in objects],
         readings=readings,
@@ -336,7 +336,7 @@ def read_shown(
     )
 
 
-def draw(shown: PageView, kind: str) -> bytes:
+def draw(shown: _PageView, kind: str) -> bytes:
     """The tensor as a picture, ``svg`` or ``png``."""
     from matplotlib.figure import Figure
 
@@ -351,7 +351,7 @@ def draw(shown: PageView, kind: str) -> bytes:
     return out.getvalue()
 
 
-def _draw_tensor(shown: PageView, figure: Any, ax: Any) -> Any:
+def _draw_tensor(shown: _PageView, figure: Any, ax: Any) -> Any:
     from matplotlib.colors import Normalize
 
     from feeler.plotting import plot_tensor
@@ -366,7 +366,7 @@ def _draw_tensor(shown: PageView, figure: Any, ax: Any) -> Any:
     return image
 
 
-def film(shown: PageView) -> bytes:
+def film(shown: _PageView) -> bytes:
     """The antenna as from above, base left, beside its tensor, which grows; slowed down."""
     from matplotlib.figure import Figure
     from matplotlib.transforms import Affine2D
@@ -500,7 +500,7 @@ def write_touch_page(
         "doi": _DOI,
     }
     for step in _STEPS:
-        page = fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
+        page = _fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
         if len(page) <= _LARGEST:
             break
     return page
@@ -680,13 +680,13 @@ def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
     unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
     what, quantity = message.get("what"), str(message.get("quantity", "angle"))
 
-    def shown() -> PageView:
+    def shown() -> _PageView:
         readings = _read_whole(wish, commands, samples)
         return read_shown(wish, readings, quantity, by_hand=commands is not None)
 
     makers: dict[str, tuple[str, Callable[[], bytes]]] = {
         "toml": ("application/toml", lambda: write_antenna(wish.antenna.make_any()).encode()),
-        "script": ("text/x-python", lambda: write_script(wish, commands, samples).encode()),
+        "script": ("text/x-python", lambda: _write_script(wish, commands, samples).encode()),
         "svg": ("image/svg+xml", lambda: draw(shown(), "svg")),
         "png": ("image/png", lambda: draw(shown(), "png")),
         "mp4": ("video/mp4", lambda: film(shown())),

@@ -108,7 +108,7 @@ def _make_antenna(wish: AntennaWish) -> Antenna:
         if (handles := getattr(wish, name)) is not None:
             changes[name] = _sample_handles(handles, original.n_segments)
     if wish.matched and "stiffness" in changes:
-        changes["stiffness"] *= compute_compliance(changes["stiffness"]) / compute_compliance(
+        changes["stiffness"] *= _compute_compliance(changes["stiffness"]) / _compute_compliance(
             original.stiffness
         )
     if wish.length is not None:
@@ -135,7 +135,7 @@ def _sample_handles(handles: Sequence[tuple[float, float]], n_segments: int) -> 
     return np.exp(np.interp(np.linspace(0.0, 1.0, n_segments), at, np.log(values)))
 
 
-def compute_compliance(stiffness: np.ndarray) -> float:
+def _compute_compliance(stiffness: np.ndarray) -> float:
     """Σ 1/k [rad/(N·mm)] of all hinges in series; infinite with a free hinge."""
     with np.errstate(divide="ignore"):
         return float(np.sum(1 / stiffness))
@@ -457,7 +457,7 @@ def describe_original(antenna: Antenna) -> dict[str, Any]:
     shown = describe_antenna(antenna)
     return {
         **shown,
-        "compliance": compute_compliance(np.array(shown["stiffness"])),
+        "compliance": _compute_compliance(np.array(shown["stiffness"])),
         "handles": {name: _make_handles(shown[name]) for name in ("stiffness", "damping")},
     }
 

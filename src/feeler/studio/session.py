@@ -60,7 +60,7 @@ def pack(header: Mapping[str, Any], **arrays: np.ndarray) -> bytes:
     )
 
 
-def read_message(text: str | bytes) -> dict[str, Any]:
+def _read_message(text: str | bytes) -> dict[str, Any]:
     """A message of the page.
 
     Raises
@@ -156,7 +156,7 @@ class Desk:
 # A touch of an antenna in space: computed whole, shown as a view that is turned by hand.
 
 
-def touch_in_space(wish: TouchWish) -> xr.Dataset:
+def _touch_in_space(wish: TouchWish) -> xr.Dataset:
     """The touch, with every hinge as a sensor.
 
     Raises
@@ -180,7 +180,7 @@ def touch_in_space(wish: TouchWish) -> xr.Dataset:
     )
 
 
-def fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+def _fold_sensors(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
     """The tensor (sensor, time) of angles (plane, segment, time): the sensors of one plane after
     those of the other.
     """
@@ -193,7 +193,7 @@ _PIECE = 20  # periods of 1 ms
 _FACES = (120.0, 150.0)  # [C] mm before and after the turn
 
 
-def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: Event) -> None:
+def _run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: Event) -> None:
     """Calibrate, then run past one turn of ``turn`` degrees; the map is kept for the next run."""
     course = make_turn(turn, _FACES)
     corners = course.line.tolist()
@@ -299,7 +299,7 @@ class Session:
     def take(self, text: str | bytes) -> None:
         """One message of the page; what is wrong with it is answered and not raised."""
         try:
-            message = read_message(text)
+            message = _read_message(text)
             asked = message["type"]
             if asked == "aim":
                 self._hand.aim(message)
@@ -385,14 +385,14 @@ class Session:
         """A touch in space, whole, and the view of it that is turned by hand."""
         begin = {"part": "begin", "total": count_samples(wish), "preview": wish.preview}
         self._say({**about, **begin, "antenna": describe_antenna(antenna), "rims": []})
-        tensors = touch_in_space(wish)
+        tensors = _touch_in_space(wish)
         if stop.is_set():
             return
         angle = tensors["angle"].values[0]
         scene = describe_turnable(antenna, wish.make_trial(), tensors)
         piece = {"part": "piece", "first": 0, "scene": scene}
         self._say({**about, **piece}, angle=np.moveaxis(angle, 2, 0))
-        end = {"part": "end", "hash": hash_tensor(fold_sensors(antenna, angle))}
+        end = {"part": "end", "hash": hash_tensor(_fold_sensors(antenna, angle))}
         mode = {} if wish.preview else {"mode": describe_mode(antenna)}
         self._say({**about, **end, "preview": wish.preview, **mode})
 
@@ -458,7 +458,7 @@ class Session:
         antenna = AntennaWish.from_plain(message.get("antenna")).make()
         turn = read_number(message.get("turn", 30.0), "turn", -79.0, 79.0)
         speed = read_number(message.get("speed", 0.45), "speed", 0.05, 2.0)
-        run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
+        _run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
 
     def _save(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         name, mime, content = make_file(message)

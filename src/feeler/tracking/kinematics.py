@@ -74,12 +74,12 @@ def _measure_angle(reference: np.ndarray, vector: np.ndarray, outward: float) ->
     else:
         cross = outward * (reference[:, 0] * vector[:, 1] - reference[:, 1] * vector[:, 0])
     angle = np.where((cross == 0) & (dot == 0), np.nan, np.arctan2(cross, dot))
-    for run in find_runs(angle):
+    for run in _find_runs(angle):
         angle[run] = np.unwrap(angle[run])
     return angle
 
 
-def find_runs(values: np.ndarray) -> list[slice]:
+def _find_runs(values: np.ndarray) -> list[slice]:
     """Stretches of finite values (frame,), in order."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isfinite(values), [0]))))
     return [
@@ -274,7 +274,7 @@ class Sweeps:
         return float(self.peak_speed.mean()) if self.peak_speed.size else float("nan")
 
 
-def bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
+def _bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
     """Angle (frame,) in which gaps of at most ``max_gap`` frames are filled by a cubic spline
     through the measured frames, and the number of frames filled.
 
@@ -285,14 +285,14 @@ def bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
         raise InvalidInput(f"max_gap must be ≥ 0 frames, got {max_gap}. 0 bridges nothing.")
     filled = np.array(angle, dtype=float)
     is_bridged = np.zeros(filled.shape, dtype=bool)
-    runs = find_runs(filled)
+    runs = _find_runs(filled)
     for before, after in pairwise(runs):
         if after.start - before.stop <= max_gap:
             # the gap may hide the wrap at ±π
             turn = np.round((filled[after.start] - filled[before.stop - 1]) / (2 * np.pi))
             filled[after.start :] -= turn * 2 * np.pi
             is_bridged[before.stop : after.start] = True
-    for run in find_runs(np.where(is_bridged, 0.0, filled)):
+    for run in _find_runs(np.where(is_bridged, 0.0, filled)):
         gap, values = is_bridged[run], filled[run]
         if gap.any():
             known = np.flatnonzero(~gap)
@@ -318,7 +318,7 @@ def smooth(
     b, a = butter(order, cutoff / nyquist)
     padding = MIN_FRAMES - 1
     smoothed = np.full(np.shape(angle), np.nan)
-    for run in find_runs(angle):
+    for run in _find_runs(angle):
         if run.stop - run.start > padding:
             smoothed[run] = filtfilt(b, a, angle[run], padlen=padding)
     return smoothed
@@ -330,7 +330,7 @@ def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
     Its error is 0.1 % at 6 frames a cycle, where that of five-point differences is 3 %.
     """
     speed = np.full(np.shape(angle), np.nan)
-    for run in find_runs(angle):
+    for run in _find_runs(angle):
         if run.stop - run.start >= 3:
             speed[run] = _differentiate(angle[run])(np.arange(run.stop - run.start)) / interval
     return speed
@@ -381,15 +381,15 @@ def find_sweeps(
     """
     if not min_prominence >= 0:
         raise InvalidInput(f"min_prominence must be ≥ 0 rad/ms, got {min_prominence}.")
-    filled, _ = bridge_gaps(np.asarray(angle, dtype=float), max_gap)
+    filled, _ = _bridge_gaps(np.asarray(angle, dtype=float), max_gap)
     is_bridged = np.isfinite(filled) & np.isnan(angle)
-    spectrum = MotionSpectrum([filled[run] for run in find_runs(filled)], interval)
+    spectrum = MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
     cutoff = _read_cutoff(cutoff, spectrum)
     smoothed = smooth(filled, interval, cutoff=cutoff)
     noise = _measure_noise(spectrum.noise, interval, cutoff)
     least = max(min_prominence, _MIN_NOISES * noise, np.finfo(float).tiny)
     times, peaks = [], []
-    for run in find_runs(smoothed):
+    for run in _find_runs(smoothed):
         place, height = _find_peaks(smoothed[run], interval, least)
         # nearer to an end than half a period of the cut-off, the filter has one side alone
         inner = (
@@ -448,7 +448,7 @@ def _find_peaks(
 def _find_long(is_bridged: np.ndarray, interval: float, frequency: float) -> np.ndarray:
     """Whether a frame (frame,) lies in a bridged gap that is long beside the motion's period."""
     long = np.zeros(is_bridged.shape, dtype=bool)
-    for gap in find_runs(np.where(is_bridged, 0.0, np.nan)):
+    for gap in _find_runs(np.where(is_bridged, 0.0, np.nan)):
         if (gap.stop - gap.start + 1) * interval * frequency > _MAX_CYCLE:
             long[gap] = True
     return long

@@ -32,7 +32,7 @@ _MS = {"s": 1e3, "sec": 1e3, "secs": 1e3, "second": 1e3, "seconds": 1e3}
 _MS |= {"us": 1e-3, "µs": 1e-3, "microsecond": 1e-3, "microseconds": 1e-3}  # others are ms
 
 
-def count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
+def _count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
     """Number of the frame (row,) that each time belongs to, the mean interval in the times' unit,
     and, where the times are of no even clock (then without numbers), what is wrong with them.
 
@@ -120,7 +120,7 @@ def read_clock(table: Table, given: float | None) -> Clock:
     if column in table.words:
         return Clock(frame=frame, wrong=f"column {column!r} holds text")
     time = table.column(column)
-    counted, step, wrong = count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
+    counted, step, wrong = _count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
     if counted is None:
         return Clock(frame=frame, wrong=f"{wrong} in column {column!r}")
     if frame is not None:
@@ -409,7 +409,7 @@ def _read_hdf5_file(
     places, scores = position[k, :n], None if score is None else score[k, :n].astype(float)
     notes, rate, timed = _take_notes(about, k), about.get("frame_rate"), ""
     if "times" in arrays:
-        frame, step, wrong = count_frames(np.array(arrays["times"][k, :n], dtype=float) * 1e3)
+        frame, step, wrong = _count_frames(np.array(arrays["times"][k, :n], dtype=float) * 1e3)
         if frame is None:
             notes |= {"clock": wrong}
         else:

@@ -200,7 +200,7 @@ def load_tracks(
     first = first_pixel or 0.0
     if isinstance(found, Table):
         first = float(_is_dltdv(found)) if first_pixel is None else first_pixel
-        found = read_landmarks(found, camera, landmarks, frame_rate)
+        found = _read_landmarks(found, camera, landmarks, frame_rate)
     elif landmarks is not None:
         found = _select(found, landmarks)
     found = project(found, plane, name)
@@ -231,7 +231,7 @@ def load_tracks(
     )
 
 
-def read_landmarks(
+def _read_landmarks(
     table: Table,
     camera: int = 1,
     landmarks: tuple[str, ...] | None = None,
@@ -587,7 +587,7 @@ def _is_tracks(path: Path, start: bytes) -> bool:
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     found = read_tracker(path, None, first=True)
     if isinstance(found, Table):
-        found = read_landmarks(found)
+        found = _read_landmarks(found)
     if not len(found.position):
         raise InvalidInput(
             f"{path.name} names {_list(found.names)}, but holds no frame of a film."

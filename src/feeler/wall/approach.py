@@ -96,7 +96,7 @@ class Posture(Record):
         """Greatest distance [mm] at which the antenna, slack and bent as it is, touches the
         wall.
         """
-        return measure_reach(self.bend(antenna), self.base_angle)
+        return _measure_reach(self.bend(antenna), self.base_angle)
 
     def lay(self, antenna: Antenna, distance: float) -> np.ndarray:
         """Headings (segment,) of a fold: straight to the wall, an arc of ``fold_radius``, straight
@@ -109,7 +109,7 @@ class Posture(Record):
         return base + np.clip((middle - start) / fold, 0.0, np.pi - base)
 
 
-def measure_reach(antenna: Antenna, base_angle: float) -> float:
+def _measure_reach(antenna: Antenna, base_angle: float) -> float:
     """How far [mm] the surface of an antenna in its slack shape extends to the right of its
     base.
     """
@@ -309,7 +309,7 @@ def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Res
 def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper, float]:
     """The pre-bend, and the distance at which the wall then stands; on the right side."""
     base = posture.base_angle
-    reach = measure_reach(antenna, base)
+    reach = _measure_reach(antenna, base)
     if posture.prebend in ("rest", "none"):
         return _hold(antenna, posture, first), max(first, reach)
     wall = min(first, reach - _TUCK)

@@ -161,7 +161,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     hinge. Positions closer than the longest segment are not told apart.
     """
     peak = peak or find_sweep_peak(sweep, **options)
-    used = list_standing(sweep) & ~peak.at_base
+    used = _list_standing(sweep) & ~peak.at_base
     return fit_distance(
         sweep.distance,
         peak.position,
@@ -171,7 +171,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     )
 
 
-def list_standing(sweep: Approach) -> np.ndarray:
+def _list_standing(sweep: Approach) -> np.ndarray:
     """At which distances (step,) the antenna stands against the wall as its posture asks, in
     equilibrium.
     """
@@ -312,7 +312,7 @@ def _sweep(distances: Sequence[float] | np.ndarray, job: tuple[Antenna, Posture]
 
 def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
     found = map_distance(sweep, **measure)
-    apart = np.abs(found.position - sweep.contact_position)[list_standing(sweep)]
+    apart = np.abs(found.position - sweep.contact_position)[_list_standing(sweep)]
     return Case(
         antenna=name,
         posture=sweep.posture,

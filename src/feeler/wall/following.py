@@ -41,7 +41,7 @@ _ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Faces(Feature):
+class _Faces(Feature):
     """A wall's faces along a line of corners with blocks behind them, on the right of the line.
 
     Attributes
@@ -130,7 +130,7 @@ class Course(Record):
 
     def make_object(self, friction: float = 0.0) -> Object:
         """The wall as an object of a scene."""
-        faces = Faces(corners=self.line)
+        faces = _Faces(corners=self.line)
         front = max(block[:, 0].max() for block in faces.make_parts())
         return Object(
             feature=faces, place=(-front, 0.0), forward=(-1.0, 0.0), friction=friction

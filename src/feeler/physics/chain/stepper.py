@@ -82,19 +82,19 @@ class _HandleType(types.StructRef):
     """The type of a :class:`Handle`."""
 
 
-class Handle(StructRefProxy):
+class _Handle(StructRefProxy):
     """Tables handed to compiled code as one thing: its 25 arrays one by one cost as much as a
     step.
     """
 
 
-define_proxy(Handle, _HandleType, ["tables"])
+define_proxy(_Handle, _HandleType, ["tables"])
 
 
 @compiled
-def make_handle(tables):
+def _make_handle(tables):
     """A handle on tables."""
-    return Handle(tables)
+    return _Handle(tables)
 
 
 if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call itself for ever
@@ -102,7 +102,7 @@ if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call
     class _PlainHandle(NamedTuple):
         tables: Tables
 
-    make_handle = _PlainHandle
+    _make_handle = _PlainHandle
 
 
 @compiled
@@ -357,7 +357,7 @@ class ChainStepper(Stepper):
     def _settle(self) -> None:
         """Take hold of the tables and compute what follows from the state; changes nothing else."""
         t = self.tables
-        self.handle = make_handle(t)
+        self.handle = _make_handle(t)
         step_many(
             self.handle, 0, 0, self.timestep, self.drive, self.damped
         )  # compiles, or loads what was compiled before

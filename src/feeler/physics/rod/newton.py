@@ -33,7 +33,7 @@ N_FACE, N_PART, N_OBJECT, N_CONTACT = 7, 7, 7, 6
 
 
 @compiled
-def place_faces(model, lane):
+def _place_faces(model, lane):
     """Put the faces where their objects are."""
     for p in range(model.parts.shape[0]):
         item = lane.objects[int(model.parts[p, P_OBJECT])]
@@ -99,7 +99,7 @@ def _slip(place, held, rim, reach):
 
 
 @compiled
-def add_forces(model, lane, points, force, stiffness):
+def _add_forces(model, lane, points, force, stiffness):
     """Gravity and contact at every node: force (segment, 2) and stiffness (segment, 3: xx, xy, yy);
     contacts are noted in ``lane.push``. Returns (energy, touching nodes).
 
@@ -152,7 +152,7 @@ def add_forces(model, lane, points, force, stiffness):
 
 
 @compiled
-def move_anchors(model, lane):
+def _move_anchors(model, lane):
     """After a step: note the normal forces; nodes that slid drag their anchor along, nodes that
     left forget it.
     """
@@ -290,7 +290,7 @@ def _potential(model, lane, heading, points, past, rate, inertia, force, stiffne
     stiffness, residual.
     """
     place_nodes(model.table, lane.base, heading, points)
-    energy, count = add_forces(model, lane, points, force, stiffness)
+    energy, count = _add_forces(model, lane, points, force, stiffness)
     if inertia:
         energy += _add_inertia(model.table, points, past[1], rate, force, stiffness)
     worst, own = _balance(
@@ -403,7 +403,7 @@ def take(model, lane, before, timestep, inertia, bold, tolerance):
     lane.wrench[2] = -own - model.table[0, R_DAMPING] * lane.rate[0]
     static, _ = _balance(model.table, lane.base, now, place, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place
-    move_anchors(model, lane)
+    _move_anchors(model, lane)
     return True, static, count, moved
 
 
@@ -448,7 +448,7 @@ def _divide(model, lane, timestep, inertia):
             lane.anchor.copy(),
         )
         rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
-        place_faces(model, lane)
+        _place_faces(model, lane)
         for p in range(len(sides)):
             sides[p] = _find_side(model, lane, p)
         span = timestep * part / 4**_MAX_SPLITS
@@ -511,7 +511,7 @@ def _advance(model, lane, timestep, inertia, bold):
                 item[O_FORWARD_Y],
             )
             item[O_FORWARD_X], item[O_FORWARD_Y] = c * x + s * y, c * y - s * x
-    place_faces(model, lane)
+    _place_faces(model, lane)
     done, _, _, _ = take(model, lane, before, timestep, inertia, bold, _TOLERANCE)
     if done:
         _add_work(model, lane, timestep)
@@ -544,7 +544,7 @@ def relax(model, lane, before, tolerance, max_steps):
     equilibrium; where much happens it stays short, and the antenna moves off along its own damping.
     """
     timestep, static, count = _FIRST_STEP, np.inf, 0
-    place_faces(model, lane)
+    _place_faces(model, lane)
     for _ in range(max_steps):
         done, trial, touching, moved = take(
             model, lane, before, timestep, False, False, 0.1 * tolerance

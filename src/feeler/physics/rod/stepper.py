@@ -48,7 +48,7 @@ class _RodModel(NamedTuple):
     gravity: np.ndarray
 
 
-class RodLane(NamedTuple):
+class _RodLane(NamedTuple):
     """What moves.
 
     Attributes
@@ -100,7 +100,7 @@ class RodLane(NamedTuple):
     sink: np.ndarray
 
 
-def make_rod_model(scene: Scene, firmness: float) -> _RodModel:
+def _make_rod_model(scene: Scene, firmness: float) -> _RodModel:
     """The scene's constants.
 
     Raises
@@ -210,7 +210,7 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
         )
 
 
-def make_rod_lane(scene: Scene, model: _RodModel) -> RodLane:
+def _make_rod_lane(scene: Scene, model: _RodModel) -> _RodLane:
     """The scene's first state; nodes move with the base and turn with their hinges."""
     n, n_parts = scene.antenna.n_segments, len(model.parts)
     objects = [[*o.place, *o.forward, *o.velocity, o.turn] for o in scene.objects]
@@ -218,7 +218,7 @@ def make_rod_lane(scene: Scene, model: _RodModel) -> RodLane:
     heading = scene.base_pose[2] + np.cumsum(scene.initial_angle)
     swing = ((drive[2] + np.cumsum(rate)) * scene.antenna.segment_length)[:, None]
     across = np.stack([np.cos(heading), -np.sin(heading)], axis=1)
-    return RodLane(
+    return _RodLane(
         heading=heading,
         points=np.zeros((n + 1, 2)),
         velocity=drive[:2] + np.cumsum(swing * across, axis=0),
@@ -290,8 +290,8 @@ class RodStepper(Stepper):
                 "engine 'rod' has no inertia, so that velocity= means nothing to it; leave it out,"
                 " or use engine='rod-inertia'."
             )
-        self.model = make_rod_model(scene, SOFT if self.inertia else FIRMNESS)
-        self.lane, self.scenes[0], self.lost = make_rod_lane(scene, self.model), scene, False
+        self.model = _make_rod_model(scene, SOFT if self.inertia else FIRMNESS)
+        self.lane, self.scenes[0], self.lost = _make_rod_lane(scene, self.model), scene, False
         self.drive = np.array([scene.base_velocity])
         place_nodes(self.model.table, self.lane.base, self.lane.heading, self.lane.points)
 
@@ -392,14 +392,14 @@ class RodStepper(Stepper):
         """Command an object."""
         self.lane.objects[o, f.O_VX : f.O_TURN + 1] = *velocity, turn
 
-    def save(self, lane: int) -> tuple[RodLane, np.ndarray, bool]:
+    def save(self, lane: int) -> tuple[_RodLane, np.ndarray, bool]:
         """All that the future depends on, but for the scene."""
-        return RodLane(*(array.copy() for array in self.lane)), self.drive.copy(), self.lost
+        return _RodLane(*(array.copy() for array in self.lane)), self.drive.copy(), self.lost
 
-    def load(self, lane: int, saved: tuple[RodLane, np.ndarray, bool]) -> None:
+    def load(self, lane: int, saved: tuple[_RodLane, np.ndarray, bool]) -> None:
         """Go back to where it was saved."""
         self.lane, self.drive, self.lost = (
-            RodLane(*(array.copy() for array in saved[0])),
+            _RodLane(*(array.copy() for array in saved[0])),
             saved[1].copy(),
             saved[2],
         )

@@ -26,7 +26,7 @@ NONE = -4.0  # no second point
 
 
 @inlined
-def find_box_points(x, h, size):
+def _find_box_points(x, h, size):
     """Place of the nearest point on the segment (middle x, half axis h, in the box's axes), and how
     much further along the second lies, or NONE.
     """
@@ -138,7 +138,7 @@ def _go_along_face(x, h, size, first, face):
 
 
 @inlined
-def leave_box(at, size):
+def _leave_box(at, size):
     """The box's point nearest to a place, the way out there, and how far; negative inside."""
     near = (
         min(max(at[0], -size[0]), size[0]),
@@ -382,10 +382,10 @@ def _touch_box(table, count, p, e, radius, solid, grown):
     size = join3(-0.5, low, (0.5 * high[0], 0.5 * high[1], 0.5 * high[2]))
     middle = join3(1.0, low, size)
     x, h = join3(-1.0, middle, p), (-e[0], -e[1], -e[2])
-    at, more = find_box_points(x, h, size)
+    at, more = _find_box_points(x, h, size)
     for k in range(2):
         if k == 0 or more > NONE + 1.0:
-            near, out, gap = leave_box(join3(at + k * more, h, x), size)
+            near, out, gap = _leave_box(join3(at + k * more, h, x), size)
             near = join3(1.0, middle, near)
             count = _put(table, count, near, out, gap, radius, grown)
     return count

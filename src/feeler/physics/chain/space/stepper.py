@@ -30,7 +30,7 @@ from feeler.physics.scene import Scene
 # One step of all lanes in space, compiled, as :mod:`feeler.physics.chain.stepper` in the plane.
 
 
-class SpaceTables(NamedTuple):
+class _SpaceTables(NamedTuple):
     """All that the compiled step reads and writes; names and axes as in the plane, but for
     ``place`` (field, object, lane), ``solids`` (lane, solid, field) and ``hulls`` (lane, row of
     :func:`feeler.objects.distance.make_hull`, column).
@@ -68,7 +68,7 @@ define_proxy(_SpaceHandle, _SpaceHandleType, ["tables"])
 
 
 @compiled
-def make_space_handle(tables):
+def _make_space_handle(tables):
     """A handle on tables."""
     return _SpaceHandle(tables)
 
@@ -76,13 +76,13 @@ def make_space_handle(tables):
 if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call itself for ever
 
     class _PlainHandle(NamedTuple):
-        tables: SpaceTables
+        tables: _SpaceTables
 
-    make_space_handle = _PlainHandle
+    _make_space_handle = _PlainHandle
 
 
 @compiled
-def step_in_space(handle, first, n_steps, timestep, drive, damped):
+def _step_in_space(handle, first, n_steps, timestep, drive, damped):
     """Take ``n_steps`` steps, as ``step_many``; ``drive`` is (step or 1, 6, lane)."""
     return _step_tables(handle.tables, first, n_steps, timestep, drive, damped)
 
@@ -267,10 +267,10 @@ def _push(t, timestep, damped):
 
 
 @compiled
-def record_in_space(handle, tape, sample, stop, every, timestep, drive, damped):
+def _record_in_space(handle, tape, sample, stop, every, timestep, drive, damped):
     """Take ``every`` steps before each sample and write it to ``tape``, as ``record_many``."""
     for k in range(sample, stop):
-        ended = step_in_space(handle, (k - sample) * every, every, timestep, drive, damped)
+        ended = _step_in_space(handle, (k - sample) * every, every, timestep, drive, damped)
         for lane in range(tape.shape[0]):
             _write(handle.tables, tape[lane, k], lane)
         if ended:
@@ -322,8 +322,8 @@ class SpaceChainStepper(ChainStepper):
     """Scenes in space of one segment count and one number of planes, one per lane."""
 
     rows_each = s.EDGES
-    step_lanes = staticmethod(step_in_space)
-    record_lanes = staticmethod(record_in_space)
+    step_lanes = staticmethod(_step_in_space)
+    record_lanes = staticmethod(_record_in_space)
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
         for scene in scenes:
@@ -336,8 +336,8 @@ class SpaceChainStepper(ChainStepper):
 
     def _settle(self) -> None:
         t = self.tables
-        self.handle = make_space_handle(t)
-        step_in_space(self.handle, 0, 0, self.timestep, self.drive, self.damped)
+        self.handle = _make_space_handle(t)
+        _step_in_space(self.handle, 0, 0, self.timestep, self.drive, self.damped)
         move_in_space(t.constants, t.work, t.base, t.kind, 0.0, t.width)
 
     def read(self) -> State:
@@ -415,14 +415,14 @@ class SpaceChainStepper(ChainStepper):
         self._settle()
 
 
-def _make_tables(scenes: Sequence[Scene]) -> SpaceTables:
+def _make_tables(scenes: Sequence[Scene]) -> _SpaceTables:
     antenna, lanes = scenes[0].antenna, len(scenes)
     n, n_objects = antenna.n_segments, max(len(scene.objects) for scene in scenes)
     found = [_list_solids(scene) for scene in scenes]
     solids, hulls = [rows for rows, _ in found], [rows for _, rows in found]
     n_solids = max(map(len, solids))
     size = min(2 * max(n_solids, 1) * (n + 2), MAX_CONTACTS)
-    tables = SpaceTables(
+    tables = _SpaceTables(
         constants=make_table(s.N_SPACE_CONSTANTS, n, lanes)[0],
         work=make_table(s.N_SPACE_WORK, n, lanes)[0],
         base=np.zeros((1, s.N_SPACE_BASE, lanes)),
@@ -450,7 +450,7 @@ def _make_tables(scenes: Sequence[Scene]) -> SpaceTables:
     return tables
 
 
-def _fill(t: SpaceTables, lane: int, scene: Scene) -> None:
+def _fill(t: _SpaceTables, lane: int, scene: Scene) -> None:
     """Put one scene's constants and first state into its lane."""
     own = t.constants[:, :, lane]
     fill_segments(own, scene.antenna, scene.contact)

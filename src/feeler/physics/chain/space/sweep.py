@@ -9,13 +9,13 @@ from feeler.physics.chain.space import fields as s
 
 
 @inlined
-def get3(t, k, i, width):
+def _get3(t, k, i, width):
     """A vector."""
     return get(t, k, i, width), get(t, k + 1, i, width), get(t, k + 2, i, width)
 
 
 @inlined
-def put3(t, k, i, v, width):
+def _put3(t, k, i, v, width):
     """Write a vector."""
     put(t, k, i, v[0], width)
     put(t, k + 1, i, v[1], width)
@@ -57,13 +57,13 @@ def scale(k, a):
 
 
 @inlined
-def get_base(base, k, width):
+def _get_base(base, k, width):
     """A vector of the base."""
     return get(base, 0, k, width), get(base, 0, k + 1, width), get(base, 0, k + 2, width)
 
 
 @inlined
-def put_base(base, k, v, width):
+def _put_base(base, k, v, width):
     """Write a vector of the base."""
     for axis in range(3):
         put(base, 0, k + axis, v[axis], width)
@@ -74,29 +74,29 @@ def put_base(base, k, v, width):
 
 
 @inlined
-def push_root(base, soft, width):
+def _push_root(base, soft, width):
     """Turn and acceleration of hinge 1, velocity products left out: the base's, and what a follicle
     gives.
     """
-    alpha, push = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
+    alpha, push = _get_base(base, s.BASE_ALPHA, width), _get_base(base, s.BASE_A, width)
     if len(soft):
-        push = add(push, cross(alpha, get_base(base, s.GIVE_ALONG, width)))
+        push = add(push, cross(alpha, _get_base(base, s.GIVE_ALONG, width)))
         for k in range(3):
-            turn = dot(get_base(base, s.GIVE_GAIN + 6 * k, width), alpha)
-            shift = dot(get_base(base, s.GIVE_GAIN + 6 * k + 3, width), push)
+            turn = dot(_get_base(base, s.GIVE_GAIN + 6 * k, width), alpha)
+            shift = dot(_get_base(base, s.GIVE_GAIN + 6 * k + 3, width), push)
             own = get(base, 0, s.GIVE_LEFT + k, width) - (turn + shift)
             put(base, 0, s.GIVE_OWN + k, own, width)
-            push = join(own, get_base(base, s.GIVE_AXIS + 3 * k, width), push)
+            push = join(own, _get_base(base, s.GIVE_AXIS + 3 * k, width), push)
     return alpha, push
 
 
 @inlined
-def give_way(base, soft, timestep, width):
+def _give_way(base, soft, timestep, width):
     """One Euler step of a follicle, and where hinge 1 then is; the velocity products of its
     acceleration, with that of gravity.
     """
-    carried = scale(-1.0, get_base(base, s.BASE_GRAVITY, width))
-    place, rate = get_base(base, s.BASE_PLACE, width), get_base(base, s.BASE_V, width)
+    carried = scale(-1.0, _get_base(base, s.BASE_GRAVITY, width))
+    place, rate = _get_base(base, s.BASE_PLACE, width), _get_base(base, s.BASE_V, width)
     if len(soft):
         zero = spread(0.0, width)
         along, slide = (zero, zero, zero), (zero, zero, zero)
@@ -109,25 +109,25 @@ def give_way(base, soft, timestep, width):
             put(base, 0, s.GIVE_RATE + k, speed, width)
             put(base, 0, s.GIVE + k, given, width)
             put(base, 0, s.GIVE_FORCE + k, force, width)
-            axis = get_base(base, s.BASE_AXES + 3 * k, width)
-            put_base(base, s.GIVE_AXIS + 3 * k, axis, width)
+            axis = _get_base(base, s.BASE_AXES + 3 * k, width)
+            _put_base(base, s.GIVE_AXIS + 3 * k, axis, width)
             along, slide = join(given, axis, along), join(speed, axis, slide)
-        put_base(base, s.GIVE_ALONG, along, width)
-        omega = get_base(base, s.BASE_OMEGA, width)
+        _put_base(base, s.GIVE_ALONG, along, width)
+        omega = _get_base(base, s.BASE_OMEGA, width)
         swept = cross(omega, along)
         carried = add(carried, cross(omega, join(2.0, slide, swept)))
         place, rate = add(place, along), add(rate, add(swept, slide))
-    put_base(base, s.ROOT, place, width)
-    put_base(base, s.ROOT_V, rate, width)
+    _put_base(base, s.ROOT, place, width)
+    _put_base(base, s.ROOT_V, rate, width)
     return carried
 
 
 @inlined
-def fold_base(base, soft, timestep, whole, width):
+def _fold_base(base, soft, timestep, whole, width):
     """Take a follicle's slides out of the articulated wrench, and read the base's reaction."""
-    alpha, push = get_base(base, s.BASE_ALPHA, width), get_base(base, s.BASE_A, width)
+    alpha, push = _get_base(base, s.BASE_ALPHA, width), _get_base(base, s.BASE_A, width)
     if len(soft):
-        push = add(push, cross(alpha, get_base(base, s.GIVE_ALONG, width)))
+        push = add(push, cross(alpha, _get_base(base, s.GIVE_ALONG, width)))
         for k in (2, 1, 0):
             whole = _fold_slide(base, k, timestep, whole, width)
     _react(base, whole, alpha, push, width)
@@ -135,7 +135,7 @@ def fold_base(base, soft, timestep, whole, width):
 
 @inlined
 def _fold_slide(base, k, timestep, whole, width):
-    h, m, a = whole[1], whole[2], get_base(base, s.GIVE_AXIS + 3 * k, width)
+    h, m, a = whole[1], whole[2], _get_base(base, s.GIVE_AXIS + 3 * k, width)
     ut = (
         dot((h[0], h[1], h[2]), a),
         dot((h[3], h[4], h[5]), a),
@@ -150,14 +150,14 @@ def _fold_slide(base, k, timestep, whole, width):
     drag = fma(timestep, get(base, 0, s.GIVE_DAMP + k, width), held)
     inverse = 1.0 / (dot(a, uf) + drag)
     left = get(base, 0, s.GIVE_FORCE + k, width) - dot(a, whole[4])
-    put_base(base, s.GIVE_GAIN + 6 * k, scale(inverse, ut), width)
-    put_base(base, s.GIVE_GAIN + 6 * k + 3, scale(inverse, uf), width)
+    _put_base(base, s.GIVE_GAIN + 6 * k, scale(inverse, ut), width)
+    _put_base(base, s.GIVE_GAIN + 6 * k + 3, scale(inverse, uf), width)
     put(base, 0, s.GIVE_LEFT + k, left * inverse, width)
-    return take_out(whole, ut, uf, inverse, left)
+    return _take_out(whole, ut, uf, inverse, left)
 
 
 @inlined
-def take_out(whole, ut, uf, inverse, left):
+def _take_out(whole, ut, uf, inverse, left):
     """The articulated wrench without a joint, of which it keeps ``left`` of u uᵀ/…"""
     inertia, mixed, mass, turn, force = whole
     gt, gf = scale(inverse, ut), scale(inverse, uf)
@@ -223,7 +223,10 @@ def _react(base, whole, al, a, width):
 @inlined
 def _accelerate(work, i, p, alpha, push, width):
     """A hinge's own acceleration, of those of what carries it."""
-    turn, shift = get3(work, s.GAIN + 6 * p, i, width), get3(work, s.GAIN + 6 * p + 3, i, width)
+    turn, shift = (
+        _get3(work, s.GAIN + 6 * p, i, width),
+        _get3(work, s.GAIN + 6 * p + 3, i, width),
+    )
     return get(work, s.LEFT + p, i, width) - (dot(turn, alpha) + dot(shift, push))
 
 
@@ -235,13 +238,13 @@ def _step_hinge(work, i, p, timestep, alpha, push, width):
     angle = fma(timestep, rate, get(work, s.ANGLE + p, i, width))
     put(work, s.RATE + p, i, rate, width)
     put(work, s.ANGLE + p, i, angle, width)
-    return angle, rate, join(own, get3(work, s.AXIS + 3 * p, i, width), alpha)
+    return angle, rate, join(own, _get3(work, s.AXIS + 3 * p, i, width), alpha)
 
 
 @inlined
 def _load_hinge(constants, work, i, p, angle, rate, axis, width):
     """Note a hinge's axis and passive torque."""
-    put3(work, s.AXIS + 3 * p, i, axis, width)
+    _put3(work, s.AXIS + 3 * p, i, axis, width)
     stretch = get(constants, s.C_SLACK + p, i, width) - angle
     drag = get(constants, s.C_DAMP + p, i, width) * rate
     torque = fma(get(constants, s.C_STIFF + p, i, width), stretch, -drag)
@@ -254,15 +257,15 @@ def move_in_space(constants, work, base, kind, timestep, width):
     is. A ``timestep`` of 0 moves nothing and computes what follows.
     """
     planes, soft, flows = kind
-    alpha, push = push_root(base, soft, width)
-    carried = give_way(base, soft, timestep, width)
-    x, y = get_base(base, s.BASE_AXES, width), get_base(base, s.BASE_AXES + 3, width)
-    z, omega = get_base(base, s.BASE_AXES + 6, width), get_base(base, s.BASE_OMEGA, width)
+    alpha, push = _push_root(base, soft, width)
+    carried = _give_way(base, soft, timestep, width)
+    x, y = _get_base(base, s.BASE_AXES, width), _get_base(base, s.BASE_AXES + 3, width)
+    z, omega = _get_base(base, s.BASE_AXES + 6, width), _get_base(base, s.BASE_OMEGA, width)
     zero = spread(0.0, width)
     product = zero, zero, zero
-    stream = join(-1.0, get_base(base, s.FLOW_V, width), get_base(base, s.ROOT_V, width))
+    stream = join(-1.0, _get_base(base, s.FLOW_V, width), _get_base(base, s.ROOT_V, width))
     for i in range(work.shape[1]):
-        along = get3(work, s.SEG_ALONG, i, width)
+        along = _get3(work, s.SEG_ALONG, i, width)
         first, first_rate, alpha = _step_hinge(work, i, 0, timestep, alpha, push, width)
         second, second_rate, alpha = _step_hinge(work, i, 1, timestep, alpha, push, width)
         third, third_rate = zero, zero
@@ -284,8 +287,8 @@ def move_in_space(constants, work, base, kind, timestep, width):
             x, z = join(-sine, z, scale(cosine, x)), join(sine, x, scale(cosine, z))
             product, omega = _spin(third_rate, y, product, omega)
         along = scale(get(constants, f.C_LENGTH, i, width), y)
-        put3(work, s.SEG_ALONG, i, along, width)
-        put3(work, s.OMEGA, i, omega, width)
+        _put3(work, s.SEG_ALONG, i, along, width)
+        _put3(work, s.OMEGA, i, omega, width)
         ahead = add(cross(product, along), cross(omega, cross(omega, along)))
         share, mass = get(constants, s.C_SHARE, i, width), get(constants, f.C_MASS, i, width)
         force = scale(-mass, join(share, ahead, carried))
@@ -306,8 +309,8 @@ def move_in_space(constants, work, base, kind, timestep, width):
             own = join(-0.5 * whole, lever, own)
             force = join(-more, y, join(-whole, join(0.5, swept, stream), force))
             stream = add(stream, swept)
-        put3(work, s.MOMENT, i, own, width)
-        put3(work, s.FORCE, i, force, width)
+        _put3(work, s.MOMENT, i, own, width)
+        _put3(work, s.FORCE, i, force, width)
 
 
 @inlined
@@ -320,7 +323,7 @@ def _spin(rate, axis, product, omega):
 def _fold_hinge(work, i, p, drag, whole, width):
     """Take one hinge out of the articulated wrench (I: xx xy xz yy yz zz, H by rows, M, bias)."""
     inertia, mixed = whole[0], whole[1]
-    a = get3(work, s.AXIS + 3 * p, i, width)
+    a = _get3(work, s.AXIS + 3 * p, i, width)
     ut = (
         fma(inertia[0], a[0], fma(inertia[1], a[1], inertia[2] * a[2])),
         fma(inertia[1], a[0], fma(inertia[3], a[1], inertia[4] * a[2])),
@@ -333,17 +336,17 @@ def _fold_hinge(work, i, p, drag, whole, width):
     )
     inverse = 1.0 / (dot(a, ut) + drag)
     left = get(work, s.TORQUE + p, i, width) - dot(a, whole[3])
-    put3(work, s.GAIN + 6 * p, i, scale(inverse, ut), width)
-    put3(work, s.GAIN + 6 * p + 3, i, scale(inverse, uf), width)
+    _put3(work, s.GAIN + 6 * p, i, scale(inverse, ut), width)
+    _put3(work, s.GAIN + 6 * p + 3, i, scale(inverse, uf), width)
     put(work, s.LEFT + p, i, left * inverse, width)
-    return take_out(whole, ut, uf, inverse, left)
+    return _take_out(whole, ut, uf, inverse, left)
 
 
 @inlined
 def _carry(constants, work, i, flows, timestep, whole, width):
     """The articulated wrench at the hinge before, with the segment's own inertia."""
     inertia, mixed, mass, turn, force = whole
-    r = get3(work, s.SEG_ALONG, i, width)
+    r = _get3(work, s.SEG_ALONG, i, width)
     c0 = cross(r, (mass[0], mass[1], mass[2]))
     c1 = cross(r, (mass[1], mass[3], mass[4]))
     c2 = cross(r, (mass[2], mass[4], mass[5]))
@@ -405,8 +408,8 @@ def _carry(constants, work, i, flows, timestep, whole, width):
             fma(e[1], r[2], mass[4]),
             fma(e[2], r[2], mass[5]),
         )
-    turn = join(-1.0, get3(work, s.MOMENT, i, width), add(turn, cross(r, force)))
-    return inertia, mixed, mass, turn, join(-1.0, get3(work, s.FORCE, i, width), force)
+    turn = join(-1.0, _get3(work, s.MOMENT, i, width), add(turn, cross(r, force)))
+    return inertia, mixed, mass, turn, join(-1.0, _get3(work, s.FORCE, i, width), force)
 
 
 @inlined
@@ -426,7 +429,7 @@ def _touch(work, i, whole, width):
     """Add what contacts put into the segment's columns."""
     inertia, mixed, mass, turn, force = whole
     a, c = _get6(work, s.ADD, i, width), _get6(work, s.ADD + 15, i, width)
-    b, r = _get6(work, s.ADD + 6, i, width), get3(work, s.ADD + 12, i, width)
+    b, r = _get6(work, s.ADD + 6, i, width), _get3(work, s.ADD + 12, i, width)
     inertia = (
         inertia[0] + a[0],
         inertia[1] + a[1],
@@ -454,8 +457,8 @@ def _touch(work, i, whole, width):
         mass[4] + c[4],
         mass[5] + c[5],
     )
-    turn = add(turn, get3(work, s.BIAS, i, width))
-    return inertia, mixed, mass, turn, add(force, get3(work, s.BIAS + 3, i, width))
+    turn = add(turn, _get3(work, s.BIAS, i, width))
+    return inertia, mixed, mass, turn, add(force, _get3(work, s.BIAS + 3, i, width))
 
 
 @lean
@@ -476,31 +479,31 @@ def fold_in_space(constants, work, base, loaded, kind, timestep, width):
         whole = _fold_hinge(work, i, 1, drag, whole, width)
         drag = timestep * get(constants, s.C_DAMP, i, width)
         whole = _fold_hinge(work, i, 0, drag, whole, width)
-    fold_base(base, soft, timestep, whole, width)
+    _fold_base(base, soft, timestep, whole, width)
 
 
 @lean
 def unfold_in_space(work, base, loaded, last, kind, width):
     """The outward sweep: segments 0…``last`` that are ``loaded`` are told their accelerations."""
     planes, soft, _ = kind
-    alpha, push = push_root(base, soft, width)
+    alpha, push = _push_root(base, soft, width)
     for i in range(last + 1):
         for p in range(len(planes)):
             own = _accelerate(work, i, p, alpha, push, width)
-            alpha = join(own, get3(work, s.AXIS + 3 * p, i, width), alpha)
+            alpha = join(own, _get3(work, s.AXIS + 3 * p, i, width), alpha)
         if loaded[i]:
-            put3(work, s.ALPHA, i, alpha, width)
-            put3(work, s.PUSH, i, push, width)
-        push = add(push, cross(alpha, get3(work, s.SEG_ALONG, i, width)))
+            _put3(work, s.ALPHA, i, alpha, width)
+            _put3(work, s.PUSH, i, push, width)
+        push = add(push, cross(alpha, _get3(work, s.SEG_ALONG, i, width)))
 
 
 @lean
 def locate_in_space(work, base, last, width):
     """Places and velocities of hinges 0…``last`` in the world; only contact needs them."""
-    place, velocity = get_base(base, s.ROOT, width), get_base(base, s.ROOT_V, width)
+    place, velocity = _get_base(base, s.ROOT, width), _get_base(base, s.ROOT_V, width)
     for i in range(last + 1):
-        put3(work, s.SEG_PLACE, i, place, width)
-        put3(work, s.VELOCITY, i, velocity, width)
-        along = get3(work, s.SEG_ALONG, i, width)
+        _put3(work, s.SEG_PLACE, i, place, width)
+        _put3(work, s.VELOCITY, i, velocity, width)
+        along = _get3(work, s.SEG_ALONG, i, width)
         place = add(place, along)
-        velocity = add(velocity, cross(get3(work, s.OMEGA, i, width), along))
+        velocity = add(velocity, cross(_get3(work, s.OMEGA, i, width), along))
