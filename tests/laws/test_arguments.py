@@ -31,7 +31,7 @@ def list_public():
 
 
 PUBLIC = list_public()
-CHECKED = {name: thing for name, thing in PUBLIC.items() if hasattr(thing, "find_tests")}
+CHECKED = {name: thing for name, thing in PUBLIC.items() if hasattr(thing, "find_rules")}
 CLASSES = {
     name: thing
     for name, thing in PUBLIC.items()
@@ -71,11 +71,19 @@ def make_arguments(thing):
 
 def list_wrong(thing):
     """Arguments of which one does not fit, with its name."""
-    right, tests = make_arguments(thing), thing.find_tests()
-    for key, (fits, _) in tests.items():
-        others = [other for other in tests if other in right and other != key]
-        if all(tests[other][0](right[other]) for other in others):
-            yield from ((key, right | {key: value}) for value in WRONG if not fits(value))
+    right, rules = make_arguments(thing), thing.find_rules()
+
+    def fits(key, value):
+        try:
+            rules.check({key: value})
+        except InvalidInput:
+            return False
+        return True
+
+    wrong = {key for key in rules.hints if key in right and not fits(key, right[key])}
+    for key in rules.hints:
+        if not wrong - {key}:
+            yield from ((key, right | {key: value}) for value in WRONG if not fits(key, value))
 
 
 def test_what_does_not_fit_is_named_before_anything_runs():

@@ -12,7 +12,7 @@ from feeler.objects import Ball, Box, Feature, Trial
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.robot.description import make_robot
 from feeler.tensors.transforms import rectify
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 # Touches of the robotic antenna in simulation: the paper's grid, and angles over time.
 
@@ -217,7 +217,7 @@ def simulate_comparison(
 
 @checked
 def compute_comparison(
-    *, n_repeats: int = 3, random_state: Annotated[int, "≥ 0"] = 0, engine: str = DEFAULT_ENGINE
+    *, n_repeats: int = 3, random_state: Seed = 0, engine: str = DEFAULT_ENGINE
 ) -> dict[str, dict]:
     """Dispersion and accuracy by speed (the robot) and by profile (slow touches).
 

@@ -27,7 +27,7 @@ from feeler.errors import Doubtful, InvalidInput
 from feeler.experiments.tactile import DURATION, touch
 from feeler.objects.trials import Trial
 from feeler.tensors.transforms import in_unit, measure_peak
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 COMPARED_CODES = ("sparse", "raw")
 _DISTANCE = (
@@ -123,7 +123,7 @@ def compare_antennas(
     *,
     plan: Plan,
     reader: str | Reader = "lda",
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Comparison:
     """Compare antennas on the same touches.
@@ -182,9 +182,7 @@ def compare_antennas(
     )
 
 
-def _compute_differences(
-    curves: Curves, random_state: Annotated[int, "≥ 0"]
-) -> dict[tuple[str, str], Interval]:
+def _compute_differences(curves: Curves, random_state: Seed) -> dict[tuple[str, str], Interval]:
     rng = np.random.default_rng(random_state)
     found = {}
     for kind in COMPARED_CODES:
@@ -201,7 +199,7 @@ def touch_whole(
     antenna: Antenna,
     trials: Annotated[Sequence[Trial], Len(1)],
     *,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
 ) -> tuple[xr.Dataset, float]:
     """Touches over the shortest stretch that holds all of them whole.
 
