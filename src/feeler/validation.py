@@ -139,10 +139,9 @@ class _Items(_Rule):
         self.hint, self.mapping = hint, issubclass(origin, Mapping)
         self.fixed = origin is tuple and bool(inner) and Ellipsis not in inner
         kinds: Any = tuple(_prepare(item, True) for item in inner if item is not Ellipsis)
-        made: Any = dict[kinds or (Any, Any)] if self.mapping else list[kinds or Any]  # type: ignore[valid-type]
+        holder: Any = dict if self.mapping else tuple if self.fixed else list
+        made = holder[kinds] if kinds else holder
         config = ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False)
-        if self.fixed:
-            made = tuple[kinds]
         self._validate = TypeAdapter(made, config=config).validator.validate_python
         self._numbers = not _mentions(hint, np.ndarray)
 
@@ -157,10 +156,11 @@ class _Items(_Rule):
             if self.fixed:
                 raise self._explain(value)
             return value
-        if self.mapping:
-            items: Any = dict(itertools.islice(value.items(), _ITEMS))
+        items: Any
+        if isinstance(value, Mapping):
+            items = dict(itertools.islice(value.items(), _ITEMS))
         else:
-            given = np.asarray(value) if hasattr(value, "__array__") else value
+            given: Any = np.asarray(value) if hasattr(value, "__array__") else value
             if isinstance(given, np.ndarray) and given.ndim == 0:
                 raise self._explain(value)
             items = list(itertools.islice(given, _ITEMS))
@@ -171,13 +171,13 @@ class _Items(_Rule):
                 plain = _unwrap(items) if self._numbers else items
                 self._validate(tuple(plain) if self.fixed else plain)
             except ValidationError as error:
-                raise self._explain(value, error.errors()[0]["loc"]) from None
+                raise self._explain(value, items, error.errors()[0]["loc"]) from None
         return value
 
-    def _explain(self, value: Any, places: tuple = ()) -> Wrong:
+    def _explain(self, value: Any, items: Any = (), places: tuple = ()) -> Wrong:
         shown = show(value)
-        if places and isinstance(places[0], int) and len(value) > _LONG:
-            shown = f"{show(value[places[0]])} in place {places[0] + 1}"
+        if len(items) > _LONG and places and isinstance(items, list):
+            shown = f"{show(items[places[0]])} in place {places[0] + 1}"
         return Wrong(f"must be {_say_rules(self.hint)}, got {shown}")
 
 

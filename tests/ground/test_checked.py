@@ -2,7 +2,7 @@
 
 import time
 import timeit
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -202,3 +202,42 @@ def test_too_little_memory_is_said_once_by_whoever_asked_for_it():
         OutOfMemory, match=r"fill: not enough memory \(Unable to .*ask for less"
     ):
         outer()
+
+
+@pytest.mark.parametrize(
+    "make", [tuple, set, np.array, lambda items: dict.fromkeys(items).keys()]
+)
+def test_the_wrong_item_of_a_long_sequence_is_named(make):
+    @checked
+    def add(values: Collection[float]):
+        return "ran"
+
+    assert add(make([float(k) for k in range(20)])) == "ran"
+    with pytest.raises(
+        InvalidInput, match=r"add: values must be a list of numbers, got '.' in"
+    ):
+        add(make([chr(65 + k) for k in range(20)]))
+
+
+def test_a_generator_is_not_emptied_and_a_long_sequence_is_not_read_to_its_end():
+    class Endless(Sequence):
+        def __len__(self):
+            return 10**9
+
+        def __getitem__(self, place):
+            assert place <= 1000
+            return 1.0
+
+    @checked
+    def first(values: Sequence[float]):
+        return next(iter(values))
+
+    assert first(value for value in (1.0, 2.0)) == 1.0
+    assert first(Endless()) == 1.0
+    with pytest.raises(InvalidInput, match="values must be a list of numbers, got 'ab'"):
+        first("ab")
+
+
+def test_a_mapping_is_no_object():
+    with pytest.raises(InvalidInput, match=r"antenna must be an Antenna, got \{"):
+        measure({"name": "a"}, 0.0)
