@@ -33,7 +33,7 @@ from feeler.plotting.results import plot_curves, plot_index
 from feeler.records import Registry
 from feeler.report import Section, write_page
 from feeler.tensors.transforms import in_unit, measure_peak
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 EFFORTS: Registry["Effort"] = Registry("scale")
 COMPARED_CODES = ("sparse", "raw")
@@ -188,7 +188,7 @@ def compare_antennas(
     *,
     plan: Plan,
     reader: str | Reader = "lda",
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Comparison:
     """Compare antennas on the same touches.
@@ -247,9 +247,7 @@ def compare_antennas(
     )
 
 
-def _compute_differences(
-    curves: Curves, random_state: Annotated[int, "≥ 0"]
-) -> dict[tuple[str, str], Interval]:
+def _compute_differences(curves: Curves, random_state: Seed) -> dict[tuple[str, str], Interval]:
     rng = np.random.default_rng(random_state)
     found = {}
     for kind in COMPARED_CODES:
@@ -266,7 +264,7 @@ def touch_whole(
     antenna: Antenna,
     trials: Annotated[Sequence[Trial], Len(1)],
     *,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
 ) -> tuple[xr.Dataset, float]:
     """Touches over the shortest stretch that holds all of them whole.
 

@@ -1,12 +1,12 @@
 """Draws: numbers within ranges or of distributions; each is the same however many are drawn."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.validation import checked, show
+from feeler.validation import Seed, checked, show
 
 _MAX_DRAWN = 100_000_000
 
@@ -52,7 +52,7 @@ def check_seed(seed: object) -> int:
     return int(seed)
 
 
-def draw_shares(seed: Annotated[int, "≥ 0"], name: str, n: int, again: int = 0) -> np.ndarray:
+def draw_shares(seed: Seed, name: str, n: int, again: int = 0) -> np.ndarray:
     """``n`` numbers (n,) uniform in [0, 1) of the stream of this name; a longer stream begins with
     a shorter one.
 

@@ -16,7 +16,6 @@ from typing import (
     Self,
     TypeVar,
     dataclass_transform,
-    get_type_hints,
     overload,
 )
 
@@ -34,6 +33,7 @@ from feeler.validation import (
     freeze,
     make_schema,
     name_class,
+    resolve_hints,
     show,
 )
 
@@ -418,7 +418,7 @@ def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
 
 @functools.cache
 def _find_rules(cls: type) -> Rules:
-    hints = _resolve(cls)
+    hints = resolve_hints(cls)
     return Rules(
         cls.__qualname__,
         {
@@ -427,13 +427,3 @@ def _find_rules(cls: type) -> Rules:
             if f.init
         },
     )
-
-
-def _resolve(cls: type) -> dict[str, Any]:
-    try:
-        return get_type_hints(cls, include_extras=True)
-    except NameError:  # a name that only type checkers import
-        found: dict[str, Any] = {}
-        for kind in reversed(cls.__mro__):
-            found |= vars(kind).get("__annotations__", {})
-        return {name: Any if isinstance(hint, str) else hint for name, hint in found.items()}

@@ -2,20 +2,18 @@
 is wrong.
 """
 
-import collections.abc
 import functools
 import inspect
 import itertools
 import math
 import os
 import types
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import is_dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from annotated_types import GroupedMetadata, Len, MaxLen, MinLen
+from annotated_types import Ge, GroupedMetadata, Gt, Lt, MaxLen, MinLen
 
 from feeler.errors import InvalidInput, OutOfMemory
 
@@ -31,13 +29,21 @@ _WORDS = {
     int: ("a whole number", "whole numbers"),
     bool: ("True or False", "values True or False"),
     str: ("text", "texts"),
-    Path: ("a path", "paths"),
+    Path: ("a path that a file can have", "paths"),
+    os.PathLike: ("a path that a file can have", "paths"),
     type(None): ("None", "None"),
 }
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "a multiple of"}
 _TESTS = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 _OUTSIDE = ("greater_than", "less_than", "multiple_of", "finite_number")
 _LONG = 8  # of a longer list, a message shows the item that is wrong
+_ITEMS = 1000  # of a long sequence among arguments, the first so many are read
+_LONGEST = 255  # bytes of a file's name on all usual systems
+F = TypeVar("F", bound=Callable)
+Count = Annotated[int, Gt(0), Lt(2**63)]
+"""A number of things."""
+Seed = Annotated[int, Ge(0)]
+"""A seed of random numbers."""
 
 
 class Wrong(InvalidInput):
@@ -83,30 +89,123 @@ class OneOf(_Rule):
 
 
 class _Kind(_Rule):
-    """Objects of a class that is no record: they are taken as they are."""
+    """Objects of a class, or with what a protocol asks for: they are taken as they are."""
 
     def __init__(self, kind: type) -> None:
-        told = getattr(kind, "_is_runtime_protocol", not getattr(kind, "_is_protocol", False))
-        self.kind = kind if told else object
+        self.kind = kind
+        self.names: tuple[str, ...] = ()
+        if getattr(kind, "_is_protocol", False):
+            self.kind = object
+            named = {*vars(kind), *kind.__annotations__}
+            self.names = tuple(sorted(name for name in named if not name.startswith("_")))
 
     def read(self, value: Any) -> Any:
         """The object itself."""
-        if not isinstance(value, self.kind):
-            raise Wrong(f"must be {name_class(self.kind)}, got {show(value)}")
+        lacking = isinstance(value, type) or not all(hasattr(value, n) for n in self.names)
+        if not isinstance(value, self.kind) or (self.names and lacking):
+            raise Wrong(f"must be {self}, got {show(value)}")
         return value
+
+    def __str__(self) -> str:
+        return (
+            f"something with {', '.join(self.names)}" if self.names else name_class(self.kind)
+        )
+
+
+class _Path(_Rule):
+    """A name that a file can have."""
+
+    def read(self, value: Any) -> Path:
+        """The path."""
+        try:
+            path = Path(value)
+            if all(len(os.fsencode(p)) <= _LONGEST and "\0" not in p for p in path.parts):
+                return path
+        except (TypeError, ValueError):
+            pass
+        raise Wrong(f"must be {_WORDS[Path][0]}, got {show(value)}")
+
+
+class _Items(_Rule):
+    """The items of a sequence or mapping among arguments, which is left as it is.
+
+    Of a long one the first are read, and none of a generator, which reading would empty.
+    """
+
+    def __init__(self, hint: Any) -> None:
+        from pydantic import ConfigDict, TypeAdapter
+
+        origin, inner = get_origin(hint) or hint, get_args(hint)
+        self.hint, self.mapping = hint, issubclass(origin, Mapping)
+        self.fixed = origin is tuple and bool(inner) and Ellipsis not in inner
+        kinds: Any = tuple(_prepare(item, True) for item in inner if item is not Ellipsis)
+        holder: Any = dict if self.mapping else tuple if self.fixed else list
+        made = holder[kinds] if kinds else holder
+        config = ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False)
+        self._validate = TypeAdapter(made, config=config).validator.validate_python
+        self._numbers = not _mentions(hint, np.ndarray)
+
+    def read(self, value: Any) -> Any:
+        """The sequence or mapping itself."""
+        from pydantic import ValidationError
+
+        listed = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
+        if not (isinstance(value, Mapping) if self.mapping else listed):
+            raise self._explain(value)
+        if not isinstance(value, Sized):
+            if self.fixed:
+                raise self._explain(value)
+            return value
+        items: Any
+        if isinstance(value, Mapping):
+            items = dict(itertools.islice(value.items(), _ITEMS))
+        else:
+            given: Any = np.asarray(value) if hasattr(value, "__array__") else value
+            if isinstance(given, np.ndarray) and given.ndim == 0:
+                raise self._explain(value)
+            items = list(itertools.islice(given, _ITEMS))
+        try:
+            self._validate(tuple(items) if self.fixed else items)
+        except ValidationError:
+            try:
+                plain = _unwrap(items) if self._numbers else items
+                self._validate(tuple(plain) if self.fixed else plain)
+            except ValidationError as error:
+                raise self._explain(value, items, error.errors()[0]["loc"]) from None
+        return value
+
+    def _explain(self, value: Any, items: Any = (), places: tuple = ()) -> Wrong:
+        shown = show(value)
+        if len(items) > _LONG and places and isinstance(items, list):
+            shown = f"{show(items[places[0]])} in place {places[0] + 1}"
+        return Wrong(f"must be {_say_rules(self.hint)}, got {shown}")
 
 
 class _Array(_Rule):
-    """A read-only array, with what stands beside its annotation: dimensions, range, type."""
+    """An array, with what stands beside its annotation: dimensions, range, type.
 
-    def __init__(self, beside: list[Any]) -> None:
+    Fields become read-only copies. An argument (``given``) is left as it is: its values are read
+    only if a range stands beside it.
+    """
+
+    def __init__(self, beside: list[Any], given: bool = False) -> None:
+        self.given = given
         self.dims = next((text.split() for text in beside if type(text) is str), None)
         self.dtype = next((item.dtype for item in beside if isinstance(item, Of)), float)
         self.bounds = [item for item in beside if type(item) is not str]
         self.finite = ALLOW_NAN not in beside
 
     def read(self, value: Any) -> np.ndarray:
-        """A read-only copy of the values."""
+        """A read-only copy of the values, or the argument itself."""
+        if self.given:
+            if not is_array(value):
+                raise Wrong(f"must be an array of numbers, got {show(value)}")
+            shape = np.shape(value)
+            if self.dims is not None and not self._fits(shape, self.dims):
+                raise Wrong(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
+            if self.bounds:
+                self._check_range(np.asarray(value))
+            return value
         try:
             if value is None or isinstance(value, str | bytes | Mapping):
                 raise TypeError
@@ -125,7 +224,10 @@ class _Array(_Rule):
     @staticmethod
     def _fits(shape: tuple[int, ...], dims: list[str]) -> bool:
         if "..." in dims:
-            return len(shape) >= len(dims) - 1
+            if len(shape) < len(dims) - 1:
+                return False
+            dims = dims[: dims.index("...")]
+            shape = shape[: len(dims)]
         if all(dim.endswith("?") for dim in dims[: len(dims) - len(shape)]):
             dims = dims[max(len(dims) - len(shape), 0) :]
         return len(shape) == len(dims) and all(
@@ -148,17 +250,20 @@ class _Array(_Rule):
 
 
 class Rules:
-    """Annotations by name, those of a record's fields for example; ``name`` is whose they are."""
+    """Annotations by name: those of a record's fields, or of a function's arguments (``given``);
+    ``name`` is whose they are.
+    """
 
-    def __init__(self, name: str, hints: dict[str, Any]) -> None:
+    def __init__(self, name: str, hints: dict[str, Any], given: bool = False) -> None:
         # Loaded here, at the first record that is made: it takes 60 ms, and many a program makes
         # none.
         from pydantic import ConfigDict, TypeAdapter
         from typing_extensions import TypedDict
 
-        self.name, self.hints = name, hints
+        self.name, self.hints, self.given = name, hints, given
         make_table: Any = TypedDict
-        table = make_table(name, {key: _prepare(hint) for key, hint in hints.items()})
+        prepared = {key: _prepare(hint, given) for key, hint in hints.items()}
+        table = make_table(name, prepared, total=not given)
         table.__pydantic_config__ = ConfigDict(
             arbitrary_types_allowed=True, allow_inf_nan=False
         )
@@ -179,7 +284,16 @@ class Rules:
         try:
             return self._validate(plain)
         except ValidationError as error:
-            raise self._explain(error.errors(), plain) from None
+            raise self._explain(error.errors(), given if self.given else plain) from None
+
+    def check(self, given: dict[str, Any]) -> None:
+        """Raise what ``read`` raises; in most calls nothing needs to be unwrapped for that."""
+        from pydantic_core import ValidationError
+
+        try:
+            self._validate(given)
+        except ValidationError:
+            self.read(given)
 
     def _explain(self, errors: list[Any], given: dict[str, Any]) -> InvalidInput:
         """What is wrong with the first value that is."""
@@ -196,7 +310,7 @@ class Rules:
     def _say_wrong(self, errors: list[Any], given: dict[str, Any]) -> str:
         field = errors[0]["loc"][0]
         errors = [error for error in errors if error["loc"][0] == field]
-        subject = f"{self.name}.{field}"
+        subject = f"{self.name}{': ' if self.given else '.'}{field}"
         said = errors[0].get("ctx", {}).get("error")
         if said is not None and (len(errors) == 1 or not isinstance(said, Wrong)):
             return f"{subject} {said}." if isinstance(said, Wrong) else f"{subject}: {said}."
@@ -220,25 +334,45 @@ def make_schema(read: Callable[[Any], Any]) -> Any:
     return core_schema.no_info_plain_validator_function(read)
 
 
-def _prepare(hint: Any) -> Any:
+def _prepare(hint: Any, given: bool = False) -> Any:
     """An annotation for pydantic, in which a text that looks like a number is none."""
     from pydantic import AllowInfNan, Strict
 
     base, beside = _split(hint)
     if base is np.ndarray:
-        return Annotated[np.ndarray, _Array(beside)]
+        return Annotated[np.ndarray, _Array(beside, given)]
     if beside:
         rules = [AllowInfNan(True) if item is ALLOW_NAN else item for item in beside]
-        return Annotated[_prepare(base), *(item for item in rules if not isinstance(item, str))]
-    if hint in (float, int, bool, str):
+        inside = Annotated[base, Strict()] if base is float else _prepare(base, given)
+        return Annotated[inside, *(item for item in rules if not isinstance(item, str))]
+    if hint is float and given:
+        return Annotated[float, Strict(), AllowInfNan(True)]
+    if hint is int:
+        return Annotated[int, Strict(), Lt(2**128)]  # seeds of NumPy have as many bits
+    if hint in (float, bool, str):
         return Annotated[hint, Strict()]
+    if hint in (Path, os.PathLike):
+        return Annotated[Any, _Path()]
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        return Union[tuple(_prepare(option) for option in inner)]  # noqa: UP007
+        if {*inner} & {os.PathLike, Path}:  # a text beside them is a path, too
+            inner = tuple(option for option in inner if option is not str)
+        return Union[tuple(_prepare(option, given) for option in inner)]  # noqa: UP007
+    if given and isinstance(hint, TypeVar):
+        return Any
+    kind = origin or hint
+    if (
+        given
+        and isinstance(kind, type)
+        and (issubclass(kind, Iterable) and (origin or kind in (list, tuple, dict)))
+    ):
+        return Annotated[Any, _Items(hint)]
     if isinstance(origin, type) and origin is not type and issubclass(origin, Collection):
         return origin[tuple(item if item is Ellipsis else _prepare(item) for item in inner)]  # type: ignore[index]
+    if given and isinstance(hint, type) and hint not in (types.NoneType, Any, Callable):
+        return Annotated[hint, _Kind(hint)]
     if isinstance(hint, type) and not hasattr(hint, "__get_pydantic_core_schema__"):
-        known = issubclass(hint, Path | types.NoneType | Collection) or hint is Any
+        known = issubclass(hint, types.NoneType | Collection) or hint is Any
         return hint if known else Annotated[hint, _Kind(hint)]
     return hint
 
@@ -354,6 +488,9 @@ def name_class(kind: Any) -> str:
 
 def show(value: Any) -> str:
     """A value as a message shows it."""
+    if np.ma.is_masked(value):
+        count = np.ma.count_masked(value)
+        return f"an array with {count} masked entries; leave those out, or fill them"
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype} and shape {value.shape}"
     if isinstance(value, float) and not math.isfinite(value):
@@ -362,37 +499,10 @@ def show(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}…"
 
 
-# ``@checked``: arguments of public functions are what their annotations say, or the caller
-# reads which one is not.
-#
-# One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes real
-# numbers of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it
-# says. ``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "...
-# segment" one of at least one, "corner 2" one whose rows have two numbers; a dimension that two
-# arguments name has one size in both. ``Annotated[int, "≥ 0"]`` or ``"> 0"`` is a number in
-# that range, and ``Annotated[str, OneOf(("a", "b"))]`` one of these names. Other values (files
-# that must be there) are checked by the functions themselves.
-
-_Test = Callable[[Any], bool]
-F = TypeVar("F", bound=Callable)
-_ITEMS = 1000  # of a long sequence, the first so many are looked at
-_LONGEST = 255  # bytes of a file's name on all usual systems
-_MAX_BITS = 128  # of a whole number: seeds of NumPy have as many
-_PLAIN = {
-    float: ("a number", (int, float, np.integer, np.floating)),
-    int: ("a whole number", (int, np.integer)),
-    bool: ("True or False", (bool, np.bool_)),
-    str: ("text", (str,)),
-}
-_LISTS = (
-    list,
-    tuple,
-    set,
-    frozenset,
-    collections.abc.Sequence,
-    collections.abc.Iterable,
-    collections.abc.Collection,
-)
+# ``@checked``: arguments of public functions are what their annotations say, by the same rules,
+# except that they are passed on as they are: a number may be Python's or NumPy's, an array anything
+# that NumPy makes real numbers of, a sequence any list, tuple or array. A dimension that two
+# arguments name has one size in both; numbers without a range may be inf or NaN.
 
 
 def checked(target: F) -> F:
@@ -412,39 +522,31 @@ def checked(target: F) -> F:
 
 def _wrap(function: F, name: str) -> F:
     parameters = list(inspect.signature(function).parameters.values())
-    positional = [
-        p.name for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
-    ]
+    placed = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    positional = [p.name for p in parameters if p.kind in placed]
 
     @functools.cache
-    def find_tests() -> dict[str, tuple[_Test, str]]:
+    def find_rules() -> tuple[Rules, dict[str, list[str]]]:
         """Resolved at the first call, when the modules that annotations name are there."""
-        hints = _resolve(function)
-        named = {
-            p.name: hints[p.name]
+        rest = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+        found = resolve_hints(function)
+        hints = {
+            p.name: found[p.name] | None if p.default is None else found[p.name]
             for p in parameters
-            if p.name in hints and p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)
+            if p.name in found and p.kind not in rest
         }
-        optional = {p.name for p in parameters if p.default is None}
-        return {
-            key: _make_test(hint | None if key in optional else hint)
-            for key, hint in named.items()
-        }
-
-    @functools.cache
-    def find_dims() -> dict[str, list[str]]:
-        found = {key: _list_dims(hint) for key, hint in _resolve(function).items()}
-        return {key: dims for key, dims in found.items() if dims}
+        named = {key: dims for key, hint in found.items() if (dims := _list_dims(hint))}
+        return Rules(name, hints, given=True), named if len(named) > 1 or any(
+            len({*dims}) < len(dims) for dims in named.values()
+        ) else {}
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        tests, given = find_tests(), dict(zip(positional, args, strict=False)) | kwargs
-        for key, value in given.items():
-            found = tests.get(key)
-            if found is not None and not found[0](value):
-                raise InvalidInput(f"{name}: {key} must be {found[1]}, got {_shorten(value)}.")
-        if dims := find_dims():
-            _check_sizes(name, {key: d for key, d in dims.items() if key in given}, given)
+        rules, dims = find_rules()
+        given = dict(zip(positional, args, strict=False)) | kwargs
+        rules.check(given)
+        if dims:
+            _check_sizes(name, dims, given)
         try:
             return function(*args, **kwargs)
         except OutOfMemory:
@@ -453,134 +555,36 @@ def _wrap(function: F, name: str) -> F:
             words = f"{name}: not enough memory ({error or 'no more to be had'}); ask for less."
             raise OutOfMemory(words) from error
 
-    call.find_tests = find_tests  # type: ignore[attr-defined]
+    call.find_rules = lambda: find_rules()[0]  # type: ignore[attr-defined]
     return call  # type: ignore[return-value]
 
 
-def _resolve(function: Callable) -> dict[str, Any]:
+def resolve_hints(thing: Any) -> dict[str, Any]:
+    """The annotations of a function or class; a name that only type checkers import is Any."""
     try:
-        hints = get_type_hints(function, include_extras=True)
-    except NameError:  # a name that only type checkers import
-        hints = {
-            key: hint
-            for key, hint in function.__annotations__.items()
-            if not isinstance(hint, str)
-        }
-    return {key: hint for key, hint in hints.items() if key != "return"}
-
-
-def _make_test(hint: Any) -> tuple[_Test, str]:
-    """Whether a value fits an annotation, and its words; what is not understood fits."""
-    origin, inner = get_origin(hint), get_args(hint)
-    if origin in (Union, types.UnionType):
-        paths = {*inner} & {os.PathLike, Path}  # a text beside them is a path, too
-        tests = [_make_test(option) for option in inner if not (paths and option is str)]
-        return (lambda value: any(test(value) for test, _ in tests)), " or ".join(
-            dict.fromkeys(words for _, words in tests)
-        )
-    if hint in (None, type(None)):
-        return (lambda value: value is None), "None"
-    if hint in (os.PathLike, Path):
-        return _is_path, "a path that a file can have"
-    if hint in _PLAIN:
-        words, kinds = _PLAIN[hint]
-        return (
-            lambda value: (
-                isinstance(value, kinds)
-                and (hint is bool or not isinstance(value, bool))
-                and not (isinstance(value, int) and value.bit_length() > _MAX_BITS)
-            )
-        ), words
-    if hint is np.ndarray:
-        return is_array, "an array of real numbers"
-    if origin is Annotated and isinstance(inner[1], OneOf):
-        names = inner[1].names
-        return (lambda value: isinstance(value, str) and value in names), str(inner[1])
-    if origin is Annotated and isinstance(inner[1], str):
-        return _make_closer_test(inner[0], inner[1])
-    if origin is Annotated and isinstance(inner[1], Len):
-        test, words = _make_test(inner[0])
-        least = inner[1].min_length
-        return (lambda value: test(value) and len(value) >= least), f"{words}, {least} or more"
-    if origin is Literal:
-        return (lambda value: isinstance(value, str) and value in inner), str(OneOf(inner))
-    if (origin or hint) in _LISTS:
-        return _make_list_test(origin, inner)
-    if origin is collections.abc.Callable or hint is Callable:
-        return callable, "something to call"
-    kind = origin or hint
-    if not isinstance(kind, type) or kind in (object, Any):
-        return (lambda value: True), "anything"
-    if getattr(kind, "_is_protocol", False):
-        return _make_protocol_test(kind)
-    if issubclass(kind, collections.abc.Mapping) and inner:
-        return _make_mapping_test(kind, inner)
-    return (lambda value: isinstance(value, kind)), _say(kind)
-
-
-def _make_protocol_test(kind: type) -> tuple[_Test, str]:
-    """Something that has what a protocol asks for; a class has it not yet."""
-    named = {name for name in {*vars(kind), *kind.__annotations__} if not name.startswith("_")}
-    words = f"something with {', '.join(sorted(named))}" if named else "anything"
-    return (
-        lambda value: (
-            not (isinstance(value, type) and named)
-            and all(hasattr(value, name) for name in named)
-        )
-    ), words
-
-
-def _make_mapping_test(kind: type, inner: tuple) -> tuple[_Test, str]:
-    """A mapping whose keys and values are what it says."""
-    (fits_key, key), (fits_value, value) = map(_make_test, inner)
-
-    def test(given: Any) -> bool:
-        return isinstance(given, collections.abc.Mapping) and all(
-            fits_key(name) and fits_value(item)
-            for name, item in itertools.islice(given.items(), _ITEMS)
-        )
-
-    return test, f"a mapping of {key} to {value}"
-
-
-def _make_closer_test(hint: Any, more: str) -> tuple[_Test, str]:
-    """An array of named dimensions, or a finite number in a range."""
-    if hint is np.ndarray:
-        dims = more.split()
-        return (
-            lambda value: is_array(value) and _has_shape(np.shape(value), dims)
-        ), f"an array ({', '.join(dims)})"
-    test, words = _make_test(hint)
-    if hint is int and more == "> 0":  # a count, no seed
-        return (lambda value: test(value) and 0 < value < 2**63), f"{words} > 0, below 2⁶³"
-    reaches = {
-        "≥ 0": lambda value: 0 <= value < np.inf,
-        "> 0": lambda value: 0 < value < np.inf,
-    }[more]
-    return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
-
-
-def _has_shape(shape: tuple[int, ...], dims: list[str]) -> bool:
-    """Whether there are as many dimensions as names; a name that is a number is a size."""
-    enough = len(shape) >= len(dims) - 1 if "..." in dims else len(shape) == len(dims)
-    sized = dims[: dims.index("...")] if "..." in dims else dims
-    return enough and all(
-        int(dim) == size for dim, size in zip(sized, shape, strict=False) if dim.isdigit()
-    )
+        return get_type_hints(thing, include_extras=True)
+    except NameError:
+        found: dict[str, Any] = {}
+        for kind in reversed(getattr(thing, "__mro__", (thing,))):
+            found |= vars(kind).get("__annotations__", getattr(kind, "__annotations__", {}))
+        return {name: Any if isinstance(hint, str) else hint for name, hint in found.items()}
 
 
 def _list_dims(hint: Any) -> list[str]:
     """The named dimensions of an array's annotation; none where another number may follow."""
-    if get_origin(hint) is Annotated and get_args(hint)[0] is np.ndarray:
-        dims = get_args(hint)[1].split()
-        return [] if dims[0] == "..." else dims[: dims.index("...") if "..." in dims else None]
-    return []
+    base, beside = _split(hint)
+    dims = next((text.split() for text in beside if type(text) is str), [])
+    if base is not np.ndarray or not dims or dims[0] == "...":
+        return []
+    return dims[: dims.index("...") if "..." in dims else None]
 
 
 def _check_sizes(name: str, dims: dict[str, list[str]], given: dict[str, Any]) -> None:
     """Raise where two arguments, or two axes of one, name one dimension and differ in its size."""
     first: dict[str, tuple[str, int]] = {}
     for key, names in dims.items():
+        if key not in given:
+            continue
         for dim, size in zip(names, np.shape(given[key]), strict=False):
             other, same = first.setdefault(dim, (key, size))
             if size != same:
@@ -589,76 +593,15 @@ def _check_sizes(name: str, dims: dict[str, list[str]], given: dict[str, Any]) -
                 raise InvalidInput(f"{name}: {who} must have {both}, got {same} and {size}.")
 
 
-def _make_list_test(origin: Any, inner: tuple) -> tuple[_Test, str]:
-    fixed = origin is tuple and Ellipsis not in inner and bool(inner)
-    items = [_make_test(item) for item in inner if item is not Ellipsis]
-    # of a library's or of our own class, which no array of numbers holds
-    objects = bool(inner) and getattr(inner[0], "__module__", "").startswith(
-        ("feeler", "matplot")
-    )
-    words = f"{len(items)} values ({', '.join(w for _, w in items)})" if fixed else "a sequence"
-    if items and not fixed:
-        words += f", each {items[0][1]}"
-
-    def test(value: Any) -> bool:
-        if isinstance(value, str | bytes | collections.abc.Mapping) or not isinstance(
-            value, collections.abc.Iterable
-        ):
-            return False
-        if not isinstance(value, collections.abc.Sized):
-            return not fixed  # a generator, which looking would empty
-        if hasattr(value, "__array__") and not isinstance(value, np.ndarray):
-            value = np.asarray(value)  # xarray's, whose items are arrays again
-        if isinstance(value, np.ndarray) and (value.ndim == 0 or not items):
-            return value.ndim > 0
-        if objects and isinstance(value, np.ndarray) and value.dtype != object:
-            return False
-        if fixed:
-            return len(value) == len(items) and all(
-                t(item) for (t, _), item in zip(items, value, strict=True)
-            )
-        return not items or all(
-            items[0][0](item) for _, item in zip(range(_ITEMS), value, strict=False)
-        )
-
-    return test, words
-
-
 def is_array(value: Any) -> bool:
     """Whether NumPy makes an array of real numbers of it, none of which it would unmask."""
     if np.ma.is_masked(value):
         return False
     if not isinstance(value, np.ndarray):
-        if value is None or isinstance(value, str | bytes | collections.abc.Mapping):
+        if value is None or isinstance(value, str | bytes | Mapping):
             return False
         try:
             value = np.asarray(value)
         except (TypeError, ValueError):
             return False
     return value.dtype.kind in "biuf"
-
-
-def _is_path(value: Any) -> bool:
-    """Whether a system could have a file of this name."""
-    if not isinstance(value, str | os.PathLike):
-        return False
-    try:
-        parts = Path(value).parts
-        return all(len(os.fsencode(part)) <= _LONGEST and "\0" not in part for part in parts)
-    except (TypeError, ValueError):
-        return False
-
-
-def _say(kind: type) -> str:
-    made = "an object" if is_dataclass(kind) else "a value"
-    return f"{made} of {kind.__module__.split('.')[0]}'s {kind.__name__}"
-
-
-def _shorten(value: Any) -> str:
-    if np.ma.is_masked(value):
-        count = np.ma.count_masked(value)
-        return f"an array with {count} masked entries; leave those out, or fill them"
-    if isinstance(value, np.ndarray):
-        return f"an array of {value.dtype} and shape {value.shape}"
-    text = f"{type(value).__name__} {value!r}".replace("\n", " ")
-    return text if len(text) <= 80 else text[:77] + "…"

@@ -228,7 +228,7 @@ def test_traces_without_a_held_part_are_refused(signal, match):
     [
         ("frame,a", {}, "counts frames: say how many per second"),
         ("time_ms,a", {"frame_rate": 200.0}, "holds times .time_ms.; a frame rate is for"),
-        ("frame,a", {"frame_rate": 0.0}, "frame_rate must be a number > 0"),
+        ("frame,a", {"frame_rate": 0.0}, "frame_rate must be > 0, got 0"),
         ("frame,a@half", {"frame_rate": 200.0}, "what follows @ is a fraction"),
         ("frame,a@1.5", {"frame_rate": 200.0}, "what follows @ is a fraction"),
         (

@@ -181,5 +181,5 @@ def test_curve_names_what_it_is():
 
 
 def test_a_seed_is_a_whole_number_from_0():
-    with pytest.raises(InvalidInput, match="random_state must be a whole number ≥ 0"):
+    with pytest.raises(InvalidInput, match="random_state must be ≥ 0, got -1"):
         PeakEncoder(random_state=-1)

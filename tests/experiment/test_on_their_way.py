@@ -352,7 +352,7 @@ def test_each_load_bends_by_itself_where_it_acts():
     away = loads["angle"].values[:, free] - antenna.rest_angle[free]
     np.testing.assert_allclose(away, 0.0, atol=1e-9)
     with pytest.raises(
-        InvalidInput, match=r"sequence, each a number, got list \[\[1\.0, 2\.0\]\]"
+        InvalidInput, match=r"a number or a list of numbers, got \[\[1\.0, 2\.0\]\]"
     ):
         feeler.bend(antenna, [[1.0, 2.0]])
 

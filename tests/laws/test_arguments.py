@@ -36,7 +36,7 @@ def list_public():
 
 def list_checked():
     return {
-        name: thing for name, thing in list_public().items() if hasattr(thing, "find_tests")
+        name: thing for name, thing in list_public().items() if hasattr(thing, "find_rules")
     }
 
 
@@ -77,11 +77,19 @@ def make_arguments(thing):
 
 def list_wrong(thing):
     """Arguments of which one does not fit, with its name."""
-    right, tests = make_arguments(thing), thing.find_tests()
-    for key, (fits, _) in tests.items():
-        others = [other for other in tests if other in right and other != key]
-        if all(tests[other][0](right[other]) for other in others):
-            yield from ((key, right | {key: value}) for value in WRONG if not fits(value))
+    right, rules = make_arguments(thing), thing.find_rules()
+
+    def fits(key, value):
+        try:
+            rules.check({key: value})
+        except InvalidInput:
+            return False
+        return True
+
+    wrong = {key for key in rules.hints if key in right and not fits(key, right[key])}
+    for key in rules.hints:
+        if not wrong - {key}:
+            yield from ((key, right | {key: value}) for value in WRONG if not fits(key, value))
 
 
 def test_what_does_not_fit_is_named_before_anything_runs():

@@ -137,7 +137,7 @@ def test_engines_release_alike():
     ("posture", "duration", "message"),
     [
         (np.zeros(7), 10.0, "one angle per hinge: 8, got"),
-        (np.zeros(8), -1.0, "duration must be a number > 0"),
+        (np.zeros(8), -1.0, "duration must be > 0, got -1"),
     ],
 )
 def test_what_cannot_be_released_is_refused(posture, duration, message):

@@ -58,8 +58,8 @@ def test_every_number_has_a_source_tag():
         ),
         (lambda: make_flexures(width=[1.0, 2.0], length=[1.0, 2.0, 3.0]), "all of one length"),
         (lambda: make_flexures(depth=1.0), "Flexures has no 'depth'; valid: width"),
-        (lambda: make_robot(stiffness_factor=-1.0), "stiffness_factor must be a number > 0"),
-        (lambda: make_robot(mass=float("nan")), "mass must be a number > 0"),
+        (lambda: make_robot(stiffness_factor=-1.0), "stiffness_factor must be > 0, got -1"),
+        (lambda: make_robot(mass=float("nan")), "mass must be finite and > 0, got nan"),
     ],
 )
 def test_bad_input(make, message):

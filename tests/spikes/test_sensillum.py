@@ -130,7 +130,7 @@ def test_a_gain_is_found_at_which_half_of_the_touches_reach_the_rate():
     assert float(best.median()) == pytest.approx(150, rel=1e-6)
     with pytest.raises(InvalidInput, match="no gain makes half of the touches reach 150 Hz"):
         find_gain(touches.assign(angle=0 * touches["angle"]), found, 150.0)
-    with pytest.raises(InvalidInput, match=r"rate must be a number > 0, got float -3"):
+    with pytest.raises(InvalidInput, match=r"rate must be > 0, got -3"):
         find_gain(touches, found, -3.0)
 
 

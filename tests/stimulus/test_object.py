@@ -72,7 +72,7 @@ def test_objects_and_trials_may_stand_together():
     [
         ([Object(feature=BALL, place=(5, 5))] * 2, "two objects are called 'ball'"),
         ([Object(feature=BALL, place=(0.9, 20))], "'ball' starts inside the antenna"),
-        ([BALL], "objects must be a sequence, each an object of feeler's Object or"),
+        ([BALL], "objects must be a list of Object objects or Trial objects, got"),
         (
             [
                 Trial(feature=BALL, location=0.5, speed=0.3, base=base)

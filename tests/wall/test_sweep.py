@@ -44,7 +44,7 @@ def test_inverted_j_stands_at_every_distance_in_contact(profile, reading):
 
 
 def test_a_sweep_s_steps_are_checked():
-    with pytest.raises(InvalidInput, match="substep must be a number > 0"):
+    with pytest.raises(InvalidInput, match="substep must be > 0, got 0"):
         approach(cockroach(), Posture(), FEW, substep=0.0)
 
 

@@ -19,7 +19,8 @@ from scipy.special import softmax
 from feeler.active.tasks import SAMPLE, Arena, TouchTask
 from feeler.decoding.observers import weigh_touches
 from feeler.errors import InvalidInput
-from feeler.validation import checked
+from feeler.records import Gt
+from feeler.validation import Seed, checked
 
 MENU = (0.0, 0.03, 0.06, 0.12, 0.3, 0.6, 1.2)  # [C] mm/ms
 PERIOD = 5.0  # [C] ms between two decisions
@@ -134,8 +135,8 @@ class Observer:
         task: TouchTask,
         *,
         menu: Sequence[float] = MENU,
-        period: Annotated[float, "> 0"] = PERIOD,
-        random_state: Annotated[int, "≥ 0"] = 0,
+        period: Annotated[float, Gt(0)] = PERIOD,
+        random_state: Seed = 0,
     ) -> None:
         if not isinstance(task, TouchTask) or task.noise.size <= 0:
             raise InvalidInput(
@@ -305,7 +306,7 @@ def expect_gain(
     weight: np.ndarray,
     label: np.ndarray,
     sd: float | np.ndarray,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
 ) -> np.ndarray:
     """Bits about the label that bodies expect of what may be felt next.
 

@@ -14,9 +14,9 @@ from scipy.special import expit
 from feeler.active.observer import MENU, Known, Policy
 from feeler.errors import InvalidInput
 from feeler.files import read_bytes
-from feeler.records import Registry
+from feeler.records import Ge, Gt, Registry
 from feeler.tensors.models import Model, load_model
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 # Ways to move in order to know; anyone may register one more.
 
@@ -180,7 +180,7 @@ def _remember(
     return [expit(out) * np.tanh(cell), cell]
 
 
-def find_weights(seed: Annotated[int, "≥ 0"]) -> Path:
+def find_weights(seed: Seed) -> Path:
     """Where the weights of a seed are kept with the package."""
     with as_file(files("feeler.active")) as folder:
         return Path(folder) / f"learned{seed}.safetensors"
@@ -190,7 +190,7 @@ _MAX_SEED = 2**32  # no file of the package has a longer name
 
 
 @lru_cache(maxsize=8)
-def _load(seed: Annotated[int, "≥ 0"]) -> Model:
+def _load(seed: Seed) -> Model:
     path = find_weights(seed)
     if seed > _MAX_SEED or not path.is_file():
         known = sorted(
@@ -205,7 +205,7 @@ def _load(seed: Annotated[int, "≥ 0"]) -> Model:
 
 @checked
 def make_learned(
-    seed: Annotated[float, "≥ 0"] = 0.0, deadline: Annotated[float, "> 0"] = 50.0
+    seed: Annotated[float, Ge(0)] = 0.0, deadline: Annotated[float, Gt(0)] = 50.0
 ) -> Policy:
     """What recurrent PPO learned with a seed, told that it is asked at a deadline [ms]."""
     return make_actor(_load(int(seed)).arrays, deadline)

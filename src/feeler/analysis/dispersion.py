@@ -2,7 +2,7 @@
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,7 +11,7 @@ from scipy.stats import t as student
 from feeler.analysis.indices import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
 from feeler.errors import InvalidInput
 from feeler.tensors.transforms import fold_planes, label_like
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 # Bootstrap intervals of a mean and of a paired difference.
 
@@ -233,7 +233,7 @@ def compute_dispersion(
     indices: Sequence[str] | None = None,
     options: dict[str, dict[str, Any]] | None = None,
     scale: bool = True,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
     block: int = BLOCK_SIZE,
 ) -> Dispersion:
     """How alike each tensor is to its closest match within its group, averaged over the group.

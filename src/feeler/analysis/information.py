@@ -15,9 +15,9 @@ from scipy.special import logsumexp
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial
-from feeler.records import Registry
+from feeler.records import Gt, Registry
 from feeler.tensors.transforms import SQUARED, check_squares, find_scale, need
-from feeler.validation import checked
+from feeler.validation import Count, Seed, checked
 
 # Energies: the inner products of tensors, all that white noise lets one use of them.
 
@@ -151,8 +151,8 @@ def compute_information(
     tensors: Annotated[np.ndarray, "trial ..."],
     sd: float | np.ndarray,
     *,
-    n_draws: Annotated[int, "> 0"] = _N_DRAWS,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    n_draws: Count = _N_DRAWS,
+    random_state: Seed = 0,
 ) -> Information:
     """Mutual information between an equally likely touch and its tensor in white noise.
 
@@ -196,8 +196,8 @@ def measure_information(
     sd: float | np.ndarray,
     *,
     entries: int = 0,
-    n_draws: Annotated[int, "> 0"] = _N_DRAWS,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    n_draws: Count = _N_DRAWS,
+    random_state: Seed = 0,
 ) -> Information:
     """The same from inner products (:func:`compute_energy`).
 
@@ -330,8 +330,8 @@ def find_noise(
     tensors: Annotated[np.ndarray, "trial ..."],
     accuracy: float = 0.75,
     *,
-    n_draws: Annotated[int, "> 0"] = _N_DRAWS,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    n_draws: Count = _N_DRAWS,
+    random_state: Seed = 0,
 ) -> tuple[float, float]:
     """Noise at which an ideal decoder names this share of the touches right, ± its error.
 
@@ -400,8 +400,8 @@ def compute_told(
     tensors: Annotated[np.ndarray, "trial ..."],
     sd: np.ndarray,
     *,
-    n_draws: Annotated[int, "> 0"] = 100,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    n_draws: Count = 100,
+    random_state: Seed = 0,
 ) -> Information:
     """What is told of an equally likely touch in noise with an sd of each entry's own.
 
@@ -434,8 +434,8 @@ def find_told(
     sd: np.ndarray,
     accuracy: float = 0.75,
     *,
-    n_draws: Annotated[int, "> 0"] = 100,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    n_draws: Count = 100,
+    random_state: Seed = 0,
 ) -> float:
     """The factor on ``sd`` at which this share of the touches is named right.
 
@@ -462,9 +462,7 @@ def _find_level(weighed: _Weighed) -> float:
     return sd / known
 
 
-def _weigh(
-    tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Annotated[int, "≥ 0"]
-) -> _Weighed:
+def _weigh(tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Seed) -> _Weighed:
     known, noise = _flatten(tensors, sd)
     units = find_scale(known), find_scale(noise)
     known, noise = known / units[0], noise / units[1]
@@ -536,7 +534,7 @@ def _judge(weighed: _Weighed, level: float) -> Information:
 
 @checked
 def compute_fisher(
-    derivatives: Annotated[np.ndarray, "parameter ..."], sd: Annotated[float, "> 0"]
+    derivatives: Annotated[np.ndarray, "parameter ..."], sd: Annotated[float, Gt(0)]
 ) -> np.ndarray:
     """Fisher information (parameter, parameter) of a tensor x(θ) in white Gaussian noise.
 
@@ -639,7 +637,7 @@ def differentiate_touches(
     trials: Sequence[Trial] | Trial,
     parameters: Sequence[str] = ("location", "size", "speed"),
     *,
-    step: Annotated[float, "> 0"] = 1.0,
+    step: Annotated[float, Gt(0)] = 1.0,
     quantity: str = "angle",
     **options: Any,
 ) -> xr.Dataset:

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
+from feeler.records import Gt
 from feeler.tensors.transforms import in_unit, need, project_planes
 from feeler.validation import checked
 
@@ -189,8 +190,8 @@ class DampedCosine:
 def fit_damped_cosine(
     time: np.ndarray,
     signal: np.ndarray,
-    frequency: Annotated[float, "> 0"],
-    damping_ratio: Annotated[float, "> 0"] = 0.3,
+    frequency: Annotated[float, Gt(0)],
+    damping_ratio: Annotated[float, Gt(0)] = 0.3,
 ) -> DampedCosine:
     """Least-squares damped cosine over the whole record, from a first guess.
 

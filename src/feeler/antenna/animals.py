@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Annotated, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from feeler.antenna.modes import compute_modes
 from feeler.antenna.profiles import Constant, Exponential, Linear, Sigmoid
 from feeler.antenna.segments import Antenna, Follicle, make_even_sensors, to_vector
 from feeler.errors import InvalidInput
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # Fit the sigmoid of segment lengths to measured antennae.
 
@@ -368,7 +368,7 @@ class _Whisker(NamedTuple):
 def rat_whiskers(
     side: Literal["left", "right"] = "right",
     *,
-    n_segments: Annotated[int, "> 0"] = 20,
+    n_segments: Count = 20,
     follicle: Follicle | None = None,
 ) -> dict[str, _Whisker]:
     """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost.

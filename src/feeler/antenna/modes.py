@@ -1,14 +1,13 @@
 """Small oscillations of an antenna about its straight shape: mass matrix, modes, damping."""
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 import scipy
 
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
-from feeler.validation import checked, show
+from feeler.validation import Count, checked, show
 
 _FASTEST = 2 * np.pi * 1e9  # [C] rad/ms; no part of an antenna swings so fast
 
@@ -40,7 +39,7 @@ def compute_mass_matrix(antenna: Antenna) -> np.ndarray:
 
 
 @checked
-def compute_modes(antenna: Antenna, n_modes: Annotated[int, "> 0"]) -> Modes:
+def compute_modes(antenna: Antenna, n_modes: Count) -> Modes:
     """Undamped modes of the straight antenna and the damping ratio of each taken by itself.
 
     Solves ``K v = ω² M v`` with K the hinge stiffnesses; ``ζ = vᵀ C v / (2 ω vᵀ M v)``, exact for

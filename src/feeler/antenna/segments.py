@@ -7,7 +7,7 @@ import numpy as np
 from feeler.antenna.profiles import Along, compute_beam, sample_quantity
 from feeler.errors import InvalidInput
 from feeler.records import Ge, Gt, Record, Unit, freeze, make_picture
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # Antennas in space: every hinge bends in two planes and may twist; and segments that taper.
 #
@@ -167,9 +167,7 @@ _N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
 @checked
-def make_even_sensors(
-    n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = _N_SENSORS
-) -> np.ndarray:
+def make_even_sensors(n_segments: Count, n_sensors: Count = _N_SENSORS) -> np.ndarray:
     """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are
     fewer [C].
     """

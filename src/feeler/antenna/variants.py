@@ -3,7 +3,7 @@ one (domain randomisation).
 """
 
 from collections.abc import Sequence
-from typing import Annotated, Any, overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
 from feeler.draw import LogRange, Spread, check_count, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 
 @checked
@@ -73,7 +73,7 @@ def sample_antennas(
     damping: Spread = LogRange(0.8, 1.25),
     mass: Spread = LogRange(0.9, 1.1),
     gradient: Spread = (-0.5, 0.5),
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
 ) -> SampledAntennas:
     """Random variants of an antenna: as stiff, damped and heavy as ranges or distributions say;
     geometry stays.

@@ -14,8 +14,8 @@ from feeler.calibration.hinges import Hinges
 from feeler.calibration.problem import Measured, Problem
 from feeler.errors import InvalidInput
 from feeler.provenance import Journal
-from feeler.records import Registry, Shown
-from feeler.validation import checked
+from feeler.records import Gt, Registry, Shown
+from feeler.validation import Count, checked
 
 # Optimisers: from one start to a local minimum of the error.
 
@@ -171,7 +171,7 @@ class Fit(Shown):
 @checked
 def make_starts(
     hinges: Hinges,
-    n_starts: Annotated[int, "> 0"],
+    n_starts: Count,
     rng: np.random.Generator,
     *,
     spread: float = 0.7,
@@ -289,7 +289,7 @@ def _words(names: tuple[str, ...], direction: np.ndarray) -> str:
 
 @checked
 def analyse_directions(
-    problem: Problem, p: np.ndarray, step: Annotated[float, "> 0"] = 0.05
+    problem: Problem, p: np.ndarray, step: Annotated[float, Gt(0)] = 0.05
 ) -> Directions:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale

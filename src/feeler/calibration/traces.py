@@ -20,9 +20,9 @@ from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
-from feeler.records import ALLOW_NAN, OneOf, Record, Shown
+from feeler.records import ALLOW_NAN, Gt, OneOf, Record, Shown
 from feeler.tensors.table import Table, parse_table, read_table
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # Recorded free responses: tip displacement of several animals over time, from a CSV file.
 
@@ -96,7 +96,7 @@ def get_place(name: str) -> float:
 def load_traces(
     path: str | Path,
     *,
-    frame_rate: Annotated[float, "> 0"] | None = None,
+    frame_rate: Annotated[float, Gt(0)] | None = None,
     release: Annotated[str, OneOf(("first", "found"))] = "first",
 ) -> Traces:
     """Traces from a CSV table: a column of time or frames, and a named column per animal.
@@ -600,11 +600,11 @@ def make_synthetic_traces(
     antenna: Antenna,
     rng: np.random.Generator,
     *,
-    n_animals: Annotated[int, "> 0"] = 5,
+    n_animals: Count = 5,
     spread: float = 0.05,
     noise: float = 0.01,
-    interval: Annotated[float, "> 0"] = 1.0,
-    duration: Annotated[float, "> 0"] = 90.0,
+    interval: Annotated[float, Gt(0)] = 1.0,
+    duration: Annotated[float, Gt(0)] = 90.0,
     protocol: Protocol | None = None,
     planted: tuple[float, float] = (1.0, 1.0),
 ) -> Traces:

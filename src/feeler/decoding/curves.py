@@ -28,7 +28,7 @@ from feeler.tensors.transforms import (
     need,
     rectify,
 )
-from feeler.validation import checked
+from feeler.validation import Count, Seed, checked
 
 # The codes that a reader can be given, and two tests of those fitted with their bases.
 #
@@ -105,7 +105,7 @@ def encode_with(
 
 
 @checked
-def make_null(tensors: Any, n_copies: Annotated[int, "> 0"] | None = None) -> np.ndarray:
+def make_null(tensors: Any, n_copies: Count | None = None) -> np.ndarray:
     """One and the same tensor, as often as there were trials.
 
     A pipeline that tells these apart measures itself.
@@ -190,7 +190,7 @@ def compare_twins(
     encoder: Any,
     plan: Plan,
     *,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
 ) -> Twins:
     """Each tensor twice in one joint fit; one twin is learned, the other is tested.
 
@@ -320,7 +320,7 @@ def compute_curves(
     kinds: Sequence[str] = CODES,
     noises: Sequence[str] | None = None,
     reader: str | Reader = "lda",
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
     """Every curve of the plan for every group, with null and baseline made from the groups.
@@ -486,7 +486,7 @@ class PeakEncoder:
     """
 
     @checked
-    def __init__(self, random_state: Annotated[int, "≥ 0"] = 0):
+    def __init__(self, random_state: Seed = 0):
         self._rng = np.random.default_rng(random_state)
 
     def __call__(self, tensors: Any) -> Any:
@@ -502,9 +502,7 @@ class PeakEncoder:
         return label_like(found, tensors, ("trial", "component", "time"), "peak")
 
 
-def _compute_baseline(
-    group: Group, plan: Plan, peak: float, random_state: Annotated[int, "≥ 0"] = 0
-) -> Sweep:
+def _compute_baseline(group: Group, plan: Plan, peak: float, random_state: Seed = 0) -> Sweep:
     """Accuracy from the peak's position and time alone, in common noise on the tensors."""
     return compute_sweep(
         group.tensors,
@@ -530,7 +528,7 @@ def group_tensors(
     *,
     quantity: str = "angle",
     reference: str = "exponential",
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
 ) -> dict[str, dict[str, Group]]:
     """Both comparisons of ``list_groups``, encoded, with a null of jointly fitted codes."""
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}

@@ -26,7 +26,7 @@ from feeler.objects.trials import Trial
 from feeler.progress import Advance, show_progress
 from feeler.records import Ge, Gt, Len, Record, Shown
 from feeler.tensors.transforms import check_squares
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 # Noisy copies in few coordinates, for methods that see only distances and angles.
 
@@ -239,7 +239,7 @@ def compute_sweep(
     encode: _Encode | None = None,
     held_out: tuple[Any, Labels] | None = None,
     rotate: bool = False,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
     n_jobs: int | None = None,
     progress: Advance | None = None,
 ) -> Sweep:
@@ -514,7 +514,7 @@ def compute_jittered(
     location: float = 0.0,
     speed: float = 0.0,
     n_each: int = 1,
-    random_state: Annotated[int, "≥ 0"] = 0,
+    random_state: Seed = 0,
     **options: Any,
 ) -> Sweep:
     """A sweep trained on nominal trials and tested on jittered ones of the same labels.

@@ -26,10 +26,10 @@ from feeler.files import (
 )
 from feeler.presets import PRESETS, make_preset
 from feeler.provenance import compute_digest
-from feeler.records import Record, Shown
+from feeler.records import Gt, Record, Shown
 from feeler.robot.description import ROBOT_FACTS, Flexures
 from feeler.tensors.formats import Format
-from feeler.validation import checked, show
+from feeler.validation import Count, Seed, checked, show
 
 # Making: a design as flexure hinges that can be cut, and what is lost when they are cut a
 # little wrong.
@@ -48,8 +48,8 @@ WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
 @checked
 def make_strips(
     antenna: Antenna,
-    length: Annotated[float, "> 0"] = 0.5,
-    sheets: Annotated[tuple[Annotated[float, "> 0"], ...], Len(1)] = SHEETS,
+    length: Annotated[float, Gt(0)] = 0.5,
+    sheets: Annotated[tuple[Annotated[float, Gt(0)], ...], Len(1)] = SHEETS,
 ) -> Flexures:
     """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (E
     t³).
@@ -86,9 +86,9 @@ def measure_tolerance(
     task: DesignTask,
     purpose: str = "test",
     *,
-    share: Annotated[float, "> 0"] = 0.05,
-    copies: Annotated[int, "> 0"] = 6,
-    seed: Annotated[int, "≥ 0"] = 0,
+    share: Annotated[float, Gt(0)] = 0.05,
+    copies: Count = 6,
+    seed: Seed = 0,
     **options: Any,
 ) -> list[Score]:
     """Scores of copies whose hinges were made wrong: width and thickness each off by up to ±

@@ -26,7 +26,7 @@ from feeler.physics.run import expect_motions
 from feeler.physics.run import simulate as run_scenes
 from feeler.physics.scene import Clock, Scene
 from feeler.records import Ge, Gt, Registry, Shown, Unit
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # What a designed antenna is to tell apart: a task with touches to learn from and to ask about.
 
@@ -296,8 +296,8 @@ def _read_angles(
 @checked
 def decode(
     tensors: Annotated[np.ndarray, "class touch entry"],
-    train: Annotated[int, "> 0"],
-    sd: Annotated[float, "> 0"],
+    train: Count,
+    sd: Annotated[float, Gt(0)],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bits (noise, class, touch) of each test touch in each drawn noise, and its answers' shares
     (class, touch, answer).
@@ -370,7 +370,7 @@ CHOICES: Registry[_Choice] = Registry("choice of sensors")
 def choose_sensors(
     antenna: Antenna,
     task: DesignTask,
-    count: Annotated[int, "> 0"],
+    count: Count,
     choice: str = "d-optimal",
     purpose: str = "optimiser",
 ) -> np.ndarray:

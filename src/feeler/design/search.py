@@ -17,7 +17,7 @@ from feeler.errors import InvalidInput, SimulationDiverged, require_extra
 from feeler.progress import Advance, show_progress
 from feeler.provenance import Journal, make_key
 from feeler.records import Ge, Gt, Record, Registry, Shown
-from feeler.validation import checked
+from feeler.validation import Count, Seed, checked
 
 # Space: antennas near one that is given, described by a few numbers.
 
@@ -501,10 +501,10 @@ def optimise(
     constraints: Constraints | None = None,
     *,
     method: str = "cma",
-    evaluations: Annotated[int, "> 0"] = 150,
-    starts: Annotated[int, "> 0"] = 1,
+    evaluations: Count = 150,
+    starts: Count = 1,
     far: bool = False,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
     aim: Literal["bits", "accuracy"] = "bits",
     journal: str | Path | None = None,
     watch: Callable[[DesignProblem], None] | None = None,

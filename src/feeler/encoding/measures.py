@@ -8,7 +8,7 @@ from scipy.stats import rankdata
 
 from feeler.encoding.model import check_choice
 from feeler.errors import InvalidInput
-from feeler.validation import checked
+from feeler.validation import Count, Seed, checked
 
 # Entropy of bases and activations, by two definitions that answer two questions.
 
@@ -18,7 +18,7 @@ _LEVELS = 256
 
 @checked
 def compute_histogram_entropy(
-    values: np.ndarray, *, levels: Annotated[int, "> 0"] = _LEVELS, scale: str = "max"
+    values: np.ndarray, *, levels: Count = _LEVELS, scale: str = "max"
 ) -> float:
     """Entropy [bit] of the grey levels of an array taken as a picture.
 
@@ -140,7 +140,7 @@ def map_locations(
     places: Annotated[np.ndarray, "component"],
     *,
     n_shuffles: int = 999,
-    rng: np.random.Generator | Annotated[int, "≥ 0"] | None = 0,
+    rng: np.random.Generator | Seed | None = 0,
 ) -> LocationMapping:
     """Score how contact location follows from which component is most active.
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,7 +29,7 @@ from feeler.provenance import LICENCE, PHYSICS, list_versions, make_plain
 from feeler.tensors.schema import choose_quantities
 from feeler.tensors.store import Store, open_store
 from feeler.tensors.stored import read_store
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 OFF = 0.05  # [C] what a touch may err by, over its peak, without a warning
 _NAMED = 20  # touches in one warning
@@ -58,7 +58,7 @@ def touch(
     dtype: str = "float64",
     workers: int | None = None,
     executor: Executor | None = None,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate every trial and return the tactile tensors.
@@ -187,7 +187,7 @@ def _make_job(
     all_hinges: bool,
     save: Sequence[str] | None,
     dtype: str,
-    seed: Annotated[int, "≥ 0"],
+    seed: Seed,
 ) -> Job:
     """What every trial is simulated with."""
     if dtype not in _DTYPES:
@@ -328,7 +328,7 @@ def _describe_attributes(
     clock: Clock,
     contact: Contact,
     engine: str,
-    seed: Annotated[int, "≥ 0"],
+    seed: Seed,
     accuracy: float | None = None,
     more: Mapping[str, object] | None = None,
 ) -> dict[str, object]:

@@ -4,7 +4,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,7 @@ from feeler.decoding.network import import_torch
 from feeler.errors import InvalidInput
 from feeler.objects.noise import Noise, parse_noise
 from feeler.tensors.formats import load
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 # Splits without twins: what belongs together lies on one side.
 
@@ -41,7 +41,7 @@ def split_trials(
     by: str | Sequence[str] = "twin",
     *,
     shares: Mapping[str, float] | None = None,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
 ) -> np.ndarray:
     """The name of each trial's side (trial,): trials with the same ``by`` are on one side.
 

@@ -14,7 +14,7 @@ from feeler.antenna.segments import find_frames
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.files import find_file
 from feeler.objects.shapes import Feature, digest_numbers
-from feeler.records import Of, freeze
+from feeler.records import Gt, Of, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
 
@@ -120,9 +120,9 @@ class Mesh(Feature):
     def from_heights(
         cls,
         heights: Annotated[np.ndarray, "row column"],
-        spacing: Annotated[float, "> 0"],
+        spacing: Annotated[float, Gt(0)],
         *,
-        depth: Annotated[float, "> 0"] = 5.0,
+        depth: Annotated[float, Gt(0)] = 5.0,
         rounding: float = 0.0,
         name: str = "",
     ) -> "Mesh":

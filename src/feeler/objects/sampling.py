@@ -3,7 +3,7 @@ drawn.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Feature, make_feature
 from feeler.objects.trials import LEAD, Trial, place
 from feeler.provenance import compute_digest, make_plain
-from feeler.validation import checked
+from feeler.validation import Seed, checked
 
 _ATTEMPTS = 20  # [C] draws of one touch before its ranges are said not to fit
 _HOPELESS = 0.9  # [C] share of touches that do not fit from which no other draw is tried
@@ -113,7 +113,7 @@ def sample_trials(
     sides: Sequence[str] = ("left", "right"),
     base: Mapping[str, Any] | None = None,
     antenna: Antenna | None = None,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
 ) -> SampledTrials:
     """Random touches by ranges or distributions; the k-th is the same however many are drawn.
 
@@ -194,7 +194,7 @@ def _draw(
     spreads: dict[str, Spread],
     n_features: int,
     sides: list[str],
-    seed: Annotated[int, "≥ 0"],
+    seed: Seed,
     again: int = 0,
 ) -> dict:
     columns = {

@@ -6,7 +6,7 @@ from concurrent.futures import wait
 from dataclasses import dataclass, fields, replace
 from functools import wraps
 from threading import Event, RLock
-from typing import Annotated, Any
+from typing import Any
 from weakref import finalize
 
 import numpy as np
@@ -40,7 +40,7 @@ from feeler.physics.engine import (
 from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
 from feeler.physics.scene import MAX_STEPS, Scene
 from feeler.records import make_picture
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # Snapshots: a moment of simulations, and what it belongs to.
 
@@ -165,7 +165,7 @@ class Simulations:
         *,
         engine: str = DEFAULT_ENGINE,
         timestep: float | None = None,
-        workers: Annotated[int, "> 0"] = 1,
+        workers: Count = 1,
     ) -> None:
         scenes, self._fixed = list(scenes), timestep is not None
         step = choose_timestep(timestep, engine, *(scene.contact for scene in scenes))

@@ -25,6 +25,7 @@ from feeler.objects import Trial, place
 from feeler.objects.meshes import list_solids
 from feeler.objects.shapes import Feature, trace_rim
 from feeler.plotting.style import ANTENNA_COLOURS, TENSOR_COLOURS, set_decades
+from feeler.records import Gt
 from feeler.tensors.transforms import compute_bend, in_unit, measure_peak, reconstruct_posture
 from feeler.validation import checked
 
@@ -92,7 +93,7 @@ def make_patch(
     feature: Feature,
     origin: Annotated[np.ndarray, "axis"],
     forward: Annotated[np.ndarray, "axis"],
-    reach: Annotated[float, "> 0"] = 100.0,
+    reach: Annotated[float, Gt(0)] = 100.0,
 ) -> PathPatch:
     """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along
     ``forward``.

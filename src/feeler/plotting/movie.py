@@ -16,7 +16,8 @@ from PIL import Image
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.files import writing
 from feeler.plotting.style import fix_layout
-from feeler.validation import checked
+from feeler.records import Gt
+from feeler.validation import Count, checked
 
 _MOVIE_WIDTH = 1080
 """Pixels across every movie: small text is read, and eight movies stay below 2 MB."""
@@ -44,8 +45,8 @@ class Movie(type(Path())):  # type: ignore[misc]  # until Python 3.12, Path itse
 def choose_frames(
     time: Annotated[np.ndarray, "sample"],
     *,
-    slower: Annotated[float, "> 0"] = SLOWER,
-    fps: Annotated[int, "> 0"] = FPS,
+    slower: Annotated[float, Gt(0)] = SLOWER,
+    fps: Count = FPS,
 ) -> np.ndarray:
     """Samples (frame,) to show of ``time`` [ms] so that the movie is ``slower`` than life; the last
     one is among them.

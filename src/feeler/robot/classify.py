@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from feeler.robot.reality import Touches, touch_robots
 from feeler.robot.recordings import Recording
 from feeler.robot.surrogate import make_surrogate
 from feeler.robot.touches import Label, compute_tip, make_touches
-from feeler.validation import checked
+from feeler.validation import Count, Seed, checked
 
 # What a classifier learns from: touches of surrogate robots, and of strangers beside them.
 
@@ -89,8 +89,8 @@ def draw_lessons(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    robots: Annotated[int, "> 0"] = _ROBOTS,
-    seed: Annotated[int, "≥ 0"] = 0,
+    robots: Count = _ROBOTS,
+    seed: Seed = 0,
     **how: Any,
 ) -> Lessons:
     """Touches of ``robots`` surrogate robots, and of half as many others that touch strangers.
@@ -140,8 +140,8 @@ def make_classifier(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    robots: Annotated[int, "> 0"] = _ROBOTS,
-    seed: Annotated[int, "≥ 0"] = 0,
+    robots: Count = _ROBOTS,
+    seed: Seed = 0,
     lessons: Lessons | None = None,
     **how: Any,
 ) -> CloudReader:

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.files import make_record, read_start, read_toml, writing
 from feeler.records import Ge, Gt, Le, Of, Record, Unit, freeze
 from feeler.robot.sensors import MAX_HINGES
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # The robotic antenna's hinges: geometry, theoretical stiffness, numbers with their sources.
 
@@ -133,9 +133,9 @@ get places on the device.
 def make_robot(
     *,
     hinges: Flexures | None = None,
-    stiffness_factor: Annotated[float, "> 0"] = ROBOT_FACTS["stiffness_factor"].number,
-    damping_factor: Annotated[float, "> 0"] = ROBOT_FACTS["damping_factor"].number,
-    mass: Annotated[float, "> 0"] = ROBOT_FACTS["mass"].number,
+    stiffness_factor: Annotated[float, Gt(0)] = ROBOT_FACTS["stiffness_factor"].number,
+    damping_factor: Annotated[float, Gt(0)] = ROBOT_FACTS["damping_factor"].number,
+    mass: Annotated[float, Gt(0)] = ROBOT_FACTS["mass"].number,
     radius: float = ROBOT_FACTS["radius"].number,
     name: str = "robot",
 ) -> Antenna:
@@ -377,9 +377,7 @@ class RobotFile(Record):
 
 
 @checked
-def write_robot(
-    path: str | os.PathLike, n_hinges: Annotated[int, "> 0"], *, moulded: bool = False
-) -> None:
+def write_robot(path: str | os.PathLike, n_hinges: Count, *, moulded: bool = False) -> None:
     """Write a commented robot file to be edited.
 
     Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C]. ``moulded``: one

@@ -11,7 +11,7 @@ from scipy.signal import find_peaks
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.records import OneOf, Shown
+from feeler.records import Gt, OneOf, Shown
 from feeler.robot.description import Flexures, make_robot
 from feeler.robot.recordings import Recording
 from feeler.robot.touches import INTERVAL, compute_tip
@@ -152,7 +152,7 @@ def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
 def simulate_release(
     antenna: Antenna,
     posture: Annotated[np.ndarray, "hinge"],
-    duration: Annotated[float, "> 0"],
+    duration: Annotated[float, Gt(0)],
     *,
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,

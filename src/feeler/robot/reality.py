@@ -43,7 +43,7 @@ from feeler.robot.touches import (
     simulate_pairs,
     simulate_touches,
 )
-from feeler.validation import checked
+from feeler.validation import Count, Seed, checked
 
 # The reality gap, measured: transfer against its size, and what closes it.
 
@@ -105,7 +105,7 @@ def make_training(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    n_variants: Annotated[int, "≥ 0"] = 0,
+    n_variants: Seed = 0,
     gap: Gap | None = None,
     rng: np.random.Generator | None = None,
     **how: Any,
@@ -240,7 +240,7 @@ def make_decoder(
     trials: Sequence[Trial] | None = None,
     *,
     threshold: float = 0.9,
-    seed: Annotated[int, "≥ 0"] = 0,
+    seed: Seed = 0,
     **how: Any,
 ) -> StreamDecoder:
     """A streaming decoder of the nominal model's touches.
@@ -264,8 +264,8 @@ def make_decoder(
 @checked
 def draw_robots(
     size: float,
-    n_robots: Annotated[int, "> 0"],
-    seed: Annotated[int, "≥ 0"],
+    n_robots: Count,
+    seed: Seed,
     *,
     gap: Gap | None = None,
     nominal: Antenna | None = None,
@@ -287,7 +287,7 @@ def draw_robots(
 @checked
 def touch_robots(
     robots: Sequence[Surrogate],
-    repeats: Annotated[int, "> 0"] = 1,
+    repeats: Count = 1,
     *,
     trials: Sequence[Trial] | None = None,
     antenna: Antenna | None = None,
@@ -411,8 +411,8 @@ def measure_parts(
     trials: Sequence[Trial] | None = None,
     *,
     parts: Mapping[str, Collection[str]] | None = None,
-    n_robots: Annotated[int, "> 0"] = 20,
-    seed: Annotated[int, "≥ 0"] = 0,
+    n_robots: Count = 20,
+    seed: Seed = 0,
     progress: Advance | None = None,
 ) -> dict[str, TransferScore]:
     """Train on simulated touches, test on surrogate robots with one part of the gap each.

@@ -9,7 +9,7 @@ import xarray as xr
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.records import OneOf
+from feeler.records import Gt, OneOf
 from feeler.robot.description import make_robot
 from feeler.robot.recordings import Recording
 from feeler.robot.touches import INTERVAL
@@ -66,7 +66,7 @@ def _count_saturated(values: np.ndarray) -> int:
 def repair(
     recording: Recording,
     *,
-    interval: Annotated[float, "> 0"] = INTERVAL,
+    interval: Annotated[float, Gt(0)] = INTERVAL,
     max_gap: float = _MAX_GAP,
     gaps: Annotated[str, OneOf(("refuse", "bridge", "keep"))] = "refuse",
     bad_channels: Annotated[str, OneOf(("refuse", "missing"))] = "refuse",

@@ -25,7 +25,7 @@ from feeler.robot.touches import (
     make_touches,
     simulate_pairs,
 )
-from feeler.validation import checked
+from feeler.validation import Count, checked
 
 # The reality gap as numbers: how far a surrogate robot may differ from the model.
 
@@ -416,6 +416,6 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 
 
 @checked
-def make_tip_touches(repeats: Annotated[int, "> 0"] = 1) -> list[Trial]:
+def make_tip_touches(repeats: Count = 1) -> list[Trial]:
     """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
     return make_touches(locations=ROBOT_LOCATIONS[-1:], speeds=ROBOT_SPEEDS) * repeats

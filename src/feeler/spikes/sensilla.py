@@ -446,7 +446,7 @@ def place_sensilla(
 
 @checked
 def find_gain(
-    touches: xr.Dataset, population: Population, rate: Annotated[float, "> 0"] = 400.0
+    touches: xr.Dataset, population: Population, rate: Annotated[float, Gt(0)] = 400.0
 ) -> Population:
     """The population with all gains scaled so that half of the touches drive a unit beyond a rate.
 

@@ -26,7 +26,7 @@ from feeler.spikes.sensilla import (
 )
 from feeler.tensors.schema import label_units
 from feeler.tensors.transforms import in_unit, label_like
-from feeler.validation import checked, is_array, show
+from feeler.validation import Seed, checked, is_array, show
 
 # Spike trains: drawn from rates, given by hand, counted, thinned, and by their first spikes.
 
@@ -62,9 +62,7 @@ POISSON = Firing()
 
 
 @checked
-def draw_spikes(
-    touches: xr.Dataset, firing: Firing = POISSON, *, seed: Annotated[int, "≥ 0"] = 0
-) -> xr.Dataset:
+def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0) -> xr.Dataset:
     """The touches with ``spike_time`` (trial, unit, event) [ms] beside their ``rate``.
 
     Parameters
@@ -212,7 +210,7 @@ def count_spikes(touches: xr.Dataset) -> xr.DataArray:
 
 
 @checked
-def thin_spikes(raster: Any, keep: float, *, seed: Annotated[int, "≥ 0"] = 0) -> Any:
+def thin_spikes(raster: Any, keep: float, *, seed: Seed = 0) -> Any:
     """A raster from which spikes are lost at random, so that a trial keeps ``keep`` in the mean.
 
     A Poisson process thinned stays one, of a lower rate. Where there are fewer already, nothing is
@@ -272,7 +270,7 @@ class SensillaStream:
         step: float = 1.0,
         firing: Firing = POISSON,
         *,
-        seed: Annotated[int, "≥ 0"] = 0,
+        seed: Seed = 0,
         trial: int = 0,
         start: float = 0.0,
     ) -> None:

@@ -28,6 +28,7 @@ from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model, stack_shapes
 from feeler.physics.contact import get_contact
 from feeler.physics.scene import Scene
+from feeler.records import Ge
 from feeler.studio import study
 from feeler.studio.decoder import ANSWERS, NOISE
 from feeler.studio.live import LONGEST, Command, read_commands, replay
@@ -454,7 +455,7 @@ def write_touch_page(
     wish: TouchWish | None = None,
     other: AntennaWish | None = None,
     *,
-    unsure: Annotated[float, "≥ 0"] = UNSURE,
+    unsure: Annotated[float, Ge(0)] = UNSURE,
     commands: Sequence[Command] | None = None,
     samples: int = 0,
 ) -> str:

@@ -10,6 +10,7 @@ from scipy.ndimage import median_filter
 from feeler.errors import InvalidInput
 from feeler.files import writing
 from feeler.physics.scene import MAX_SAMPLES
+from feeler.records import Gt
 from feeler.tracking.tracks import LANDMARKS, Tracks
 from feeler.validation import checked
 
@@ -228,10 +229,10 @@ def make_synthetic_tracks(
     rng: np.random.Generator,
     *,
     peak_speed: tuple[float, float] = (np.deg2rad(86.67e-3), np.deg2rad(86.67e-3)),
-    sweep_rate: Annotated[float, "> 0"] = 0.5e-3,
-    duration: Annotated[float, "> 0"] = 20_000.0,
-    frame_rate: Annotated[float, "> 0"] = _FRAME_RATE,
-    length: Annotated[float, "> 0"] = 42.0,
+    sweep_rate: Annotated[float, Gt(0)] = 0.5e-3,
+    duration: Annotated[float, Gt(0)] = 20_000.0,
+    frame_rate: Annotated[float, Gt(0)] = _FRAME_RATE,
+    length: Annotated[float, Gt(0)] = 42.0,
     noise: float = 0.5,
     gap_share: float = 0.0,
 ) -> Tracks:

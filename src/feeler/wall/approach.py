@@ -216,7 +216,7 @@ def approach(
     posture: Posture | None = None,
     distances: Sequence[float] | np.ndarray = DISTANCES,
     *,
-    substep: Annotated[float, "> 0"] = _SUBSTEP,
+    substep: Annotated[float, Gt(0)] = _SUBSTEP,
 ) -> Approach:
     """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig.
     3A, B).

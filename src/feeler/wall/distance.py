@@ -13,7 +13,7 @@ import numpy as np
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
-from feeler.validation import checked
+from feeler.validation import Count, checked
 from feeler.wall.approach import DISTANCES, Approach, Peak, Posture, approach, find_sweep_peak
 
 # The map from the point of greatest curvature to the wall's distance: how straight, how exact,
@@ -184,7 +184,7 @@ def bootstrap_median(
     values: Annotated[np.ndarray, "setup"],
     rng: np.random.Generator,
     *,
-    n_resamples: Annotated[int, "> 0"] = 2000,
+    n_resamples: Count = 2000,
     level: float = 0.95,
 ) -> tuple[float, float, float]:
     """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN)

@@ -15,6 +15,7 @@ from feeler.execute import Executor
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import Result, expect_motions, simulate
 from feeler.physics.scene import Clock, Motion, Scene
+from feeler.records import Gt
 from feeler.tensors.schema import make_motion_tensors
 from feeler.validation import checked
 from feeler.wall.approach import DISTANCES, Approach, Posture, approach, make_wall_scene
@@ -119,8 +120,8 @@ def slide(
     posture: Posture | None = None,
     distances: Sequence[float] = DISTANCES[2::4],
     *,
-    speed: Annotated[float, "> 0"] = _SPEED,
-    duration: Annotated[float, "> 0"] = _SLIDE_DURATION,
+    speed: Annotated[float, Gt(0)] = _SPEED,
+    duration: Annotated[float, Gt(0)] = _SLIDE_DURATION,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
@@ -150,7 +151,7 @@ def drive(
     *,
     far: float = DISTANCES[0],
     near: float = DISTANCES[-1],
-    speed: Annotated[float, "> 0"] = 0.06,
+    speed: Annotated[float, Gt(0)] = 0.06,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
