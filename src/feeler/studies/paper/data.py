@@ -12,7 +12,7 @@ from feeler.objects.trials import SPEEDS, Trial, make_features, trials
 from feeler.provenance import make_key
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.stage import hold, is_kept
-from feeler.tensors.stored import read_store
+from feeler.tensors.store import read_store
 
 COMPLETE = 800.0  # [C] ms; the last slow touch of any profile ends before 700
 
