@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from tensors._sets import find_finished as list_finished
+from tensors._sets import forget
 
 from feeler.tensors.formats import load
 
-from ..tensors._sets import find_finished as list_finished
-from ..tensors._sets import forget
 from ._command import run
 
 FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]

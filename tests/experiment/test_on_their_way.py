@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from awkward_touches import INTERVAL, N_SAMPLES, list_trials, make_antenna, make_set
+from feeler.tensors.stored import find_inner
 from tensors._sets import CONFIGURATION, make_trial
 
 import feeler
@@ -27,7 +28,6 @@ from feeler.presets import make_preset
 from feeler.tensors import store as folder
 from feeler.tensors import stored as records
 from feeler.tensors.store import make_group_record, open_store, write_group
-from feeler.tensors.stored import find_inner
 from feeler.tensors.transforms import fold_planes, label_like, project_planes, scale_common
 
 STEP = 0.05

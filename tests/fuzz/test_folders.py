@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from feeler.tensors.stored import read_store
 
 from feeler.errors import FeelerError
 from feeler.sandbox import Limits
 from feeler.tensors.formats import FORMATS, save
 from feeler.tensors.schema import find_breaches
 from feeler.tensors.store import open_store
-from feeler.tensors.stored import read_store
 
 from ._files import make_set
 from ._mutate import mutate, shape_json

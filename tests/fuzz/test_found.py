@@ -5,6 +5,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from feeler.tensors.stored import read_store
 
 from feeler import Outline
 from feeler.decoding import StreamDecoder
@@ -16,7 +17,6 @@ from feeler.robot.stream import _MAX_LINE, Link, read_lines, read_samples
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import read_model, save_model
 from feeler.tensors.schema import find_breaches
-from feeler.tensors.stored import read_store
 from feeler.tensors.table import parse_table
 from feeler.tensors.writers import restore
 

@@ -154,7 +154,8 @@ def touch(
         "seed": seed,
     }
     job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, **options)
-    if accuracy is None and _follows_contact(engine):
+    follows = _follows_contact(engine)
+    if accuracy is None and follows:
         _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
     check_workers(workers)
     if (
@@ -175,8 +176,7 @@ def touch(
             tensors = read_store(kept.path)
     tensors = tensors.load() if load and tensors is not None else tensors
     if tensors is not None:
-        soft = contact if _follows_contact(engine) else None
-        _warn(tensors, accuracy, soft, fixed=timestep is not None)
+        _warn(tensors, accuracy, contact if follows else None, fixed=timestep is not None)
     return _hand_over(tensors, errors)
 
 
