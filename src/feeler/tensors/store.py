@@ -26,7 +26,7 @@ from zarr.core.buffer import Buffer
 from zarr.storage import LocalStore, MemoryStore
 
 from feeler.errors import InvalidInput, StoreError
-from feeler.files import TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic
+from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic
 from feeler.provenance import make_plain, write_plain
 from feeler.sandbox import MAX_TEXT
 from feeler.tensors.schema import QUANTITIES, derive_curvature
@@ -89,7 +89,7 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
             if item.dims[:1] == ("trial",) and item.ndim > 1:
                 array = arrays[str(name)]
                 _write(array, indices, item.values)
-                files |= {_find_chunk(path, array, index) for index in indices}
+                files |= {*_find_chunks(path, array, indices)}
     return sum(file.stat().st_size for file in files)
 
 
@@ -115,12 +115,11 @@ def _pick(rows: np.ndarray) -> slice | np.ndarray:
     return slice(int(rows[0]), int(rows[-1]) + 1) if run else rows
 
 
-def _find_chunk(path: Path, array: Any, trial: int) -> Path:
-    """The file that holds a trial of an array."""
-    rows = (array.shards or array.chunks)[0]
-    return (
-        path / array.basename / ".".join(["c", str(trial // rows), *["0"] * (array.ndim - 1)])
-    )
+def _find_chunks(path: Path, array: Any, rows: Any) -> list[Path]:
+    """The files that hold some trials of an array."""
+    size, rest = (array.shards or array.chunks)[0], ".0" * (array.ndim - 1)
+    folder = path / array.basename
+    return [folder / f"c.{number}{rest}" for number in np.unique(np.asarray(rows) // size)]
 
 
 def open_store(
@@ -202,6 +201,7 @@ class Store:
         self.finished = np.zeros(n_trials, bool)
         self._configuration = configuration
         self._like: xr.Dataset | None = None
+        self._arrays: dict[str, Any] = {}
         with explain(path):
             _make_folder(path)
             self._lock = Lock(path / _FLAGS / "lock", f"the store {path}")
@@ -209,7 +209,8 @@ class Store:
                 for part in path.rglob(f".*{TEMPORARY}"):  # of a process that was killed
                     part.unlink(missing_ok=True)
                 if (path / "zarr.json").exists():
-                    self._resume()
+                    with _reading(path):
+                        self._resume()
             except BaseException:
                 self._lock.release()
                 raise
@@ -217,9 +218,8 @@ class Store:
     def _resume(self) -> None:
         about, n_trials = _read_about(self.path), len(self.finished)
         differences = find_differences(about["configuration"], self._configuration)
-        with _reading(self.path):
-            arrays = _open_arrays(self.path, consolidated=False)
-            n_stored = arrays[_FLAGS].shape[0]
+        arrays = _open_arrays(self.path, consolidated=False)
+        n_stored = arrays[_FLAGS].shape[0]
         if n_stored > n_trials:
             differences.insert(0, f"number of trials: {n_stored} → {n_trials}")
         self._refuse(differences)
@@ -228,7 +228,7 @@ class Store:
         for first, last, file, _ in damage:
             warnings.warn(
                 f"trials {first} to {last} will be computed again: {file} is missing or damaged.",
-                stacklevel=5,
+                stacklevel=6,
             )
             file.unlink(missing_ok=True)  # of a damaged chunk no part can be written
         self.finished[:n_stored] = arrays[_FLAGS][:]
@@ -344,7 +344,7 @@ class Store:
             f" {self.finished.sum()} finished ones are safe"
         )
         with explain(self.path, state):
-            arrays = _open_arrays(self.path)
+            arrays = self._arrays = self._arrays or _open_arrays(self.path)
             for name, item in trials.variables.items():
                 if item.dims == ("trial",):
                     _write(arrays[str(name)], indices, item.values)
@@ -556,6 +556,8 @@ def _reading(path: Path, what: str = "it") -> Iterator[None]:
     except (InvalidInput, StoreError):
         raise
     except Exception as error:
+        if getattr(error, "errno", None) in FULL:
+            raise
         raise InvalidInput(
             f"{path}: {what} is damaged ({str(error)[:150]}). feeler validate names the trials,"
             " and the command that made the store computes them again."
@@ -663,9 +665,7 @@ def _check_files(path: Path, array: Any, rows: np.ndarray) -> None:
         for entry in os.scandir(path / array.basename)
         if entry.is_file(follow_symlinks=False)
     }
-    size = (array.shards or array.chunks)[0]
-    for number in np.unique(rows // size):
-        file = _find_chunk(path, array, int(number) * size)
+    for file in _find_chunks(path, array, rows):
         if file.name not in here:
             raise InvalidInput(
                 f"{file} is missing. The command that made the store computes its trials again."
@@ -723,7 +723,7 @@ def _find_damaged_chunks(path: Path, arrays: dict) -> Iterator[tuple[int, int, P
     for name, array in sorted(arrays.items(), key=lambda pair: pair[0] != _FLAGS):
         size = (array.shards or array.chunks)[0] if _is_of_trials(array) else 0
         for start in range(0, len(finished), size) if size else ():
-            stop, file = min(start + size, len(finished)), _find_chunk(path, array, start)
+            stop, (file,) = min(start + size, len(finished)), _find_chunks(path, array, [start])
             if not finished[start:stop].any() or (name == _FLAGS and not file.exists()):
                 finished[start:stop] &= name != _FLAGS
                 continue
