@@ -18,10 +18,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 
 from feeler import files as disk
 from feeler.errors import InvalidInput, StoreError
+from feeler.provenance import make_plain
 from feeler.tensors import store as module
+from feeler.tensors.formats import load, save
 from feeler.tensors.store import (
     INNER,
     find_damage,
@@ -628,3 +631,47 @@ def test_groups_may_have_any_size(fast, group_size):
 def test_groups_by_default_are_whole_chunks(n, fast):
     with open_store(fast / "a.zarr", CONFIGURATION, n) as store:
         assert find_inner(store.group_size) == min(store.group_size, INNER)
+
+
+def make_old(path, n_finished):
+    """A store as feeler 0.3 left it when it was killed: records name what is finished, and labels
+    for other readers were copied earlier.
+    """
+    whole = make_set()
+    fill(path, group_size=4)
+    names = [name for name, item in whole.variables.items() if item.dims == ("trial",)]
+    zarr.open_group(path, mode="r+")["speed"][2:] = np.nan
+    kinds = {name: whole[name].dtype.str.replace("<U8", "str") for name in names}
+    kinds |= {name: "str" for name in names if whole[name].dtype.kind == "U"}
+    (path / "progress").mkdir()
+    (path / "progress" / "store.json").write_text(json.dumps({"layout": {"labels": kinds}}))
+    for group in (0, 1):
+        trials = [k for k in range(4 * group, 4 * group + 4) if k < n_finished]
+        labels = {name: make_plain(whole[name].values[trials]) for name in names}
+        record = {"trials": trials, "labels": labels, "made": [{"speed": k} for k in trials]}
+        (path / "progress" / f"{group:06d}.json").write_text(json.dumps(record))
+
+
+@pytest.mark.parametrize("n_finished", [3, 7])
+def test_a_store_of_an_earlier_version_is_read_converted_and_not_continued(path, n_finished):
+    make_old(path, n_finished)
+    old = load(path)
+    made = json.dumps([{"speed": k} for k in range(n_finished)])
+    xr.testing.assert_identical(
+        old.load(), make_set().isel(trial=slice(n_finished)).assign_attrs(trials=made)
+    )
+    with pytest.raises(StoreError, match=r"of feeler 0\.3.*: feeler convert .*a?set\.zarr new"):
+        open_store(path, CONFIGURATION, N_TRIALS)
+    save(old, path.with_name("new.zarr"))
+    xr.testing.assert_identical(load(path.with_name("new.zarr")).load(), old)
+
+
+def test_an_earlier_store_without_a_finished_trial_says_so(path):
+    make_old(path, 0)
+    with pytest.raises(InvalidInput, match="no finished trial yet"):
+        load(path)
+
+
+def test_names_that_a_store_uses_itself_are_refused(path):
+    with pytest.raises(InvalidInput, match=r"keeps 'finished' itself; leave it out"):
+        save(make_set().assign(finished=("trial", np.ones(N_TRIALS, bool))), path)
