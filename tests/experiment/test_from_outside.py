@@ -2,8 +2,6 @@
 decoding, export.
 """
 
-import os
-import sys
 
 import numpy as np
 import pytest
@@ -12,9 +10,7 @@ from stimulus._capsule import Capsule
 import feeler
 from feeler.analysis import compute_dispersion
 from feeler.decoding import compute_sweep, make_labels
-from feeler.errors import StoreError
 from feeler.objects import SHAPES, Trial
-from feeler.physics.engine import ENGINES
 
 ANTENNA = feeler.Antenna(
     segment_length=np.full(14, 3.0),
@@ -73,35 +69,3 @@ def test_a_new_shape_goes_from_touch_to_export(trials, tmp_path):
     assert sweep.noisy.mean() > 0.9  # four touches that differ, hardly any noise
     feeler.save(tensors, tmp_path / "touches.nc")
     np.testing.assert_array_equal(feeler.load(tmp_path / "touches.nc").angle.values, angle)
-
-
-MODULE = """
-from feeler.physics.chain.stepper import ChainStepper
-from feeler.physics.engine import Engine
-def make(scenes, timestep):
-    return ChainStepper(scenes, timestep / {parts})
-ENGINE = Engine(make=make, timestep=0.05)
-"""
-
-
-def test_a_store_knows_the_code_of_an_engine_from_outside(tmp_path, monkeypatch):
-    trial = Trial(feature=feeler.Ball(radius=1.5), location=0.6, speed=0.3, approach=80)
-    monkeypatch.syspath_prepend(tmp_path)
-
-    def touch(parts, name):
-        (tmp_path / f"{name}.py").write_text(MODULE.format(parts=parts))
-        os.utime(
-            tmp_path / f"{name}.py", (0, 0)
-        )  # code that is younger than this process is refused
-        ENGINES.register("mine", __import__(name).ENGINE)
-        try:
-            return feeler.touch(
-                ANTENNA, trial, duration=20, engine="mine", store=tmp_path / "store"
-            )
-        finally:
-            ENGINES.unregister("mine")
-            sys.modules.pop(name)
-
-    touch(1, "engine_one")
-    with pytest.raises(StoreError, match="engine_"):
-        touch(2, "engine_two")

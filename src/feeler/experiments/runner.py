@@ -119,7 +119,8 @@ class Job:
             make_scene(self.get_antenna(index), trial, self.contact, self.flow)
             for index, trial in pairs
         ]
-        readings, errors = {}, {}
+        readings: dict[int, Reading] = {}
+        errors: dict[int, Exception] = {}
         times = 1 if self.accuracy is None else TOGETHER
         for lanes in make_groups(scenes, get_engine(self.engine), times):
             results = run_lanes(
@@ -283,7 +284,8 @@ def run_trials(
     """
     readings: dict[int, Reading] = {}
     errors: dict[int, Exception] = {}
-    done, n_bytes, path, groups = 0, 0, None, []
+    done, n_bytes, path = 0, 0, None
+    groups: list[Sequence[int]] = []
     if store is None:
         scenes = [make_scene(job.antenna, trial, job.contact, job.flow) for trial in trials]
         groups = [*make_groups(scenes, get_engine(job.engine))]  # neighbours together
@@ -296,9 +298,9 @@ def run_trials(
         groups = list_missing(store.finished, store.group_size)
 
     def pick(group: Sequence[int]) -> Share:
-        run = isinstance(group, range)
-        some = trials[group.start : group.stop] if run else [trials[k] for k in group]
-        return group, some, path
+        if isinstance(group, range):
+            return group, trials[group.start : group.stop], path
+        return group, [trials[index] for index in group], path
 
     for group, found in run_groups(job.perform, groups, pick, executor=executor):
         if isinstance(found, StoreError):

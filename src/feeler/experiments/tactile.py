@@ -157,7 +157,8 @@ def touch(
     follows = _follows_contact(engine)
     if accuracy is None and follows:
         _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
-    check_workers(workers)
+    if workers is not None:
+        check_workers(workers)
     if (
         store is None and executor is None and len(trials) == 1
     ):  # nothing to share out or resume

@@ -331,7 +331,12 @@ def _make_tensors(
         "curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype)
     )
     spatial = given["angle"].ndim == len(IN_SPACE["angle"])
-    variables = {name: (find_dims(name, spatial), values) for name, values in given.items()}
+    dims = {name: quantity.dims for name, quantity in QUANTITIES.items()}
+    dims |= IN_SPACE if spatial else {}
+    variables = {
+        name: (dims.get(name) or QUANTITIES[name].dims, values)  # which refuses unknown names
+        for name, values in given.items()
+    }
     coordinates = {
         "time": ("time", np.asarray(time, dtype=float)),
         "sensor": ("sensor", np.arange(1, len(segment) + 1)),

@@ -256,12 +256,12 @@ class Store:
         """Raise where a finished trial was made with other parameters than are asked for now."""
         for start in range(0, parameters.shape[0], _LABELS):
             stored = parameters[start : start + _LABELS]
-            for trial in start + np.flatnonzero(self.finished[start : start + _LABELS]):
-                asked = write_plain(make_plain(self._made[trial]))
-                if (text := str(stored[trial - start])) not in ("", asked):
-                    self._refuse(
-                        find_differences(json.loads(text), json.loads(asked), f"trial {trial}")
-                    )
+            done = np.flatnonzero(self.finished[start : start + _LABELS]).tolist()
+            for row in done:
+                asked = write_plain(make_plain(self._made[start + row]))
+                if (text := str(stored[row])) not in ("", asked):
+                    old, new = json.loads(text), json.loads(asked)
+                    self._refuse(find_differences(old, new, f"trial {start + row}"))
 
     def create(self, like: xr.Dataset) -> None:
         """Make the arrays for trials like these, which workers can then write; nothing where there
@@ -698,7 +698,7 @@ def describe_store(path: Path) -> list[str]:
     """How much of a store is finished, without reading its numbers."""
     with _reading(path):
         finished = zarr.open_group(path, mode="r")[_FLAGS][:]  # type: ignore[index]
-    shown = f"; below: the first {GLANCE}" if finished.sum() > GLANCE else ""  # type: ignore[union-attr, operator]
+    shown = f"; below: the first {GLANCE}" if finished.sum() > GLANCE else ""  # type: ignore[union-attr]
     return [f"{finished.sum()} of {len(finished)} trials finished{shown}"]  # type: ignore[union-attr, arg-type]
 
 
