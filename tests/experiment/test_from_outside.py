@@ -2,7 +2,6 @@
 decoding, export.
 """
 
-
 import numpy as np
 import pytest
 from stimulus._capsule import Capsule

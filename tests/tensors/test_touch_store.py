@@ -13,7 +13,7 @@ import xarray as xr
 
 import feeler
 from feeler import provenance
-from feeler.errors import SimulationDiverged, StoreError
+from feeler.errors import InvalidInput, SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.experiments import runner as job
 from feeler.tensors.formats import load
@@ -77,6 +77,8 @@ def test_any_part_may_be_missing(tmp_path, engine):
         ({"timestep": 0.01}, r"clock\.timestep: 0\.02 → 0\.01"),
         ({"engine": "mujoco"}, r'engine: "chain[a-z-]*" → "mujoco"'),
         ({"duration": 61.0}, "clock.duration"),
+        ({"contact": "hard"}, r"contact\."),
+        ({"dtype": "float32"}, 'dtype: "float64" → "float32"'),
     ],
 )
 def test_another_configuration_is_refused(tmp_path, changes, words):
@@ -100,6 +102,28 @@ def test_other_trials_are_refused_by_name(tmp_path):
     ]
     with pytest.raises(StoreError, match=r"trial 5\.feature"):
         feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)
+
+
+def test_another_antenna_is_refused_by_what_differs(tmp_path):
+    run(store=tmp_path / "a.zarr")
+    stiffness = antenna.stiffness.copy()
+    stiffness[7] *= 1 + 1e-15
+    with pytest.raises(StoreError, match=r"antenna\.stiffness\[7\]: 0\.12"):
+        feeler.touch(
+            antenna.replace(stiffness=stiffness), trials, store=tmp_path / "a.zarr", **options
+        )
+
+
+def test_a_lone_touch_is_that_of_workers_to_the_last_bit(tmp_path):
+    alone = feeler.touch(antenna, trials[3], **options)
+    with ThreadExecutor(2) as executor:
+        xr.testing.assert_identical(
+            feeler.touch(antenna, trials[3], executor=executor, **options), alone
+        )
+    stored = feeler.touch(antenna, [trials[3]], store=tmp_path / "a.zarr", **options)
+    xr.testing.assert_identical(stored, alone)
+    with pytest.raises(InvalidInput, match="workers must be a whole number"):
+        feeler.touch(antenna, trials[3], workers=0, **options)
 
 
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):

@@ -159,9 +159,8 @@ def touch(
         _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
     if workers is not None:
         check_workers(workers)
-    if (
-        store is None and executor is None and len(trials) == 1
-    ):  # nothing to share out or resume
+    alone = store is None and executor is None and len(trials) == 1
+    if alone:  # nothing to share out or to resume
         readings, errors = job.simulate([0], trials)
         tensors = collect(job, trials, readings)
         if progress is not None:
