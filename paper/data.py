@@ -12,7 +12,7 @@ from feeler.experiments.tactile import DURATION
 from feeler.objects.trials import SPEEDS, Trial, make_features
 from feeler.presets import paper_trials
 from feeler.provenance import make_key
-from feeler.tensors.stored import read_store
+from feeler.tensors.store import read_store
 from paper.context import Context
 from paper.stage import hold, is_kept
 

@@ -67,6 +67,9 @@ def name_release() -> str:
     return ".".join(find_version("feeler").split(".")[:2])
 
 
+_PLAIN = {str, int, bool, type(None)}
+
+
 def make_plain(value: Any) -> Any:
     """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their
     ``to_plain`` says), infinities and NaN words.
@@ -74,7 +77,9 @@ def make_plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | list | tuple):
         items = value.tolist() if isinstance(value, np.ndarray) else value
         return [
-            item if type(item) is float and math.isfinite(item) else make_plain(item)
+            item
+            if type(item) in _PLAIN or (type(item) is float and math.isfinite(item))
+            else make_plain(item)
             for item in items
         ]
     if isinstance(value, np.generic):
@@ -84,14 +89,11 @@ def make_plain(value: Any) -> Any:
     if value is None or isinstance(value, str | int | bool):
         return value
     if isinstance(value, dict):
-        return {str(key): make_plain(item) for key, item in value.items()}
+        return dict(zip(map(str, value), make_plain([*value.values()]), strict=True))
     if hasattr(value, "to_plain"):
         return make_plain(value.to_plain())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {
-            field.name: make_plain(getattr(value, field.name))
-            for field in dataclasses.fields(value)
-        }
+        return make_plain({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise InvalidInput(

@@ -5,7 +5,7 @@ named entries.
 import base64
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
 from pkgutil import resolve_name
@@ -100,9 +100,13 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def get(self, name: str, default: T | None = None) -> T | None:  # type: ignore[override]
         """The entry called ``name``, or ``default`` where there is none."""
-        if name in self:
-            return self[name]
-        return default
+        return self[name] if name in self._entries else default
+
+    def items(self) -> ItemsView[str, T]:
+        """Names and entries."""
+        for name in [*self._waiting]:
+            self[name]
+        return self._entries.items()  # type: ignore[return-value]
 
     def __contains__(self, name: object) -> bool:
         return name in self._entries

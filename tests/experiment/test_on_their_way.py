@@ -3,6 +3,7 @@ numbers differ in everything, orders are none of the usual, and hardly anything 
 """
 
 import json
+import signal
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,14 @@ from tensors._sets import CONFIGURATION, make_trial
 
 import feeler
 from feeler import files as disk
-from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged, StoreError
+from feeler.errors import (
+    Doubtful,
+    Inaccurate,
+    InvalidInput,
+    OutOfMemory,
+    SimulationDiverged,
+    StoreError,
+)
 from feeler.execute import ProcessExecutor, processes, run_batch
 from feeler.execute.batch import _window
 from feeler.experiments import mechanics as impulse
@@ -25,9 +33,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.scene import Clock
 from feeler.presets import make_preset
 from feeler.tensors import store as folder
-from feeler.tensors import stored as records
-from feeler.tensors.store import make_group_record, open_store, write_group
-from feeler.tensors.stored import find_inner
+from feeler.tensors.store import find_inner, open_store, read_store, write_group
 from feeler.tensors.transforms import fold_planes, label_like, project_planes, scale_common
 
 STEP = 0.05
@@ -86,7 +92,8 @@ def test_a_trial_s_seed_is_that_of_its_number_whoever_it_is_beside():
     assert [one["seed"] for one in made] == [spawn(5, 7), spawn(5, 2)]
     assert [one["location"] for one in made] == [0.83, 0.52]
     reading = {"angle": np.zeros((5, N_SAMPLES))}
-    tensors = make_job(save=["angle"]).make_tensors([7, 2], list_trials()[:2], [reading] * 2)
+    readings = {2: reading, 7: reading}
+    tensors = make_job(save=["angle"]).make_tensors([7, 2], list_trials()[:2], readings)
     assert tensors["seed"].values.tolist() == [spawn(5, 7), spawn(5, 2)]
     assert tensors["trial"].values.tolist() == [7, 2]
     names = [one.name for one in list_trials()[:2]]
@@ -126,7 +133,7 @@ def test_a_worker_simulates_each_trial_with_its_own_antenna_and_what_all_share(m
         save=["tip"],
         dtype="float32",
     )
-    done = own.perform(job.Share(indices=[7, 2, 3], trials=["t7", "t2", "t3"]))
+    done = own.perform(([7, 2, 3], ["t7", "t2", "t3"], None))
     assert asked == [
         (VARIANTS[k], trial, contact, "flow") for k, trial in ((1, "t7"), (2, "t2"), (0, "t3"))
     ]
@@ -146,7 +153,8 @@ def test_a_worker_simulates_each_trial_with_its_own_antenna_and_what_all_share(m
 )
 def test_a_trial_s_bytes_are_counted_by_what_is_saved_of_it(antenna, save, dtype, numbers):
     own = make_job(antenna=antenna, save=save, dtype=dtype)
-    assert own.count_bytes() == np.dtype(dtype).itemsize * numbers
+    blank = own.make_blank()
+    assert sum(values.nbytes for values in blank.values()) == np.dtype(dtype).itemsize * numbers
 
 
 def test_a_worker_of_another_feeler_says_which_and_what_is_wanted():
@@ -157,77 +165,67 @@ def test_a_worker_of_another_feeler_says_which_and_what_is_wanted():
     job.check_origin(job.PHYSICS, {"feeler": job.find_version("feeler")})
 
 
-def gather_groups(found, n=10, size=4, finished=()):
-    """A gathering that is told of groups one after the other, and what it tells."""
-    told, admitted = [], []
+class Told:
+    """Progress that keeps what it is told."""
 
-    class Told:
-        def tell(self, **state):
-            told.append(state)
+    def __init__(self):
+        self.states = []
 
-        def __call__(self, *counts):
-            told[-1]["done"] = counts
+    def tell(self, **state):
+        self.states.append(state)
 
-    store = SimpleNamespace(
-        finished={*finished},
-        path="p",
-        label=SimpleNamespace(group=size),
-        admit=admitted.append,
-        holds=lambda index: index // size == 1,
-    )
-    one = gather.Gathering(make_job(), [*range(n)], None, Told())
-    one.store = store
-    for group, result in found:
-        one._take(group, result)
-    return one, told, admitted
+    def __call__(self, *counts):
+        self.states[-1]["done"] = counts
 
 
-def test_progress_counts_trials_and_bytes_of_all_groups_and_failures_by_their_kind():
-    def stored(n_bytes):
-        return job.ShareResult(stored=SimpleNamespace(n_bytes=n_bytes))
+def test_progress_counts_trials_and_bytes_of_all_groups_and_failures_by_their_kind(monkeypatch):
+    def stored(index, n_bytes):
+        labels = xr.Dataset(coords={"trial": [index]})
+        return job.ShareResult(labels=labels, n_bytes=n_bytes)
 
-    diverged = SimulationDiverged("x", time=1.0)
     failed = job.ShareResult(errors={5: ValueError("a"), 6: ValueError("b")})
-    one, told, admitted = gather_groups(
-        [
-            ([0, 1, 2, 3], stored(700)),
-            ([4, 5, 6], failed),
-            ([8, 9], diverged),
-            ([7], stored(11)),
-        ]
+    found = [
+        ([0, 1, 2, 3], stored(3, 700)),
+        ([4, 5, 6], failed),
+        ([8, 9], SimulationDiverged("x", time=1.0)),
+        ([7], stored(7, 11)),
+    ]
+    admitted, told = [], Told()
+    monkeypatch.setattr(gather, "run_groups", lambda *given, **how: found)
+    monkeypatch.setattr(gather, "check_room", lambda *given: None)
+    store = SimpleNamespace(
+        finished=np.zeros(10, bool),
+        path="p",
+        group_size=4,
+        create=lambda like: None,
+        admit=lambda indices, labels: admitted.append(indices),
     )
-    assert [state["done"] for state in told] == [(4, 10), (7, 10), (9, 10), (10, 10)]
-    assert [state["stored"] for state in told] == [700, 700, 700, 711]
-    assert told[-1]["failed"] == {"ValueError": 2, "SimulationDiverged": 2}
-    assert sorted(one.errors) == [5, 6, 8, 9] and len(admitted) == 2
+    own = make_job(save=["angle"])
+    _, errors = gather.run_trials(own, list_trials()[:1] * 10, store, None, told)
+    assert [state["done"] for state in told.states] == [(4, 10), (7, 10), (9, 10), (10, 10)]
+    assert [state["stored"] for state in told.states] == [700, 700, 700, 711]
+    assert told.states[-1]["failed"] == {"ValueError": 2, "SimulationDiverged": 2}
+    assert sorted(errors) == [5, 6, 8, 9] and admitted == [[3], [7]]
 
 
-def test_a_worker_writes_a_whole_group_that_the_store_does_not_hold():
-    """Groups of four of ten trials: of the last there are two; the second is begun already."""
-    one, _, _ = gather_groups([])
-    for group, whole in (
-        ([0, 1, 2, 3], True),
-        ([4, 5, 6, 7], False),
-        ([8, 9], True),
-        ([2], False),
-    ):
-        share = one._pick(group)
-        assert (share.store is not None) is whole
-        assert (share.indices, [*share.trials]) == (group, group)
-        assert share.group_size == (4 if whole else 0)
-    assert one._pick([3, 0, 2]).trials == [3, 0, 2]
-    one.store.finished = {1, 4, 5, 6, 7, 9}
-    assert one._make_groups() == [[0, 2, 3], [8]]
+def test_groups_are_what_is_not_finished_of_each_and_whole_ones_are_ranges():
+    """Groups of four of ten trials: of the last there are two."""
+    finished = np.zeros(10, bool)
+    groups = gather.list_missing(finished, 4)
+    assert groups == [range(4), range(4, 8), range(8, 10)]
+    finished[[1, 4, 5, 6, 7, 9]] = True
+    assert gather.list_missing(finished, 4) == [[0, 2, 3], [8]]
 
 
-def test_what_lacks_room_is_what_is_not_finished(monkeypatch):
-    told = []
+def test_what_lacks_room_is_what_is_not_finished(tmp_path, monkeypatch):
+    told, own = [], make_job(save=["tip"], dtype="float32")
     monkeypatch.setattr(gather, "check_room", lambda *given: told.append(given))
     monkeypatch.setattr(gather, "run_groups", lambda *given, **how: [])
-    one, _, _ = gather_groups([])
-    one._done = 3
-    one.run(None)
-    assert told == [("p", 7 * make_job().count_bytes(), "7 trials")]
+    with open_store(tmp_path / "a.zarr", {}, 3) as store:
+        store.finished[1] = True
+        gather.run_trials(own, list_trials(), store, None, Told())
+    n_bytes = 4 * (5 + 2) * N_SAMPLES
+    assert told == [(tmp_path / "a.zarr", 2 * n_bytes, "2 trials")]
 
 
 def test_how_many_touches_missed_their_accuracy_is_told():
@@ -271,7 +269,7 @@ def test_of_several_errors_the_first_trial_s_is_raised_with_what_the_others_gave
             ),
         }
         with pytest.raises(SimulationDiverged, match=r"diverged at 2\.5 ms") as caught:
-            touch._hand_over("others", SimpleNamespace(errors=errors))
+            touch._hand_over("others", errors)
     assert caught.value.tensors == "others"
     kept = np.load(caught.value.state_file)
     np.testing.assert_allclose(kept["angle"], 0.6)
@@ -380,8 +378,12 @@ def test_processes_say_how_many_they_are_and_share_what_is_free(monkeypatch):
     ],
 )
 def test_how_a_worker_ended_is_told_and_memory_blamed_for_a_kill_alone(code, words):
-    said = processes._explain_end(code)
+    said = str(processes._explain_end(code))
     assert words in said and ("memory" in said) is (code == -9)
+
+
+def test_an_aborted_worker_is_one_without_memory():
+    assert isinstance(processes._explain_end(-signal.SIGABRT), OutOfMemory)
 
 
 def test_two_items_a_worker_are_in_flight_and_of_unknown_workers_64_are_taken():
@@ -393,30 +395,36 @@ def test_two_items_a_worker_are_in_flight_and_of_unknown_workers_64_are_taken():
         next(run_batch(str, [], retries=2, window=0))
 
 
-def test_records_of_a_group_are_put_in_the_order_of_their_trials():
+def test_trials_come_in_any_order_and_each_keeps_its_own(tmp_path):
+    path, made = tmp_path / "a.zarr", [{"speed": k} for k in range(8)]
     trials = xr.concat(
-        [make_trial(k) for k in (6, 4)], "trial", data_vars="minimal", coords="minimal",
+        [make_trial(k) for k in (6, 2, 4)], "trial", data_vars="minimal", coords="minimal",
         compat="override",
     )  # fmt: skip
-    layout = records.make_layout(trials)
-    shards = {name: b"x" for name in layout.variables}
-    new = make_group_record(layout, 4, [6, 4], trials, ["six", "four"], shards)
-    assert (new.group, new.trials, new.made) == (1, [4, 6], ["four", "six"])
-    assert new.labels["location"] == pytest.approx([0.4, 0.6])
-    old = make_group_record(layout, 4, [5], make_trial(5), ["five"], shards)
-    both = records.merge(old, new)
-    assert (both.trials, both.made) == ([4, 5, 6], ["four", "five", "six"])
-    assert both.labels["location"] == pytest.approx([0.4, 0.5, 0.6])
-    assert both.labels["feature"] == ["ball", "box", "triangle"]
+    with open_store(path, CONFIGURATION, 8, group_size=4, made=made) as store:
+        store.append([6, 2, 4], trials)
+        store.append(5, make_trial(5))
+    found = read_store(path)
+    assert found["location"].values == pytest.approx([0.2, 0.4, 0.5, 0.6])
+    assert found["feature"].values.tolist() == ["triangle", "ball", "box", "triangle"]
+    assert [one["speed"] for one in json.loads(found.attrs["trials"])] == [2, 4, 5, 6]
+    for row, index in enumerate((2, 4, 5, 6)):
+        np.testing.assert_array_equal(found["tip"][row], make_trial(index)["tip"][0])
 
 
 def test_what_a_group_takes_on_disk_is_all_of_its_shards(tmp_path):
     path = tmp_path / "a.zarr"
-    with open_store(path, CONFIGURATION, 6, group_size=4):
-        trials = make_trial(5)
-        stored = write_group(path, 4, [5], trials, [])
-        files = [*path.rglob("c.*")]
-        assert len(files) == 3 and stored.n_bytes == sum(file.stat().st_size for file in files)
+    with open_store(path, CONFIGURATION, 6, group_size=4) as store:
+        store.create(make_trial(0))
+        n_bytes = write_group(path, [5], make_trial(5))
+        files = [*path.glob("*/c.1.0.0")]
+        assert len(files) == 3 and n_bytes == sum(file.stat().st_size for file in files)
+        assert not store.finished.any()
+
+
+def test_a_worker_that_sees_no_store_says_so(tmp_path):
+    with pytest.raises(StoreError, match=r"sees no store at .*a\.zarr.*shared by all workers"):
+        write_group(tmp_path / "a.zarr", [5], make_trial(5))
 
 
 def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):
@@ -424,23 +432,15 @@ def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):
     with open_store(path, CONFIGURATION, 6, group_size=4, made=[*"abcdef"]) as store:
         for index in (5, 0, 4):
             store.append(index, make_trial(index))
-        assert sorted(store.finished) == [0, 4, 5]
-        assert [store._records[k].made for k in (0, 1)] == [["a"], ["e", "f"]]
-        store.close()
-        about = json.loads((path / "zarr.json").read_text())["attributes"]["feeler_store"]
-        assert (about["n_trials"], about["n_finished"]) == (6, 3)
-        done = store._collect_labels()["finished"]
-        assert done.tolist() == [True, False, False, False, True, True]
+        assert np.flatnonzero(store.finished).tolist() == [0, 4, 5]
     shard = path / "angle" / "c.1.0.0"
     shard.write_bytes(shard.read_bytes()[:-1] + b"?")
-    words = (
-        r"trials 4 to 5 will be computed again: .*c\.1\.0\.0 \(trials 4 to 5\) is missing or"
-    )
+    words = r"trials 4 to 5 will be computed again: .*c\.1\.0\.0 is missing or damaged"
     with (
         pytest.warns(UserWarning, match=words),
         open_store(path, CONFIGURATION, 6, group_size=4) as store,
     ):
-        assert store.finished == {0}
+        assert np.flatnonzero(store.finished).tolist() == [0]
 
 
 def test_a_disk_that_is_full_says_what_is_safe(tmp_path, monkeypatch):
@@ -454,15 +454,13 @@ def test_a_disk_that_is_full_says_what_is_safe(tmp_path, monkeypatch):
         monkeypatch.setattr("feeler.tensors.store.write_atomic", fail)
         pair = xr.concat([make_trial(5), make_trial(7)], "trial", data_vars="minimal",
                          coords="minimal", compat="override")  # fmt: skip
-        with pytest.raises(StoreError, match="trials 5 to 7 are not stored; the"):
+        with pytest.raises(StoreError, match="trials 5 to 7 are not stored; the finished ones"):
             store.append([5, 7], pair)
         monkeypatch.setattr("feeler.tensors.store.write_atomic", fail)
-        with pytest.raises(
-            StoreError, match="trials 2 to 2 are not stored; the 1 finished ones"
-        ):
+        with pytest.raises(StoreError, match="trials 2 to 2 are not stored; the finished ones"):
             store.append(2, make_trial(2))
         monkeypatch.undo()
-        assert store.finished == {0}
+        assert np.flatnonzero(store.finished).tolist() == [0]
 
 
 def test_differences_are_told_from_stored_to_asked_and_cut_at_their_ends():
@@ -474,10 +472,6 @@ def test_differences_are_told_from_stored_to_asked_and_cut_at_their_ends():
     ]
     many = folder.find_differences(dict.fromkeys("abcdefgh", 1), dict.fromkeys("abcdefgh", 2))
     assert many == [f"{name}: 1 → 2" for name in "abcde"]
-    label = records.Label(n_trials=9, group=4, configuration={})
-    with pytest.raises(StoreError, match="number of trials: 9 → 6"):
-        folder.check_configuration("p", label, label.replace(n_trials=6))
-    folder.check_configuration("p", label, label.replace(n_trials=12))
 
 
 def test_chunks_are_whole_parts_of_their_groups():

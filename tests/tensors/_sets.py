@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+import zarr
 
 N_TRIALS, N_SENSORS, N_SAMPLES = 8, 5, 40
 CONFIGURATION = {
@@ -67,9 +68,15 @@ def make_set(n_trials: int = N_TRIALS) -> xr.Dataset:
 
 
 def find_finished(path) -> list[int]:
-    """Numbers of the trials that a store has records of."""
-    records = Path(path, "progress").glob("[0-9]*.json")
-    return sorted(trial for file in records for trial in json.loads(file.read_text())["trials"])
+    """Numbers of the trials that a store holds."""
+    if not (Path(path) / "zarr.json").exists():
+        return []
+    return np.flatnonzero(zarr.open_group(path, mode="r")["finished"][:]).tolist()
+
+
+def forget(path, first, last) -> None:
+    """Let a store count trials as not finished."""
+    zarr.open_group(path, mode="r+")["finished"][first : last + 1] = False
 
 
 def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1, **options) -> None:
@@ -78,7 +85,7 @@ def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1, **option
 
     with open_store(path, configuration, n_trials, **options) as store:
         for index in range(n_trials)[::order]:
-            if index not in store.finished:
+            if not store.finished[index]:
                 store.append(index, make_trial(index))
 
 

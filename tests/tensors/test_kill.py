@@ -25,7 +25,7 @@ from feeler.execute.processes import USUAL, prepare_workers
 from feeler.experiments import runner as job
 from feeler.tensors.formats import load
 
-from ._sets import find_finished
+from ._sets import find_finished, forget
 from ._touches import N_TRIALS, antenna, options, pick, run, trials, work
 
 pytestmark = pytest.mark.long
@@ -155,7 +155,7 @@ def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
         while not sum(
             killed
         ):  # too early or too late to hit one: once more, between two trials
-            (folder / "a.zarr" / "progress" / "000002.json").unlink()
+            forget(folder / "a.zarr", 16, 23)
             killed.append(kill_worker(executor, 1))
             result = run(store=folder / "a.zarr", executor=executor)
     xr.testing.assert_identical(result, undisturbed)

@@ -18,12 +18,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 
 from feeler import files as disk
 from feeler.errors import InvalidInput, StoreError
-from feeler.tensors import stored
-from feeler.tensors.store import open_store, save_store
-from feeler.tensors.stored import INNER, Label, find_damage, find_inner, read_store, seal
+from feeler.provenance import make_plain
+from feeler.tensors import store as module
+from feeler.tensors.formats import load, save
+from feeler.tensors.store import (
+    INNER,
+    find_damage,
+    find_inner,
+    open_store,
+    read_store,
+    save_store,
+)
 
 from ._sets import CONFIGURATION, N_TRIALS, fill, find_finished, make_set, make_trial
 
@@ -39,13 +48,6 @@ def fast():
     folder = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
     yield folder
     shutil.rmtree(folder)
-
-
-@pytest.fixture
-def many(monkeypatch):
-    """Nine groups are many: 65 of one trial each would take seconds to write."""
-    monkeypatch.setattr(stored, "MANY", 8)
-    return stored.MANY
 
 
 @pytest.mark.further
@@ -81,7 +83,7 @@ def test_resuming_gives_what_an_undisturbed_run_gives(path):
             store.append(index, make_trial(index))
     assert read_store(path).sizes["trial"] == 2
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
-        assert store.finished == {1, 5}
+        assert np.flatnonzero(store.finished).tolist() == [1, 5]
     fill(path)
     xr.testing.assert_identical(read_store(path), make_set())
 
@@ -151,7 +153,7 @@ def test_power_may_fail_at_every_single_step(fast, monkeypatch, stride):
         assert os.WTERMSIG(status) == signal.SIGKILL
         before = {*find_finished(path)}
         with open_store(path, CONFIGURATION, 2) as store:
-            assert store.finished == before
+            assert {*np.flatnonzero(store.finished)} == before
             for index in {0, 1} - before:
                 store.append(index, make_trial(index))
         xr.testing.assert_identical(read_store(path), whole)
@@ -197,7 +199,7 @@ def kill_often(tmp_path, n_kills, seed):
         def child(out=theirs, path=path):
             with open_store(path, CONFIGURATION, 60) as store:
                 for index in range(60):
-                    if index not in store.finished:
+                    if not store.finished[index]:
                         store.append(index, make_trial(index))
                         os.write(out, b"%d\n" % index)
 
@@ -235,9 +237,7 @@ def test_killed_at_random_moments_a_fresh_process_resumes(fast, n_kills):
 FULL = """
 import sys; sys.path.insert(0, {tests!r})
 from tensors._sets import make_trial, make_set, CONFIGURATION
-from feeler.tensors.stored import read_store
-from feeler.tensors.stored import INNER, find_inner
-from feeler.tensors.store import open_store, save_store
+from feeler.tensors.store import open_store, read_store
 from feeler.errors import StoreError
 import xarray, pathlib
 try:
@@ -252,7 +252,7 @@ print("readable", finished.sizes["trial"])
 pathlib.Path("{folder}/ballast").unlink()
 with open_store("{folder}/set.zarr", CONFIGURATION, 8) as store:
     for index in range(8):
-        if index not in store.finished:
+        if not store.finished[index]:
             store.append(index, make_trial(index, 2000))
     whole = [store.read().angle[n].equals(make_trial(n, 2000).angle[0]) for n in range(8)]
     print("complete", all(whole))
@@ -309,8 +309,7 @@ def test_a_second_writer_is_refused_by_name(path):
     code = f"""
 import sys; sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from tensors._sets import CONFIGURATION
-from feeler.tensors.stored import INNER, find_inner
-from feeler.tensors.store import open_store, save_store
+from feeler.tensors.store import open_store
 with open_store({str(path)!r}, CONFIGURATION, 8) as store:
     print("open", flush=True)
     sys.stdin.read()
@@ -411,8 +410,6 @@ def damage(path, how):
         raw[17] ^= 4
     elif how == "cut":
         del raw[-9:]
-    elif how == "swap":
-        raw = bytearray((path / "angle" / "c.2.0.0").read_bytes())
     file.write_bytes(raw)
     if how == "gone":
         file.unlink()
@@ -428,9 +425,7 @@ def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
 
 
 @pytest.mark.further
-@pytest.mark.parametrize(
-    "how", ["flip", "cut", "swap", "gone"]
-)  # swapped: its bytes are right, only its digest tells
+@pytest.mark.parametrize("how", ["flip", "cut", "gone"])
 def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     fill(path, group_size=2)
     damage(path, how)
@@ -441,25 +436,23 @@ def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
         pytest.warns(UserWarning, match="trials 2 to 3 will be computed again"),
         open_store(path, CONFIGURATION, N_TRIALS) as store,
     ):
-        assert store.finished == {*range(N_TRIALS)} - {2, 3}
+        assert {*np.flatnonzero(~store.finished)} == {2, 3}
     fill(path)
     xr.testing.assert_identical(read_store(path), make_set())
 
 
 @pytest.mark.further
-@pytest.mark.parametrize(
-    "place", ["angle/c.0.0.0", "progress/000000.json", "progress/store.json"]
-)
-def test_a_link_inside_a_store_is_refused(path, tmp_path, place):
+@pytest.mark.parametrize("place", ["angle/c.0.0.0", "speed/c.0", "finished/c.0"])
+def test_a_link_inside_a_store_is_never_followed(path, tmp_path, place):
     fill(path)
-    target = path / place
-    target.unlink(missing_ok=True)
+    (path / place).unlink()
     (tmp_path / "elsewhere").write_text("{}")
-    target.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(InvalidInput, match=r"link|cannot read|no store"):
+    (path / place).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InvalidInput, match=r"is missing|is damaged"):
         read_store(path)
-    with pytest.raises(InvalidInput, match="is a symbolic link"):
-        open_store(path, CONFIGURATION, N_TRIALS)
+    with pytest.warns(UserWarning, match="trials 0 to 7 will be computed again"):
+        fill(path)
+    xr.testing.assert_identical(read_store(path), make_set())
     assert (tmp_path / "elsewhere").read_text() == "{}"
 
 
@@ -471,17 +464,13 @@ def test_nothing_else_is_taken_for_a_store(path, what):
         path.mkdir()
         (path / "thesis.tex").write_text("x")
     if what in ("other zarr", "later format"):
+        about = {"feeler_store": {"format": 99}} if what == "later format" else {}
         (path / "zarr.json").write_text(
-            json.dumps({"zarr_format": 3, "node_type": "group", "attributes": {}})
-        )
-    if what == "later format":
-        (path / "progress").mkdir()
-        (path / "progress" / "store.json").write_bytes(
-            seal(Label(n_trials=8, group=8, configuration={}), format=99)
+            json.dumps({"zarr_format": 3, "node_type": "group", "attributes": about})
         )
     with pytest.raises(
         (StoreError, InvalidInput),
-        match=r"is a file|no store|another format; this feeler reads 3",
+        match=r"is a file|no store|another format; this feeler reads 4",
     ):
         open_store(path, CONFIGURATION, N_TRIALS)
     assert path.read_text() == "x" if what == "file" else (path / "thesis.tex").exists()
@@ -546,7 +535,7 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
     with open_store(path, CONFIGURATION, 100, group_size=2) as store:
         store.append(range(N_TRIALS), make_set())
         with monkeypatch.context() as patch:
-            patch.setattr(stored, "_read_numbers", lambda *_: pytest.fail("read the numbers"))
+            patch.setattr(module._Numbers, "_read", lambda *_: pytest.fail("read the numbers"))
             lazy = read_store(path)
             assert lazy.sizes["trial"] == N_TRIALS and lazy.feature.values[3] == "Wändli"
         lazy = read_store(path)
@@ -558,38 +547,27 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
     xr.testing.assert_identical(read_store(path.with_name("copy.zarr")).load(), make_set())
 
 
-def test_many_groups_take_their_labels_from_the_arrays_and_the_rest_from_records(path, many):
-    n = many + 6
-    with open_store(path, CONFIGURATION, n, group_size=1) as store:
-        for index in range(n - 2):
-            store.append(index, make_trial(index))
-        store._copy()
-        store.append([n - 2, n - 1], make_set(n).isel(trial=slice(n - 2, n)))
-        xr.testing.assert_identical(read_store(path).load(), make_set(n))
-    for name in ("feature/c.0", "finished/c.0"):
-        (path / name).write_bytes(b"damaged")
-        xr.testing.assert_identical(read_store(path).load(), make_set(n))
+def test_labels_of_many_trials_are_read_when_they_are_used(path, monkeypatch):
+    with open_store(path, CONFIGURATION, 9, group_size=2) as store:
+        store.append([7, *range(6)], make_set(9).isel(trial=[7, *range(6)]))
+        monkeypatch.setattr(module, "_EAGER", 4)
+        lazy = read_store(path)
+    assert not lazy["speed"].variable._in_memory and not lazy["feature"].variable._in_memory
+    xr.testing.assert_identical(lazy.load(), make_set(9).isel(trial=[*range(6), 7]))
 
 
-def test_texts_are_never_cut_to_what_a_damaged_store_says(path, many):
-    n = many + 6
-    with open_store(path, CONFIGURATION, n, group_size=1) as store:
-        store.append(range(n), make_set(n))
-    xr.testing.assert_identical(read_store(path).load(), make_set(n))
-    whole = (path / "zarr.json").read_text()
-    for width, words in (
-        ("2", "longer texts than the store says"),
-        ("999999999", None),
-        ('"x"', None),
-    ):
-        damaged = re.sub(r'("widths": \{[^}]*"feature": )\d+', rf"\g<1>{width}", whole)
-        assert damaged != whole
-        (path / "zarr.json").write_text(damaged)
-        if words:
-            with pytest.raises(InvalidInput, match=words):
-                read_store(path).load()
-        else:
-            xr.testing.assert_identical(read_store(path).load(), make_set(n))
+def test_a_thousand_labels_lie_in_few_files_and_each_stays_with_its_trial(fast):
+    """Chunks of labels are written again and again, by groups that come in any order."""
+    n, rng = 9_000, np.random.default_rng(3)
+    labels = {"feature": ("trial", [f"ö{k}" * (k % 3) for k in range(n)])}
+    numbers = {"angle": (("trial", "sensor"), rng.normal(size=(n, 2)))}
+    tensors = xr.Dataset(numbers | {"error": ("trial", rng.normal(size=n))}, labels)
+    with open_store(fast / "a.zarr", CONFIGURATION, n) as store:
+        groups = np.split(np.arange(n), range(500, n, 500))
+        for number in rng.permutation(len(groups)):
+            store.append(groups[number], tensors.isel(trial=groups[number]))
+    xr.testing.assert_identical(read_store(fast / "a.zarr").load(), tensors)
+    assert len([*(fast / "a.zarr" / "feature").glob("c.*")]) == 3
 
 
 @pytest.mark.long
@@ -607,7 +585,7 @@ def test_reading_in_the_same_process_keeps_the_lock(path):
         assert f"is being written by process {os.getpid()} on" in other.stderr
 
 
-def test_sealed_numbers_are_stored_as_they_are(path):
+def test_numbers_are_stored_as_they_are(path):
     odd = make_set()
     odd["angle"] = odd.angle.astype("float32")
     odd["angle"][0, 0, :3] = [-0.0, np.float32(1e-40), np.nan]
@@ -652,4 +630,48 @@ def test_groups_may_have_any_size(fast, group_size):
 @pytest.mark.parametrize("n", [1, 400, 1_000, 8_000, 1_000_000])
 def test_groups_by_default_are_whole_chunks(n, fast):
     with open_store(fast / "a.zarr", CONFIGURATION, n) as store:
-        assert find_inner(store.label.group) == min(store.label.group, INNER)
+        assert find_inner(store.group_size) == min(store.group_size, INNER)
+
+
+def make_old(path, n_finished):
+    """A store as feeler 0.3 left it when it was killed: records name what is finished, and labels
+    for other readers were copied earlier.
+    """
+    whole = make_set()
+    fill(path, group_size=4)
+    names = [name for name, item in whole.variables.items() if item.dims == ("trial",)]
+    zarr.open_group(path, mode="r+")["speed"][2:] = np.nan
+    kinds = {name: whole[name].dtype.str.replace("<U8", "str") for name in names}
+    kinds |= {name: "str" for name in names if whole[name].dtype.kind == "U"}
+    (path / "progress").mkdir()
+    (path / "progress" / "store.json").write_text(json.dumps({"layout": {"labels": kinds}}))
+    for group in (0, 1):
+        trials = [k for k in range(4 * group, 4 * group + 4) if k < n_finished]
+        labels = {name: make_plain(whole[name].values[trials]) for name in names}
+        record = {"trials": trials, "labels": labels, "made": [{"speed": k} for k in trials]}
+        (path / "progress" / f"{group:06d}.json").write_text(json.dumps(record))
+
+
+@pytest.mark.parametrize("n_finished", [3, 7])
+def test_a_store_of_an_earlier_version_is_read_converted_and_not_continued(path, n_finished):
+    make_old(path, n_finished)
+    old = load(path)
+    made = json.dumps([{"speed": k} for k in range(n_finished)])
+    xr.testing.assert_identical(
+        old.load(), make_set().isel(trial=slice(n_finished)).assign_attrs(trials=made)
+    )
+    with pytest.raises(StoreError, match=r"of feeler 0\.3.*: feeler convert .*a?set\.zarr new"):
+        open_store(path, CONFIGURATION, N_TRIALS)
+    save(old, path.with_name("new.zarr"))
+    xr.testing.assert_identical(load(path.with_name("new.zarr")).load(), old)
+
+
+def test_an_earlier_store_without_a_finished_trial_says_so(path):
+    make_old(path, 0)
+    with pytest.raises(InvalidInput, match="no finished trial yet"):
+        load(path)
+
+
+def test_names_that_a_store_uses_itself_are_refused(path):
+    with pytest.raises(InvalidInput, match=r"keeps 'finished' itself; leave it out"):
+        save(make_set().assign(finished=("trial", np.ones(N_TRIALS, bool))), path)

@@ -13,11 +13,12 @@ import xarray as xr
 
 import feeler
 from feeler import provenance
-from feeler.errors import SimulationDiverged, StoreError
+from feeler.errors import InvalidInput, SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.experiments import runner as job
 from feeler.tensors.formats import load
 
+from ._sets import forget
 from ._touches import N_TRIALS, antenna, options, pick, run, trials
 
 verb = importlib.import_module("feeler.experiments.tactile")  # the module
@@ -63,9 +64,8 @@ def test_workers_do_not_change_the_numbers(tmp_path, undisturbed, make):
 @pytest.mark.parametrize("engine", ["chain", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_any_part_may_be_missing(tmp_path, engine):
     whole = run(store=tmp_path / "a.zarr", engine=engine)
-    for missing in ([0], [1, 2], range(2)):
-        for index in missing:
-            (tmp_path / "a.zarr" / "progress" / f"{index:06d}.json").unlink()
+    for missing in ((0, 7), (8, 23), (3, 9), (22, 22)):
+        forget(tmp_path / "a.zarr", *missing)
         xr.testing.assert_identical(run(store=tmp_path / "a.zarr", engine=engine), whole)
 
 
@@ -77,6 +77,8 @@ def test_any_part_may_be_missing(tmp_path, engine):
         ({"timestep": 0.01}, r"clock\.timestep: 0\.02 → 0\.01"),
         ({"engine": "mujoco"}, r'engine: "chain[a-z-]*" → "mujoco"'),
         ({"duration": 61.0}, "clock.duration"),
+        ({"contact": "hard"}, r"contact\."),
+        ({"dtype": "float32"}, 'dtype: "float64" → "float32"'),
     ],
 )
 def test_another_configuration_is_refused(tmp_path, changes, words):
@@ -102,6 +104,28 @@ def test_other_trials_are_refused_by_name(tmp_path):
         feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)
 
 
+def test_another_antenna_is_refused_by_what_differs(tmp_path):
+    run(store=tmp_path / "a.zarr")
+    stiffness = antenna.stiffness.copy()
+    stiffness[7] *= 1 + 1e-15
+    with pytest.raises(StoreError, match=r"antenna\.stiffness\[7\]: 0\.12"):
+        feeler.touch(
+            antenna.replace(stiffness=stiffness), trials, store=tmp_path / "a.zarr", **options
+        )
+
+
+def test_a_lone_touch_is_that_of_workers_to_the_last_bit(tmp_path):
+    alone = feeler.touch(antenna, trials[3], **options)
+    with ThreadExecutor(2) as executor:
+        xr.testing.assert_identical(
+            feeler.touch(antenna, trials[3], executor=executor, **options), alone
+        )
+    stored = feeler.touch(antenna, [trials[3]], store=tmp_path / "a.zarr", **options)
+    xr.testing.assert_identical(stored, alone)
+    with pytest.raises(InvalidInput, match="workers must be a whole number"):
+        feeler.touch(antenna, trials[3], workers=0, **options)
+
+
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
     from feeler.experiments import runner as module
 
@@ -125,8 +149,7 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
 
 def test_other_physics_is_refused(tmp_path, monkeypatch):
     whole = run(store=tmp_path / "a.zarr")
-    record = tmp_path / "a.zarr" / "progress" / "000001.json"
-    record.unlink()
+    forget(tmp_path / "a.zarr", 8, 15)
     with monkeypatch.context() as patch:
         patch.setattr(verb, "PHYSICS", verb.PHYSICS + 1)
         with pytest.raises(
@@ -139,7 +162,7 @@ def test_other_physics_is_refused(tmp_path, monkeypatch):
 
 def test_other_packages_and_a_patch_release_resume(tmp_path, monkeypatch):
     whole = run(store=tmp_path / "a.zarr")
-    (tmp_path / "a.zarr" / "progress" / "000001.json").unlink()
+    forget(tmp_path / "a.zarr", 8, 15)
     other = {**provenance.list_versions(), "scikit-learn": "99.0", "feeler": "0.3.99"}
     monkeypatch.setattr(verb, "list_versions", lambda: other)
     monkeypatch.setattr(job, "find_version", lambda name: other[name])
@@ -158,7 +181,7 @@ def test_a_disk_too_small_is_said_before_anything_is_simulated(tmp_path, monkeyp
         StoreError, match=r"24 trials need about [\d.]+ GiB .* are free\. Free some space"
     ):
         run(store=tmp_path / "a.zarr")
-    assert not list((tmp_path / "a.zarr" / "progress").glob("0*.json"))
+    assert not list((tmp_path / "a.zarr").rglob("c.*"))
 
 
 def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
@@ -185,8 +208,7 @@ def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "run_lanes", sabotage)
     with pytest.raises(SimulationDiverged):
         run(store=tmp_path / "a.zarr", progress=Told())
-    shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*"))
+    shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*.0"))
     assert Told.told["failed"] == {"SimulationDiverged": 1}
     assert Told.counted == (24, 24)  # what failed is over too
-    # what stands once for all trials, such as the times, is no trial's
-    assert 0 <= shards - Told.told["stored"] <= 2500
+    assert Told.told["stored"] == shards

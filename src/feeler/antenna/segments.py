@@ -1,5 +1,6 @@
 """An antenna: rigid segments joined by damped hinge springs, in one plane or in space."""
 
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -357,7 +358,7 @@ class Antenna(Record):
         """What each hinge does: x in one plane; x, z and perhaps twist in space."""
         return SPACE_PLANES[: len(self.stiffness)] if self.spatial else SPACE_PLANES[:1]
 
-    @property
+    @cached_property
     def spatial(self) -> bool:
         """Whether it bends in space."""
         return self.stiffness.ndim == 2
@@ -406,7 +407,7 @@ class Antenna(Record):
         """Number of segments, which is the number of hinges."""
         return self.segment_length.size
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length of the straight antenna [mm]."""
         return float(self.segment_length.sum())

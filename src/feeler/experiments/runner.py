@@ -3,7 +3,6 @@ memory.
 """
 
 import json
-import operator
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,11 +25,10 @@ from feeler.physics.run import TOGETHER, Result, make_groups, run_accurately, ru
 from feeler.physics.scene import Clock, Motion, Scene, make_scene
 from feeler.provenance import PHYSICS, compute_digest, find_version, make_plain
 from feeler.tensors.schema import choose_quantities, find_dims, reduce_motion, stack_readings
-from feeler.tensors.store import Store, StoredGroup, write_group
-from feeler.tensors.stored import MAX_LISTED
+from feeler.tensors.store import MAX_LISTED, Store, write_group
 
-# Job: what a worker does with the trials it is given, wherever it runs: simulate, reduce to
-# sensors, store.
+# What a worker does with the trials it is given, wherever it runs: simulate, reduce to sensors,
+# store.
 
 _LABELS = (
     "location",
@@ -41,38 +39,26 @@ _LABELS = (
     "friction",
 )  # fields of a Trial that become coordinates
 Reading = Mapping[str, np.ndarray]
+Share = tuple[Sequence[int], Sequence[Trial], Path | None]
+"""Some trials of a set for one worker: their numbers, themselves, and the store to write to."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Share:
-    """Some trials of a set, for one worker.
-
-    Attributes
-    ----------
-    store : Path | None
-        The store to which the worker adds them as a group of its own; None: they go back to the
-        caller.
-    """
-
-    indices: Sequence[int]
-    trials: Sequence[Trial]
-    store: Path | None = None
-    group_size: int = 0
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class ShareResult:
     """What became of a share.
 
     Attributes
     ----------
-    stored : StoredGroup | None
-        What the worker has written in place of the readings.
+    labels : xr.Dataset | None
+        Of the trials whose numbers the worker has written to the store, in place of readings.
+    n_bytes : int
+        What they take there.
     """
 
     readings: dict[int, Reading] = field(default_factory=dict)
     errors: dict[int, Exception] = field(default_factory=dict)
-    stored: StoredGroup | None = None
+    labels: xr.Dataset | None = None
+    n_bytes: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,17 +93,34 @@ class Job:
         )
 
     def perform(self, share: Share) -> ShareResult:
-        """Simulate the trials of a share, keep what the sensors felt, and store it where the share
-        says so.
+        """Simulate the trials of a share, keep what the sensors felt, and write it to the store
+        where there is one.
         """
-        if share.store is not None:
+        indices, trials, store = share
+        if store is not None:
             check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
-        done = ShareResult()
-        pairs = zip(share.indices, share.trials, strict=True)
+        readings, errors = self.simulate(indices, trials)
+        done = ShareResult(readings=readings, errors=errors)
+        if store is not None and readings:
+            own = dict(zip(indices, trials, strict=True))
+            tensors = self.make_tensors(
+                sorted(readings), [own[index] for index in sorted(readings)], readings
+            )
+            done.n_bytes = write_group(store, sorted(readings), self.drop_derived(tensors))
+            done.readings, done.labels = {}, drop_numbers(tensors)
+        return done
+
+    def simulate(
+        self, indices: Sequence[int], trials: Sequence[Trial]
+    ) -> tuple[dict[int, Reading], dict[int, Exception]]:
+        """What the sensors felt in each of these trials, and what ended the others."""
+        pairs = zip(indices, trials, strict=True)
         scenes = [
             make_scene(self.get_antenna(index), trial, self.contact, self.flow)
             for index, trial in pairs
         ]
+        readings: dict[int, Reading] = {}
+        errors: dict[int, Exception] = {}
         times = 1 if self.accuracy is None else TOGETHER
         for lanes in make_groups(scenes, get_engine(self.engine), times):
             results = run_lanes(
@@ -125,35 +128,19 @@ class Job:
             )
             for place, result in zip(lanes, results, strict=True):
                 if isinstance(result, Motion):
-                    done.readings[share.indices[place]] = reduce_motion(
+                    readings[indices[place]] = reduce_motion(
                         self.antenna, result, self.save, self.dtype
                     )
                 else:
-                    done.errors[share.indices[place]] = result
-        return self._store(share, done) if share.store is not None and done.readings else done
-
-    def _store(self, share: Share, done: ShareResult) -> ShareResult:
-        assert share.store is not None
-        kept = [place for place, index in enumerate(share.indices) if index in done.readings]
-        indices, trials = (
-            [share.indices[place] for place in kept],
-            [share.trials[place] for place in kept],
-        )
-        tensors = self.make_tensors(
-            indices, trials, [done.readings[index] for index in indices]
-        )
-        made = self.list_made(indices, trials)
-        stored = write_group(
-            share.store, share.group_size, indices, self.drop_derived(tensors), made
-        )
-        return ShareResult(errors=done.errors, stored=stored)
+                    errors[indices[place]] = result
+        return readings, errors
 
     def drop_derived(self, tensors: xr.Dataset) -> xr.Dataset:
         """The Dataset without what a store derives when it is read."""
         return tensors.drop_vars({"curvature"} - {*(self.save or ())})
 
-    def count_bytes(self) -> int:
-        """What one trial takes in a store, before it is compressed."""
+    def make_blank(self) -> Reading:
+        """What is kept of a trial in which nothing happens."""
         spatial = self.antenna.spatial
         sizes = {
             "sensor": len(self.antenna.sensors),
@@ -162,11 +149,12 @@ class Job:
             "pose": 6 if spatial else 3,
             "plane": len(self.antenna.planes),
         }
-        item = np.dtype(self.dtype).itemsize
-        dims = [find_dims(name, spatial)[1:] for name in choose_quantities(self.save)]
-        return sum(
-            item * int(np.prod([sizes.get(dim, 2) for dim in some], initial=1)) for some in dims
-        )
+        return {
+            name: np.zeros(
+                [sizes.get(dim, 2) for dim in find_dims(name, spatial)[1:]], self.dtype
+            )
+            for name in choose_quantities(self.save)
+        }
 
     def list_made(
         self, indices: Sequence[int], trials: Sequence[Trial]
@@ -181,7 +169,7 @@ class Job:
         ]
 
     def make_tensors(
-        self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]
+        self, indices: Sequence[int], trials: Sequence[Trial], readings: Mapping[int, Reading]
     ) -> xr.Dataset:
         """The Dataset of these trials from their readings."""
         labels = (*_LABELS, "azimuth") if self.antenna.spatial else _LABELS
@@ -197,7 +185,11 @@ class Job:
             "seed": [_spawn_seed(self.seed, index) for index in indices],
         }
         return stack_readings(
-            self.antenna, self.clock.time, readings, trials=coordinates, attrs=self.attrs
+            self.antenna,
+            self.clock.time,
+            [readings[index] for index in indices],
+            trials=coordinates,
+            attrs=self.attrs,
         )
 
     def _label_antennas(self, indices: Sequence[int]) -> dict[str, list[Any]]:
@@ -209,6 +201,11 @@ class Job:
             for name, values in self.variants.columns.items()
         }
         return {"antenna": [f"{self.antenna.name} {number}" for number in numbers], **columns}
+
+
+def drop_numbers(tensors: xr.Dataset) -> xr.Dataset:
+    """Of a Dataset only what each trial has one value of."""
+    return tensors.drop_vars([n for n, v in tensors.variables.items() if v.dims != ("trial",)])
 
 
 def check_origin(physics: int, versions: Mapping[str, str]) -> None:
@@ -258,137 +255,94 @@ def _spawn_seed(seed: int, index: int) -> int:
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1, np.uint32)[0])
 
 
-# Gathering: trials handed out in groups, and what comes back kept, in a store or in memory.
+# Trials handed out in groups, and what comes back kept, in a store or in memory.
 
 Progress = Callable[[int, int], object]
 
 
-class Gathering:
-    """Runs what a store lacks of a set of trials, or all of it.
+def run_trials(
+    job: Job,
+    trials: Sequence[Trial],
+    store: Store | None,
+    executor: Executor,
+    progress: Progress,
+) -> tuple[dict[int, Reading], dict[int, Exception]]:
+    """Run what a store lacks of a set of trials, or all of it.
 
-    With a store, a share is one of its groups: a worker writes the group's shards, and this process
-    its record. Without one, a share fills the engine's lanes once.
+    With a store, a worker takes one of its groups and writes the numbers; this process writes the
+    labels and counts the trials as finished. Without one, it takes what fills the engine's lanes.
+
+    Returns
+    -------
+    tuple
+        Readings of the trials that were not stored, and the errors of those that failed.
+
+    Raises
+    ------
+    StoreError
+        The disk has no room for them; nothing has been simulated then.
     """
+    readings: dict[int, Reading] = {}
+    errors: dict[int, Exception] = {}
+    done, n_bytes, path = 0, 0, None
+    groups: list[Sequence[int]] = []
+    if store is None:
+        scenes = [make_scene(job.antenna, trial, job.contact, job.flow) for trial in trials]
+        groups = [*make_groups(scenes, get_engine(job.engine))]  # neighbours together
+    else:
+        done, path, blank = int(store.finished.sum()), store.path, job.make_blank()
+        need = (len(trials) - done) * sum(values.nbytes for values in blank.values())
+        check_room(path, need, f"{len(trials) - done:,} trials")
+        store.create(job.drop_derived(job.make_tensors([0], [trials[0]], {0: blank})))
+        n_bytes = measure_folder(path) if done else 0
+        groups = list_missing(store.finished, store.group_size)
 
-    def __init__(
-        self, job: Job, trials: Sequence[Trial], store: Store | None, progress: Progress
-    ) -> None:
-        self.job, self.trials, self.store, self.progress = job, trials, store, progress
-        self.errors: dict[int, Exception] = {}
-        self._readings: dict[int, Reading] = {}
-        self._done = len(store.finished) if store is not None else 0
-        self._bytes = measure_folder(store.path) if self._done and store is not None else 0
+    def pick(group: Sequence[int]) -> Share:
+        if isinstance(group, range):
+            return group, trials[group.start : group.stop], path
+        return group, [trials[index] for index in group], path
 
-    def run(self, executor: Executor) -> None:
-        """Every trial that is not finished yet.
-
-        Raises
-        ------
-        StoreError
-            The disk has no room for them; nothing has been simulated then.
-        """
-        if self.store is not None:
-            missing = len(self.trials) - self._done
-            check_room(self.store.path, missing * self.job.count_bytes(), f"{missing:,} trials")
-        try:
-            for group, found in run_groups(
-                self.job.perform, self._make_groups(), self._pick, executor=executor
-            ):
-                self._take(group, found)
-        finally:
-            self._append_rest()
-
-    def _make_groups(self) -> list[Sequence[int]]:
-        if self.store is None:
-            scenes = [
-                make_scene(self.job.antenna, trial, self.job.contact, self.job.flow)
-                for trial in self.trials
-            ]  # for their order
-            return [*make_groups(scenes, get_engine(self.job.engine))]
-        n, size, finished = len(self.trials), self.store.label.group, self.store.finished
-        rows = (range(start, min(start + size, n)) for start in range(0, n, size))
-        return [
-            group
-            for row in rows
-            if (group := [index for index in row if index not in finished])
-        ]
-
-    def _pick(self, group: Sequence[int]) -> Share:
-        """The share of a group; a group that the store holds a part of comes back, as old and new
-        trials share a shard.
-        """
-        run = range(group[0], group[0] + len(group))
-        together = all(
-            map(operator.eq, group, run)
-        )  # groups of lanes come in the order of their touches, not of their numbers
-        trials = (
-            self.trials[run.start : run.stop]
-            if together
-            else [self.trials[index] for index in group]
-        )
-        if (
-            self.store is None
-            or self.store.holds(group[0])
-            or len(group) < self._count(group[0])
-        ):
-            return Share(indices=group, trials=trials)
-        return Share(
-            indices=group,
-            trials=trials,
-            store=self.store.path,
-            group_size=self.store.label.group,
-        )
-
-    def _count(self, index: int) -> int:
-        """Trials in the group of a trial."""
-        size = self.store.label.group  # type: ignore[union-attr]
-        return min(size, len(self.trials) - index // size * size)
-
-    def _take(self, group: Sequence[int], found: ShareResult | Exception) -> None:
+    for group, found in run_groups(job.perform, groups, pick, executor=executor):
         if isinstance(found, StoreError):
             raise found
         if isinstance(found, Exception):
             found = ShareResult(errors=dict.fromkeys(group, found))
-        self.errors |= found.errors
-        if found.stored is not None and self.store is not None:
-            self.store.admit(found.stored)
-            self._bytes += found.stored.n_bytes
-        self._readings |= found.readings
-        if self.store is not None and len(self._readings) >= self.store.label.group:
-            self._append_rest()
-        self._done += len(group)
-        if hasattr(self.progress, "tell"):
-            reasons = Counter(type(error).__name__ for error in self.errors.values())
-            self.progress.tell(failed=dict(reasons), stored=self._bytes)
-        self.progress(self._done, len(self.trials))
+        if store is not None and found.labels is not None:
+            store.admit(found.labels["trial"].values.tolist(), found.labels)
+        readings |= found.readings
+        errors |= found.errors
+        done, n_bytes = done + len(group), n_bytes + found.n_bytes
+        if hasattr(progress, "tell"):
+            reasons = Counter(type(error).__name__ for error in errors.values())
+            progress.tell(failed=dict(reasons), stored=n_bytes)
+        progress(done, len(trials))
+    return readings, errors
 
-    def _append_rest(self) -> None:
-        """Store what came back without having been stored."""
-        if self._readings and self.store is not None:
-            indices = sorted(self._readings)
-            trials, readings = (
-                [self.trials[i] for i in indices],
-                [self._readings[i] for i in indices],
-            )
-            self._readings.clear()
-            tensors = self.job.drop_derived(self.job.make_tensors(indices, trials, readings))
-            self.store.append(indices, tensors)
 
-    def make_tensors(self) -> xr.Dataset | None:
-        """The Dataset of all that was not stored."""
-        indices = sorted(self._readings)
-        if not indices:
-            return None
-        trials, readings = (
-            [self.trials[i] for i in indices],
-            [self._readings[i] for i in indices],
-        )
-        tensors = self.job.make_tensors(indices, trials, readings)
-        if len(indices) <= MAX_LISTED and not self.job.sampled:
-            tensors.attrs["trials"] = json.dumps(
-                self.job.list_made(indices, trials), sort_keys=True
-            )
-        return tensors
+def list_missing(finished: np.ndarray, size: int) -> list[Sequence[int]]:
+    """For each group of ``size`` trials those that are not finished; all of a group as a range."""
+    groups: list[Sequence[int]] = []
+    for start in range(0, len(finished), size):
+        some = finished[start : start + size]
+        if not some.any():
+            groups.append(range(start, start + len(some)))
+        elif not some.all():
+            groups.append((start + np.flatnonzero(~some)).tolist())
+    return groups
+
+
+def collect(
+    job: Job, trials: Sequence[Trial], readings: Mapping[int, Reading]
+) -> xr.Dataset | None:
+    """The Dataset of trials that were not stored; None where there are none."""
+    if not readings:
+        return None
+    indices = sorted(readings)
+    some = [trials[index] for index in indices]
+    tensors = job.make_tensors(indices, some, readings)
+    if len(indices) <= MAX_LISTED and not job.sampled:
+        tensors.attrs["trials"] = json.dumps(job.list_made(indices, some), sort_keys=True)
+    return tensors
 
 
 class Made(Sequence[Any]):

@@ -15,7 +15,8 @@ from feeler.antenna.segments import Antenna
 from feeler.antenna.variants import SampledAntennas
 from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
-from feeler.experiments.runner import Gathering, Job, Made, Progress
+from feeler.execute.threads import check_workers
+from feeler.experiments.runner import Job, Made, Progress, collect, run_trials
 from feeler.files import sweep_old
 from feeler.objects.motion import Flow
 from feeler.objects.sampling import SampledTrials
@@ -27,8 +28,7 @@ from feeler.physics.scene import Clock, make_scene
 from feeler.progress import show_progress
 from feeler.provenance import LICENCE, PHYSICS, list_versions, make_plain
 from feeler.tensors.schema import choose_quantities
-from feeler.tensors.store import Store, open_store
-from feeler.tensors.stored import read_store
+from feeler.tensors.store import Store, open_store, read_store
 from feeler.validation import Seed, checked
 
 OFF = 0.05  # [C] what a touch may err by, over its peak, without a warning
@@ -154,25 +154,30 @@ def touch(
         "seed": seed,
     }
     job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, **options)
-    if accuracy is None and _follows_contact(engine):
+    follows = _follows_contact(engine)
+    if accuracy is None and follows:
         _warn_of_speed(job.antenna, trials, contact, clock, fixed=timestep is not None)
-    with ExitStack() as stack:
-        kept = stack.enter_context(_open(store, job, trials)) if store else None
-        advance = stack.enter_context(show_progress(progress, "touches"))
-        gathering = Gathering(job, trials, kept, advance)
-        gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
-    tensors = (
-        gathering.make_tensors()
-        if kept is None
-        else read_store(kept.path)
-        if kept.finished
-        else None
-    )
+    if workers is not None:
+        check_workers(workers)
+    alone = store is None and executor is None and len(trials) == 1
+    if alone:  # nothing to share out or to resume
+        readings, errors = job.simulate([0], trials)
+        tensors = collect(job, trials, readings)
+        if progress is not None:
+            progress(1, 1)
+    else:
+        with ExitStack() as stack:
+            kept = stack.enter_context(_open(store, job, trials)) if store else None
+            advance = stack.enter_context(show_progress(progress, "touches"))
+            chosen = executor or stack.enter_context(ThreadExecutor(workers))
+            readings, errors = run_trials(job, trials, kept, chosen, advance)
+        tensors = collect(job, trials, readings)
+        if kept is not None and kept.finished.any():
+            tensors = read_store(kept.path)
     tensors = tensors.load() if load and tensors is not None else tensors
     if tensors is not None:
-        soft = contact if _follows_contact(engine) else None
-        _warn(tensors, accuracy, soft, fixed=timestep is not None)
-    return _hand_over(tensors, gathering)
+        _warn(tensors, accuracy, contact if follows else None, fixed=timestep is not None)
+    return _hand_over(tensors, errors)
 
 
 def _make_job(
@@ -362,11 +367,11 @@ def _follows_contact(engine: str) -> bool:
     return get_engine(engine).check is Contact.check_timestep
 
 
-def _hand_over(tensors: xr.Dataset | None, gathering: Gathering) -> xr.Dataset:
+def _hand_over(tensors: xr.Dataset | None, errors: dict[int, Exception]) -> xr.Dataset:
     """The tensors, or the first error with the finished trials' tensors on it."""
-    if not gathering.errors and tensors is not None:
+    if not errors and tensors is not None:
         return tensors
-    error: Any = gathering.errors[min(gathering.errors)]
+    error: Any = errors[min(errors)]
     error.tensors = tensors
     if isinstance(error, SimulationDiverged):
         _dump_state(error)

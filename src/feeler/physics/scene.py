@@ -1,6 +1,7 @@
 """Scenes: what an engine simulates, in no engine's words, and the clock of a run."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -53,12 +54,12 @@ class Clock:
                 f" timestep={self.sample_interval / max(1, round(ratio)):g}."
             )
 
-    @property
+    @cached_property
     def n_samples(self) -> int:
         """Samples in [0, duration)."""
         return int(np.ceil(self.duration / self.sample_interval - 1e-9))
 
-    @property
+    @cached_property
     def steps_per_sample(self) -> int:
         """Steps between samples."""
         return round(self.sample_interval / self.timestep)

@@ -18,8 +18,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.files import name_start, read_start
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
-from feeler.tensors import store, stored
-from feeler.tensors import stored as records
+from feeler.tensors import store
 from feeler.tensors.models import Model, read_model
 from feeler.tensors.schema import find_breaches, refuse
 from feeler.tensors.table import Table, find_heading, read_table
@@ -410,12 +409,12 @@ def _describe_model(model: Model) -> list[str]:
 STORE = Format(
     words="store of trials (Zarr v3)",
     suffix=".zarr",
-    detect=lambda path, start: records.is_store(path),
-    load=lambda path, limits, trusted: stored.read_store(path),
+    detect=lambda path, start: store.is_store(path),
+    load=lambda path, limits, trusted: store.read_store(path),
     save=store.save_store,
-    describe=stored.describe_store,
-    glance=lambda path: stored.read_store(path, first=stored.MANY),
-    find_damage=stored.find_damage,
+    describe=store.describe_store,
+    glance=lambda path: store.read_store(path, first=store.GLANCE),
+    find_damage=store.find_damage,
 )
 ZARR = Format(
     words="Zarr v3 group",

@@ -299,11 +299,25 @@ def make_tensors(
     xarray.Dataset
         The quantities given, and ``curvature`` = angle / segment_length.
     """
-    missing = [name for name in list_required("trial") if name not in trials]
-    if missing:
+    return _make_tensors(
+        time, segment, position, segment_length, trials, attrs, dtype, quantities
+    )
+
+
+def _make_tensors(
+    time: np.ndarray,
+    segment: Sequence[int] | np.ndarray,
+    position: np.ndarray,
+    segment_length: np.ndarray,
+    trials: Mapping[str, Sequence[object]],
+    attrs: Mapping[str, object] | None,
+    dtype: str,
+    quantities: Mapping[str, np.ndarray | None],
+) -> xr.Dataset:
+    required = list_required("trial")
+    if missing := [name for name in required if name not in trials]:
         raise InvalidInput(
-            f"trials lacks {', '.join(missing)}; each trial needs"
-            f" {', '.join(list_required('trial'))}."
+            f"trials lacks {', '.join(missing)}; each trial needs {', '.join(required)}."
         )
     if quantities.get("angle") is None:
         raise InvalidInput("the tensors need angle= (trial, sensor, time) [rad].")
@@ -317,7 +331,12 @@ def make_tensors(
         "curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype)
     )
     spatial = given["angle"].ndim == len(IN_SPACE["angle"])
-    variables = {name: (find_dims(name, spatial), values) for name, values in given.items()}
+    dims = {name: quantity.dims for name, quantity in QUANTITIES.items()}
+    dims |= IN_SPACE if spatial else {}
+    variables = {
+        name: (dims.get(name) or QUANTITIES[name].dims, values)  # which refuses unknown names
+        for name, values in given.items()
+    }
     coordinates = {
         "time": ("time", np.asarray(time, dtype=float)),
         "sensor": ("sensor", np.arange(1, len(segment) + 1)),
@@ -379,7 +398,9 @@ def reduce_motion(
         ``save`` names a quantity that the motion does not have.
     """
     wanted = {
-        name: QUANTITIES[name].make for name in choose_quantities(save) if name not in without
+        name: quantity.make
+        for name, quantity in choose_quantities(save).items()
+        if name not in without
     }
     values = {name: make(antenna, motion) for name, make in wanted.items()}  # type: ignore[misc]
     absent = [name for name in save or () if name in values and values[name] is None]
@@ -395,9 +416,15 @@ def reduce_motion(
 
 
 def stack_readings(
-    antenna: Any, time: np.ndarray, readings: Sequence[Mapping[str, np.ndarray]], **fields: Any
+    antenna: Any,
+    time: np.ndarray,
+    readings: Sequence[Mapping[str, np.ndarray]],
+    *,
+    trials: Mapping[str, Sequence[object]],
+    attrs: Mapping[str, object] | None = None,
+    **given: np.ndarray,
 ) -> xr.Dataset:
-    """The Dataset of what :func:`reduce_motion` kept of several motions; ``fields`` go to
+    """The Dataset of what :func:`reduce_motion` kept of several motions; arguments as in
     :func:`make_tensors`.
     """
     index = antenna.sensors - 1
@@ -405,19 +432,20 @@ def stack_readings(
         name: np.stack([reading[name] for reading in readings]) for name in readings[0]
     }
     kinds = [values.dtype.name for values in stacked.values()]
-    return make_tensors(
-        time=time,
-        segment=antenna.sensors,
-        position=antenna.hinge_position[index] / antenna.length,
-        segment_length=antenna.segment_length[index],
-        dtype=kinds[0] if kinds else "float64",
-        **stacked,
-        **fields,
+    return _make_tensors(
+        time,
+        antenna.sensors,
+        antenna.hinge_position[index] / antenna.length,
+        antenna.segment_length[index],
+        trials,
+        attrs,
+        kinds[0] if kinds else "float64",
+        stacked | given,
     )
 
 
-def choose_quantities(save: Sequence[str] | None) -> list[str]:
-    """Names of the quantities to be made from motions; an unknown name in ``save`` is an
+def choose_quantities(save: Sequence[str] | None) -> dict[str, Quantity]:
+    """The quantities to be made from motions, by name; an unknown name in ``save`` is an
     InvalidInput.
     """
     if isinstance(save, str):
@@ -425,27 +453,23 @@ def choose_quantities(save: Sequence[str] | None) -> list[str]:
             f"save must be a list of names, got the text {save!r}; write save=({save!r},)."
         )
     if save is None:
-        return [
-            name
-            for name, quantity in QUANTITIES.items()
-            if quantity.make and not quantity.optional
-        ]
-    for name in save:
-        if QUANTITIES[name].coordinate:
+        return {name: q for name, q in QUANTITIES.items() if q.make and not q.optional}
+    chosen = {name: QUANTITIES[name] for name in ("angle", *save)}
+    for name, quantity in chosen.items():
+        if quantity.coordinate:
             raise InvalidInput(
                 f"{name!r} is a coordinate and always saved; save= names variables."
             )
-    return [name for name in dict.fromkeys(("angle", *save)) if QUANTITIES[name].make]
+    return {name: quantity for name, quantity in chosen.items() if quantity.make}
 
 
 def label_units(dataset: xr.Dataset) -> xr.Dataset:
     """Attach ``units`` and ``long_name`` to every variable that the contract knows."""
-    for name, variable in dataset.variables.items():
-        quantity = QUANTITIES.get(str(name))
-        if quantity and quantity.unit:
-            variable.attrs["units"] = quantity.unit
-        if quantity and quantity.meaning:
-            variable.attrs["long_name"] = quantity.meaning
+    for name, quantity in QUANTITIES.items():
+        if name in dataset.variables:
+            attrs = dataset.variables[name].attrs
+            attrs |= {"units": quantity.unit} if quantity.unit else {}
+            attrs |= {"long_name": quantity.meaning} if quantity.meaning else {}
     return dataset
 
 
