@@ -7,7 +7,7 @@ CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check words audit locked hashes kept numba-oldest bench peers docs notebooks clean
+.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -16,7 +16,7 @@ $(BIN)/.core: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit("feeler needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@echo "setting up $(VENV) (once, a minute or two)"
-	@$(PIP) -e '.[movie]'
+	@$(PIP) -e '.[all]'
 	@touch $@
 
 $(BIN)/.test: $(BIN)/.core
@@ -30,7 +30,7 @@ $(BIN)/.cnn: $(BIN)/.core
 	@touch $@
 
 $(BIN)/.docs: $(BIN)/.core
-	@$(PIP) -e '.[docs,active,cnn,design]'
+	@$(PIP) -e '.[docs,cnn]'
 	@touch $@
 
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=quick|published|paper)
@@ -68,28 +68,19 @@ $(BIN)/.audit: $(BIN)/.core
 audit: $(BIN)/.audit  ## known weaknesses of the versions in constraints.txt (asks an advisory service)
 	@$(BIN)/python -m pip_audit --no-deps --disable-pip -r constraints.txt
 
-LOCKED := $(VENV)-locked
-locked: constraints.hashed.txt  ## an environment of its own, each of whose files has the hash in constraints.hashed.txt (pip refuses any other)
-	@$(PYTHON) -m venv --clear $(LOCKED)
-	@$(LOCKED)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r constraints.hashed.txt
-	@! $(LOCKED)/bin/python -m pip check | grep -v -e 'requires torch' -e '^No broken'  # torch is not among them: its build is the machine's
-
-hashes:  ## constraints.hashed.txt anew from constraints.txt (needs uv)
-	@uv pip compile --quiet --python-version 3.11.7 --no-deps --generate-hashes --no-annotate --no-header --no-emit-index-url \
-	  constraints.txt --output-file constraints.hashed.txt
-
-OLDEST := $(VENV)-numba-oldest
+OLDEST := $(VENV)-oldest
 $(OLDEST)/.ready: pyproject.toml
 	@$(PYTHON) -m venv $(OLDEST)
-	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check -e . hypothesis pytest pytest-xdist \
-	  "numba==$$(sed -n 's/.*"numba>=\([0-9.]*\).*/\1/p' pyproject.toml).*"
+	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check uv
+	@VIRTUAL_ENV=$(OLDEST) $(OLDEST)/bin/uv pip install --quiet --resolution lowest-direct -e '.[mujoco,store,processes,models,studio,movie]'
+	@VIRTUAL_ENV=$(OLDEST) $(OLDEST)/bin/uv pip install --quiet "pytest>=8" "pytest-xdist>=3.6" "hypothesis>=6.100"
 	@touch $@
 
 kept: $(BIN)/.core  ## which kept results were made by other code than today's
 	@PYTHONPATH=. $(BIN)/python benchmarks/kept.py
 
-numba-oldest: $(OLDEST)/.ready  ## the engines' parity with the oldest numba that is supported, in an environment of its own
-	@$(OLDEST)/bin/python -m pytest -q -n0 tests/physics/test_parity_chain.py tests/physics/test_plain.py
+oldest: $(OLDEST)/.ready  ## quick tests with the oldest versions that pyproject.toml allows, in an environment of its own
+	@$(OLDEST)/bin/python -m pytest -q -n auto --dist loadfile tests/cli tests/plotting tests/physics/test_parity_chain.py tests/physics/test_plain.py
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
 	@for script in physics chain wall calibration; do PYTHONPATH=. $(BIN)/python benchmarks/$$script.py; done
@@ -104,4 +95,4 @@ notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebo
 	@$(BIN)/python docs/notebooks.py $(NAME)
 
 clean:  ## remove what the targets made, except stores
-	@rm -rf $(VENV) $(OLDEST) $(LOCKED) site build src/*.egg-info .pytest_cache
+	@rm -rf $(VENV) $(OLDEST) site build src/*.egg-info .pytest_cache

@@ -17,9 +17,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
-from filelock import FileLock, Timeout
-
-from feeler.errors import FeelerError, InvalidInput, StoreError
+from feeler.errors import FeelerError, InvalidInput, StoreError, require_extra
 from feeler.records import Record
 
 # What a file is that a reader cannot read, by how it begins: in words, with what to do.
@@ -277,6 +275,9 @@ class Lock:
     """
 
     def __init__(self, path: Path, what: str) -> None:
+        require_extra("filelock", "store", f"writing {what}")
+        from filelock import FileLock, Timeout
+
         self._lock = FileLock(path, thread_local=False)
         self._holder = holder = path.with_name(f"{path.name}.holder")
         try:

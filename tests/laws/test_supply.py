@@ -18,7 +18,8 @@ EXTRAS = PROJECT["optional-dependencies"]
 
 
 def list_names(lines):
-    return {canonicalize_name(Requirement(line).name) for line in lines}
+    """Packages that are named, without feeler's own extras."""
+    return {canonicalize_name(Requirement(line).name) for line in lines} - {"feeler"}
 
 
 CORE = list_names(PROJECT["dependencies"])
@@ -71,18 +72,14 @@ def test_licences_that_ask_for_more_are_named():
     assert {name for name in strict if f"**{name}**" not in text} == set()
 
 
-def read_hashes():
-    """Versions and hashes of constraints.hashed.txt, by package."""
-    text = (ROOT / "constraints.hashed.txt").read_text().replace("\\\n", " ")
-    lines = (line.split(" ") for line in text.splitlines())
-    return {words[0]: [word for word in words[1:] if word] for words in lines}
-
-
-def test_every_version_has_its_hashes():
-    """pip refuses a file of any other content: ``make locked``."""
-    text, hashes = (ROOT / "constraints.txt").read_text(), read_hashes()
-    fixed = [line.split("==") for line in text.splitlines() if "==" in line]
-    assert {*hashes} == {f"{canonicalize_name(name)}=={version}" for name, version in fixed}
-    assert all(found for found in hashes.values())
-    words = [word for found in hashes.values() for word in found]
-    assert all(re.fullmatch(r"--hash=sha256:[0-9a-f]{64}", word) for word in words)
+def test_the_recipe_for_conda_has_the_bounds_of_the_core():
+    """h5py, which is an extra of h5netcdf, is named by itself there."""
+    text = (ROOT / "conda" / "meta.yaml").read_text()
+    run = text.split("  run:\n")[1].split("\n\n")[0].splitlines()
+    named = {line.strip(" -") for line in run} - {"python >=3.11"}
+    core = {
+        re.sub(r"\[.*\]|(?=>=)", lambda found: "" if found[0] else " ", line)
+        for line in PROJECT["dependencies"]
+    }
+    assert {line for line in named if not line.startswith("h5py ")} == core
+    assert len(core) <= 10

@@ -17,14 +17,22 @@ from functools import cache, partial
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pebble import CONSTS, ProcessExpired, ProcessPool
-
-from feeler.errors import FeelerError, InvalidInput, OutOfMemory, lacks_memory, say_warnings
+from feeler.errors import (
+    FeelerError,
+    InvalidInput,
+    OutOfMemory,
+    lacks_memory,
+    require_extra,
+    say_warnings,
+)
 from feeler.execute.threads import check_workers
 from feeler.files import TEMPORARY_DAYS, sweep_old
 from feeler.validation import checked
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
 
 try:
     import resource
@@ -46,7 +54,7 @@ class WorkerCrashed(FeelerError, RuntimeError):
     """A worker process ended before it had answered."""
 
 
-CONSTS.channel_lock_timeout = 3.0  # s; a worker may have been killed while it held the lock
+_LOCK_TIMEOUT = 3.0  # s; a worker may have been killed while it held the lock
 _GLANCE = 0.2  # s between two looks at whether the pool still works
 OPENINGS = 3  # [C] pools in a row that may break as they begin
 _BROKEN = (BrokenProcessPool, RuntimeError, OSError, EOFError)
@@ -90,6 +98,7 @@ class ProcessExecutor:
     """
 
     def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
+        require_extra("pebble", "processes", "work in processes")
         self.workers = check_workers(workers)
         if memory_limit is not None and memory_limit < 2**26:
             raise InvalidInput(
@@ -144,7 +153,10 @@ class ProcessExecutor:
             again = (message, answer, kills)
             threading.Thread(target=self._send, args=again, daemon=True).start()
 
-    def _open(self) -> ProcessPool:
+    def _open(self) -> "ProcessPool":
+        from pebble import CONSTS, ProcessPool
+
+        CONSTS.channel_lock_timeout = _LOCK_TIMEOUT
         with self._opening:
             if self._pool is not None and not _works(self._pool):
                 self._drop(broken=True)
@@ -157,7 +169,7 @@ class ProcessExecutor:
                 threading.Thread(target=self._watch, args=(self._pool,), daemon=True).start()
             return self._pool
 
-    def _watch(self, pool: ProcessPool) -> None:
+    def _watch(self, pool: "ProcessPool") -> None:
         """Drop a pool that breaks while nothing is sent, or that waits for a worker which has
         ended; it tells nobody by itself.
         """
@@ -205,7 +217,7 @@ class ProcessExecutor:
         return f"{self.workers} {kind}, at most {self.memory_limit / 2**30:.1f} GiB each"
 
 
-def _works(pool: ProcessPool) -> bool:
+def _works(pool: "ProcessPool") -> bool:
     """Whether a pool takes tasks; to look starts its processes, which may end as they begin."""
     try:
         return pool.active
@@ -213,7 +225,7 @@ def _works(pool: ProcessPool) -> bool:
         return False
 
 
-def _find_ended(pool: ProcessPool) -> set[int]:
+def _find_ended(pool: "ProcessPool") -> set[int]:
     """Workers that have ended, and whose tasks the pool still counts as begun.
 
     A worker may say that it took a task after its pool has noticed its end, as when the process it
@@ -227,6 +239,8 @@ def _find_ended(pool: ProcessPool) -> set[int]:
 
 def _pass_on(done: Future, answer: Future) -> None:
     """Hand a worker's answer, or what became of the worker, to whoever waits for it."""
+    from pebble import ProcessExpired
+
     try:
         good, value = pickle.loads(done.result())
     except CancelledError as error:

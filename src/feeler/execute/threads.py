@@ -1,24 +1,18 @@
 """Threads: the default workers, since compiled code releases the interpreter's lock."""
 
-import atexit
 import os
-import threading
-import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from pebble import ThreadPool
 from threadpoolctl import ThreadpoolController
 
 from feeler.errors import InvalidInput
 from feeler.validation import checked
 
 _MAX_WORKERS = 1024  # [C] more than any machine has cores for
-_GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
-_closing: list[threading.Thread] = []
 
 
 def count_cores() -> int:
@@ -67,18 +61,18 @@ def _find_blas() -> ThreadpoolController:
 
 @checked
 class ThreadExecutor:
-    """``workers`` threads, and none where one is asked for ``map``; they do not hold up the
-    interpreter's end.
+    """``workers`` threads, and none where one is asked for ``map``. The interpreter's end waits for
+    the tasks that are running: an engine cannot be left in the middle of its work.
     """
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = check_workers(workers)
-        self._pool: ThreadPool | None = None
+        self._pool: ThreadPoolExecutor | None = None
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
         """Queue ``function(*args)``; threads start with the first task."""
-        self._pool = self._pool or ThreadPool(self.workers)
-        return self._pool.schedule(function, args)
+        self._pool = self._pool or ThreadPoolExecutor(self.workers)
+        return self._pool.submit(function, *args)
 
     def map(self, function: Callable, /, *iterables: Iterable) -> Iterator[Any]:
         """Results of ``function`` in order, as from the built-in ``map``, but side by side; the
@@ -100,11 +94,7 @@ class ThreadExecutor:
         be used again.
         """
         if self._pool is not None:
-            self._pool.stop()
-            _closing.append(
-                threading.Thread(target=self._pool.join, daemon=True, name="feeler closing")
-            )
-            _closing[-1].start()
+            self._pool.shutdown(wait=False, cancel_futures=True)
         self._pool = None
 
     def __enter__(self) -> "ThreadExecutor":
@@ -116,13 +106,3 @@ class ThreadExecutor:
     def describe(self) -> str:
         """One line for a person: how many workers of which kind."""
         return f"{self.workers} thread{'s' if self.workers > 1 else ''} in this process"
-
-
-@atexit.register
-def _see_off() -> None:
-    """Wait for threads sent home: one still inside an engine when the interpreter ends would crash
-    the process.
-    """
-    end = time.monotonic() + _GRACE
-    for thread in _closing:
-        thread.join(max(end - time.monotonic(), 0))

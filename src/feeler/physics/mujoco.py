@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import Any, cast
 
-import mujoco
 import numpy as np
 
 from feeler.antenna.segments import to_vector
@@ -12,7 +11,7 @@ from feeler.errors import InvalidInput
 from feeler.physics.contact import find_radius
 from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, compile_model, to_quaternion
+from feeler.physics.spec import ROOTED, compile_model, mujoco, to_quaternion
 from feeler.physics.statics import compute_reaction
 
 # The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's

@@ -3,11 +3,10 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from feeler.antenna.segments import Antenna, Follicle
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, MissingExtra
 from feeler.files import writing
 from feeler.objects.bodies import Object
 from feeler.objects.meshes import is_box, list_solids
@@ -16,6 +15,12 @@ from feeler.objects.trials import Trial
 from feeler.physics.contact import MIN_FRICTION, Softness
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.physics.scene import Scene, make_scene
+
+try:
+    import mujoco
+except ImportError as error:
+    words = "the MuJoCo engine and MJCF files need mujoco: pip install 'feeler[mujoco]'."
+    raise MissingExtra(words) from error
 
 # A scene as MuJoCo's MjSpec. The only module that writes one.
 #

@@ -85,6 +85,7 @@ class Studio:
         token: str | None = None,
         boards: Boards | None = None,
     ) -> None:
+        require_extra("websockets", "studio", "the studio's server")
         self.token = token or os.environ.get("FEELER_STUDIO_TOKEN") or secrets.token_urlsafe(16)
         self._antenna, self._boards, self._sessions = antenna, boards, set[Session]()
         self._loop = asyncio.new_event_loop()

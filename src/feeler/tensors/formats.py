@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.files import AntennaFile, read_antenna_file
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import FeelerError, InvalidInput, require_extra
 from feeler.files import name_start, read_start
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
@@ -356,12 +356,16 @@ _ZARR = (
 HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def guarded(function: str) -> Callable[[Path, Limits, bool], xr.Dataset]:
+def guarded(
+    function: str, library: str = "", extra: str = ""
+) -> Callable[[Path, Limits, bool], xr.Dataset]:
     """A loader that lets the guard call ``function`` (``"module:name"``), which gives what
-    ``plain.describe`` gives.
+    ``plain.describe`` gives; ``library`` and ``extra`` name what it needs beside the core.
     """
 
     def load(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
+        if library:
+            require_extra(library, extra, f"reading {path.name}")
         return restore(*open_guarded(function, path, limits, trusted=trusted), path.name)
 
     return load
@@ -419,7 +423,7 @@ STORE = Format(
 ZARR = Format(
     words="Zarr v3 group",
     detect=lambda path, start: any((path / name).exists() for name in _ZARR),
-    load=guarded("feeler.tensors.readers:read_zarr"),
+    load=guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
 )
 NWB = Format(
     words="NWB file (HDF5)",

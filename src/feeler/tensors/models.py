@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import NAME, parse_json, write_atomic
 from feeler.provenance import make_plain
 from feeler.sandbox import Limits, open_guarded
@@ -50,6 +50,7 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
     """Write a model, whole or not at all; the file's notes hold format, kind, version, settings,
     versions.
     """
+    require_extra("safetensors", "models", "a model's file")
     from safetensors.numpy import save
 
     if (
@@ -117,6 +118,7 @@ def read_model(
         raise InvalidInput(
             f"cannot read {path}: no such file, or not a regular one. Check the path."
         )
+    require_extra("safetensors", "models", f"reading {Path(path).name}")
     notes, arrays = open_guarded(
         "feeler.tensors.readers:read_safetensors", path, limits, trusted=trusted
     )
