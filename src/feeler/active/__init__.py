@@ -1,8 +1,10 @@
 """Active touch: a body that moves its antenna in order to know.
 
-Environments for Gymnasium are in ``feeler.active.environment``, which needs the extra ``active``;
-nothing else here does. Policies against each other: ``feeler.active.contests``.
+Where Gymnasium is installed (the extra ``active``), importing this registers its environments, of
+``feeler.active.environment``. Policies against each other: ``feeler.active.contests``.
 """
+
+from importlib.util import find_spec
 
 from feeler.active.observer import Episodes, Known, Observer
 from feeler.active.policies import POLICIES, make_learned, parse_policy
@@ -24,3 +26,6 @@ __all__ = [
     "make_learned",
     "parse_policy",
 ]
+
+if find_spec("gymnasium"):
+    from feeler.active import environment  # noqa: F401

@@ -22,3 +22,7 @@ def __getattr__(name: str) -> object:
     from feeler.learn import dataset
 
     return getattr(dataset, name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,51 @@
+"""Public names of feeler for editors and type checkers; __init__.py loads them when used."""
+
+from feeler import active as active
+from feeler import analysis as analysis
+from feeler import antenna as antenna
+from feeler import calibration as calibration
+from feeler import comparison as comparison
+from feeler import decoding as decoding
+from feeler import design as design
+from feeler import encoding as encoding
+from feeler import execute as execute
+from feeler import experiments as experiments
+from feeler import learn as learn
+from feeler import objects as objects
+from feeler import physics as physics
+from feeler import plotting as plotting
+from feeler import presets as presets
+from feeler import report as report
+from feeler import robot as robot
+from feeler import spikes as spikes
+from feeler import studio as studio
+from feeler import tensors as tensors
+from feeler import tracking as tracking
+from feeler import tradeoff as tradeoff
+from feeler import wall as wall
+from feeler.antenna.files import load_antenna as load_antenna
+from feeler.antenna.files import save_antenna as save_antenna
+from feeler.antenna.segments import Antenna as Antenna
+from feeler.antenna.variants import sample_antennas as sample_antennas
+from feeler.draw import LogRange as LogRange
+from feeler.encoding.model import ConvolutiveNMF as ConvolutiveNMF
+from feeler.experiments.mechanics import bend as bend
+from feeler.experiments.mechanics import hit as hit
+from feeler.experiments.mechanics import release as release
+from feeler.experiments.tactile import touch as touch
+from feeler.objects.bodies import Object as Object
+from feeler.objects.bodies import Wall as Wall
+from feeler.objects.motion import BaseMotion as BaseMotion
+from feeler.objects.outlines import Outline as Outline
+from feeler.objects.sampling import sample_trials as sample_trials
+from feeler.objects.shapes import Ball as Ball
+from feeler.objects.shapes import Box as Box
+from feeler.objects.shapes import Peg as Peg
+from feeler.objects.shapes import Triangle as Triangle
+from feeler.objects.trials import Trial as Trial
+from feeler.physics.simulation import Simulation as Simulation
+from feeler.physics.simulation import Simulations as Simulations
+from feeler.tensors.formats import load as load
+from feeler.tensors.formats import save as save
+
+__version__: str

@@ -1,0 +1,44 @@
+"""Old names of packages, for one release: each import warns and says what to write instead."""
+
+import sys
+import warnings
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+PACKAGES = {
+    "stimulus": "feeler.objects",
+    "task": "feeler.objects",
+    "experiment": "feeler",
+    "dispersion": "feeler.analysis",
+    "information": "feeler.analysis",
+    "response": "feeler.analysis",
+}
+"""Where the names of each old package are now."""
+
+
+class _Renamed(MetaPathFinder, Loader):
+    def find_spec(self, fullname: str, *_: Any) -> ModuleSpec | None:
+        """An old package, or any module that was in one."""
+        root, _, rest = fullname.partition(".")
+        old = root == "feeler" and rest.partition(".")[0] in PACKAGES
+        return ModuleSpec(fullname, self, is_package=True) if old else None
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Its names, each fetched where it is now."""
+        old = module.__name__
+        new = PACKAGES[old.split(".")[1]]
+
+        def fetch(name: str) -> Any:
+            if name.startswith("__"):
+                raise AttributeError(f"module {old!r} has no attribute {name!r}")
+            words = f"{old} is renamed: write `from {new} import {name}`."
+            warnings.warn(words, DeprecationWarning, stacklevel=2)
+            return getattr(import_module(new), name)
+
+        module.__dict__["__getattr__"] = fetch
+
+
+sys.meta_path.append(_Renamed())

@@ -1,0 +1,70 @@
+"""Public names: what ``dir()`` shows, what old names say, and what the core does without."""
+
+import importlib
+import subprocess
+import sys
+
+import pytest
+
+import feeler
+from feeler.errors import MissingExtra, require_extra
+
+
+@pytest.mark.parametrize("name", ["learn", "tensors"])
+def test_a_lazy_package_shows_its_public_names_only(name):
+    package = importlib.import_module(f"feeler.{name}")
+    assert dir(package) == sorted(package.__all__)
+    assert all(hasattr(package, public) for public in package.__all__)
+
+
+def test_every_public_name_of_feeler_can_be_fetched_and_no_other():
+    assert all(getattr(feeler, name) is not None for name in dir(feeler))
+    with pytest.raises(AttributeError, match=r"no attribute 'tuoch'; public names: .*touch"):
+        _ = feeler.tuoch
+
+
+@pytest.mark.parametrize(
+    ("old", "name", "new"),
+    [
+        ("stimulus", "Ball", "objects"),
+        ("stimulus.trial", "make_grid", "objects"),
+        ("task", "Task", "objects"),
+        ("dispersion", "compute_dispersion", "analysis"),
+        ("information", "compute_information", "analysis"),
+        ("response", "compute_strain", "analysis"),
+    ],
+)
+def test_an_old_name_is_the_new_one_and_says_so(old, name, new):
+    words = rf"feeler\.{old} is renamed: write `from feeler\.{new} import {name}`"
+    with pytest.warns(DeprecationWarning, match=words):
+        found = getattr(importlib.import_module(f"feeler.{old}"), name)
+    assert found is getattr(importlib.import_module(f"feeler.{new}"), name)
+
+
+def test_experiments_are_functions_of_feeler_itself():
+    with pytest.warns(DeprecationWarning, match="write `from feeler import hit`"):
+        from feeler.experiment.impulse import hit
+    assert hit is feeler.hit
+
+
+def test_a_touch_loads_no_store_and_no_page():
+    code = (
+        "import sys; blocked = 'zarr numcodecs h5netcdf filelock pebble safetensors mujoco dask'\n"
+        "sys.modules.update(dict.fromkeys(blocked.split()))\n"
+        "import feeler\n"
+        "trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)\n"
+        "tensors = feeler.touch(feeler.presets.cockroach(), trial, duration=2.0)\n"
+        "assert tensors.sizes['trial'] == 1 and 'jinja2' not in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_missing_extra_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    monkeypatch.setitem(sys.modules, "filelock", None)
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)
+    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[store\]'"):
+        feeler.touch(feeler.presets.cockroach(), trial, store=tmp_path / "a.zarr", duration=2.0)
+    with pytest.raises(MissingExtra, match=r"a ghost needs nosuch: pip install 'feeler\[x\]'"):
+        require_extra("nosuch", "x", "a ghost")
