@@ -22,7 +22,7 @@ PACKAGES = {
 class _Renamed(MetaPathFinder, Loader):
     def find_spec(self, fullname: str, *_: Any) -> ModuleSpec | None:
         """An old package, or any module that was in one."""
-        root, _, rest = fullname.partition(".")
+        root, _dot, rest = fullname.partition(".")
         old = root == "feeler" and rest.partition(".")[0] in PACKAGES
         return ModuleSpec(fullname, self, is_package=True) if old else None
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -24,8 +24,16 @@ from feeler.physics.engine import get_engine
 from feeler.physics.run import TOGETHER, Result, make_groups, run_accurately, run_with_error
 from feeler.physics.scene import Clock, Motion, Scene, make_scene
 from feeler.provenance import PHYSICS, compute_digest, find_version, make_plain
-from feeler.tensors.schema import choose_quantities, find_dims, reduce_motion, stack_readings
-from feeler.tensors.store import MAX_LISTED, Store, write_group
+from feeler.tensors.schema import (
+    MAX_LISTED,
+    choose_quantities,
+    find_dims,
+    reduce_motion,
+    stack_readings,
+)
+
+if TYPE_CHECKING:
+    from feeler.tensors.store import Store
 
 # What a worker does with the trials it is given, wherever it runs: simulate, reduce to sensors,
 # store.
@@ -102,6 +110,8 @@ class Job:
         readings, errors = self.simulate(indices, trials)
         done = ShareResult(readings=readings, errors=errors)
         if store is not None and readings:
+            from feeler.tensors.store import write_group
+
             own = dict(zip(indices, trials, strict=True))
             tensors = self.make_tensors(
                 sorted(readings), [own[index] for index in sorted(readings)], readings
@@ -263,7 +273,7 @@ Progress = Callable[[int, int], object]
 def run_trials(
     job: Job,
     trials: Sequence[Trial],
-    store: Store | None,
+    store: "Store | None",
     executor: Executor,
     progress: Progress,
 ) -> tuple[dict[int, Reading], dict[int, Exception]]:

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -28,8 +28,10 @@ from feeler.physics.scene import Clock, make_scene
 from feeler.progress import show_progress
 from feeler.provenance import LICENCE, PHYSICS, list_versions, make_plain
 from feeler.tensors.schema import choose_quantities
-from feeler.tensors.store import Store, open_store, read_store
 from feeler.validation import Seed, checked
+
+if TYPE_CHECKING:
+    from feeler.tensors.store import Store
 
 OFF = 0.05  # [C] what a touch may err by, over its peak, without a warning
 _NAMED = 20  # touches in one warning
@@ -173,6 +175,8 @@ def touch(
             readings, errors = run_trials(job, trials, kept, chosen, advance)
         tensors = collect(job, trials, readings)
         if kept is not None and kept.finished.any():
+            from feeler.tensors.store import read_store
+
             tensors = read_store(kept.path)
     tensors = tensors.load() if load and tensors is not None else tensors
     if tensors is not None:
@@ -321,8 +325,10 @@ def _warn_of_speed(
         warnings.warn(doubt, Doubtful, stacklevel=3)
 
 
-def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:
+def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> "Store":
     """The store of this configuration."""
+    from feeler.tensors.store import open_store  # loads zarr, which is an extra
+
     origin = {"save": job.save, "dtype": job.dtype}
     made = () if job.sampled else Made(job, trials)
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)

@@ -11,8 +11,10 @@ from feeler.errors import InvalidInput
 from feeler.physics.contact import find_radius
 from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, compile_model, mujoco, to_quaternion
+from feeler.physics.spec import ROOTED, compile_model, to_quaternion
 from feeler.physics.statics import compute_reaction
+
+import mujoco  # isort: skip  # after spec, which says in words if it is missing
 
 # The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's
 # words.

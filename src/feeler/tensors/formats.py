@@ -18,7 +18,6 @@ from feeler.errors import FeelerError, InvalidInput, require_extra
 from feeler.files import name_start, read_start
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
-from feeler.tensors import store
 from feeler.tensors.models import Model, read_model
 from feeler.tensors.schema import find_breaches, refuse
 from feeler.tensors.table import Table, find_heading, read_table
@@ -410,15 +409,34 @@ def _describe_model(model: Model) -> list[str]:
     ]
 
 
+def is_store(path: Path) -> bool:
+    """Whether a folder is a store."""
+    try:
+        return is_old_store(path) or b'"feeler_store"' in (path / "zarr.json").read_bytes()
+    except OSError:
+        return False
+
+
+def is_old_store(path: Path) -> bool:
+    """Whether a folder is a store of feeler 0.3."""
+    return (path / "progress" / "store.json").is_file()
+
+
+def _store() -> Any:
+    from feeler.tensors import store  # loads zarr, which is an extra
+
+    return store
+
+
 STORE = Format(
     words="store of trials (Zarr v3)",
     suffix=".zarr",
-    detect=lambda path, start: store.is_store(path),
-    load=lambda path, limits, trusted: store.read_store(path),
-    save=store.save_store,
-    describe=store.describe_store,
-    glance=lambda path: store.read_store(path, first=store.GLANCE),
-    find_damage=store.find_damage,
+    detect=lambda path, start: is_store(path),
+    load=lambda path, limits, trusted: _store().read_store(path),
+    save=lambda *args, **options: _store().save_store(*args, **options),
+    describe=lambda path: _store().describe_store(path),
+    glance=lambda path: _store().read_store(path, first=_store().GLANCE),
+    find_damage=lambda path: _store().find_damage(path),
 )
 ZARR = Format(
     words="Zarr v3 group",

@@ -23,6 +23,7 @@ from feeler.validation import checked
 # the package.
 
 DIMS = ("trial", "sensor", "time")
+MAX_LISTED = 1000  # trials, above which `trials` among the attributes is left out
 _PATH = ("trial", "time", "axis")
 IN_SPACE = {
     "angle": ("trial", "plane", "sensor", "time"),

@@ -18,19 +18,23 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-import zarr
 from xarray.backends import BackendArray
 from xarray.core import indexing
-from zarr.codecs import Crc32cCodec, ZstdCodec
-from zarr.core.buffer import Buffer
-from zarr.storage import LocalStore, MemoryStore
 
-from feeler.errors import InvalidInput, StoreError
-from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic
-from feeler.provenance import make_plain, write_plain
-from feeler.sandbox import MAX_TEXT
-from feeler.tensors.schema import QUANTITIES, derive_curvature
-from feeler.tensors.writers import check_variable
+from feeler.errors import InvalidInput, StoreError, require_extra
+
+require_extra("zarr", "store", "a store of touches")
+import zarr  # noqa: E402
+from zarr.codecs import Crc32cCodec, ZstdCodec  # noqa: E402
+from zarr.core.buffer import Buffer  # noqa: E402
+from zarr.storage import LocalStore, MemoryStore  # noqa: E402
+
+from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
+from feeler.provenance import make_plain, write_plain  # noqa: E402
+from feeler.sandbox import MAX_TEXT  # noqa: E402
+from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
+from feeler.tensors.schema import MAX_LISTED, QUANTITIES, derive_curvature  # noqa: E402
+from feeler.tensors.writers import check_variable  # noqa: E402
 
 FORMAT = 4
 _ABOUT = "feeler_store"  # attribute of the group: format, group size, configuration
@@ -44,7 +48,6 @@ _SMALL, _GREAT = 8, 256
 INNER = 32
 _LABELS = 4096  # [C] trials in one chunk of a label
 _LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
-MAX_LISTED = 1000  # trials, above which `trials` among the attributes is left out
 GLANCE = 512  # trials that `feeler info` looks at
 _EAGER = 65_536  # [C] trials, above which labels are read when they are used
 _MAX_DIFFERENCES = 5
@@ -375,7 +378,7 @@ def _make_folder(path: Path) -> None:
     """Make a store's folder; refuse one that holds something else."""
     if path.exists() and not path.is_dir():
         raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
-    if _is_old(path):
+    if is_old_store(path):
         raise StoreError(
             f"{path} is a store of feeler 0.3, which is read but not continued. Use a new store, or"
             f" keep its touches by: feeler convert {path} new.zarr"
@@ -524,14 +527,6 @@ def save_store(
 # Reading: stored trials as a Dataset that reads its numbers when they are used.
 
 
-def is_store(path: Path) -> bool:
-    """Whether a folder is a store."""
-    try:
-        return _is_old(path) or b'"feeler_store"' in (path / "zarr.json").read_bytes()
-    except OSError:
-        return False
-
-
 def _read_about(path: Path) -> dict[str, Any]:
     """What a store says of itself."""
     content = parse_json(
@@ -622,7 +617,7 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         No store, no finished trial, or damaged.
     """
     path = Path(path)
-    if _is_old(path):
+    if is_old_store(path):
         return _read_old(path)
     _check_is_store(path)
     with _reading(path):
@@ -704,7 +699,7 @@ def describe_store(path: Path) -> list[str]:
 
 def find_damage(path: Path) -> list[str]:
     """What is wrong with the files of a store, one line for each."""
-    if _is_old(path):
+    if is_old_store(path):
         return []
     _read_about(path)
     with _reading(path):
@@ -741,10 +736,6 @@ def _find_damaged_chunks(path: Path, arrays: dict) -> Iterator[tuple[int, int, P
 
 # Stores of feeler 0.3, for one release: the records in their folder ``progress`` say which trials
 # are finished, and hold their labels.
-
-
-def _is_old(path: Path) -> bool:
-    return (path / "progress" / "store.json").is_file()
 
 
 def _read_old(path: Path) -> xr.Dataset:
