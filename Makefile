@@ -56,6 +56,7 @@ $(BIN)/.check: $(BIN)/.core
 check: $(BIN)/.check  ## style, types and spelling; pre-commit runs it
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
 	@$(BIN)/codespell README.md CONTRIBUTING.md $(filter-out tests,$(CODE))  # tests misspell on purpose
+	@$(MAKE) --no-print-directory words
 
 words:  ## expressions that docs/words.md replaces, in README, docs, help, report and studio
 	@! sed -n 's/^| \([^|]*\) |.*/\1/p' docs/words.md | grep -v -x -e not -e '-*' \

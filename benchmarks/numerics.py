@@ -21,7 +21,7 @@ from kept import write_kept
 from feeler.antenna import Antenna
 from feeler.antenna.animals import cockroach
 from feeler.antenna.modes import compute_mass_matrix
-from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
+from feeler.errors import FeelerError, InvalidInput, SimulationDivergedError
 from feeler.objects.shapes import make_feature
 from feeler.objects.trials import Trial
 from feeler.physics.engine import DEFAULT_ENGINE
@@ -122,7 +122,7 @@ def judge_at(
                 raise outcome
             tips.append(antenna.shape(outcome.angle)[:, -1])
             angles.append(outcome.angle)
-    except SimulationDiverged:
+    except SimulationDivergedError:
         return "diverged (named)", np.nan
     except InvalidInput as error:
         return f"refused: {shorten(error)}", np.nan
@@ -232,7 +232,7 @@ def is_free_stable(antenna: Antenna, timestep: float) -> bool:
 
 def name_end(scene: Scene, outcome: object) -> str:
     """How a simulation ended, in words; an error that is not feeler's is raised."""
-    if isinstance(outcome, SimulationDiverged):
+    if isinstance(outcome, SimulationDivergedError):
         free = is_free_stable(scene.antenna, TIMESTEP)
         return (
             CONTACT

@@ -20,8 +20,8 @@ from feeler.objects import Ball, Box, Outline, make_feature
 from feeler.plotting import style
 from feeler.robot import (
     align_recordings,
-    draw_lessons,
     draw_robots,
+    draw_training_set,
     make_classifier,
     make_decoder,
     make_robot,
@@ -202,7 +202,7 @@ def stream():
     """What a stream says while recordings go on: how many it notices, calls unlike all, and names
     with certainty without ever calling them so; and when it first calls them so.
     """
-    lessons, touches = draw_lessons(), make_touches()
+    lessons, touches = draw_training_set(), make_touches()
     decoder = lessons.watch(make_decoder())
     for name, values in make_untouched(np.random.default_rng(STREAM_SEED)):
         say_stream(decoder, name, values[:STREAM_NOISE])

@@ -1,4 +1,4 @@
-"""Tell touches apart: a scored task with fixed touches, fixed noise and one number per method.
+"""Discriminate touches: a scored task with fixed touches, fixed noise and one number per method.
 
 A method is a file with ``make()``, which gives something with ``fit(tensors, labels)`` and
 ``predict(tensors)``; tensors are (touch, sensor, time), in rad.
@@ -22,7 +22,7 @@ import feeler
 from feeler.decoding import READERS
 from feeler.objects import Common, Task
 
-NAME, VERSION = "tell touches apart", 1
+NAME, VERSION = "discriminate touches", 1
 SPEED, EACH, COPIES = 0.3, 20, {"train": 5, "final": 2}
 NOISE = Common(0.03)  # rad, on every sample of every sensor
 SEEDS = {"train": 11, "final": 13}
@@ -67,7 +67,9 @@ def make_split(purpose: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def score(make: Callable[[], Any], train: tuple, final: tuple) -> tuple[float, float, float]:
-    """Share named right, and its 95 % interval: touches are drawn again, with their copies."""
+    """Share classified correctly, and its 95 % interval: touches are drawn again, with their
+    copies.
+    """
     method = make().fit(train[0], train[1])
     right = np.asarray(method.predict(final[0])) == final[1]
     each = right.reshape(-1, COPIES["final"]).mean(axis=1)

@@ -1,5 +1,5 @@
 """How fast the studio answers in a real Chromium: touches, drags, a hand, a wall, a board, memory,
-and the page that computes by itself.
+and the standalone page.
 
     python benchmarks/studio.py [changes] [seconds of dragging]
     python benchmarks/studio.py 2 600          # memory of the server and of the page over ten

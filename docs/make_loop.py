@@ -125,7 +125,8 @@ def draw_frames():
         time = min(frame / moving, 1.0) * (DURATION - 1)
         clock.set_text(f"{time:.0f} ms, {slower:.0f} × slower than life")
         words.set_text(
-            f"how many of 100 touches are named right (thirty kinds, noise of {NOISE:g} rad)"
+            f"how many of 100 touches are classified correctly (thirty kinds, noise of"
+            f" {NOISE:g} rad)"
             if ended
             else "what each sensor feels, from base (below) to tip, over time"
         )

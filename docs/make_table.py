@@ -73,7 +73,7 @@ HEADLINES = {
         "{design.fewer.0.3:.0%} fewer errors by searched profiles at 0.3 m/s,"
         " {design.fewer.0.06:.1%} at 0.06 m/s, noise of one peak",
     ),
-    "Beyond the paper: an antenna designed for sizes and places never met": (
+    "Beyond the paper: an antenna designed for held-out sizes and locations": (
         "beyond",
         "error rate on held-out sizes and locations:"
         " {unseen.wrong.unseen.unseen:.1f} % with the antenna optimised for them,"

@@ -20,7 +20,7 @@ TASK = DesignTask(
     deadline=50.0,
     test=3,
 )
-FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
+FLOORS = {"absolute noise of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
 
 
 def make_floppy(antenna: feeler.Antenna) -> feeler.Antenna:

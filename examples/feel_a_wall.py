@@ -16,7 +16,7 @@ def main(out: Path) -> None:
     near, far = found.told_apart
     print(
         f"R² {found.r2:.3f}, error {found.error:.1f} mm, distances from {near:.1f} to {far:.1f} mm"
-        " are told apart"
+        " are discriminated"
     )
 
     figure = Figure(figsize=(7, 3.2), layout="constrained")

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.active import Known, Observer, TouchTask, parse_policy
+from feeler.active import Belief, Observer, TouchTask, parse_policy
 
 
-def policy(known: Known) -> np.ndarray:
+def policy(known: Belief) -> np.ndarray:
     """Fast to the object; slow once it is felt; slower the more objects it may be."""
     doubt = 1 - known.belief.max(axis=1)
     return np.where(known.touching < 0.5, 1.2, np.where(doubt > 0.5, 0.12, 0.3))

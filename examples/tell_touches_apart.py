@@ -1,4 +1,4 @@
-"""Which of two antennas tells thirty touches apart, and how much noise does it bear?"""
+"""Which of two antennas discriminates thirty touches, and how much noise does it bear?"""
 
 import sys
 from pathlib import Path

@@ -23,7 +23,7 @@ from feeler.calibration import (
     load_targets,
     make_hinges,
     make_starts,
-    walk_loose,
+    walk_sloppy_direction,
 )
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.presets import cockroach
@@ -66,7 +66,7 @@ def compute(
         presets and every refit, by name. ``refits`` (:class:`~feeler.calibration.Fit` or None):
         least squares from the perturbed starts. ``compared``: a row (``SEARCH_COLUMNS``) per
         optimiser and start, ``kept`` from the benchmark or measured in this run. ``directions``
-        (:class:`~feeler.calibration.Directions`). ``walked``: parameters (step, parameter) and
+        (:class:`~feeler.calibration.EigenParameters`). ``walked``: parameters (step, parameter) and
         errors (step,) along the loosest direction from the published constants. ``profiles``
         (:class:`~feeler.calibration.Profiles` or None). ``draws``: bootstrapped parameters (draw,
         parameter). ``ratios``: speed [mm/ms], lever [mm] and the published constants' deflection
@@ -102,7 +102,7 @@ def compute(
         compared=list_searches(problem, fits) if fits else _load_searches(),
         kept=not fits,
         directions=directions,
-        walked=walk_loose(problem, directions, _WALK),
+        walked=walk_sloppy_direction(problem, directions, _WALK),
         profiles=(
             compute_profiles(problem, best, n_places=effort.error_places, refits=6)
             if effort.error_places

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record
-from feeler.records import OneOf, Record
+from feeler.records import Choice, Record
 from paper.declared import read_declared
 from paper.scale import SCALES
 
@@ -54,7 +54,7 @@ class Claim(Record):
         What of the first and of the last key carries over to a twin of every touch; asked where
         identical touches do as well, of the first definition alone. Empty: nothing was asked.
     apart : Literal[greater, less]
-        Which values tell touches apart more: ``greater`` or ``less``; for claims with a ``null``.
+        Which values discriminate touches more: ``greater`` or ``less``; for claims with a ``null``.
     shows : tuple[str, ...]
         Further values that stand beside it, and are not judged.
     unmet : str
@@ -73,14 +73,14 @@ class Claim(Record):
     keys: tuple[str, ...] = ()
     target: float = 0.0
     tolerance: float = 0.0
-    due: Annotated[str, OneOf(SCALES)] = "smoke"
+    due: Annotated[str, Choice(SCALES)] = "smoke"
     whose: Literal["paper", "ours"] = "paper"
     standing: Literal["evidence", "by construction", "circular"] = "evidence"
     effect: str = ""
     drawn: str = ""
     definitions: tuple[str, ...] = ()
     null: tuple[str, ...] = ()
-    null_says: str = "identical touches are told apart as much in at least one group"
+    null_says: str = "identical touches are discriminated as much in at least one group"
     twin: tuple[str, ...] = ()
     apart: Literal["greater", "less"] = "greater"
     shows: tuple[str, ...] = ()

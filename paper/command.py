@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from feeler.cli.choose import change_antenna, choose_antenna
-from feeler.cli.options import say_what_stays
+from feeler.cli.options import report_interrupt
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.progress import ProgressBar
@@ -55,7 +55,7 @@ def run(
             f" in the cache; {out / 'report.html'} is written anew with each section"
         )
     start = time.perf_counter()
-    with say_what_stays(f"finished stages are in {out / 'cache'}"):
+    with report_interrupt(f"finished stages are in {out / 'cache'}"):
         made = reproduce(context, _make_reporter(log_json, len(STAGES), start))
     _summarise(context, made, time.perf_counter() - start, log_json)
     if show:

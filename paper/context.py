@@ -14,7 +14,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.scene import Clock
 from feeler.presets import cockroach
-from feeler.provenance import make_plain
+from feeler.provenance import to_jsonable
 from paper.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
@@ -100,7 +100,7 @@ class Context:
         }
         if "engine" in reads:
             described["contact"] = {"friction": FRICTION, "softness": get_contact()}
-        return make_plain(described)
+        return to_jsonable(described)
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,8 @@ _SHORT = {"threshold a tenth of the peak": "> peak / 10"}  # beside the panel's 
 def compute_reading(
     tensors: xr.Dataset, asked: Mapping[str, Any], plan: Plan, *, random_state: int = 0
 ) -> SimpleNamespace:
-    """How often places and objects never trained on are read right, with fewer sensors or samples.
+    """How often places and objects never trained on are classified correctly, with fewer
+    sensors or samples.
 
     Returns
     -------
@@ -86,8 +87,8 @@ def _read(
     plan: Plan,
     random_state: int,
 ) -> np.ndarray:
-    """How often each touch is read right (touch,) from noisy copies, when its group was left out of
-    the training; in a group every label stands once.
+    """How often each touch is classified correctly (touch,) from noisy copies, when its
+    group was left out of the training; in a group every label stands once.
     """
     least = min(np.sum(groups != group) for group in np.unique(groups))
     folds = compute_left_out(
@@ -161,8 +162,8 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     for ax, kind in zip(axes, ("place", "thing"), strict=False):
         ax.axhline(100 * reading.chance[kind], color="#888888", ls=":", lw=0.8, label="chance")
         ax.set(ylim=(0, 103))
-    axes[0].set(xlabel="spacing of sensors [mm]", ylabel="place read right [%]")
-    axes[1].set(xlabel="sampling rate [Hz]", ylabel="shape and size read right [%]")
+    axes[0].set(xlabel="spacing of sensors [mm]", ylabel="place classified correctly [%]")
+    axes[1].set(xlabel="sampling rate [Hz]", ylabel="shape and size classified correctly [%]")
     for k, name in enumerate(next(iter(activity.values())).active):
         active = {factor: found.active[name] for factor, found in activity.items()}
         _plot_curve(
@@ -175,7 +176,7 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     noise = {factor: found.noise for factor, found in activity.items()}
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
-    axes[3].set(xlabel="stiffness [× its own]", ylabel="noise borne [rad]", ylim=(0, None))
+    axes[3].set(xlabel="stiffness [× its own]", ylabel="noise tolerance [rad]", ylim=(0, None))
     for letter, ax in zip("ABCD", axes, strict=True):
         ax.set_title(letter, loc="left")
         ax.legend(

@@ -69,7 +69,7 @@ def show(context: Context, section: Section) -> None:
         rows,
         "Small oscillations of the clamped, straight antenna, the frequencies undamped. ζ is"
         " exact where damping is proportional to stiffness, as in 'constant' and 'matched'; how"
-        " the touched antenna decays is under Calibration. 'matched' is equally stiff everywhere,"
+        " the touched antenna decays is under Calibration. 'matched' is of uniform stiffness,"
         " with the total compliance Σ 1/k of 'exponential'.",
     )
     section.values |= {

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.calibration import Directions, Measured, Profiles
+from feeler.calibration import EigenParameters, Measured, Profiles
 from feeler.calibration.problem import FAILED
 from feeler.plotting.style import PALETTE, set_decades
 from feeler.report.page import Section
@@ -41,7 +41,7 @@ def plot(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
 
 
-def _plot_sensitivity(directions: Directions, ax) -> None:
+def _plot_sensitivity(directions: EigenParameters, ax) -> None:
     """How much the error changes along each direction."""
     number = np.arange(1, len(directions.sensitivity) + 1)
     ax.plot(number, directions.sensitivity, "o-", color=PALETTE[0])
@@ -49,7 +49,7 @@ def _plot_sensitivity(directions: Directions, ax) -> None:
     ax.set(xlabel="direction", ylabel="change of the error along it", xticks=number)
 
 
-def _plot_directions(directions: Directions, ax) -> None:
+def _plot_directions(directions: EigenParameters, ax) -> None:
     """What each direction is made of."""
     ax.imshow(directions.direction, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
     for (row, column), share in np.ndenumerate(directions.direction):

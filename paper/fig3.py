@@ -34,7 +34,7 @@ from paper.scale import Scale
 LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
 _STRAIGHT = {"prebend": "none"}
-APART = 0.1  # [C] of a tensor's own root mean square: what tells two sliding tensors apart
+APART = 0.1  # [C] of a tensor's own root mean square: what discriminates two sliding tensors
 # [C] Shares by which every distance of the wall is moved, to see whether a fit hangs on the last
 # digit: about what processors differ by, and a thousand times as much.
 _HAIRS = (-1e-9, -1e-12, 1e-12, 1e-9)
@@ -134,7 +134,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
 
 
 def describe_posture(posture: Posture) -> str:
-    """What the declared family of set-ups tells apart."""
+    """What the declared family of set-ups discriminates."""
     return (
         f"hook {posture.hook_share:g} of the length, tip {posture.tip_heading:g}°,"
         f" base {posture.inter_antennal_angle:g}°, friction {posture.friction:g}"
@@ -245,14 +245,15 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
             "intercept [mm]",
             "error [mm]",
             "monotone",
-            "told apart [mm]",
+            "discriminated [mm]",
             "distances used",
             "peak at base",
         ],
         rows,
         "Leading set-up, default set-up, then the default without pre-bend. Error: predicted"
         " distance, each distance left out of its own fit. Monotone: the peak moves one way over"
-        " all distances used. Told apart: the longest run of distances over which the peak moves on"
+        " all distances used. Discriminated: the longest run of distances over which the peak"
+        " moves on"
         " by more than a segment per step.",
     )
     name, found = next(iter(data.default_maps.items()))

@@ -1,4 +1,4 @@
-"""Fig. 5A–E: how well touches are told apart, by speed and by profile, against noise."""
+"""Fig. 5A–E: how well touches are discriminated, by speed and by profile, against noise."""
 
 from collections.abc import Mapping
 from types import SimpleNamespace

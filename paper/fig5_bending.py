@@ -56,7 +56,7 @@ def place_sensors(antenna: Antenna) -> np.ndarray:
     return antenna.hinge_position[antenna.sensors - 1] / antenna.length
 
 
-def measure_sharing(share: np.ndarray) -> dict[str, Interval]:
+def measure_recruitment(share: np.ndarray) -> dict[str, Interval]:
     """Hoyer sparseness of the sensors' bending, with its interval over touches: of each touch, and
     of the mean of all.
     """
@@ -117,7 +117,7 @@ def _plot_sharing(data: Mapping[str, Mapping[str, SimpleNamespace]], ax: Axes) -
                 hoyer_sparseness(windows[WINDOWS[1]].share)
                 if shared == _SHARED[0]
                 else np.array([]),
-                measure_sharing(windows[WINDOWS[1]].share)[shared],
+                measure_recruitment(windows[WINDOWS[1]].share)[shared],
             )
             for name, windows in data.items()
         }
@@ -157,7 +157,7 @@ def show(context: Context, section: Section) -> None:
                 "value": float(np.mean(found.top < _PROXIMAL)),
                 "n": len(found.top),
             }
-            for shared, mean in measure_sharing(found.share).items():
+            for shared, mean in measure_recruitment(found.share).items():
                 section.values[f"bending.{window}, {shared}.{name}"] = make_spread(
                     mean.estimate, mean.low, mean.high, n=len(found.share)
                 )

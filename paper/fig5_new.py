@@ -52,7 +52,7 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
     -------
     SimpleNamespace
         By split: ``accuracy`` on clean touches of a size or place that was never trained, how often
-        each of these ``touches`` (trial,) was named right, ``chance``, and
+        each of these ``touches`` (trial,) was classified correctly, ``chance``, and
         ``parts[split][attribute]``, the share of the answers in which that part is right.
         ``change`` by attribute: how much a tensor changes if only that
         is changed (a place by one step), as a share of its norm.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from feeler.analysis import INDICES, Dispersion, compute_dispersion
-from feeler.decoding.curves import Group, JointFit, Twins, compare_twins, configure
+from feeler.decoding.curves import DuplicateControl, Group, JointFit, compare_twins, configure
 from feeler.decoding.sweeps import Plan
 from feeler.report import Section, make_spread
 from paper.context import Context
@@ -74,7 +74,7 @@ def disperse_null(
 
 def _compare_all_twins(
     groups: Mapping[str, Mapping[str, Group]], context: Context
-) -> dict[str, Twins]:
+) -> dict[str, DuplicateControl]:
     """The twin test of the groups that the plan asks for."""
     plan, seed = context.effort.plan, context.seed
     settings: dict[str, Any] = {"n_restarts": plan.n_restarts, "random_state": seed}
@@ -95,7 +95,7 @@ def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[s
     return {name: group for name, group in every.items() if name in wanted}
 
 
-def _bound_kept(found: Twins) -> tuple[float, float]:
+def _bound_kept(found: DuplicateControl) -> tuple[float, float]:
     """The 95 % interval of the share that carries over, over touches (bootstrap)."""
     same, other = (sweep.area - sweep.chance for sweep in (found.same, found.other))
     picks = np.random.default_rng(0).integers(same.size, size=(2000, same.size))
@@ -106,7 +106,10 @@ def _bound_kept(found: Twins) -> tuple[float, float]:
 
 
 def _show_twins(
-    section: Section, twins: Mapping[str, Twins], speeds: Mapping[str, str], plan: Plan
+    section: Section,
+    twins: Mapping[str, DuplicateControl],
+    speeds: Mapping[str, str],
+    plan: Plan,
 ) -> None:
     rows = []
     for group, found in twins.items():

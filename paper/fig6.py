@@ -202,7 +202,7 @@ def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     share, low, high = data.score.share()
     interval = "one robot" if _is_one(data) else f"[{100 * low:.0f}, {100 * high:.0f}]"
     ax.set_title(
-        f"E  surrogates read right (in squares): {data.score.correct['all']} of"
+        f"E  surrogates classified correctly (in squares): {data.score.correct['all']} of"
         f" {data.score.total} = {100 * share:.0f} % ({interval});"
         f" paper, real robot: {_PAPER_RIGHT} of {_PAPER_TOTAL}",
         loc="left",
@@ -339,7 +339,8 @@ def _list_scores(context: Context, section: Section, data: SimpleNamespace) -> N
     section.table(
         ["reality gap", *parts, "contacts"],
         rows,
-        "Share of the surrogate robots' tip contacts read right. The paper's real robot: 5 of 6.",
+        "Share of the surrogate robots' tip contacts classified correctly. The paper's real"
+        " robot: 5 of 6.",
     )
     speed_location = np.mean(
         [t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)]

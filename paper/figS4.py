@@ -59,7 +59,7 @@ def compute(
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         PyTorch is not installed; the message holds the install command.
     """
     groups = list_groups(tensors, reference=reference)

@@ -9,7 +9,7 @@ from typing import Any
 
 from paper.claims import load_effects
 from paper.declared import read_declared
-from paper.verdicts import EVIDENCE, Judged, judge_statements
+from paper.verdicts import EVIDENCE, ClaimResult, judge_statements
 
 _FINDINGS, _STORY = "findings.toml", "story.toml"
 OPEN = "depends on a definition"
@@ -17,7 +17,7 @@ PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 """``{key of a value:format}``"""
 
 
-def choose_answer(judged: Sequence[Judged]) -> str:
+def choose_answer(judged: Sequence[ClaimResult]) -> str:
     """The answer to the report's question: the first of ``story.toml`` whose claims all hold."""
     hold = _list_held(judged)
     return next(
@@ -25,7 +25,9 @@ def choose_answer(judged: Sequence[Judged]) -> str:
     )
 
 
-def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, str]]:
+def list_headlines(
+    values: Mapping[str, Any], judged: Sequence[ClaimResult]
+) -> list[dict[str, str]]:
     """The first screen's findings whose claims hold and which this run can fill: ``number``,
     ``words``, ``when`` it is true and the ``section`` that shows it; sentences that it cannot fill
     are left out.
@@ -39,7 +41,7 @@ def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[
     return [one for one in found if all(one.values())]
 
 
-def list_abstract(judged: Sequence[Judged]) -> list[dict[str, str]]:
+def list_abstract(judged: Sequence[ClaimResult]) -> list[dict[str, str]]:
     """What the paper's abstract says of touch and gradient: its ``words``, each with its
     ``verdict`` in this run, and where this depends on a definition what it hangs on (``open``).
     """
@@ -52,7 +54,7 @@ def list_abstract(judged: Sequence[Judged]) -> list[dict[str, str]]:
     ]
 
 
-def list_unmet(judged: Sequence[Judged]) -> list[dict[str, str]]:
+def list_not_reproduced(judged: Sequence[ClaimResult]) -> list[dict[str, str]]:
     """Statements of the paper that are not reproduced, or only in part: ``words`` and ``why``, in
     the claim's own words where ``story.toml`` has none.
     """
@@ -65,7 +67,7 @@ def list_unmet(judged: Sequence[Judged]) -> list[dict[str, str]]:
     ]
 
 
-def _list_held(judged: Sequence[Judged]) -> set[str]:
+def _list_held(judged: Sequence[ClaimResult]) -> set[str]:
     return {one.claim.id for one in judged if one.verdict == "reproduced"}
 
 

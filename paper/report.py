@@ -27,10 +27,10 @@ from paper.context import Context
 from paper.declared import read_declared
 from paper.findings import list_findings
 from paper.story import open_report, tell_story
-from paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
+from paper.verdicts import EVIDENCE, OTHERS, ClaimResult, count_verdicts
 
 
-def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
+def write_report(context: Context, sections: list[Section], claims: list[ClaimResult]) -> Path:
     """Write ``report.html``, ``figures.pdf`` (at paper scale) and ``numbers.json``; copy each
     figure's files and numbers to ``figures/``."""
     _write_pdf(context.out / "figures.pdf", sections)
@@ -39,7 +39,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     return write_page(context, sections, claims)
 
 
-def write_page(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
+def write_page(context: Context, sections: list[Section], claims: list[ClaimResult]) -> Path:
     """Write ``report.html``."""
     templates: Any = open_templates("paper").get_template("report.html").module
     made = {
@@ -98,7 +98,7 @@ def write_page(context: Context, sections: list[Section], claims: list[Judged]) 
 
 def _fill_verdicts(
     templates: Any,
-    claims: list[Judged],
+    claims: list[ClaimResult],
     findings: list[tuple[str, str]],
     made: Mapping[str, str],
 ) -> Any:
@@ -108,11 +108,13 @@ def _fill_verdicts(
     return templates.verdicts(claims, evidence, others, ours, findings, made)
 
 
-def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:
+def _group(
+    templates: Any, claims: list[ClaimResult], made: Mapping[str, str]
+) -> dict[str, Markup]:
     """The claims that stand beside each figure; where a run has not made it, at the end of the
     section.
     """
-    groups: dict[str, list[Judged]] = {}
+    groups: dict[str, list[ClaimResult]] = {}
     for judged in claims:
         place = (
             judged.claim.figure
@@ -126,7 +128,7 @@ def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dic
 def _describe(context: Context) -> str:
     if not context.is_cockroach:
         return (
-            f"What “{context.antenna.name}” feels and can tell apart: the analyses of “Physically"
+            f"What “{context.antenna.name}” feels and can discriminate: the analyses of “Physically"
             " intelligent soft antennae enhance tactile perception by active touch” (Meng et al."
             f" 2025), done on another antenna than the paper's. Scale: {context.scale}; seed"
             f" {context.seed}; physics: {context.engine} engine."
@@ -174,7 +176,7 @@ def _write_pdf(path: Path, sections: list[Section]) -> None:
 
 
 def _write_numbers(
-    path: Path, context: Context, sections: list[Section], claims: list[Judged]
+    path: Path, context: Context, sections: list[Section], claims: list[ClaimResult]
 ) -> None:
     """Every claim with its verdict, and everything it is judged by; no times, no machine: equal
     runs leave equal bytes.

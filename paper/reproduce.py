@@ -94,7 +94,7 @@ STAGES = (
     ),
     Stage(
         name="unseen",
-        title="Beyond the paper: an antenna designed for sizes and places never met",
+        title="Beyond the paper: an antenna designed for held-out sizes and locations",
         figures=("studies.unseen.section",),
         reads=("antenna",),
     ),

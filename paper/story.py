@@ -13,10 +13,10 @@ from paper.findings import (
     choose_answer,
     list_abstract,
     list_headlines,
+    list_not_reproduced,
     list_screens,
-    list_unmet,
 )
-from paper.verdicts import EVIDENCE, Judged, judge_statements
+from paper.verdicts import EVIDENCE, ClaimResult, judge_statements
 
 _QUESTION = (
     "Does an antenna with a stiff base and a soft tip feel more, and more if it moves slowly?"
@@ -24,7 +24,9 @@ _QUESTION = (
 OPENING_MOVIE = "movieS2_speeds.mp4"
 
 
-def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged]) -> Markup:
+def open_report(
+    templates: Any, sections: Sequence[Section], claims: list[ClaimResult]
+) -> Markup:
     """The first screen: the question, its answer, a movie, three findings, and what holds."""
     words = Counter(judge_statements(claims).values())
     return templates.opening(
@@ -37,12 +39,12 @@ def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged
         never=_count_unsupported(claims),
         stated=words.total(),
         abstract=list_abstract(claims),
-        failed=list_unmet(claims),
+        failed=list_not_reproduced(claims),
         **_find_movie(sections),
     )
 
 
-def _count_unsupported(claims: list[Judged]) -> int:
+def _count_unsupported(claims: list[ClaimResult]) -> int:
     """Statements that depend on a definition and are reproduced by none that was tried."""
     supported = {
         one.claim.statement
@@ -56,7 +58,7 @@ def _count_unsupported(claims: list[Judged]) -> int:
 def tell_story(
     templates: Any,
     sections: Sequence[Section],
-    claims: list[Judged],
+    claims: list[ClaimResult],
     beside: Mapping[str, Markup],
 ) -> tuple[Markup, list[Section]]:
     """The screens after the first, and the sections without what now stands in the story."""

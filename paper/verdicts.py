@@ -40,7 +40,7 @@ _Spread = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
+class ClaimResult:
     """A claim with our numbers, the verdict, and a word why.
 
     Attributes
@@ -55,7 +55,7 @@ class Judged:
     ours: str
     verdict: str
     why: str
-    readings: tuple["Judged", ...] = ()
+    readings: tuple["ClaimResult", ...] = ()
     values: tuple[tuple[str, Any], ...] = ()
 
     @property
@@ -91,7 +91,7 @@ class Judged:
         return {"verdict": self.word, "ours": self.ours, "why": self.why, "values": values}
 
 
-def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
+def judge_claims(sections: list[Section], context: Context) -> list[ClaimResult]:
     """The verdict on every claim, also where a section is missing or the claim fails."""
     values = {key: value for section in sections for key, value in section.values.items()}
     made = {section.name: section.scale or context.scale for section in sections}
@@ -101,7 +101,7 @@ def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
     ]
 
 
-def judge_statements(judged: Sequence[Judged], whose: str = "paper") -> dict[str, str]:
+def judge_statements(judged: Sequence[ClaimResult], whose: str = "paper") -> dict[str, str]:
     """The verdict on every statement of the paper, or of ours.
 
     An effect that several claims read is reproduced where all of them are, partly where some are
@@ -125,7 +125,7 @@ def _join(verdicts: Sequence[str]) -> str:
     return "not reproduced" if "not reproduced" in verdicts else verdicts[0]
 
 
-def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, int]:
+def count_verdicts(judged: Sequence[ClaimResult], whose: str = "paper") -> dict[str, int]:
     """How many statements of the paper, or of ours, got which verdict; evidence first."""
     found = list(judge_statements(judged, whose).values())
     return {
@@ -134,7 +134,7 @@ def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, 
     }
 
 
-def summarise_counts(judged: list[Judged]) -> str:
+def summarise_counts(judged: list[ClaimResult]) -> str:
     """Both counts of statements in a line: those with evidence, those without, our own."""
     paper, ours = count_verdicts(judged), count_verdicts(judged, "ours")
     parts = [
@@ -151,14 +151,14 @@ def summarise_counts(judged: list[Judged]) -> str:
     )
 
 
-def judge(claim: Claim, values: _Values, context: Context) -> Judged:
+def judge(claim: Claim, values: _Values, context: Context) -> ClaimResult:
     """Hold one claim against our values."""
     if claim.definitions:
         return _judge_definitions(claim, values, context)
     return _judge_keys(claim, values, context)
 
 
-def _judge_definitions(claim: Claim, values: _Values, context: Context) -> Judged:
+def _judge_definitions(claim: Claim, values: _Values, context: Context) -> ClaimResult:
     """The verdict that all definitions give; where they differ, that it depends on them."""
     found = [_judge_keys(claim.read_by(name), values, context) for name in claim.definitions]
     named = zip(claim.definitions, found, strict=True)
@@ -175,7 +175,7 @@ def _judge_definitions(claim: Claim, values: _Values, context: Context) -> Judge
     }
     if len(words) == 1:
         whys = dict.fromkeys(one.why for one in found)
-        return Judged(
+        return ClaimResult(
             verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together
         )
     said = "; ".join(
@@ -183,14 +183,14 @@ def _judge_definitions(claim: Claim, values: _Values, context: Context) -> Judge
         for name, one in zip(claim.definitions, found, strict=True)
     )
     if "not judged" in words:
-        return Judged(
+        return ClaimResult(
             verdict="not judged", why=f"not every reading is judged: {said}", **together
         )
     why = f"readings that the paper leaves open differ: {said}{_name_nearest(claim, found)}"
-    return Judged(verdict="depends on a definition", why=why, **together)
+    return ClaimResult(verdict="depends on a definition", why=why, **together)
 
 
-def _name_nearest(claim: Claim, found: list[Judged]) -> str:
+def _name_nearest(claim: Claim, found: list[ClaimResult]) -> str:
     """Which definition comes nearest to the paper's number."""
     if claim.kind != "value":
         return ""
@@ -202,7 +202,7 @@ def _name_nearest(claim: Claim, found: list[Judged]) -> str:
     return f"; nearest: {min(off, key=off.__getitem__)}" if off else ""
 
 
-def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
+def _judge_keys(claim: Claim, values: _Values, context: Context) -> ClaimResult:
     keys = claim.keys
     known = tuple(
         (key, values.get(key)) for key in (*keys, *claim.null, *claim.twin, *claim.shows)
@@ -218,8 +218,8 @@ def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
     )
     ours = ours or "; ".join(map(_show, found)) or "–"
 
-    def say(verdict: str, why: str) -> Judged:
-        return Judged(claim=claim, ours=ours, verdict=verdict, why=why, values=known)
+    def say(verdict: str, why: str) -> ClaimResult:
+        return ClaimResult(claim=claim, ours=ours, verdict=verdict, why=why, values=known)
 
     if not context.is_cockroach:
         return say("not comparable", "another antenna than the paper's")
@@ -256,7 +256,7 @@ def _judge_keys(claim: Claim, values: _Values, context: Context) -> Judged:
 
 
 def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
-    """What tells keys apart: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between
+    """What discriminates keys: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between
     digits divides nothing.
     """
     parts = [re.split(r"(?<!\d)\.|\.(?!\d)", key) for key in keys]

@@ -4,7 +4,7 @@ import warnings
 
 import pytest
 
-from feeler.errors import Doubtful, say_warnings
+from feeler.errors import ModelValidityWarning, say_warnings
 
 
 @pytest.fixture
@@ -18,9 +18,9 @@ def others(monkeypatch):
 @pytest.mark.filterwarnings("default")
 def test_a_kind_of_warning_is_said_once_and_without_our_files(capsys, others):
     say_warnings()
-    warnings.warn("sank by 0.56 of the radius", Doubtful, stacklevel=1)
-    warnings.warn("sank by 12 of the radius", Doubtful, stacklevel=1)
-    warnings.warn("moves 3 mm", Doubtful, stacklevel=1)
+    warnings.warn("sank by 0.56 of the radius", ModelValidityWarning, stacklevel=1)
+    warnings.warn("sank by 12 of the radius", ModelValidityWarning, stacklevel=1)
+    warnings.warn("moves 3 mm", ModelValidityWarning, stacklevel=1)
     assert capsys.readouterr().err.splitlines() == [
         "feeler: warning: sank by 0.56 of the radius",
         "feeler: warning: moves 3 mm",

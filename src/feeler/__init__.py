@@ -1,6 +1,6 @@
-"""feeler: insect-like tactile sensors, from mechanics to what they can tell apart.
+"""feeler: insect-like tactile sensors, from mechanics to what they can discriminate.
 
-Describe an antenna, touch it, and learn from its tactile tensors what it can tell apart.
+Describe an antenna, touch it, and learn from its tactile tensors what it can discriminate.
 Units are g, mm, ms (so N, N·mm, MPa and m/s) and rad throughout.
 """
 

@@ -25,7 +25,7 @@ from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS, ConvolutiveNMF, compute_histogram_entropy, hoyer_sparseness
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.experiments.tactile import DURATION, touch
 from feeler.files import temporary_folder
 from feeler.objects.trials import Trial
@@ -201,7 +201,7 @@ def compare_antennas(
     encoder
         An unfitted ``ConvolutiveNMF``; each antenna gets its own bases.
     reader
-        Who tells the touches apart, or its name; see :data:`feeler.decoding.READERS`.
+        Who discriminates the touches, or its name; see :data:`feeler.decoding.READERS`.
     """
     if len(tensors) < 2:
         raise InvalidInput(
@@ -286,7 +286,7 @@ def touch_whole(
     else:
         warnings.warn(
             f"{antenna.name} is still touched when the recording ends; what follows is cut.",
-            Doubtful,
+            ModelValidityWarning,
             stacklevel=2,
         )
     time = recorded["time"].values
@@ -320,7 +320,7 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
     title = " against ".join(data.names)
     lead = (
         "The same touches, at one speed: how far apart their tensors lie, and how well they are"
-        " told apart."
+        " discriminated."
     )
     with temporary_folder() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=folder)

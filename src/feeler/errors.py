@@ -8,6 +8,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
+from feeler.renamed import find_renamed
 from feeler.terminal import escape
 
 
@@ -31,7 +32,7 @@ class InvalidInput(FeelerError, ValueError):
     tables: tuple[str | int, ...] = ()
 
 
-class SimulationDiverged(FeelerError, RuntimeError):
+class SimulationDivergedError(FeelerError, RuntimeError):
     """A simulation left the finite numbers.
 
     ``label`` and ``time`` [ms] say which and when; ``angle`` [rad] and ``velocity`` [rad/ms] are
@@ -60,12 +61,12 @@ class SimulationDiverged(FeelerError, RuntimeError):
         return type(self), (self.label, self.time, self.angle, self.velocity, self.advice)
 
 
-class Inaccurate(UserWarning):
+class AccuracyWarning(UserWarning):
     """Some touches did not reach the accuracy that was asked for."""
 
 
-class Doubtful(UserWarning):
-    """Physics was taken to where its models no longer hold; the message says by how much."""
+class ModelValidityWarning(UserWarning):
+    """A model is used outside its valid range; the message says by how much."""
 
 
 class StoreError(FeelerError, OSError):
@@ -76,14 +77,16 @@ class OutOfMemory(FeelerError, MemoryError):
     """What was asked for needs more memory than there is, or than its worker may have."""
 
 
-class MissingExtra(FeelerError, ImportError):
+class MissingDependencyError(FeelerError, ImportError):
     """An optional dependency is not installed; the message holds the install command."""
 
 
 def require_extra(module: str, extra: str, what: str) -> None:
-    """Raise MissingExtra at once if a library is not installed: before anything is computed."""
+    """Raise MissingDependencyError at once if a library is not installed: before anything is
+    computed.
+    """
     if find_spec(module) is None:
-        raise MissingExtra(f"{what} needs {module}: pip install 'feeler[{extra}]'.")
+        raise MissingDependencyError(f"{what} needs {module}: pip install 'feeler[{extra}]'.")
 
 
 _SHORT = (
@@ -111,7 +114,11 @@ def list_said() -> list[str]:
     return list(_SAID)
 
 
-_PLAIN = ("Inaccurate", "Doubtful", "ConvergenceWarning")  # the last is scikit-learn's
+_PLAIN = (
+    "AccuracyWarning",
+    "ModelValidityWarning",
+    "ConvergenceWarning",
+)  # the last is scikit-learn's
 
 
 def say_warnings(
@@ -122,8 +129,8 @@ def say_warnings(
 
     Two warnings are of one kind if they differ in their numbers alone. Those in ``said`` count as
     printed; what is printed is added to it. Whoever asks Python for warnings (``python -W``,
-    PYTHONWARNINGS) sees those of libraries as Python shows them. ``put`` puts the
-    words into the language of who asked.
+    PYTHONWARNINGS) sees those of libraries as Python shows them. ``put`` translates
+    messages for the command line.
     """
     show = warnings.showwarning
     known = set() if said is None else said
@@ -155,3 +162,6 @@ def _cut(words: str) -> str:
     """The first 300 characters of a message, in one line."""
     line = " ".join(words.split())
     return line if len(line) <= 300 else line[:299] + "…"
+
+
+__getattr__ = find_renamed(__name__)

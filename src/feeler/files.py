@@ -65,7 +65,7 @@ _KINDS = (
 )
 
 
-def name_start(start: bytes) -> str:
+def sniff_file_type(start: bytes) -> str:
     """What a file is that begins so, with what to do; empty where nobody knows."""
     return next((words for magic, words in _KINDS if re.match(magic, start)), "")
 
@@ -207,7 +207,7 @@ def read_text(path: str | os.PathLike, max_bytes: int) -> str:
 
 def _name_binary(source: str, raw: bytes, place: int) -> str:
     """What is said of a file that is no text."""
-    if words := name_start(raw[:512]):
+    if words := sniff_file_type(raw[:512]):
         return f"{source} is {words}."
     if 0 in raw[:512]:
         return (

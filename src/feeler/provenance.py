@@ -70,7 +70,7 @@ def name_release() -> str:
 _PLAIN = {str, int, bool, type(None)}
 
 
-def make_plain(value: Any) -> Any:
+def to_jsonable(value: Any) -> Any:
     """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their
     ``to_plain`` says), infinities and NaN words.
     """
@@ -79,21 +79,21 @@ def make_plain(value: Any) -> Any:
         return [
             item
             if type(item) in _PLAIN or (type(item) is float and math.isfinite(item))
-            else make_plain(item)
+            else to_jsonable(item)
             for item in items
         ]
     if isinstance(value, np.generic):
-        return make_plain(value.item())
+        return to_jsonable(value.item())
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     if value is None or isinstance(value, str | int | bool):
         return value
     if isinstance(value, dict):
-        return dict(zip(map(str, value), make_plain([*value.values()]), strict=True))
+        return dict(zip(map(str, value), to_jsonable([*value.values()]), strict=True))
     if hasattr(value, "to_plain"):
-        return make_plain(value.to_plain())
+        return to_jsonable(value.to_plain())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return make_plain({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
+        return to_jsonable({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise InvalidInput(
@@ -103,7 +103,7 @@ def make_plain(value: Any) -> Any:
 
 def write_canonical(configuration: Any) -> str:
     """The configuration as JSON with sorted keys: equal configurations give equal texts."""
-    return write_plain(make_plain(configuration))
+    return write_plain(to_jsonable(configuration))
 
 
 def write_plain(plain: Any) -> str:
@@ -208,9 +208,9 @@ class Journal:
 
     def add(self, result: Any, *name: Any) -> Any:
         """Remember a result, here and on disk; gives it as ``find`` will."""
-        plain = make_plain(result)
+        plain = to_jsonable(result)
         if self._file is not None:
-            line = json.dumps({"name": make_plain(name), "result": plain}, ensure_ascii=False)
+            line = json.dumps({"name": to_jsonable(name), "result": plain}, ensure_ascii=False)
             self._write(line.encode() + b"\n")
         self._entries[_write_name(name)] = plain
         return plain
@@ -292,4 +292,4 @@ def _make_first_line(key: str) -> bytes:
 
 
 def _write_name(name: Any) -> str:
-    return write_plain(make_plain(name))
+    return write_plain(to_jsonable(name))

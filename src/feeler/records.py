@@ -25,11 +25,11 @@ from annotated_types import Ge, Gt, Le, Len, Lt, MultipleOf
 from feeler.errors import InvalidInput
 from feeler.validation import (
     ALLOW_NAN,
-    Of,
-    OneOf,
+    Choice,
+    DType,
+    FieldError,
     Rules,
     Unit,
-    Wrong,
     freeze,
     make_schema,
     name_class,
@@ -121,9 +121,7 @@ class Registry(Mapping[str, T], Generic[T]):
 # What notebooks show of a result: a picture above a table of its fields, made when it is shown.
 
 _MAX_LISTED = 8  # numbers that are written out
-_PICTURES = (
-    "feeler.plotting.results"  # named, not imported: who only computes needs no pictures
-)
+_PICTURES = "feeler.plotting.results"  # named, not imported: avoids importing matplotlib
 INK, OBJECT = "#5b3a1e", "#8C9196"
 _SIZE = 160  # pixels
 
@@ -230,11 +228,11 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 # - ``float``, ``int``, ``bool``, ``str``: a number may be Python's or NumPy's, True is no number,
 #   and a number is finite unless ``ALLOW_NAN`` stands beside it. ``float`` fields hold floats
 #   afterwards.
-# - ``Gt, Ge, Lt, Le, Len, MultipleOf`` are ranges, ``Unit`` is said in messages, ``OneOf(names)``
+# - ``Gt, Ge, Lt, Le, Len, MultipleOf`` are ranges, ``Unit`` is said in messages, ``Choice(names)``
 #   takes a registry, a dictionary or a list of names, and a text beside them is a remark.
 # - ``tuple[float, float]`` and the like take any list, tuple or row of an array; a record takes
 #   another record or a table of its fields; any other class takes its own objects.
-# - ``np.ndarray`` becomes a read-only copy, of floats unless ``Of(int)`` says otherwise;
+# - ``np.ndarray`` becomes a read-only copy, of floats unless ``DType(int)`` says otherwise;
 #   ``Annotated[np.ndarray, "point 2", Gt(0)]`` names its dimensions (or their sizes) and its range,
 #   ``"segment?"`` takes one number, too.
 #
@@ -242,14 +240,14 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 
 __all__ = [
     "ALLOW_NAN",
+    "Choice",
+    "DType",
     "Ge",
     "Gt",
     "Le",
     "Len",
     "Lt",
     "MultipleOf",
-    "Of",
-    "OneOf",
     "Record",
     "Unit",
     "freeze",
@@ -299,7 +297,7 @@ class Record:
         if isinstance(value, cls):
             return value
         if not isinstance(value, Mapping):
-            raise Wrong(f"must be {name_class(cls)}, got {show(value)}")
+            raise FieldError(f"must be {name_class(cls)}, got {show(value)}")
         return cls(**{str(key): item for key, item in value.items()})
 
     def to_plain(self) -> dict[str, Any]:

@@ -1,7 +1,8 @@
-"""Old names of packages, for one release: each import warns and says what to write instead."""
+"""Old names, for one release: each use warns and says what to write instead."""
 
 import sys
 import warnings
+from collections.abc import Callable
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -17,6 +18,43 @@ PACKAGES = {
     "response": "feeler.analysis",
 }
 """Where the names of each old package are now."""
+
+NAMES = {
+    "feeler.errors": {
+        "Doubtful": "ModelValidityWarning",
+        "Inaccurate": "AccuracyWarning",
+        "MissingExtra": "MissingDependencyError",
+        "SimulationDiverged": "SimulationDivergedError",
+    },
+    "feeler.active": {"Known": "Belief"},
+    "feeler.analysis": {"compute_told": "compute_information_known_noise"},
+    "feeler.calibration": {
+        "Directions": "EigenParameters",
+        "walk_loose": "walk_sloppy_direction",
+    },
+    "feeler.robot": {"Lessons": "TrainingSet", "draw_lessons": "draw_training_set"},
+    "feeler.studio": {
+        "AntennaWish": "AntennaRequest",
+        "ObjectWish": "ObjectRequest",
+        "TouchWish": "TouchRequest",
+    },
+    "feeler.tensors": {"find_breaches": "find_errors"},
+}
+"""By module, its old names and the new ones."""
+
+
+def find_renamed(module: str) -> Callable[[str], Any]:
+    """``__getattr__`` of a module: what an old name of it is called now, with a warning."""
+
+    def find(name: str) -> Any:
+        if name not in NAMES[module]:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        new = NAMES[module][name]
+        words = f"{module}.{name} is renamed: write {new}."
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        return getattr(sys.modules[module], new)
+
+    return find
 
 
 class _Renamed(MetaPathFinder, Loader):

@@ -1,4 +1,4 @@
-"""The record of a study: which touches are told apart, by whom, in which noise and by when."""
+"""The record of a study: which touches are discriminated, by whom, in which noise and by when."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
@@ -20,8 +20,8 @@ from feeler.objects import NOISES, Noise, Task
 from feeler.objects.trials import Trial
 from feeler.progress import show_progress
 from feeler.provenance import Journal, compute_digest, make_key
-from feeler.records import Ge, Gt, OneOf, Record, Unit
-from feeler.tensors.transforms import fold_planes, in_unit
+from feeler.records import Choice, Ge, Gt, Record, Unit
+from feeler.tensors.transforms import in_unit, stack_planes
 from feeler.validation import checked
 
 _WHOLE = "whole touch"
@@ -47,7 +47,7 @@ class Study(Record):
         ``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm],
         ``matched_samples``: what may be used since contact.
     sets : int
-        How often all touches are drawn anew.
+        Number of times all touches are resampled.
     draws : int
         Drawn noise per set, window and level: pairs of draws of each touch for the ideal observer,
         noisy copies of each touch for the others.
@@ -64,12 +64,12 @@ class Study(Record):
     """
 
     task: Task
-    levels: dict[Annotated[str, OneOf(NOISES)], tuple[float, ...]]
+    levels: dict[Annotated[str, Choice(NOISES)], tuple[float, ...]]
     headline: dict[str, float]
     windows: dict[str, Any]
     sets: Annotated[int, Ge(1)]
     draws: Annotated[int, Ge(1)]
-    readers: tuple[Annotated[str, OneOf(READERS)], ...] = (_IDEAL,)
+    readers: tuple[Annotated[str, Choice(READERS)], ...] = (_IDEAL,)
     train: Annotated[int, Ge(1)] = 4
     reach: Annotated[float, Ge(0)] = 1.0
     tail: Annotated[float, Ge(0), Unit("ms")] = 100.0
@@ -88,7 +88,7 @@ class Study(Record):
 
     @property
     def seed(self) -> int:
-        """The seed of the touches that are told apart."""
+        """The seed of the touches that are discriminated."""
         return dict(self.task.seeds)["test"]
 
     @property
@@ -324,7 +324,7 @@ class Study(Record):
 
 def _read_angle(tensors: xr.Dataset) -> np.ndarray:
     """Angles (trial, sensor, time) [rad], those of one plane after those of the other."""
-    return fold_planes(in_unit(tensors["angle"], "rad")).values
+    return stack_planes(in_unit(tensors["angle"], "rad")).values
 
 
 def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:

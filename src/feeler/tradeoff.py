@@ -22,7 +22,7 @@ from feeler.plotting.style import NOISE_COLOURS, mark_places, pick_colours, pick
 from feeler.report import Section, write_page
 from feeler.report.page import to_json
 from feeler.study import Study
-from feeler.tensors.transforms import need
+from feeler.tensors.transforms import require_variables
 from feeler.validation import checked, show
 
 
@@ -79,7 +79,7 @@ def find_best(measured: xr.Dataset, level: str, field: str = "accuracy") -> xr.D
         paired difference to the second over the same sets, ``gain`` ± ``gain_half``. ``least`` and
         ``most``: range of speeds that the sets do not tell from the best.
     """
-    need(measured, field, "speed", "level")
+    require_variables(measured, field, "speed", "level")
     if level not in measured["level"]:
         raise InvalidInput(
             f"there is no level {level!r}; there are: {measured['level'].values}."
@@ -257,7 +257,7 @@ def write_tradeoff(
     if not measured:
         raise InvalidInput("nothing is measured; run a study and split what it gives.")
     for data in measured.values():
-        need(data, *_SHOWN)
+        require_variables(data, *_SHOWN)
     out = ensure_folder(out)
     section = Section(
         name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False
@@ -272,7 +272,7 @@ def write_tradeoff(
     )
     n = study.task.n_classes
     one = "One set of touches was drawn, so nothing says how far another one would differ."
-    known = f"All {n} told apart are {np.log2(n):.2f} bits."
+    known = f"All {n} discriminated are {np.log2(n):.2f} bits."
     lead = f"{_ASKED.format(n)} {known} {_SPREAD if study.sets > 1 else one}"
     return write_page(
         out / "tradeoff.html", "Speed against accuracy against energy", lead, section
@@ -282,7 +282,7 @@ def write_tradeoff(
 @checked
 def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
     """Each antenna's part of a study, and each reader's if there are several, by name."""
-    need(found, "antenna", "reader")
+    require_variables(found, "antenna", "reader")
     parts = {}
     for antenna in found["antenna"].values:
         for reader in found["reader"].values:

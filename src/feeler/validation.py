@@ -46,7 +46,7 @@ Seed = Annotated[int, Ge(0)]
 """A seed of random numbers."""
 
 
-class Wrong(InvalidInput):
+class FieldError(InvalidInput):
     """What is wrong with a value: a sentence that lacks its subject, the name of the field."""
 
 
@@ -65,14 +65,14 @@ class _Rule:
         return make_schema(self.read)
 
 
-class Of:
+class DType:
     """The type of an array's values where it is not float: ``Annotated[np.ndarray, Of(int)]``."""
 
     def __init__(self, dtype: type) -> None:
         self.dtype = dtype
 
 
-class OneOf(_Rule):
+class Choice(_Rule):
     """One of some names: ``Annotated[str, OneOf(SHAPES)]``, also of a set that grows later."""
 
     def __init__(self, names: Collection[str]) -> None:
@@ -81,7 +81,7 @@ class OneOf(_Rule):
     def read(self, value: Any) -> str:
         """The name, if it is one of them."""
         if not isinstance(value, str) or value not in self.names:
-            raise Wrong(f"must be {self}, got {show(value)}")
+            raise FieldError(f"must be {self}, got {show(value)}")
         return value
 
     def __str__(self) -> str:
@@ -103,7 +103,7 @@ class _Kind(_Rule):
         """The object itself."""
         lacking = isinstance(value, type) or not all(hasattr(value, n) for n in self.names)
         if not isinstance(value, self.kind) or (self.names and lacking):
-            raise Wrong(f"must be {self}, got {show(value)}")
+            raise FieldError(f"must be {self}, got {show(value)}")
         return value
 
     def __str__(self) -> str:
@@ -123,7 +123,7 @@ class _Path(_Rule):
                 return path
         except (TypeError, ValueError):
             pass
-        raise Wrong(f"must be {_WORDS[Path][0]}, got {show(value)}")
+        raise FieldError(f"must be {_WORDS[Path][0]}, got {show(value)}")
 
 
 class _Items(_Rule):
@@ -174,11 +174,11 @@ class _Items(_Rule):
                 raise self._explain(value, items, error.errors()[0]["loc"]) from None
         return value
 
-    def _explain(self, value: Any, items: Any = (), places: tuple = ()) -> Wrong:
+    def _explain(self, value: Any, items: Any = (), places: tuple = ()) -> FieldError:
         shown = show(value)
         if len(items) > _LONG and places and isinstance(items, list):
             shown = f"{show(items[places[0]])} in place {places[0] + 1}"
-        return Wrong(f"must be {_say_rules(self.hint)}, got {shown}")
+        return FieldError(f"must be {_say_rules(self.hint)}, got {shown}")
 
 
 class _Array(_Rule):
@@ -191,7 +191,7 @@ class _Array(_Rule):
     def __init__(self, beside: list[Any], given: bool = False) -> None:
         self.given = given
         self.dims = next((text.split() for text in beside if type(text) is str), None)
-        self.dtype = next((item.dtype for item in beside if isinstance(item, Of)), float)
+        self.dtype = next((item.dtype for item in beside if isinstance(item, DType)), float)
         self.bounds = [item for item in beside if type(item) is not str]
         self.finite = ALLOW_NAN not in beside
 
@@ -199,10 +199,12 @@ class _Array(_Rule):
         """A read-only copy of the values, or the argument itself."""
         if self.given:
             if not is_array(value):
-                raise Wrong(f"must be an array of numbers, got {show(value)}")
+                raise FieldError(f"must be an array of numbers, got {show(value)}")
             shape = np.shape(value)
             if self.dims is not None and not self._fits(shape, self.dims):
-                raise Wrong(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
+                raise FieldError(
+                    f"must be an array ({', '.join(self.dims)}), got shape {shape}"
+                )
             if self.bounds:
                 self._check_range(np.asarray(value))
             return value
@@ -214,9 +216,11 @@ class _Array(_Rule):
             array = freeze(value, self.dtype)
         except (TypeError, ValueError, OverflowError):
             kind = _WORDS.get(self.dtype, ("", "values"))[1]
-            raise Wrong(f"must be an array of {kind}, got {show(value)}") from None
+            raise FieldError(f"must be an array of {kind}, got {show(value)}") from None
         if self.dims is not None and not self._fits(array.shape, self.dims):
-            raise Wrong(f"must be an array ({', '.join(self.dims)}), got shape {array.shape}")
+            raise FieldError(
+                f"must be an array ({', '.join(self.dims)}), got shape {array.shape}"
+            )
         if array.dtype.kind in "iuf":
             self._check_range(array)
         return array
@@ -246,7 +250,9 @@ class _Array(_Rule):
             dims = [dim.rstrip("?") for dim in self.dims or ()][-array.ndim :]
             named = zip(dims, first, strict=False)
             place = "".join(f", {dim} {k + 1}" for dim, k in named if dim.isalpha())
-            raise Wrong(f"must be {words}, got {array[first]}{place.replace(',', ' in', 1)}")
+            raise FieldError(
+                f"must be {words}, got {array[first]}{place.replace(',', ' in', 1)}"
+            )
 
 
 class Rules:
@@ -299,7 +305,7 @@ class Rules:
         """What is wrong with the first value that is."""
         for error in errors:
             inner = error.get("ctx", {}).get("error")
-            if isinstance(inner, InvalidInput) and not isinstance(inner, Wrong):
+            if isinstance(inner, InvalidInput) and not isinstance(inner, FieldError):
                 places = (part for part in error["loc"] if isinstance(part, int))
                 inner.tables = (error["loc"][0], *(k + 1 for k in places), *inner.tables)
                 return inner
@@ -312,8 +318,10 @@ class Rules:
         errors = [error for error in errors if error["loc"][0] == field]
         subject = f"{self.name}{': ' if self.given else '.'}{field}"
         said = errors[0].get("ctx", {}).get("error")
-        if said is not None and (len(errors) == 1 or not isinstance(said, Wrong)):
-            return f"{subject} {said}." if isinstance(said, Wrong) else f"{subject}: {said}."
+        if said is not None and (len(errors) == 1 or not isinstance(said, FieldError)):
+            return (
+                f"{subject} {said}." if isinstance(said, FieldError) else f"{subject}: {said}."
+            )
         hint, value = _drop_none(self.hints[field]), given[field]
         base, bounds = _split(hint)
         lone = base in (int, float) or isinstance(value, float)
@@ -378,7 +386,7 @@ def _prepare(hint: Any, given: bool = False) -> Any:
 
 
 def _split(hint: Any) -> tuple[Any, list[Any]]:
-    """An annotation without what stands beside it, and that."""
+    """``Annotated[T, …]`` as T and its metadata."""
     if get_origin(hint) is not Annotated:
         return hint, []
     base, *beside = get_args(hint)
@@ -429,7 +437,7 @@ def _say_rules(hint: Any, many: bool = False) -> str:
     """An annotation in words."""
     base, beside = _split(hint)
     origin, inner = get_origin(base), get_args(base)
-    if found := next((item for item in beside if isinstance(item, OneOf)), None):
+    if found := next((item for item in beside if isinstance(item, Choice)), None):
         return str(found)
     if origin is Literal:
         return f"one of {', '.join(map(str, inner))}"

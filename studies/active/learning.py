@@ -23,10 +23,10 @@ from typing import Any
 import numpy as np
 from scipy.special import softmax
 
-from feeler.active.observer import MENU, PERIOD, Known, Policy
+from feeler.active.observer import MENU, PERIOD, Belief, Policy
 from feeler.active.policies import OWN, POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.active.tasks import SAMPLE, Arena, TouchTask
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.tensors.models import Model, save_model
 
 ACTOR = (
@@ -74,7 +74,7 @@ class Practice:
 
 class Practised:
     """Bodies that feel each touch of a practice once and decide every 5 ms; what they know is a
-    :class:`feeler.active.Known`.
+    :class:`feeler.active.Belief`.
     """
 
     def __init__(self, practice: Practice, deadline: float, rng: np.random.Generator) -> None:
@@ -84,7 +84,7 @@ class Practised:
         self.time, self._way, self._speed = 0.0, np.zeros(n), np.zeros(n)
         self.known = self._tell()
 
-    def step(self, speed: np.ndarray) -> Known:
+    def step(self, speed: np.ndarray) -> Belief:
         """Go on by a decision at speeds (body,) [mm/ms]."""
         practice, body = self.practice, np.arange(len(self._way))
         change = practice.task.acceleration * SAMPLE if self.time else np.inf
@@ -105,11 +105,11 @@ class Practised:
         self.known = self._tell()
         return self.known
 
-    def _tell(self) -> Known:
+    def _tell(self) -> Belief:
         practice, weight = self.practice, softmax(self._evidence, axis=1)
         belief = weight @ np.eye(practice.task.n_outputs)[practice.label]
         touching = (weight * self._touched).sum(axis=1)
-        return Known(
+        return Belief(
             time=self.time,
             left=self.deadline - self.time,
             belief=belief,
@@ -125,7 +125,7 @@ def _look_no_further(speeds: Sequence[float], ms: float) -> np.ndarray:
 
 
 def practise(
-    practice: Practice, policy: Callable[[Known], object], deadline: float, seed: int = 0
+    practice: Practice, policy: Callable[[Belief], object], deadline: float, seed: int = 0
 ) -> float:
     """Share of right answers that bodies expect at the deadline [ms] who move by a policy."""
     bodies = Practised(practice, deadline, np.random.default_rng(seed))
@@ -230,7 +230,7 @@ def train_policy(
     ------
     InvalidInput
         Nothing to practise on.
-    MissingExtra
+    MissingDependencyError
         sb3-contrib is not installed.
     """
     if not practices or not deadlines or len({len(one.label) for one in practices}) > 1:
@@ -241,7 +241,7 @@ def train_policy(
         import torch
         from sb3_contrib import RecurrentPPO
     except ImportError as error:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "to learn a policy needs sb3-contrib: pip install sb3-contrib."
         ) from error
     torch.set_num_threads(1)  # so small a network is slower on more

@@ -1,5 +1,5 @@
 """Where to touch next: several touches in a row, each at a place and from a direction that is
-chosen, to tell two shapes apart.
+chosen, to discriminate two shapes.
 
 What is not known of either shape (size, and where exactly the object is) makes one touch say less
 than it could, and another place say more. Every pair of shape and unknowns is a hypothesis; each is
@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import softmax
 
 from feeler import touch
-from feeler.active.observer import expect_gain
+from feeler.active.observer import expected_information_gain
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects.shapes import Feature
@@ -73,7 +73,7 @@ def simulate_places(
     """
     if len(shapes) < 2 or not len(locations) or not len(approaches):
         raise InvalidInput(
-            "to tell shapes apart takes at least two of them, and one location and approach to"
+            "to discriminate shapes takes at least two of them, and one location and approach to"
             " choose."
         )
     touches = tuple(product((float(x) for x in locations), (float(a) for a in approaches)))
@@ -143,7 +143,8 @@ def search_places(
         if chooser == "greedy":
             weight = softmax(evidence[rows], axis=1)
             gain = [
-                expect_gain(felt, weight, places.label, noise, seed) for felt in places.felt
+                expected_information_gain(felt, weight, places.label, noise, seed)
+                for felt in places.felt
             ]
             picks = np.argmax(gain, axis=0)
         else:

@@ -268,7 +268,8 @@ def show(context: Context, section: Section) -> None:
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(
         f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its"
-        f" noisy tensor by readers that never met such places or sizes ({asked['train']} touches in"
+        f" noisy tensor by readers that were not trained on such locations or sizes"
+        f" ({asked['train']} touches in"
         f" training, {asked['test']} in the test, each shape by itself). The bound holds for"
         " unbiased readers to whom the shape is known; it comes from the engine's central"
         f" differences, which change by {100 * np.median(changes):.2g} % (median; 95th percentile"

@@ -28,7 +28,7 @@ _LIVE = DesignTask(
     train=2,
     test=2,
 )
-_FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
+_FLOORS = {"absolute noise of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
 
 
 def _make_floppy(antenna: Antenna) -> Antenna:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from feeler.analysis import compute_told, find_told
+from feeler.analysis import compute_information_known_noise, find_told
 from feeler.antenna.segments import Antenna
 from feeler.objects import Mixed
 from feeler.plotting.style import PALETTE, mark_places, pick_shades
@@ -56,7 +56,7 @@ def compute(
 
 
 def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) -> xr.Dataset:
-    """Share named right (set, signal, bend, rate) by one run of those that are declared.
+    """Share classified correctly (set, signal, bend, rate) by one run of those that are declared.
 
     ``floor`` (signal, bend) [rad] is the noise in it, at which the published antenna names
     ``accuracy`` of other sets' touches right.
@@ -88,7 +88,9 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
         angle = touch(antenna, "test", number)
         for cells, noise, floor in zip(right[row], noises, floors, strict=True):
             sd = floor * noise.sd(angle)
-            cells[k] = compute_told(angle, sd, random_state=number, **drawn).accuracy
+            cells[k] = compute_information_known_noise(
+                angle, sd, random_state=number, **drawn
+            ).accuracy
     shape = (len(asked["signals"]), len(asked["bends"]))
     dims = ("set", "signal", "bend", "rate")
     return xr.Dataset(
@@ -149,7 +151,7 @@ def _plot_rates(data: xr.Dataset, ax: Axes) -> None:
         )
     ax.axvline(PUBLISHED_RATE, color="#888888", ls=":")
     ax.set_xticks((-0.15, -0.1, -0.05, 0.0))
-    ax.set(xlabel="stiffness rate [1/joint]; < 0: softer to the tip", ylabel="named right [%]")
+    ax.set(xlabel="stiffness rate [1/joint]; < 0: softer to the tip", ylabel="accuracy [%]")
 
 
 def collect_values(found: Mapping[str, xr.Dataset], resamples: int) -> dict[str, Any]:
@@ -197,7 +199,8 @@ def show(context: Context, section: Section) -> None:
     section.text(said)
     section.figure(
         "receptor",
-        "Above: touches named right against the stiffness rate, in noise in which the published"
+        "Above: touches classified correctly against the stiffness rate, in noise in which"
+        " the published"
         " antenna (dotted) names three in four; a colour for each bend at which floor and growing"
         " noise are equal. Below: the best rate of the family, and how far the published one is"
         " behind it, against that bend. Bars: 95 % over sets of touches.",

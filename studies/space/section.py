@@ -28,7 +28,7 @@ _READ_BY = {"templates": "normal distributions with scatter", "lda": "LDA"}
 
 
 class _Found:
-    """Percent named right, one number for each set."""
+    """Percent classified correctly, one number for each set."""
 
     def __init__(self, cells: _Cells, layouts: list[str], readers: list[str]) -> None:
         self.cells, self.layouts, self.readers = cells, layouts, readers
@@ -54,7 +54,9 @@ class _Found:
 
 
 def collect_values(cells: _Cells) -> dict[str, Any]:
-    """The numbers that claims are held against, and percent named right of all that was asked."""
+    """The numbers that claims are held against, and percent classified correctly of all that
+    was asked.
+    """
     asked = read_declared("space")
     found = _Found(cells, [*asked["layouts"]], asked["readers"]["names"])
     one_way = "one-way, {}".format
@@ -82,7 +84,7 @@ def collect_values(cells: _Cells) -> dict[str, Any]:
 
 
 def plot(cells: _Cells, figure: Figure) -> None:
-    """Named right by antenna, and of the published one by where sensors sit."""
+    """Classified correctly by antenna, and of the published one by where sensors sit."""
     values = collect_values(cells)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5))
     names, layouts = (_PUBLISHED, *_OTHERS), [*read_declared("space")["layouts"]]
@@ -95,10 +97,10 @@ def plot(cells: _Cells, figure: Figure) -> None:
         spreads = [values[_name("space", _PUBLISHED, reader, layout)] for layout in layouts]
         plot_spreads(right, range(len(layouts)), spreads, across=True, label=reader, **style)
     left.set_xticks(range(len(names)), names, rotation=20)
-    left.set(ylabel="named right [%]", xlim=(-0.5, len(names) - 0.5), ylim=(0, 104))
+    left.set(ylabel="accuracy [%]", xlim=(-0.5, len(names) - 0.5), ylim=(0, 104))
     right.set_yticks(range(len(layouts)), layouts)
     right.invert_yaxis()
-    right.set(xlabel="named right by the published antenna [%]", xlim=(0, 104))
+    right.set(xlabel="classified correctly by the published antenna [%]", xlim=(0, 104))
     handles, labels = left.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
 
@@ -126,7 +128,8 @@ def show(_context: Context, section: Section) -> None:
     )
     section.figure(
         "space",
-        "Touches named right, of twenty kinds. Left: by antenna; open marks: sensors on one side"
+        "Touches classified correctly, of twenty kinds. Left: by antenna; open marks: sensors"
+        " on one side"
         " only. Right: the published antenna by where its sensors sit. Bars: 95 % over sets.",
         lambda figure: plot(cells, figure),
         height=4.2,
@@ -141,7 +144,9 @@ def show(_context: Context, section: Section) -> None:
         for kind, name in (place.split("/") for place in cells)
     ]
     header = [f"{reader}, {layout}" for reader, layout in product(_MARKS, FEW)]
-    section.table(["touches", "antenna", *header], rows, "Named right [%], 95 % over sets.")
+    section.table(
+        ["touches", "antenna", *header], rows, "Classified correctly [%], 95 % over sets."
+    )
     rows = [
         [
             layout,
@@ -155,6 +160,7 @@ def show(_context: Context, section: Section) -> None:
     section.table(
         ["sensors", *(_READ_BY[reader] for reader in _MARKS)],
         rows,
-        "The published antenna, touches within ± 60 degrees: named right [%], 95 % over sets.",
+        "The published antenna, touches within ± 60 degrees: classified correctly [%], 95 %"
+        " over sets.",
     )
     section.values.update(values)

@@ -132,7 +132,9 @@ def _judge_rest(found: Found) -> dict[str, Any]:
 
 
 def collect_values(cells: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers that claims are held against, and percent named right of all that was asked."""
+    """The numbers that claims are held against, and percent classified correctly of all that
+    was asked.
+    """
     found = Found(cells)
     values: dict[str, Any] = _judge_orders(found) | _judge_rest(found)
     for key in cells:

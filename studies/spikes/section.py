@@ -61,9 +61,9 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
             fill = colour if gain == "own" else "none"
             x = np.arange(len(CLAIMED)) + (0.12 if gain == "shared" else -0.12)
             plot_spreads(by_profile, x, spreads, fmt=style, color=colour, mfc=fill, **_LOOK)
-    by_time.set(ylabel="named right [%]", ylim=(0, 104))
+    by_time.set(ylabel="accuracy [%]", ylim=(0, 104))
     by_profile.set_xticks(range(len(CLAIMED)), CLAIMED)
-    by_profile.set(ylabel="named right by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
+    by_profile.set(ylabel="classified correctly by counts [%]", ylim=(0, 104), xlim=(-0.5, 2.5))
     _plot_places(found, by_place)
     _plot_changes(found, by_change)
     _explain(figure)
@@ -102,7 +102,7 @@ def _plot_changes(found: Found, ax: Axes) -> None:
     words = ["as drawn (Poisson)" if name == "own" else name for name in shown]
     ax.set_yticks(range(len(shown)), words)
     ax.invert_yaxis()
-    ax.set(xlabel="named right by counts [%]", xlim=(0, 104))
+    ax.set(xlabel="classified correctly by counts [%]", xlim=(0, 104))
 
 
 def _explain(figure: Figure) -> None:
@@ -127,7 +127,7 @@ def show(_context: Context, section: Section) -> None:
     values = collect_values(cells)
     section.text(
         "A brain sees spikes, not angles. Sensilla after Szczecinski et al. 2021 sit on both sides"
-        " of the antenna at 56 places; thirty touches, each drawn anew in every set, are read from"
+        " of the antenna at 56 places; thirty touches, each resampled in every set, are read from"
         " their trains. How strongly an antenna drives them is not known: each antenna has a gain"
         " of its own, or all have the exponential antenna's. Every choice and every expectation"
         " was written down before (studies/spikes/declared.toml)."
@@ -140,7 +140,8 @@ def show(_context: Context, section: Section) -> None:
     )
     section.figure(
         "spikes",
-        "Touches named right, of thirty kinds. Above: the exponential antenna by deadline; counts"
+        "Touches classified correctly, of thirty kinds. Above: the exponential antenna by"
+        " deadline; counts"
         " over whole touches by antenna and gain. Below: slow whole touches from fewer places;"
         " whole touches by what is changed. Bars: 95 % over sets.",
         lambda figure: plot(cells, figure),
@@ -156,7 +157,7 @@ def _is_known(value: Any) -> bool:
 
 
 def _write_tables(section: Section, found: Found) -> None:
-    """Named right by profile, gain and speed; by what is changed; spikes and bits."""
+    """Classified correctly by profile, gain and speed; by what is changed; spikes and bits."""
     rows = [
         [
             *(profile, gain, READ_BY[code]),
@@ -167,17 +168,21 @@ def _write_tables(section: Section, found: Found) -> None:
         for code in ("ideal", "counts", "first")
     ]
     section.table(
-        ["antenna", "gain", "read by", *PACES], rows, "Whole touches named right [%], 95 %."
+        ["antenna", "gain", "read by", *PACES],
+        rows,
+        "Whole touches classified correctly [%], 95 %.",
     )
     rows = [[CHANGES[name], *_read_paces(found, "counts", name)] for name in CHANGES]
     section.table(
-        ["exponential antenna, counts", *PACES], rows, "Whole touches named right [%], 95 %."
+        ["exponential antenna, counts", *PACES],
+        rows,
+        "Whole touches classified correctly [%], 95 %.",
     )
     rows = [[READ_BY[code], *_read_paces(found, code, field="place")] for code in READ_BY]
     section.table(
         ["exponential antenna, read by", *PACES],
         rows,
-        "Place named right, of five, in whole touches [%], 95 %.",
+        "Place classified correctly, of five, in whole touches [%], 95 %.",
     )
     rows = [
         [profile, speed, *_count(found, profile, speed)]

@@ -1,4 +1,4 @@
-"""The study of spikes: who tells thirty touches apart from the trains of how many sensilla, by
+"""The study of spikes: who discriminates thirty touches from the trains of how many sensilla, by
 when.
 """
 
@@ -386,7 +386,7 @@ def load_spiking(**changes: Any) -> SpikeStudy:
 def load_measured() -> tuple[dict[str, dict[str, list[float]]], dict[str, Any]]:
     """Cached results, and when and with which seed they were made.
 
-    By "profile/speed/code/variant/window" the accuracy, bits, share of places named right and
+    By "profile/speed/code/variant/window" the accuracy, bits, location accuracy and
     spikes of a touch, a number for each set. NaN: there were fewer spikes than were to be kept.
     """
     found = read_shipped("studies.spikes", "results.json")

@@ -1,4 +1,4 @@
-"""An antenna designed for sizes and locations that it has never met.
+"""An antenna designed for sizes and locations that it has not been trained on.
 
 Page: docs/unseen.md.
 """

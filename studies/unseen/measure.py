@@ -1,4 +1,4 @@
-"""An antenna designed for sizes and locations never met, computed whole: minutes of a core.
+"""An antenna designed for held-out sizes and locations, computed whole: minutes of a core.
 
     python -m studies.unseen.measure
 
@@ -27,7 +27,7 @@ from feeler.presets import cockroach
 from studies.stored import read_declared, store
 
 NEW = {"unseen": ("location", "size"), "known": (), "size": ("size",), "place": ("location",)}
-"""Kinds of questions: which of their nuisances are those of touches never met."""
+"""Kinds of questions: which of their nuisances are those of held-out touches."""
 
 
 def make_task(asked: Mapping[str, Any], kind: str) -> DesignTask:
@@ -79,7 +79,9 @@ def list_antennas(reference: Antenna, found: Mapping[str, Mapping]) -> dict[str,
 def judge(
     antennas: Mapping[str, Antenna], asked: Mapping[str, Any], **options: Any
 ) -> dict[str, dict[str, list[float]]]:
-    """Share named wrong on the final draws, by antenna and kind: a number for each set."""
+    """Share classified incorrectly on the final draws, by antenna and kind: a number for
+    each set.
+    """
     found: dict[str, dict[str, list[float]]] = {name: {} for name in antennas}
     for name, kind, count, sets, reader in _list_trials(antennas, asked["final"]):
         task = make_task(asked, kind.partition(",")[0]).replace(test=count)
@@ -115,7 +117,7 @@ def _ask(
 
 
 def compute(reference: Antenna, **options: Any) -> dict[str, Any]:
-    """Both searches, and what was named wrong on the final draws."""
+    """Both searches, and what was classified incorrectly on the final draws."""
     asked = read_declared("unseen")
     found = {
         kind: search_unseen(reference, asked, kind, **options) for kind in ("unseen", "known")

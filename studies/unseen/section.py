@@ -1,4 +1,4 @@
-"""An antenna designed for sizes and places that its reader has never met (no figure of the
+"""An antenna designed for sizes and locations held out of its training set (no figure of the
 paper).
 """
 
@@ -35,7 +35,9 @@ SHOWN = {
 
 
 def collect_values(wrong: Mapping[str, Mapping[str, list[float]]]) -> dict[str, Any]:
-    """The numbers that claims are held against: percent named wrong, and gains in points."""
+    """The numbers that claims are held against: percent classified incorrectly, and gains in
+    points.
+    """
     values: dict[str, Any] = {"unseen.sets": len(wrong["published"]["unseen"])}
 
     def keep_gain(name: str, before: list[float], after: list[float]) -> None:
@@ -56,7 +58,9 @@ def collect_values(wrong: Mapping[str, Mapping[str, list[float]]]) -> dict[str, 
 
 
 def plot(found: Mapping[str, Any], reference: Antenna, figure: Figure) -> None:
-    """Stiffness and damping of the designs over the published, and what is named wrong."""
+    """Stiffness and damping of the designs over the published, and what is classified
+    incorrectly.
+    """
     (stiff, damped), (left, right) = figure.subplots(2, 2)
     place = reference.hinge_position / reference.length
     for kind in ("unseen", "known"):
@@ -69,10 +73,10 @@ def plot(found: Mapping[str, Any], reference: Antenna, figure: Figure) -> None:
             mark_places(ax.yaxis, _TICKS)
     values = collect_values(found["wrong"])
     _plot_kinds(values, "wrong", ("published", "unseen", "known"), left)
-    left.set_ylabel("named wrong [%]")
+    left.set_ylabel("error rate [%]")
     _plot_kinds(values, "gain", ("unseen", "known", "unseen_tip", "known_tip"), right)
     right.axhline(0.0, color="black", lw=0.8)
-    right.set_ylabel("fewer named wrong [points]")
+    right.set_ylabel("reduction of the error rate [points]")
     shown: dict[str, Any] = {}
     for ax in (left, right):
         shown |= dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
@@ -105,7 +109,8 @@ def show(context: Context, section: Section) -> None:
         "A reader learns what shape touches it, ball, box or triangle, from touches of three sizes"
         " at three places, and is then asked about sizes and places in between. Splines of"
         " stiffness and damping are searched, at the published total compliance, for the fewest"
-        " such new touches named wrong; as a control, by the same search, for the fewest known"
+        " such new touches classified incorrectly; as a control, by the same search, for the"
+        " fewest known"
         " ones. Both are judged on final draws that no search used. Every choice was written down"
         " before (studies/unseen/declared.toml)."
     )
@@ -113,7 +118,8 @@ def show(context: Context, section: Section) -> None:
     section.figure(
         "unseen",
         "Above: stiffness and damping of both designs over the published antenna's. Below: shapes"
-        " named wrong on final draws, and how many fewer than with the published antenna; open"
+        " classified incorrectly on final draws, and how many fewer than with the published"
+        " antenna; open"
         " marks: designs scaled to the published compliance of the tip. Bars: 95 % over sets of"
         " touches.",
         lambda figure: plot(found, context.antenna, figure),
@@ -131,9 +137,11 @@ def show(context: Context, section: Section) -> None:
         for name in names
     ]
     header = ["antenna", *kinds.values()]
-    section.table(header, rows[:3], "Named wrong [%], 95 % over sets.")
+    section.table(header, rows[:3], "Classified incorrectly [%], 95 % over sets.")
     section.table(
-        header, rows[3:], "Fewer named wrong than with the published antenna [points]."
+        header,
+        rows[3:],
+        "Fewer classified incorrectly than with the published antenna [points].",
     )
     section.values.update(values)
 

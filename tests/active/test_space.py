@@ -12,7 +12,7 @@ from feeler.active import FollowTask, Observer, TouchTask
 from feeler.active.environment import TouchVectorEnv
 from feeler.active.policies import parse_policy
 from feeler.errors import InvalidInput
-from feeler.tensors.transforms import fold_planes
+from feeler.tensors.transforms import stack_planes
 from tests.active.test_environment import OBJECTS, make_action
 
 pytestmark = pytest.mark.long
@@ -69,7 +69,7 @@ def test_a_constant_speed_is_a_touch():
     tensors = feeler.touch(ANTENNA, touches, duration=25.0, timestep=task.timestep)
     found = np.stack(felt, axis=2)
     assert found.shape == (4, 16, 24) and np.ptp(found[:, 8:]) > 1e-4
-    np.testing.assert_allclose(found, fold_planes(tensors["angle"])[:, :, 1:], atol=1e-9)
+    np.testing.assert_allclose(found, stack_planes(tensors["angle"])[:, :, 1:], atol=1e-9)
 
 
 def test_a_body_that_turns_has_the_heading_that_it_is_told():

@@ -18,7 +18,7 @@ from feeler.calibration import (
     make_hinges,
     make_targets,
     search,
-    walk_loose,
+    walk_sloppy_direction,
 )
 from feeler.calibration.fitting import decompose
 from feeler.calibration.hinges import Hinges
@@ -205,19 +205,19 @@ def test_directions_are_the_singular_vectors_of_the_derivative(problem):
 def test_a_walk_along_the_loosest_direction_has_the_errors_of_its_places(problem):
     found = analyse_directions(problem, np.exp(AT), step=1e-3)
     steps = np.array([-0.5, 0.0, 2.0])
-    p, errors = walk_loose(problem, found, steps)
+    p, errors = walk_sloppy_direction(problem, found, steps)
     np.testing.assert_allclose(np.log(p), AT + steps[:, None] * found.direction[-1], atol=1e-9)
     np.testing.assert_allclose(
         errors, [np.hypot(*compute_residuals(x)) for x in np.log(p)], rtol=1e-9
     )
-    far, _ = walk_loose(problem, found, np.array([1e3]))
+    far, _ = walk_sloppy_direction(problem, found, np.array([1e3]))
     assert np.all((far >= 1e-3 - 1e-12) & (far <= 1e3 + 1e-9))
 
 
 def test_of_four_directions_the_last_is_the_loosest(problem):
     four = replace(problem, hinges=make_hinges("exponential", make_small()))
     found = decompose(four.hinges.names, four.hinges.start, np.diag([3.0, 1.0, 2.0, 4.0]))
-    p, _ = walk_loose(four, found, np.array([0.3]))
+    p, _ = walk_sloppy_direction(four, found, np.array([0.3]))
     np.testing.assert_allclose(
         np.abs(np.log(p[0] / four.hinges.start)[:2]), [0.0, 0.3], atol=1e-9
     )

@@ -18,11 +18,11 @@ from feeler.calibration import (
     make_starts,
     make_targets,
     search,
-    walk_loose,
+    walk_sloppy_direction,
 )
 from feeler.calibration import problem as problem_module
 from feeler.calibration import problem as protocol_module
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.presets import cockroach
 
 from .small_antenna import make_small
@@ -121,7 +121,7 @@ def test_an_overdamped_antenna_costs_a_number_and_says_so(targets):
 
 def test_a_simulation_that_fails_costs_a_large_number(targets, monkeypatch):
     problem = make_problem(targets)
-    failed = [SimulationDiverged("step", 1.0)]
+    failed = [SimulationDivergedError("step", 1.0)]
     monkeypatch.setattr(
         Protocol, "measure_many", lambda self, antennas, names: failed * len(antennas)
     )
@@ -315,7 +315,7 @@ def test_two_targets_cannot_determine_four_numbers():
 def test_the_loosest_direction_changes_the_error_least(targets):
     problem = make_problem(targets)
     directions = analyse_directions(problem, PLANTED)
-    p, error = walk_loose(problem, directions, np.array([-0.1, 0.0, 0.1]))
+    p, error = walk_sloppy_direction(problem, directions, np.array([-0.1, 0.0, 0.1]))
     np.testing.assert_allclose(p[1], PLANTED)
     assert error[1] < 1e-6
     np.testing.assert_allclose(error[[0, 2]], 0.1 * directions.sensitivity[-1], rtol=0.15)

@@ -178,7 +178,7 @@ def test_foreign_files_are_called_by_their_names(tmp_path, start, words):
             "no tracks. It is of another kind: robot (TOML). Next: feeler robot",
         ),
         (("tracks", "rec.csv"), "Next: feeler robot check rec.csv --antenna robot.toml"),
-        (("convert", "objects.toml", "x.nc"), "--objects objects.toml tells them apart"),
+        (("convert", "objects.toml", "x.nc"), "--objects objects.toml discriminates them"),
         (("convert", "other.csv", "x.nc"), "holds no tensors. It is of another kind: a table"),
     ],
 )

@@ -16,8 +16,8 @@ import feeler
 from feeler import errors
 from feeler.cli import app as door
 from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
-from feeler.errors import MissingExtra
-from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_doubts
+from feeler.errors import MissingDependencyError
+from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_validity_warnings
 from feeler.presets import PRESETS
 from tests.cli._command import run
 
@@ -107,7 +107,7 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
     plan = str(tmp_path / "p.toml")
     assert CliRunner().invoke(door.app, ["design", plan, "--new"]).exit_code == 0
     found = CliRunner().invoke(door.app, ["design", plan, "--out", str(tmp_path)])
-    assert isinstance(found.exception, MissingExtra)
+    assert isinstance(found.exception, MissingDependencyError)
     assert "pip install 'feeler[design]'" in str(found.exception)
     monkeypatch.setattr("feeler.robot.make_decoder", refuse)
     found = CliRunner().invoke(door.app, ["robot", "stream", "/dev/none", "--serial"])
@@ -170,7 +170,7 @@ def test_advice_of_a_contact_names_options_that_there_are(name, verb):
     antenna = PRESETS[antenna]()
     contact = get_contact(None, antenna)
     said = [
-        *list_doubts(antenna, contact, speed, 0.05),
+        *list_validity_warnings(antenna, contact, speed, 0.05),
         describe_sink(sink, contact),
         describe_sink(sink, contact, fixed=True),
         describe_sink(sink, CONTACTS["smooth"]),

@@ -78,7 +78,7 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
         "--reading",
         "total",
     )
-    assert "R²   slope  intercept mm  error mm  monotone  told apart mm" in said
+    assert "R²   slope  intercept mm  error mm  monotone  discriminated mm" in said
     row = read(rf"linear +# +# +# +# +# +# +# +yes +{NUMBER} to {NUMBER}", said)
     assert row == pytest.approx([3, 2, 1, 0.988, -1.23, 34.57, 0.43, 6.0, 20.0])
     np.testing.assert_allclose(asked["distances"], [11, 9, 7, 5])  # mm
@@ -391,7 +391,7 @@ def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
     made = {
         "make_decoder": lambda *_, **__: None,
         "make_classifier": lambda *_, **__: None,
-        "draw_lessons": lambda *_, **__: SimpleNamespace(watch=lambda decoder: decoder),
+        "draw_training_set": lambda *_, **__: SimpleNamespace(watch=lambda decoder: decoder),
     }
     plant(monkeypatch, robot, **made)
     said = json.loads(run("robot", "stream", "-", "--json").splitlines()[-1])
@@ -418,9 +418,9 @@ def test_gap_prints_and_draws_shares_in_per_cent(monkeypatch, tmp_path):
     said = run("robot", "gap", "--out", tmp_path)
     for name, shares in SHARES.items():
         expected = [100 * share for share in (*shares["all"], shares["feature"][0])]
-        assert read(rf"{name} +#% read right \(#% to #%\); feature #%", said) == pytest.approx(
-            expected
-        )
+        assert read(
+            rf"{name} +#% classified correctly \(#% to #%\); feature #%", said
+        ) == pytest.approx(expected)
     page = re.sub("<[^>]+>", " ", (tmp_path / "robot.html").read_text(encoding="utf-8"))
     assert read(r"noise\s+#\s+#\s+#\s+#", page) == [81, 74, 88, 95]
     (caption, draw), figure = figures[0], Figure()
@@ -428,7 +428,7 @@ def test_gap_prints_and_draws_shares_in_per_cent(monkeypatch, tmp_path):
     (ax,) = figure.axes
     assert (
         "of 24 each" in caption
-        and ax.get_xlabel() == "contacts read right [%], with 95 % interval"
+        and ax.get_xlabel() == "contacts classified correctly [%], with 95 % interval"
     )
     np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [81, 40])
     ends = np.array([segment[:, 0] for segment in ax.collections[0].get_segments()])

@@ -8,7 +8,7 @@ import pytest
 
 import feeler
 from feeler.cli.reproduce import reproduce
-from feeler.errors import MissingExtra
+from feeler.errors import MissingDependencyError
 
 ROOT = Path(__file__).parents[2]
 ASKED = ("reproduce", "--scale", "huge")
@@ -19,7 +19,9 @@ def test_an_installed_feeler_says_where_the_reproduction_is(monkeypatch, tmp_pat
     monkeypatch.setattr(feeler, "__file__", str(tmp_path / "site" / "feeler" / "__init__.py"))
     (tmp_path / "paper").mkdir()  # a folder of this name that is somebody else's
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(MissingExtra, match="not installed with feeler: clone its repository"):
+    with pytest.raises(
+        MissingDependencyError, match="not installed with feeler: clone its repository"
+    ):
         reproduce()
 
 

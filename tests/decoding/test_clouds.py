@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scripts import load_script
 
-from feeler.decoding.observers import CloudReader, Strangers
+from feeler.decoding.observers import NoveltyDetector, StudentTClassifier
 from feeler.errors import InvalidInput
 
 reliability = load_script("benchmarks", "reliability")
@@ -22,11 +22,11 @@ def draw(n, spread, seed):
 
 @pytest.fixture(scope="module")
 def reader():
-    return CloudReader(step=4).fit(*draw(24, 1.6, 1))
+    return StudentTClassifier(step=4).fit(*draw(24, 1.6, 1))
 
 
 def test_answers_are_as_sure_as_they_are_right_on_robots_held_out():
-    reader = CloudReader(step=4).fit(*draw(24, 5.0, 1))
+    reader = StudentTClassifier(step=4).fit(*draw(24, 5.0, 1))
     values, labels, _ = draw(250, 5.0, 2)
     chance = reader.predict_proba(values)
     np.testing.assert_allclose(chance.sum(axis=1), 1)
@@ -54,14 +54,14 @@ def test_temperature_and_limit_come_from_groups_held_out():
     values, labels, groups = draw(8, 1.6, 5)
     copies = [np.repeat(item, 3, axis=0) for item in (values, np.array(labels, object), groups)]
     names = [tuple(label) for label in copies[1]]
-    honest = CloudReader(step=4).fit(copies[0], names, copies[2])
-    fooled = CloudReader(step=4).fit(copies[0], names)
+    honest = StudentTClassifier(step=4).fit(copies[0], names, copies[2])
+    fooled = StudentTClassifier(step=4).fit(copies[0], names)
     assert honest.limit_ > 2 * fooled.limit_
 
 
 def test_a_touch_cut_short_is_read_by_clouds_of_its_length(reader):
     values, labels, groups = draw(24, 1.6, 1)
-    short = CloudReader(step=4).fit(values[:, :, :20], labels, groups)
+    short = StudentTClassifier(step=4).fit(values[:, :, :20], labels, groups)
     fresh, _, _ = draw(5, 1.6, 6)
     asked = reader.predict_proba(fresh, 20)
     np.testing.assert_allclose(asked, short.predict_proba(fresh[:, :, :20]), rtol=1e-9)
@@ -87,7 +87,7 @@ def test_no_contact_stays_unknown(reader):
 )
 def test_what_makes_no_clouds_is_refused(values, labels, groups):
     with pytest.raises(InvalidInput, match="clouds need"):
-        CloudReader().fit(values, labels, groups)
+        StudentTClassifier().fit(values, labels, groups)
 
 
 def test_the_calibration_error_is_that_of_a_slow_count():
@@ -107,4 +107,4 @@ def test_what_strangers_differ_by_is_not_underestimated_where_kinds_are_many():
     places = (
         np.random.default_rng(5).normal(0.0, 3.0, (600, 2)) + 50.0 * np.array(kinds)[:, None]
     )
-    assert Strangers(places, kinds)._spread.mean() == pytest.approx(9.0, rel=0.1)
+    assert NoveltyDetector(places, kinds)._spread.mean() == pytest.approx(9.0, rel=0.1)

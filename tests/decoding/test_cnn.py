@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feeler.decoding.network import TouchNetwork, _make_network
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 
 SHAPE = (14, 20)
 QUICK = {"shape": SHAPE, "max_epochs": 6, "batch_size": 8}
@@ -34,7 +34,7 @@ def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
         return real(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", without_torch)
-    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[cnn\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[cnn\]'"):
         TouchNetwork(**QUICK).fit(*make_touches())
 
 

@@ -12,7 +12,7 @@ from sklearn.base import BaseEstimator
 from feeler.decoding import group_tensors, list_groups, make_null
 from feeler.decoding.curves import configure
 from feeler.decoding.sweeps import Plan
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 
 PLAN = Plan(ratios=(0.1,), n_repeats=1, n_restarts=7, null_iter=5)
 SLOW, FAST = 0.06, 0.6
@@ -157,7 +157,9 @@ def test_of_an_antenna_touched_on_both_sides_groups_lose_neither(labels):
     """Where no label says which way a trial bends, both ways are kept."""
     data = make_positive(0, **labels)
     data["angle"] = data["angle"] * xr.DataArray([1.0, -1.0, 1.0, -1.0], dims="trial")
-    with pytest.warns(Doubtful, match="up to 100% of a touch's signal.*both ways is kept"):
+    with pytest.warns(
+        ModelValidityWarning, match="up to 100% of a touch's signal.*both ways is kept"
+    ):
         listed = list_groups({"exponential": data})["speed"]
     peak = float(abs(data["angle"]).max())
     for (array, _), rows in zip(listed.values(), ([3, 2], [1, 0]), strict=True):

@@ -25,7 +25,7 @@ from feeler.decoding import (
 )
 from feeler.decoding.classifiers import count_until
 from feeler.decoding.network import TouchNetwork
-from feeler.decoding.observers import CloudReader
+from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.streams import StreamDecoder
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
@@ -102,7 +102,7 @@ def test_what_comes_after_the_deadline_changes_no_answer(name):
 
 MORE = {
     **ALL,
-    "clouds": CloudReader(5),
+    "clouds": StudentTClassifier(5),
     "ideal, relative": IdealReader(),
     "templates, relative": TemplateReader(),
 }

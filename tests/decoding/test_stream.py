@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.robot.stream import Link, _parse_sample, open_serial, read_samples
 from feeler.tensors.formats import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
@@ -344,7 +344,7 @@ def test_missing_pyserial_names_the_install_command(monkeypatch):
         return real(name, *rest, **options)
 
     monkeypatch.setattr(builtins, "__import__", without_serial)
-    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[robot\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[robot\]'"):
         next(open_serial("/dev/nothing"))
 
 

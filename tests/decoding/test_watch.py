@@ -1,10 +1,10 @@
-"""A watch over a touch that goes on: early word of what is unlike all that was learned."""
+"""Online novelty detection: early word of what is unlike all that was learned."""
 
 import numpy as np
 import pytest
 
-from feeler.decoding.observers import CloudReader
-from feeler.decoding.streams import StreamDecoder, Watch
+from feeler.decoding.observers import StudentTClassifier
+from feeler.decoding.streams import OnlineNoveltyDetector, StreamDecoder
 from feeler.errors import InvalidInput
 
 LABELS = [("ball", 0.5), ("ball", 0.9), ("box", 0.5), ("box", 0.9)]
@@ -95,7 +95,9 @@ def test_a_new_contact_begins_without_the_last_ones_word(decoder):
 
 def test_a_watch_needs_touches_as_long_as_its_first_moment():
     with pytest.raises(InvalidInput, match="touches of 50 samples after contact, got 30"):
-        Watch().fit(np.zeros((8, SENSORS, 60)), LABELS * 2, [0] * 4 + [1] * 4, most=30)
+        OnlineNoveltyDetector().fit(
+            np.zeros((8, SENSORS, 60)), LABELS * 2, [0] * 4 + [1] * 4, most=30
+        )
 
 
 def test_strangers_that_were_shown_are_found_where_distance_alone_is_blind():
@@ -111,8 +113,8 @@ def test_strangers_that_were_shown_are_found_where_distance_alone_is_blind():
     labels = [("ball", 1.0)] * 100 + [("box", 1.0)] * 100
     others, fresh = make(100, 3.0, 0.25), make(200, 3.0, 0.25)
     groups = np.tile(np.arange(100), 2)
-    blind = CloudReader(step=4).fit(known, labels, groups)
-    shown = CloudReader(step=4).fit(known, labels, groups, (others, [1.0] * 100))
+    blind = StudentTClassifier(step=4).fit(known, labels, groups)
+    shown = StudentTClassifier(step=4).fit(known, labels, groups, (others, [1.0] * 100))
     share = [np.mean(one.measure_strangeness(fresh) > 1) for one in (blind, shown)]
     assert share[1] > share[0] + 0.1
     again = np.mean(shown.measure_strangeness(make(300, 3.0, 0.0)) > 1)

@@ -14,7 +14,7 @@ from feeler.decoding import READERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.scoring import _touch_classes, decode, estimate_error
 from feeler.design.search import _compute_diameter, _find_start, _make_basis, place_sensors
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.objects import Nuisances
 
 ANTENNA = feeler.Antenna(
@@ -265,7 +265,7 @@ def test_a_candidate_that_diverges_is_counted_and_never_wins(monkeypatch):
 
     def sometimes(antenna, *args, **options):
         if antenna.stiffness[0] > 1.2 * ANTENNA.stiffness[0]:
-            raise SimulationDiverged("planted", 1.0)
+            raise SimulationDivergedError("planted", 1.0)
         return true(antenna, *args, **options)
 
     monkeypatch.setattr("feeler.design.search.score", sometimes)
@@ -305,7 +305,7 @@ def test_constraints_that_exclude_all_are_named():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: DesignTask(objects=("ball",), locations=(0.5,)), "nothing to tell apart"),
+        (lambda: DesignTask(objects=("ball",), locations=(0.5,)), "nothing to discriminate"),
         (
             lambda: DesignTask(seeds={"optimiser": 1, "test": 1, "final": 2}),
             "seeds .* must differ",

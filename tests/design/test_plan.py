@@ -20,7 +20,7 @@ from feeler.cli.design import _report
 from feeler.design import load_plan, page
 from feeler.design import plan as outcome
 from feeler.design.page import _say_making, _say_result, plot_confusion, plot_designs
-from feeler.design.plan import SHEETS, TEMPLATE, carry_out, make_strips, measure_tolerance
+from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.errors import InvalidInput
 from feeler.report import Section
 from tests.design.test_design import ANTENNA, TASK
@@ -60,7 +60,7 @@ def write(folder, text=TEXT):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plan")
-    return folder, carry_out(load_plan(write(folder)), folder / "out", workers=1)
+    return folder, run_plan(load_plan(write(folder)), folder / "out", workers=1)
 
 
 @pytest.fixture
@@ -84,7 +84,7 @@ def test_the_best_is_that_of_the_test_draws_and_looks_are_counted_by_the_final_s
 
     monkeypatch.setattr(outcome, "optimise", lambda *_, **__: [high, low])
     monkeypatch.setattr(outcome, "score", score)
-    again = carry_out(load_plan(folder / "task.toml"), tmp_path / "out")
+    again = run_plan(load_plan(folder / "task.toml"), tmp_path / "out")
     assert again.best == low.design.antenna and [one.bits for one in again.tests] == [2.0, 1.0]
     assert sorted(asked) == ["final"] * 2 + ["test"] * 3
     assert list(json.loads((tmp_path / "out" / "finals.json").read_text())) == ["3"]
@@ -156,16 +156,16 @@ def test_what_is_left_is_whole(made):
 def test_a_second_look_at_the_final_draws_is_counted(again):
     folder, found = again
     assert found.looks == 1
-    same = carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1)
+    same = run_plan(load_plan(folder / "task.toml"), folder / "out", workers=1)
     assert same.looks == 1 and same.final.bits == found.final.bits
     (folder / "task.toml").write_text(TEXT.replace("starts = 2", "starts = 2\nseed = 5"))
-    assert carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1).looks == 2
+    assert run_plan(load_plan(folder / "task.toml"), folder / "out", workers=1).looks == 2
 
 
 @pytest.mark.long
 def test_the_verb_writes_a_page_and_goes_on(again, monkeypatch):
     folder, _ = again
-    found = carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1)
+    found = run_plan(load_plan(folder / "task.toml"), folder / "out", workers=1)
     monkeypatch.setattr("feeler.cli.design._Watcher._draw", lambda *_: None)
     asked = [
         "design",

@@ -14,7 +14,7 @@ from feeler.design.scoring import _touch_classes, choose_sensors, measure_sensor
 from feeler.design.search import _compute_diameter, match_compliance
 from feeler.errors import InvalidInput
 from feeler.objects import Nuisances
-from feeler.tensors.transforms import fold_planes
+from feeler.tensors.transforms import stack_planes
 from tests.design.test_design import ANTENNA, TASK
 from tests.design.test_plan import TEXT
 
@@ -38,7 +38,7 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(antenna):
     trials = AROUND.draw_classes(antenna, "test", 0.6)
     assert len({trial.azimuth for trial in trials}) > 4
     touches = feeler.touch(antenna, trials, duration=AROUND.duration)
-    angle = fold_planes(touches["angle"]).values[:, :, 6:]
+    angle = stack_planes(touches["angle"]).values[:, :, 6:]
     found = _touch_classes(antenna, AROUND, "test", 0.6)
     assert found.shape[:3] == (4, 4, len(antenna.planes) * 6)
     np.testing.assert_array_equal(found.reshape(angle.shape), angle)

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from feeler.errors import Doubtful
+from feeler.errors import ModelValidityWarning
 from feeler.execute import cluster, run_batch
 
 from . import _tasks
@@ -39,7 +39,9 @@ def test_a_cluster_without_workers_is_told_of_once(monkeypatch):
     monkeypatch.setattr(cluster, "_PATIENCE", 0.05)
     monkeypatch.setattr(cluster, "_GLANCE", 0.02)
     executor = cluster.ClusterExecutor(Deserted())
-    with pytest.warns(Doubtful, match="has no workers. Start one, .* in the store") as told:
+    with pytest.warns(
+        ModelValidityWarning, match="has no workers. Start one, .* in the store"
+    ) as told:
         executor.submit(abs, -1)
         executor._watch.join()
     assert len(told) == 1

@@ -5,7 +5,7 @@ import pytest
 
 import feeler
 from feeler import Ball, Trial, presets
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.objects import BaseMotion
 from feeler.physics.engine import ENGINES, choose_timestep, get_engine
 from feeler.physics.run import explain_end
@@ -69,7 +69,7 @@ def test_where_a_rod_diverges_nobody_is_advised_to_soften_the_contact():
     said = {}
     for engine in ("rod", "chain"):
         error = explain_end(get_engine(engine).make([scene], 0.02), 0, 1.0)
-        assert isinstance(error, SimulationDiverged)
+        assert isinstance(error, SimulationDivergedError)
         said[engine] = str(error)
     assert "softer contact" in said["chain"]
     assert "contact" not in said["rod"]

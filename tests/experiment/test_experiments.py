@@ -8,7 +8,7 @@ from scipy.integrate import solve_bvp
 
 import feeler
 from feeler import Antenna, Ball, Box, Trial, Wall, presets
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.tensors import validate
 
 ANTENNA = presets.cockroach()
@@ -142,7 +142,9 @@ def test_a_diverging_trial_is_named_and_the_others_survive():
         Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead)
         for lead in (5.0, 400.0)
     ]
-    with pytest.raises(SimulationDiverged, match=r"ball 1 mm at 0.5 L.* diverged at") as caught:
+    with pytest.raises(
+        SimulationDivergedError, match=r"ball 1 mm at 0.5 L.* diverged at"
+    ) as caught:
         feeler.touch(wild, trials, duration=60.0, timestep=0.05)
     assert caught.value.tensors.sizes["trial"] == 1
     with np.load(caught.value.state_file) as state:
@@ -232,5 +234,7 @@ def test_the_cylinder_of_a_hit_touches_at_time_0():
 def test_the_fastest_touch_of_a_set_is_the_one_that_is_doubted(place):
     speeds = np.insert([0.1, 0.2], place, 6.0)  # mm/ms: half the radius and more in 0.1 ms
     trials = [Trial(feature=Ball(radius=1.5), location=0.5, speed=float(v)) for v in speeds]
-    with pytest.warns(feeler.errors.Doubtful, match=r"^At 6 mm/ms an object moves 0\.6 mm"):
+    with pytest.warns(
+        feeler.errors.ModelValidityWarning, match=r"^At 6 mm/ms an object moves 0\.6 mm"
+    ):
         feeler.touch(ANTENNA, trials, duration=1.0, timestep=0.1)

@@ -15,11 +15,11 @@ from tensors._sets import CONFIGURATION, make_trial
 import feeler
 from feeler import files as disk
 from feeler.errors import (
-    Doubtful,
-    Inaccurate,
+    AccuracyWarning,
     InvalidInput,
+    ModelValidityWarning,
     OutOfMemory,
-    SimulationDiverged,
+    SimulationDivergedError,
     StoreError,
 )
 from feeler.execute import ProcessExecutor, processes, run_batch
@@ -34,7 +34,7 @@ from feeler.physics.scene import Clock
 from feeler.presets import make_preset
 from feeler.tensors import store as folder
 from feeler.tensors.store import find_inner, open_store, read_store, write_group
-from feeler.tensors.transforms import fold_planes, label_like, project_planes, scale_common
+from feeler.tensors.transforms import label_like, project_planes, scale_common, stack_planes
 
 STEP = 0.05
 
@@ -52,7 +52,7 @@ def make_job(**more):
         "seed": 5,
         "attrs": {},
     }
-    return job.Job(**known | more)
+    return job.WorkerTask(**known | more)
 
 
 class Variants(list):
@@ -187,7 +187,7 @@ def test_progress_counts_trials_and_bytes_of_all_groups_and_failures_by_their_ki
     found = [
         ([0, 1, 2, 3], stored(3, 700)),
         ([4, 5, 6], failed),
-        ([8, 9], SimulationDiverged("x", time=1.0)),
+        ([8, 9], SimulationDivergedError("x", time=1.0)),
         ([7], stored(7, 11)),
     ]
     admitted, told = [], Told()
@@ -204,7 +204,7 @@ def test_progress_counts_trials_and_bytes_of_all_groups_and_failures_by_their_ki
     _, errors = gather.run_trials(own, list_trials()[:1] * 10, store, None, told)
     assert [state["done"] for state in told.states] == [(4, 10), (7, 10), (9, 10), (10, 10)]
     assert [state["stored"] for state in told.states] == [700, 700, 700, 711]
-    assert told.states[-1]["failed"] == {"ValueError": 2, "SimulationDiverged": 2}
+    assert told.states[-1]["failed"] == {"ValueError": 2, "SimulationDivergedError": 2}
     assert sorted(errors) == [5, 6, 8, 9] and admitted == [[3], [7]]
 
 
@@ -235,17 +235,19 @@ def test_how_many_touches_missed_their_accuracy_is_told():
     words = (
         r"2 of 4 .* reach accuracy=0\.03 \(8: ball at 0.2 L, 0.2 m/s; 9: .*, 0.05 of the peak\)"
     )
-    with pytest.warns(Inaccurate, match=words):
+    with pytest.warns(AccuracyWarning, match=words):
         touch._warn(tensors, 0.03, get_contact(), fixed=False)
 
 
 def test_the_fastest_of_a_set_is_what_a_timestep_must_follow(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        touch, "list_doubts", lambda *given, fixed: asked.append(given[2:]) or ["fast"]
+        touch,
+        "list_validity_warnings",
+        lambda *given, fixed: asked.append(given[2:]) or ["fast"],
     )
     clock = make_job().clock
-    with pytest.warns(Doubtful, match="fast"):
+    with pytest.warns(ModelValidityWarning, match="fast"):
         touch._warn_of_speed(make_antenna(), list_trials(), get_contact(), clock, fixed=True)
     assert asked == [(0.61, STEP)]
 
@@ -264,11 +266,11 @@ def test_of_several_errors_the_first_trial_s_is_raised_with_what_the_others_gave
     for k in range(7):
         errors = {
             9: ValueError("later"),
-            4: SimulationDiverged(
+            4: SimulationDivergedError(
                 "x", 2.5, angle=np.full(3, 0.1 * k), velocity=np.full(3, -2.0)
             ),
         }
-        with pytest.raises(SimulationDiverged, match=r"diverged at 2\.5 ms") as caught:
+        with pytest.raises(SimulationDivergedError, match=r"diverged at 2\.5 ms") as caught:
             touch._hand_over("others", errors)
     assert caught.value.tensors == "others"
     kept = np.load(caught.value.state_file)
@@ -496,7 +498,7 @@ def make_spatial():
 
 def test_planes_are_folded_one_after_the_other_and_projected_by_angle():
     tensors = make_spatial()
-    folded = fold_planes(tensors)
+    folded = stack_planes(tensors)
     np.testing.assert_array_equal(folded, tensors.values.reshape(2, 12, 6))
     assert folded.dims == ("trial", "sensor", "time")
     sides = project_planes(tensors, (0.0, 90.0, 30.0), turn=10.0)

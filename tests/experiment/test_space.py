@@ -21,9 +21,9 @@ from feeler.physics.scene import make_scene
 from feeler.physics.spec import write_mjcf
 from feeler.plotting import plot_touch, write_touch_movie
 from feeler.plotting.tensors import take_curvature
-from feeler.provenance import make_plain
-from feeler.tensors.schema import find_breaches, validate
-from feeler.tensors.transforms import fold_planes, reconstruct_posture
+from feeler.provenance import to_jsonable
+from feeler.tensors.schema import find_errors, validate
+from feeler.tensors.transforms import reconstruct_posture, stack_planes
 
 pytestmark = pytest.mark.long
 
@@ -122,9 +122,9 @@ def test_a_round_antenna_lies_down_and_stands_up_again():
 
 def test_a_breach_is_named(touches):
     wrong = touches.isel(axis=slice(2))
-    assert "'tip' must have 3 axes in space, got 2" in find_breaches(wrong)
+    assert "'tip' must have 3 axes in space, got 2" in find_errors(wrong)
     flat = touches.isel(plane=0, drop=True)
-    assert any("got ('trial', 'time', 'axis')" in words for words in find_breaches(flat))
+    assert any("got ('trial', 'time', 'axis')" in words for words in find_errors(flat))
 
 
 SLOW = [pytest.param(ending, marks=pytest.mark.slow) for ending in ("mat", "nwb")]
@@ -160,8 +160,8 @@ def test_encoders_and_indices_see_planes_as_more_sensors(touches):
     )
     assert compute_dispersion(bending, indices=["mse"]).groups == ("",)
     flat = touches["angle"].isel(plane=0, drop=True)
-    assert fold_planes(flat) is flat
-    assert fold_planes(touches["angle"])["plane"].values.tolist() == ["x"] * 3 + ["z"] * 3
+    assert stack_planes(flat) is flat
+    assert stack_planes(touches["angle"])["plane"].values.tolist() == ["x"] * 3 + ["z"] * 3
 
 
 def test_postures_come_from_the_sensors(touches):
@@ -244,7 +244,7 @@ def test_a_touch_in_a_flow_is_that_of_a_simulation(engine):
 def test_a_flow_belongs_to_what_a_set_was_made_with(tmp_path):
     store = tmp_path / "set.zarr"
     found = feeler.touch(WHISKER, TRIALS[:1], duration=4, flow=STREAM, store=store)
-    assert json.loads(found.attrs["configuration"])["flow"] == make_plain(STREAM)
+    assert json.loads(found.attrs["configuration"])["flow"] == to_jsonable(STREAM)
     still = feeler.touch(WHISKER, TRIALS[:1], duration=4)
     assert "flow" not in still.attrs["configuration"]
     for other in (None, STREAM.replace(drag=1e-5)):

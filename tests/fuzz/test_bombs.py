@@ -35,7 +35,7 @@ def in_process():
     """Here the guard works as it does for users."""
 
 
-def refuse(path, words="", limits=LIMITS):
+def raise_if_invalid(path, words="", limits=LIMITS):
     with pytest.raises(InvalidInput, match=words):
         load(path, limits)
 
@@ -46,14 +46,14 @@ def test_missing_chunks_by_the_million_are_refused(tmp_path, dtype):
     group.create_array(
         "a", shape=(500_000_000,), chunks=(500,), dtype=str if dtype == "str" else dtype
     )
-    refuse(tmp_path / "x.zarr", "GiB|memory|took longer")
+    raise_if_invalid(tmp_path / "x.zarr", "GiB|memory|took longer")
 
 
 def test_text_that_unpacks_to_gigabytes_is_refused(tmp_path):
     group = zarr.create_group(tmp_path / "x.zarr")
     array = group.create_array("a", shape=(20,), chunks=(1,), dtype=str)
     array[:] = np.array(["a" * 2**25] * 20, dtype=object)
-    refuse(tmp_path / "x.zarr", "memory|MiB of text|damaged|took longer")
+    raise_if_invalid(tmp_path / "x.zarr", "memory|MiB of text|damaged|took longer")
 
 
 def test_one_long_key_does_not_hang(tmp_path, monkeypatch):
@@ -86,7 +86,7 @@ def test_a_description_that_is_no_text_ends_in_a_word_about_the_file(tmp_path):
             file.attrs["feeler_description"].encode().replace(b"rad", b"\xff\xfe\xff", 1)
         )
         file.attrs["history"] = np.bytes_(b"\xff\xfe")
-    refuse(tmp_path / "x.nc", "'angle' must be in rad, says")
+    raise_if_invalid(tmp_path / "x.nc", "'angle' must be in rad, says")
 
 
 def add_narrow_variable(path, n):
@@ -112,7 +112,7 @@ def test_compressed_numbers_stay_as_narrow_as_they_are_kept_and_are_counted_unpa
     load(tmp_path / "small.mat", LIMITS)
     assert scipy.io.loadmat(tmp_path / "small.mat")["more"].dtype == np.uint8
     assert (tmp_path / "x.mat").stat().st_size < 2**20
-    refuse(tmp_path / "x.mat", "GiB|memory")
+    raise_if_invalid(tmp_path / "x.mat", "GiB|memory")
 
 
 def test_texts_that_all_point_at_one_are_refused(tmp_path):
@@ -127,7 +127,7 @@ def test_texts_that_all_point_at_one_are_refused(tmp_path):
     raw = bytearray((tmp_path / "x.nc").read_bytes())
     raw[place : place + 16 * n] = raw[place : place + 16] * n
     (tmp_path / "x.nc").write_bytes(raw)
-    refuse(tmp_path / "x.nc", "memory|MiB of text|took longer")
+    raise_if_invalid(tmp_path / "x.nc", "memory|MiB of text|took longer")
 
 
 HDF5 = (
@@ -156,7 +156,7 @@ def test_a_full_disk_is_said_in_the_systems_words(tmp_path, monkeypatch, room):
 
 def test_zarr_of_version_2_is_named(tmp_path):
     zarr.create_group(tmp_path / "x.zarr", zarr_format=2)
-    refuse(tmp_path / "x.zarr", "is Zarr v2, which may hold pickles")
+    raise_if_invalid(tmp_path / "x.zarr", "is Zarr v2, which may hold pickles")
 
 
 @pytest.mark.parametrize(

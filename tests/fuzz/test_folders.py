@@ -14,7 +14,7 @@ import pytest
 from feeler.errors import FeelerError
 from feeler.sandbox import Limits
 from feeler.tensors.formats import FORMATS, save
-from feeler.tensors.schema import find_breaches
+from feeler.tensors.schema import find_errors
 from feeler.tensors.store import open_store, read_store
 
 from ._files import make_set
@@ -89,7 +89,7 @@ def attack(kind: str, numbers: range, folder: Path) -> Log:
             if rng.random() < 0.1:
                 (path / names[0]).unlink()
             with survives(f"{kind}, number {number}", log, library=True):
-                find_breaches(FOLDERS[kind](path))
+                find_errors(FOLDERS[kind](path))
             for name in names:
                 (path / name).write_bytes(files[name])
     return log

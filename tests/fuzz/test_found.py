@@ -15,7 +15,7 @@ from feeler.robot.description import load_robot, write_robot
 from feeler.robot.stream import _MAX_LINE, Link, read_lines, read_samples
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import read_model, save_model
-from feeler.tensors.schema import find_breaches
+from feeler.tensors.schema import find_errors
 from feeler.tensors.store import read_store
 from feeler.tensors.table import parse_table
 from feeler.tensors.writers import restore
@@ -56,7 +56,7 @@ def test_dims_are_names_each_given_once(dims):
 def test_text_in_place_of_numbers_is_a_breach(name):
     dataset = make_set()
     texts = np.array([str(value) for value in dataset[name].values])
-    breaches = find_breaches(dataset.assign_coords({name: (dataset[name].dims, texts)}))
+    breaches = find_errors(dataset.assign_coords({name: (dataset[name].dims, texts)}))
     assert breaches == [f"'{name}' has values that are not finite numbers"]
 
 
@@ -149,7 +149,7 @@ def test_a_design_whose_choices_are_no_numbers_is_refused(tmp_path, old, new):
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-@pytest.mark.filterwarnings("ignore::feeler.errors.Doubtful")
+@pytest.mark.filterwarnings("ignore::feeler.errors.ModelValidityWarning")
 @pytest.mark.parametrize(
     ("old", "new"),
     [

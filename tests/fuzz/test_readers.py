@@ -35,7 +35,7 @@ from feeler.robot.stream import _parse_sample, read_samples
 from feeler.sandbox import Limits
 from feeler.tensors.formats import describe_file, find_problems
 from feeler.tensors.models import read_model
-from feeler.tensors.schema import find_breaches
+from feeler.tensors.schema import find_errors
 from feeler.tensors.writers import load_csv
 from feeler.tracking.tracks import load_tracks
 
@@ -151,7 +151,7 @@ READERS = {
     ),
     "stream": Reader(read=read_stream, seeds=(files.LINES,), shape=shape_text),
     "csv": Reader(
-        read=lambda path: find_breaches(load_csv(path, LIMITS)),
+        read=lambda path: find_errors(load_csv(path, LIMITS)),
         seeds=("one.csv",),
         shape=shape_table,
     ),

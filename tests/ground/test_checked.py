@@ -12,7 +12,7 @@ import pytest
 
 from feeler import Antenna, presets
 from feeler.errors import InvalidInput, OutOfMemory
-from feeler.records import OneOf
+from feeler.records import Choice
 from feeler.validation import Count, checked
 
 
@@ -127,7 +127,7 @@ def test_checking_costs_microseconds():
 
 def test_one_of_some_names():
     @checked
-    def turn(side: Annotated[str, OneOf(("left", "right"))] = "left") -> str:
+    def turn(side: Annotated[str, Choice(("left", "right"))] = "left") -> str:
         return side
 
     assert turn("right") == "right"

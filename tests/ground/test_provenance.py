@@ -8,7 +8,7 @@ import pytest
 
 from feeler import compiled, provenance
 from feeler.errors import InvalidInput
-from feeler.provenance import compute_digest, make_key, make_plain
+from feeler.provenance import compute_digest, make_key, to_jsonable
 from paper import context
 from paper.context import Context
 from paper.reproduce import STAGES
@@ -85,7 +85,7 @@ class Thing:
     ],
 )
 def test_plain_data(value, plain):
-    assert make_plain(value) == plain
+    assert to_jsonable(value) == plain
 
 
 def test_what_has_no_plain_form_is_refused():

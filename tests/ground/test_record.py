@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.provenance import make_plain
-from feeler.records import ALLOW_NAN, Ge, Gt, Le, Len, Lt, Of, OneOf, Record, Unit
+from feeler.provenance import to_jsonable
+from feeler.records import ALLOW_NAN, Choice, DType, Ge, Gt, Le, Len, Lt, Record, Unit
 
 SHAPES = {"ball": 1, "box": 2}
 
@@ -24,7 +24,7 @@ class Contact(Record):
     angle: Annotated[float, Gt(0), Lt(180), Unit("degrees"), "90 is perpendicular"] = 90
     count: Annotated[int, Ge(1), Le(9)] = 3
     side: Literal["left", "right"] = "left"
-    shape: Annotated[str, OneOf(SHAPES)] = "ball"
+    shape: Annotated[str, Choice(SHAPES)] = "ball"
     name: Annotated[str, Len(0, 5)] = ""
     deep: bool = False
     open: Annotated[float, ALLOW_NAN] = 0.0
@@ -41,7 +41,7 @@ class Task(Record):
     factors: dict[str, float] = dataclasses.field(default_factory=dict)
     path: Annotated[np.ndarray, "point 2", Gt(0), Unit("mm")] | None = None
     mass: Annotated[np.ndarray, "segment?"] = 1.0
-    hinges: Annotated[np.ndarray, "sensor", Of(int)] = (1, 2)
+    hinges: Annotated[np.ndarray, "sensor", DType(int)] = (1, 2)
     gaps: Annotated[np.ndarray, ALLOW_NAN] = (np.nan,)
     other: complex | None = None
     call: Callable | None = None
@@ -220,8 +220,8 @@ def test_a_changed_record_is_checked_again():
 
 def test_dataclasses_and_provenance_understand_records():
     assert [field.name for field in dataclasses.fields(Range)] == ["low", "high"]
-    assert make_plain(TASK)["path"] == [[1.0, 2.0]]
-    assert make_plain(TASK)["contact"]["stiffness"] == 2.0
+    assert to_jsonable(TASK)["path"] == [[1.0, 2.0]]
+    assert to_jsonable(TASK)["contact"]["stiffness"] == 2.0
     assert repr(Range(1)) == "Range(low=1.0, high=2.0)"
 
 

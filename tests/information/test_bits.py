@@ -11,7 +11,7 @@ from feeler.analysis import (
     compute_energy,
     compute_fisher,
     compute_information,
-    compute_told,
+    compute_information_known_noise,
     find_noise,
     find_told,
     measure_information,
@@ -272,23 +272,29 @@ def test_tensors_and_noise_of_any_unit_tell_the_same(scale):
     )
     found, expected = find_noise(scale * tensors), find_noise(tensors)
     assert found[0] / scale == pytest.approx(expected[0])
-    assert compute_told(scale * tensors, scale * uneven).bits == pytest.approx(
-        compute_told(tensors, uneven).bits
-    )
+    assert compute_information_known_noise(
+        scale * tensors, scale * uneven
+    ).bits == pytest.approx(compute_information_known_noise(tensors, uneven).bits)
     assert find_told(scale * tensors, scale * uneven) == pytest.approx(
         find_told(tensors, uneven)
     )
 
 
-@pytest.mark.parametrize("observe", [compute_information, compute_told])
+@pytest.mark.parametrize("observe", [compute_information, compute_information_known_noise])
 def test_next_to_no_noise_tells_all_touches_that_differ(observe):
     """Two of five are the same: log₂ 5 − 2/5 bits, however little noise there is."""
     one, two, three, four = np.random.default_rng(1).random((4, 5, 20))
     tensors = np.array([one, two, three, two, four])
     for sd in (1e-6, 1e-9, 1e-15, 1e-60, 1e-130):
-        found = observe(tensors, np.full((1, 1, 1), sd) if observe is compute_told else sd)
+        found = observe(
+            tensors,
+            np.full((1, 1, 1), sd) if observe is compute_information_known_noise else sd,
+        )
         assert found.bits == pytest.approx(np.log2(5) - 2 / 5)
-    lost = observe(tensors, np.full((1, 1, 1), 1e130) if observe is compute_told else 1e130)
+    lost = observe(
+        tensors,
+        np.full((1, 1, 1), 1e130) if observe is compute_information_known_noise else 1e130,
+    )
     assert lost.bits == pytest.approx(0, abs=1e-9)
 
 
@@ -298,7 +304,7 @@ def test_noise_that_no_number_spans_is_refused(sd):
     for ask in (
         lambda: compute_information(tensors, sd),
         lambda: compute_information(tensors, np.array([1.0, 1.0, 1.0, 1.0, sd])),
-        lambda: compute_told(tensors, np.full((1, 1, 1), sd)),
+        lambda: compute_information_known_noise(tensors, np.full((1, 1, 1), sd)),
         lambda: measure_information(compute_energy(tensors), sd),
     ):
         with pytest.raises(InvalidInput, match="sd must lie between 1e-140 and 1e"):

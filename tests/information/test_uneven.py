@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from feeler.analysis import compute_information, compute_told, find_noise, find_told
+from feeler.analysis import (
+    compute_information,
+    compute_information_known_noise,
+    find_noise,
+    find_told,
+)
 from feeler.errors import InvalidInput
 from feeler.objects import Common, Mixed, Relative
 
@@ -17,7 +22,9 @@ def tensors():
 
 @pytest.mark.parametrize("sd", [0.4, 0.9])
 def test_of_even_noise_it_is_the_ideal_observer(tensors, sd):
-    own = compute_told(tensors, np.full(tensors.shape, sd), n_draws=3000, random_state=1)
+    own = compute_information_known_noise(
+        tensors, np.full(tensors.shape, sd), n_draws=3000, random_state=1
+    )
     ideal = compute_information(tensors, sd, n_draws=3000)
     assert own.accuracy == pytest.approx(ideal.accuracy, abs=4 * own.accuracy_error)
     assert own.bits == pytest.approx(ideal.bits, abs=4 * own.bits_error)
@@ -30,7 +37,7 @@ def test_two_touches_in_noise_of_two_sizes():
     step = means[1] - means[0]
     half = np.sum(step**2 * weight) / 2
     truth = norm.cdf(half / np.sqrt(np.sum((step * weight * sd) ** 2, axis=1))).mean()
-    found = compute_told(means, sd, n_draws=20_000)
+    found = compute_information_known_noise(means, sd, n_draws=20_000)
     assert found.accuracy == pytest.approx(truth, abs=4 * found.accuracy_error)
 
 
@@ -43,7 +50,7 @@ def test_the_short_way_equals_noise_drawn_whole(tensors, noise):
     logs = -0.5 * np.sum(far**2 * weight, axis=3)
     right = np.mean(logs.argmax(axis=2) == np.arange(6))
     own = np.diagonal(logs, axis1=1, axis2=2) - np.logaddexp.reduce(logs, axis=2)
-    found = compute_told(tensors, noise.sd(tensors), n_draws=3000)
+    found = compute_information_known_noise(tensors, noise.sd(tensors), n_draws=3000)
     assert found.accuracy == pytest.approx(right, abs=0.015)
     assert found.bits == pytest.approx(np.log2(6) + own.mean() / np.log(2), abs=0.05)
 
@@ -52,16 +59,18 @@ def test_the_size_of_the_noise_alone_tells_nothing():
     """An observer who took it for a signal would know each of these at any level."""
     rng = np.random.default_rng(3)
     sd = 0.5 + rng.random((5, 4000))
-    assert compute_told(np.ones((5, 4000)), sd).bits == pytest.approx(0.0, abs=1e-9)
+    assert compute_information_known_noise(np.ones((5, 4000)), sd).bits == pytest.approx(
+        0.0, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("noise", [Common(1.0), Relative(1.0), Mixed(1.0, share=5.0)])
 def test_at_the_level_found_that_share_is_named_right(tensors, noise):
     sd = noise.sd(tensors)
     level = find_told(tensors, sd, 0.75, n_draws=400)
-    assert compute_told(tensors, level * sd, n_draws=400).accuracy == pytest.approx(
-        0.75, abs=0.01
-    )
+    assert compute_information_known_noise(
+        tensors, level * sd, n_draws=400
+    ).accuracy == pytest.approx(0.75, abs=0.01)
 
 
 def test_the_level_of_common_noise_is_that_of_even_noise(tensors):
@@ -84,9 +93,9 @@ def test_touches_that_are_the_same_have_no_level(tensors):
 )
 def test_noise_that_cannot_be_is_refused(tensors, sd, said):
     with pytest.raises(InvalidInput, match=said):
-        compute_told(tensors, sd)
+        compute_information_known_noise(tensors, sd)
     with pytest.raises(InvalidInput, match="at least two tensors"):
-        compute_told(tensors[:1], np.ones((1, 4, 30)))
+        compute_information_known_noise(tensors[:1], np.ones((1, 4, 30)))
 
 
 @pytest.mark.parametrize("sd", [[[0.3], [2.4]], [[0.2, 1.5], [2.0, 0.7]]], ids=["one", "two"])
@@ -102,7 +111,7 @@ def test_of_two_touches_it_tells_what_the_normal_law_of_its_log_odds_says(sd):
     z, share = np.polynomial.hermite_e.hermegauss(120)
     odds = middle[:, None] + spread[:, None] * z
     lost = (np.logaddexp(0, -odds) * share / share.sum()).sum(axis=1) / np.log(2)
-    found = compute_told(np.stack([-x, x]), g, n_draws=100_000)
+    found = compute_information_known_noise(np.stack([-x, x]), g, n_draws=100_000)
     right = norm.cdf(middle / spread).mean()
     assert found.accuracy == pytest.approx(right, abs=4 * found.accuracy_error)
     assert found.bits == pytest.approx(1 - lost.mean(), abs=4 * found.bits_error)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import feeler
-from feeler.errors import MissingExtra
+from feeler.errors import MissingDependencyError
 
 SOURCE = Path(feeler.__file__).parent
 WAITING = {
@@ -78,6 +78,6 @@ def test_a_movie_without_its_extra_says_what_to_install(monkeypatch, tmp_path):
     from feeler.plotting.movie import write_movie
 
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[movie\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[movie\]'"):
         write_movie(tmp_path / "a.mp4", Figure(), lambda k: None, 1)
     assert not list(tmp_path.iterdir())

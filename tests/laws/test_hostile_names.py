@@ -10,7 +10,7 @@ from feeler.plotting.movie import Movie
 from feeler.records import show_html
 from feeler.report import Section, write_page
 from feeler.studio import write_touch_page
-from feeler.studio.requests import AntennaWish, TouchWish
+from feeler.studio.requests import AntennaRequest, TouchRequest
 
 NAMES = (
     "<script>alert(1)</script>",
@@ -110,7 +110,7 @@ def test_a_name_is_no_program(show, tmp_path):
 @pytest.mark.long
 def test_a_name_is_no_program_in_the_page_that_computes():
     pages = [
-        write_touch_page(TouchWish(antenna=AntennaWish(name=name)))
+        write_touch_page(TouchRequest(antenna=AntennaRequest(name=name)))
         for name in ("plain", NAMES[1], NAMES[3], NAMES[7])
     ]
     plain, *others = (Reader(page).found for page in pages)

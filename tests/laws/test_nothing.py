@@ -71,7 +71,7 @@ SOMETHING = {
         "white",
         "lda-null",
     ): "white tensors do differ, and it says that codes of those that differ are"
-    " told apart better than codes of those that do not",
+    " discriminated better than codes of those that do not",
 }
 SMALL = 2e-4  # rad; so little that no observer is sure of anything
 

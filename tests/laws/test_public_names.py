@@ -7,7 +7,8 @@ import sys
 import pytest
 
 import feeler
-from feeler.errors import MissingExtra, require_extra
+from feeler import renamed
+from feeler.errors import MissingDependencyError, require_extra
 
 
 @pytest.mark.parametrize("name", ["learn", "tensors"])
@@ -47,6 +48,18 @@ def test_experiments_are_functions_of_feeler_itself():
     assert hit is feeler.hit
 
 
+@pytest.mark.parametrize("module", renamed.NAMES)
+def test_an_old_name_in_a_package_is_the_new_one_and_says_so(module):
+    home = importlib.import_module(module)
+    for old, new in renamed.NAMES[module].items():
+        with pytest.warns(
+            DeprecationWarning, match=rf"{module}\.{old} is renamed: write {new}"
+        ):
+            assert getattr(home, old) is getattr(home, new)
+    with pytest.raises(AttributeError, match="no attribute 'tuoch'"):
+        _ = home.tuoch
+
+
 def test_a_touch_loads_no_store_and_no_page():
     code = (
         "import sys; blocked = 'zarr numcodecs h5netcdf filelock pebble safetensors mujoco dask'\n"
@@ -64,7 +77,9 @@ def test_a_missing_extra_is_named(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "zarr", None)
     monkeypatch.setitem(sys.modules, "filelock", None)
     trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)
-    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[store\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[store\]'"):
         feeler.touch(feeler.presets.cockroach(), trial, store=tmp_path / "a.zarr", duration=2.0)
-    with pytest.raises(MissingExtra, match=r"a ghost needs nosuch: pip install 'feeler\[x\]'"):
+    with pytest.raises(
+        MissingDependencyError, match=r"a ghost needs nosuch: .*'feeler\[x\]'"
+    ):
         require_extra("nosuch", "x", "a ghost")

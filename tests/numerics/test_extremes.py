@@ -9,7 +9,7 @@ import pytest
 from scripts import load_script
 
 from feeler.antenna import Antenna
-from feeler.errors import SimulationDiverged
+from feeler.errors import SimulationDivergedError
 from feeler.objects.shapes import make_feature
 from feeler.objects.trials import Trial
 from feeler.physics.run import run_scene
@@ -78,7 +78,7 @@ def test_the_stability_limit_is_where_theory_puts_it(engine, damping):
             return np.abs(
                 run_scene(Scene(antenna=antenna, angle=start), clock, engine).angle
             ).max()
-        except SimulationDiverged:
+        except SimulationDivergedError:
             return np.inf
 
     assert amplitude(0.95 * low) < 0.1

@@ -18,7 +18,7 @@ from paper.stage import Stage
 from paper.verdicts import (
     EVIDENCE,
     OTHERS,
-    Judged,
+    ClaimResult,
     _name_apart,
     count_verdicts,
     judge,
@@ -143,7 +143,7 @@ def test_rules(claim, values, verdict):
             {"kind": "above", "target": 0.1, "null": ("n",), "apart": "greater"},
             {"a": 0.5, "n": 0.625},
             (
-                "above 0.1, but identical touches are told apart as much in"
+                "above 0.1, but identical touches are discriminated as much in"
                 " at least one group (null 0.625)"
             ),
         ),
@@ -485,10 +485,10 @@ def test_one_draw_of_any_key_or_null_is_enough_not_to_judge():
 )
 def test_claims_that_read_one_effect_count_once(verdicts, together):
     judged = [
-        Judged(claim=make_claim(id=str(k), effect="e"), ours="", verdict=verdict, why="")
+        ClaimResult(claim=make_claim(id=str(k), effect="e"), ours="", verdict=verdict, why="")
         for k, verdict in enumerate(verdicts)
     ]
-    other = Judged(claim=make_claim(id="e2"), ours="", verdict="reproduced", why="")
+    other = ClaimResult(claim=make_claim(id="e2"), ours="", verdict="reproduced", why="")
     assert judge_statements([*judged, other]) == {"e": together, "e2": "reproduced"}
     assert sum(count_verdicts([*judged, other]).values()) == 2
 

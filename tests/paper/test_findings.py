@@ -13,12 +13,12 @@ from paper.findings import (
     list_abstract,
     list_findings,
     list_headlines,
+    list_not_reproduced,
     list_screens,
-    list_unmet,
 )
 from paper.reproduce import STAGES
 from paper.story import _count_unsupported
-from paper.verdicts import Judged
+from paper.verdicts import ClaimResult
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def judge_all(verdict, *but):
     """Every claim with one verdict, those named with the other."""
     other = {"reproduced": "partly"}.get(verdict, "reproduced")
     return [
-        Judged(claim=claim, verdict=other if claim.id in but else verdict, ours="", why="")
+        ClaimResult(claim=claim, verdict=other if claim.id in but else verdict, ours="", why="")
         for claim in load_claims()
     ]
 
@@ -105,11 +105,11 @@ def test_the_abstract_s_words_stand_beside_their_verdicts():
 
 
 def test_what_is_not_reproduced_is_said_in_a_line_each_and_why():
-    found = list_unmet(judge_all("not reproduced"))
+    found = list_not_reproduced(judge_all("not reproduced"))
     told = [one for one in found if one["why"]]
     assert len(told) == len(STORY["unmet"]) < len(found)
     assert all(len(f"{one['words']} {one['why']}".split()) <= 30 for one in told)
-    assert list_unmet(judge_all("reproduced")) == []
+    assert list_not_reproduced(judge_all("reproduced")) == []
 
 
 def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():
@@ -129,8 +129,10 @@ def test_what_no_definition_reproduces_is_counted_apart():
         {one.statement for one in claims})[:4])  # fmt: skip
 
     def read(claim, verdict, *readings):
-        under = tuple(Judged(claim=claim, verdict=word, ours="", why="") for word in readings)
-        return Judged(claim=claim, verdict=verdict, ours="", why="", readings=under)
+        under = tuple(
+            ClaimResult(claim=claim, verdict=word, ours="", why="") for word in readings
+        )
+        return ClaimResult(claim=claim, verdict=verdict, ours="", why="", readings=under)
 
     judged = [
         read(first, OPEN, "not reproduced", "partly"),

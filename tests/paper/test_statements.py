@@ -99,10 +99,10 @@ def test_bending_is_placed_at_the_sensor_that_bends_most_over_the_touch():
 
 def test_touches_that_bend_one_sensor_each_share_bending_over_all_touches_only():
     one_each, even = np.eye(8), np.full((8, 8), 1 / 8)
-    found = fig5_bending.measure_sharing(one_each)
+    found = fig5_bending.measure_recruitment(one_each)
     assert found["in a touch"].estimate == pytest.approx(1.0)
     assert found["over all touches"].estimate == pytest.approx(0.0, abs=1e-12)
-    for mean in fig5_bending.measure_sharing(even).values():
+    for mean in fig5_bending.measure_recruitment(even).values():
         np.testing.assert_allclose([mean.estimate, mean.low, mean.high], 0.0, atol=1e-12)
 
 
@@ -136,7 +136,7 @@ def test_active_sensors_are_counted_above_each_threshold():
     angle = np.zeros((6, 10, 100))
     angle[:, :2, 20], angle[:, 2:5, 30], angle[:, 5:, 40] = 1.0, 0.05, -1.0
     angle[:3, 9, 50] = 0.02
-    angle[:, 0] *= np.arange(1.0, 7.0)[:, None]  # so that an ideal observer tells them apart
+    angle[:, 0] *= np.arange(1.0, 7.0)[:, None]  # so that an ideal observer discriminates them
     active = fig1.compute_activity(make_touches(angle), ASKED).active
     assert active["threshold 0.01 rad"]["value"] == pytest.approx((3 * 6 + 3 * 5) / 6)
     assert active["threshold a tenth of the peak"]["value"] == pytest.approx(2.0)

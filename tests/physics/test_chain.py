@@ -11,7 +11,7 @@ from numba.core.runtime import _nrt_python, rtsys
 
 from feeler.antenna.modes import compute_mass_matrix
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.objects import Trial, Wall, make_feature
 from feeler.objects.bodies import Object
 from feeler.objects.distance import compute_clearance
@@ -308,12 +308,12 @@ def test_a_diverging_trial_is_named_and_the_rest_survives():
     bad = replace(good, velocity=np.full(30, 1e200), label="much too fast")
     clock = Clock(duration=3, timestep=0.02)
     first, second, third = simulate([good, bad, good], clock, engine="chain")
-    assert isinstance(second, SimulationDiverged)
+    assert isinstance(second, SimulationDivergedError)
     assert "much too fast" in str(second)
     assert second.time == 1.0
     assert np.isfinite(second.angle).all()
     assert np.array_equal(first.angle, third.angle)
-    with pytest.raises(SimulationDiverged, match="much too fast"):
+    with pytest.raises(SimulationDivergedError, match="much too fast"):
         run_scene(bad, clock, "chain")
 
 

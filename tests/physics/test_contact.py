@@ -12,7 +12,7 @@ import pytest
 
 import feeler
 from feeler.antenna.segments import Follicle
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects import Ball, Trial, make_feature
 from feeler.objects.trials import trials
 from feeler.physics.contact import (
@@ -257,7 +257,9 @@ def touch_warily(antenna, trial, **how) -> tuple[float, list[str]]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         sink = float(feeler.touch(antenna, trial, duration=60, **how)["sink"].max())
-    return sink, [str(w.message) for w in caught if issubclass(w.category, Doubtful)]
+    return sink, [
+        str(w.message) for w in caught if issubclass(w.category, ModelValidityWarning)
+    ]
 
 
 PLANAR = [name for name in PRESETS if not make_preset(name).spatial]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.errors import Doubtful
-from feeler.physics.contact import Contact, get_contact, list_doubts
+from feeler.errors import ModelValidityWarning
+from feeler.physics.contact import Contact, get_contact, list_validity_warnings
 from feeler.physics.run import compute_error, run_accurately, run_scene
 from feeler.physics.scene import Clock
 from feeler.presets import cockroach
@@ -52,7 +52,7 @@ def test_a_data_set_holds_the_depth_of_each_touch():
 def test_a_peg_that_sinks_in_is_warned_of():
     """The density in kg/mm3: the whisker weighs next to nothing, and contact with it."""
     with pytest.warns(
-        Doubtful, match=r"density of 1.4e-06 .* outside 0.0001 to 0.02: is it in g"
+        ModelValidityWarning, match=r"density of 1.4e-06 .* outside 0.0001 to 0.02: is it in g"
     ):
         whisker = make_whisker(density=1.4e-6)
     peg = feeler.Object(
@@ -60,13 +60,15 @@ def test_a_peg_that_sinks_in_is_warned_of():
     )
     simulation = feeler.Simulation(whisker, peg, contact="even")
     simulation.move_base(turn=2e-3)
-    with pytest.warns(Doubtful, match=r"sank in by .* of the smaller radius, more than 0.5"):
+    with pytest.warns(
+        ModelValidityWarning, match=r"sank in by .* of the smaller radius, more than 0.5"
+    ):
         simulation.step(100.0)
 
 
 @pytest.mark.parametrize("modulus", [5.0e-3, 5.0e9])
 def test_a_modulus_of_another_unit_is_warned_of(modulus):
-    with pytest.warns(Doubtful, match="is it in MPa"):
+    with pytest.warns(ModelValidityWarning, match="is it in MPa"):
         make_whisker(modulus=modulus)
 
 
@@ -96,19 +98,19 @@ def test_what_the_timestep_cannot_follow_is_warned_of(contact, speed, match):
     ball = feeler.Object(
         feature=feeler.Ball(radius=1.5), place=(-5.0, 25.0), velocity=(speed, 0.0)
     )
-    with pytest.warns(Doubtful, match=match):
+    with pytest.warns(ModelValidityWarning, match=match):
         try:
             feeler.Simulation(cockroach(), ball, contact=contact)
         except feeler.errors.InvalidInput:
             assert speed > 5.0  # refused, after the warning
     trial = feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=speed)
-    with pytest.warns(Doubtful, match=match):
+    with pytest.warns(ModelValidityWarning, match=match):
         feeler.touch(cockroach(), [trial], duration=2, contact=contact)
 
 
 @pytest.mark.parametrize("speed", [0.06, 0.3, 0.6, 1.5])
 def test_the_default_follows_what_it_is_made_for(speed):
-    assert list_doubts(cockroach(), get_contact(), speed, 0.05) == []
+    assert list_validity_warnings(cockroach(), get_contact(), speed, 0.05) == []
 
 
 def test_accuracy_covers_the_width_of_contact():
@@ -130,7 +132,9 @@ def test_of_several_trials_the_fastest_is_warned_of_wherever_it_stands(speeds):
     trials = [
         feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=s) for s in speeds
     ]
-    with pytest.warns(Doubtful, match="At 4 mm/ms an object moves 0.4 mm .* of 0.1 ms"):
+    with pytest.warns(
+        ModelValidityWarning, match="At 4 mm/ms an object moves 0.4 mm .* of 0.1 ms"
+    ):
         feeler.touch(cockroach(), trials, duration=2, timestep=0.1)
 
 
@@ -138,5 +142,5 @@ def test_of_several_trials_the_fastest_is_warned_of_wherever_it_stands(speeds):
 @pytest.mark.parametrize("antenna", [cockroach(), make_whisker()])
 def test_an_object_may_move_by_half_the_radius_in_a_timestep(antenna, share, warned):
     speed = share * antenna.radius.max() / 2 / 0.05
-    doubts = list_doubts(antenna, get_contact(), speed, 0.05)
+    doubts = list_validity_warnings(antenna, get_contact(), speed, 0.05)
     assert any("more than half the antenna's radius" in words for words in doubts) is warned

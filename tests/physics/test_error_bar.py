@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.errors import Inaccurate, InvalidInput
+from feeler.errors import AccuracyWarning, InvalidInput
 from feeler.objects import Feature
 from feeler.objects import trials as ninety
 from feeler.physics import run as accuracy
@@ -151,14 +151,14 @@ def test_it_stands_beside_the_tensors_and_in_a_store(save, tmp_path):
 def test_a_warning_names_each_touch_that_may_be_off():
     antenna, trial = draw(1365)
     with pytest.warns(
-        Inaccurate,
+        AccuracyWarning,
         match=r"1 of 2 touches may be off by more than 5% .*\(1: ball at 0\.\d+ L, 0\.893 m/s,"
         r" 0\.\d+ of the peak\), as other timesteps than 0.025 ms .* smaller timestep=",
     ):
         tensors = feeler.touch(antenna, [trial.replace(speed=0.03, location=0.9), trial])
     assert (tensors["error"] > 0.05).values.tolist() == [False, True]
     with warnings.catch_warnings():
-        warnings.simplefilter("error", Inaccurate)
+        warnings.simplefilter("error", AccuracyWarning)
         feeler.touch(antenna, trial, timestep=1e-3)
 
 
@@ -171,7 +171,7 @@ def test_every_clock_has_an_error(timestep, sample_interval):
     antenna, trial = draw(1365)
     clocks = {"duration": 100.0, "sample_interval": sample_interval, "contact": "smooth:0.2"}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Inaccurate)
+        warnings.simplefilter("ignore", AccuracyWarning)
         own = feeler.touch(antenna, trial, timestep=timestep, all_hinges=True, **clocks)
         fine = feeler.touch(antenna, trial, timestep=timestep / 10, all_hinges=True, **clocks)
     gap = np.abs(own["angle"] - fine["angle"]).max() / np.abs(fine["angle"]).max()
@@ -208,7 +208,7 @@ def test_touches_of_the_paper_take_less_than_half_as_many_steps_again(monkeypatc
 @pytest.mark.parametrize("seed", [1001, pytest.param(1113, marks=pytest.mark.long)])
 def test_an_accuracy_out_of_reach_gives_nothing_worse_than_the_default(seed):
     antenna, trial = draw(seed)
-    with pytest.warns(Inaccurate, match=r"did not reach accuracy=0.01 \(0: "):
+    with pytest.warns(AccuracyWarning, match=r"did not reach accuracy=0.01 \(0: "):
         asked = feeler.touch(antenna, trial, accuracy=0.01, all_hinges=True)
     assert np.isinf(asked["error"]).all()
     with warnings.catch_warnings():

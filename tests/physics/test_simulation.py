@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.physics.engine import ENGINES
 from feeler.physics.simulation import build_scene
 
@@ -143,7 +143,7 @@ def test_a_diverged_lane_is_named_and_leaves_the_others_alone():
     lanes = feeler.Simulations([build_scene(antenna, make_ball()), bad])
     lanes.step(1.0)
     assert lanes.failed[0] is None
-    assert isinstance(lanes.failed[1], SimulationDiverged)
+    assert isinstance(lanes.failed[1], SimulationDivergedError)
     assert "much too fast" in str(lanes.failed[1])
     lanes.reset(1, build_scene(antenna))
     lanes.step(1.0)
@@ -154,7 +154,7 @@ def test_a_diverged_simulation_says_so_until_it_is_restored():
     simulation = feeler.Simulation(make_stub(), velocity=np.full(12, 1e200))
     before = simulation.snapshot()
     for _ in range(2):
-        with pytest.raises(SimulationDiverged, match="diverged at"):
+        with pytest.raises(SimulationDivergedError, match="diverged at"):
             simulation.step(1.0)
     simulation.restore(before)
     assert simulation.time == 0.0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.execute import ThreadExecutor, run_groups
 from feeler.objects import Trial, make_feature
 from feeler.physics.engine import ENGINES
@@ -69,7 +69,7 @@ def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
     scenes[4] = replace(scenes[4], velocity=np.full(8, 1e200))
     outcomes = simulate(scenes, SHORT, engine=engine, workers=2)
     ended = outcomes.pop(4)
-    assert isinstance(ended, SimulationDiverged)
+    assert isinstance(ended, SimulationDivergedError)
     assert "trial 4" in str(ended)
     assert ended.time == 1.0
     assert all(np.array_equal(outcome.angle, outcomes[0].angle) for outcome in outcomes)

@@ -76,7 +76,10 @@ def test_what_has_no_colour_of_its_own_takes_one_in_turn():
         ({"basis 1": ["#882255"], "basis 1: activation": ["#882255"]}, None),
         ({"feature": ["#661100"], "decided": ["#661100"]}, "means .'decided', 'feature'."),
         ({"exponential": ["#cc6677"]}, "'exponential' is drawn in #cc6677, not in its own"),
-        ({"read right": ["#e69f00"]}, "'read' is drawn in the colour of .'box'."),
+        (
+            {"classified correctly": ["#e69f00"]},
+            "'classified' is drawn in the colour of .'box'.",
+        ),
         ({"null: one tensor": ["#0072b2"]}, "'null' is drawn in the colour of .'exponential'."),
         ({"0.3 m/s": ["#aa8866"]}, "'a speed' is drawn in #aa8866"),
         ({"steered": ["#440154"]}, "'steered' is drawn in the colour of .'a speed'."),

@@ -59,14 +59,14 @@ def test_colours_without_a_name_are_found(how, found):
 
 
 def test_a_colour_of_a_thing_is_named_where_it_stands():
-    """Orange is a box: squares around what was read right do not borrow it."""
+    """Orange is a box: squares around what was classified correctly do not borrow it."""
     figure = Figure()
     left, right = figure.subfigures(1, 2)
     (ax := left.subplots()).plot([0, 1], [0, 1], color="#e69f00", label="box")
     ax.legend()
     (other := right.subplots()).plot([0, 1], [0, 1], "s", mec="#e69f00", mfc="none")
-    other.set_title("read right", loc="left")
-    assert find_unnamed(figure) == {"read right": ["#e69f00"]}
+    other.set_title("classified correctly", loc="left")
+    assert find_unnamed(figure) == {"classified correctly": ["#e69f00"]}
     other.text(0, 1, "box", color="#e69f00")
     assert find_unnamed(figure) == {}
 

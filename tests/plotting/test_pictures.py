@@ -69,7 +69,7 @@ def test_accuracy_has_a_mean_and_a_spread_at_each_ratio_of_copies_and_of_origina
         confusion=np.array([[[9, 1], [0, 10]], [[8, 2], [3, 7]], [[1, 9], [2, 8]]]),
     )
     curve, counts, bar = sweep.plot().axes
-    assert name(curve) == ("noise ratio", "named right [%]", "")
+    assert name(curve) == ("noise ratio", "accuracy [%]", "")
     for bars, values in zip(curve.containers, (sweep.noisy, sweep.clean), strict=True):
         mean, sd = 100 * values.mean(axis=1), 100 * values.std(axis=1)
         np.testing.assert_allclose(read(bars.lines[0]), np.column_stack([sweep.ratios, mean]))

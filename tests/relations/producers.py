@@ -214,8 +214,10 @@ def _clean(measure: Any) -> Any:
 
 MEASURES = {
     "compute_information": _clean(lambda x, sd: vars(information.compute_information(x, sd))),
-    "compute_told": _clean(
-        lambda x, sd: vars(information.compute_told(x, np.full((len(x), 1, 1), sd)))
+    "compute_information_known_noise": _clean(
+        lambda x, sd: vars(
+            information.compute_information_known_noise(x, np.full((len(x), 1, 1), sd))
+        )
     ),
     "find_noise": _clean(lambda x, sd: np.array(information.find_noise(x)) / sd),
     "find_told": _clean(lambda x, sd: information.find_told(x, np.full((len(x), 1, 1), sd))),
@@ -420,8 +422,11 @@ def listen(world: Lines) -> Answer:
 def ask_robot(command: str, world: Bent) -> Answer:
     """``feeler robot classify --json``, and ``stream --json`` for one touch after the other."""
     decoder, classifier, _ = learn_robot()
-    known = {"draw_lessons": lambda *_, **__: Known(), "make_decoder": lambda *_, **__: decoder,
-             "make_classifier": lambda *_, **__: classifier}  # fmt: skip
+    known = {
+        "draw_training_set": lambda *_, **__: Belief(),
+        "make_decoder": lambda *_, **__: decoder,
+        "make_classifier": lambda *_, **__: classifier,
+    }
     words, found = ["--speeds", "0.27", "--locations", "0.5,0.9", "--json"], {}
     with patch.multiple(feeler.robot, **known), tempfile.TemporaryDirectory() as folder:
         names = [f"{k}.csv" for k in range(len(world.touches))]
@@ -439,7 +444,7 @@ def ask_robot(command: str, world: Bent) -> Answer:
         return {k.removeprefix("[").replace("]", " ", 1): v for k, v in said.items()}
 
 
-class Known:
+class Belief:
     """Touches that were learned before."""
 
     def watch(self, decoder: Any) -> Any:

@@ -15,7 +15,7 @@ import pytest
 import typer
 
 import feeler
-from feeler.errors import Inaccurate, InvalidInput
+from feeler.errors import AccuracyWarning, InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, ENGINES
 from tests.cli._command import run
 from tests.relations import worlds
@@ -258,7 +258,7 @@ def test_a_touch_at_the_defaults_is_right_or_warned_of(seed):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = feeler.touch(antenna, trial, duration=duration, all_hinges=True)
-        named = any(issubclass(w.category, Inaccurate) for w in said)
+        named = any(issubclass(w.category, AccuracyWarning) for w in said)
         fine = feeler.touch(
             antenna, trial, duration=duration, all_hinges=True,
             timestep=found.attrs["timestep"] / 10,

@@ -10,7 +10,7 @@ from mcap_ros2.writer import Writer
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.robot import load_recording
 from feeler.tensors.bags import describe_bag, read_bag
 from feeler.tensors.formats import load
@@ -287,7 +287,7 @@ def test_a_bag_that_was_cut_is_damaged_and_no_bag_is_no_file(tmp_path):
 
 def test_without_its_package_it_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setattr("feeler.tensors.bags.find_spec", lambda name: None)
-    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[ros\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[ros\]'"):
         load_recording(write(tmp_path / "run.mcap"))
 
 

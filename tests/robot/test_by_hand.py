@@ -61,7 +61,7 @@ def readings():
 
 def test_one_reality_gap_is_as_large_as_it_was_declared():
     """Before the first surrogate was judged [C]; another size would change how often a robot is
-    read right.
+    classified correctly.
     """
     shares = {
         "stiffness": 0.1,

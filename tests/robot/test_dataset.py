@@ -6,7 +6,7 @@ import pytest
 from feeler import touch
 from feeler.errors import InvalidInput
 from feeler.robot import Recording, make_dataset, make_robot, make_touches
-from feeler.tensors import find_breaches
+from feeler.tensors import find_errors
 
 
 def _recording(samples=50, **fields):
@@ -18,7 +18,7 @@ def test_recordings_keep_the_contract():
     labels = {"feature": "ball", "size": 4.0, "location": 0.9, "speed": 0.027}
     recordings = [_recording(labels=labels, robot="A"), _recording(source="surrogate")]
     dataset = make_dataset(recordings)
-    assert find_breaches(dataset) == []
+    assert find_errors(dataset) == []
     assert dataset["angle"].dims == ("trial", "sensor", "time")
     np.testing.assert_array_equal(dataset["angle"][0], recordings[0].values)
     assert dataset["source"].values.tolist() == ["robot", "surrogate"]

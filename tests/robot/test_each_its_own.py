@@ -35,7 +35,7 @@ from feeler.robot import (
 )
 from feeler.robot import classify as lessons
 from feeler.robot import fit as factors
-from feeler.robot.classify import Lessons, _judge_touch, judge_recording
+from feeler.robot.classify import TrainingSet, _judge_touch, judge_recording
 from feeler.robot.description import Flexures, RobotFile
 from feeler.robot.reality import Touches
 from feeler.robot.recordings import ROBOT_FILES, _read
@@ -221,7 +221,9 @@ def make_touches_of(robot, n, felt=()):
 def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
     known = [make_touches_of(0, 2), make_touches_of(1, 4, felt=(1,)), make_touches_of(2, 1)]
     strangers = [make_touches_of(7, 3, felt=(0,))]
-    values, labels, robots, (others, kinds) = Lessons(known=known, strangers=strangers).gather()
+    values, labels, robots, (others, kinds) = TrainingSet(
+        known=known, strangers=strangers
+    ).gather()
     assert robots.tolist() == [0, 0, 1, 1, 1, 2]
     assert values[:, 0, 0].tolist() == [0, 1, 100, 102, 103, 200]
     assert [label[0] for label in labels] == ["f0", "f0", "f1", "f1", "f1", "f2"]
@@ -229,7 +231,7 @@ def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
     assert kinds == pytest.approx(np.array([(0.1, 0.2), (0.2, 0.2)]))
     watched = []
     decoder = SimpleNamespace(watch=lambda *given: watched.append(given))
-    Lessons(known=known, strangers=strangers).watch(decoder)
+    TrainingSet(known=known, strangers=strangers).watch(decoder)
     ((motions, names, numbers, (odd, _)),) = watched
     assert [m[0, 0] for m in motions] == [0, 1, 100, 101, 102, 103, 200]
     assert [*numbers] == [0, 0, 1, 1, 1, 1, 2] and len(names) == 7
@@ -247,7 +249,7 @@ def test_half_as_many_robots_meet_strangers_of_the_sizes_that_are_said(monkeypat
 
     monkeypatch.setattr(lessons, "touch_robots", touch_robots)
     robot, trials = make_robot(), make_trials()
-    found = lessons.draw_lessons(robot, trials, robots=robots, seed=3, engine="chain")
+    found = lessons.draw_training_set(robot, trials, robots=robots, seed=3, engine="chain")
     assert (len(found.known), len(found.strangers)) == (robots, (robots + 1) // 2)
     of_known = [given for n, given in met if given == trials]
     strange = [given for _, given in met if given != trials]

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import feeler.robot
 from feeler.errors import InvalidInput
-from feeler.robot import draw_lessons, load_calibration, load_recording, make_decoder
+from feeler.robot import draw_training_set, load_calibration, load_recording, make_decoder
 from feeler.robot.description import EXAMPLES, get_example
 from feeler.tracking import load_tracks
 from paper import fig6, fig6_data, figS2, figS7
@@ -24,7 +24,7 @@ from paper.scale import SCALES
 @pytest.fixture
 def few(monkeypatch):
     """Streams that learn from few robots, which takes a second in place of ten."""
-    monkeypatch.setattr(feeler.robot, "draw_lessons", partial(draw_lessons, robots=8))
+    monkeypatch.setattr(feeler.robot, "draw_training_set", partial(draw_training_set, robots=8))
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.robot import (
     choose_before,
-    draw_lessons,
     draw_robots,
+    draw_training_set,
     fit_sensors,
     make_classifier,
     make_decoder,
@@ -99,7 +99,7 @@ def test_degrees_for_radians_and_other_units_than_the_calibration_s_are_refused(
 @pytest.fixture(scope="module")
 def trained():
     """A decoder and a classifier of the same lessons, and touches of robots that are in neither."""
-    lessons = draw_lessons(trials=TRIALS, robots=8)
+    lessons = draw_training_set(trials=TRIALS, robots=8)
     decoder = lessons.watch(make_decoder(trials=TRIALS))
     classifier = make_classifier(lessons=lessons)
     return decoder, classifier, touch_robots(draw_robots(1.0, 2, 5), trials=TRIALS)
@@ -174,8 +174,8 @@ def test_a_board_that_begins_anew_begins_a_new_touch(trained):
 def run(trained, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     decoder, classifier, _ = trained
-    lessons = type("Lessons", (), {"watch": lambda self, one: one})()
-    monkeypatch.setattr(feeler.robot, "draw_lessons", lambda *_, **__: lessons)
+    lessons = type("TrainingSet", (), {"watch": lambda self, one: one})()
+    monkeypatch.setattr(feeler.robot, "draw_training_set", lambda *_, **__: lessons)
     monkeypatch.setattr(feeler.robot, "make_decoder", lambda *_, **__: decoder)
     monkeypatch.setattr(feeler.robot, "make_classifier", lambda **_: classifier)
 

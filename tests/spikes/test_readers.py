@@ -120,7 +120,9 @@ def test_a_floor_is_a_rate_that_all_known_touches_have_besides():
 
 
 def make_rasters(seed, n_each=40):
-    """Three classes: which of two units fires first, or both late; told apart by their timing."""
+    """Three classes: which of two units fires first, or both late; discriminated by their
+    timing.
+    """
     rng = np.random.default_rng(seed)
     rates = np.zeros((3, 4, 60))
     rates[0, 0, 12:], rates[0, 1, 30:] = 300.0, 300.0

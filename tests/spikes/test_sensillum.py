@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.spikes import CAMPANIFORM, HAIR, Population, Sensillum, find_gain, place_sensilla
 from feeler.spikes.sensilla import encode_touch
 from tests.spikes._touches import POSITION, make_bent
@@ -87,7 +87,9 @@ def test_too_coarse_samples_are_refused_with_a_step_that_would_do():
 
 def test_a_gain_that_saturates_every_unit_is_said():
     numb = Sensillum(ceiling=40.0)
-    with pytest.warns(Doubtful, match="every unit that fires reaches its greatest rate"):
+    with pytest.warns(
+        ModelValidityWarning, match="every unit that fires reaches its greatest rate"
+    ):
         rates = place_sensilla(POSITION, 30.0, sensillum=numb).encode(make_bent())["rate"]
     assert rates.max() == 40
 

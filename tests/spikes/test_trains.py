@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.spikes import (
     Firing,
     SensillaStream,
@@ -195,10 +195,12 @@ def test_thinned_trains_keep_the_share_asked_for_and_nothing_is_made_up():
 
 
 def test_silence_is_said():
-    with pytest.warns(Doubtful, match="no unit fired in any trial"):
+    with pytest.warns(ModelValidityWarning, match="no unit fired in any trial"):
         drawn = draw_spikes(make_rates(0, 20))
     assert count_spikes(drawn).sum() == 0
-    with pytest.warns(Doubtful, match="every train that was given is empty") as told:
+    with pytest.warns(
+        ModelValidityWarning, match="every train that was given is empty"
+    ) as told:
         attach_trains(make_bent(1), [[[], []]], ["a", "b"])
     assert told[0].filename == __file__
 

@@ -649,7 +649,7 @@ test("what leaves the page is what it shows: quantity, doubt, the other antenna 
   Object.assign(URL, { createObjectURL });
 });
 
-test("a page that computes by itself switches to its own antennas and speeds, and says what it shows and what it was taught", () => {
+test("a standalone page switches to its own antennas and speeds, and says what it shows and what it was taught", () => {
   const { antennas } = given.host.config, speeds = [{ name: "slow", value: 0.06 }, { name: "0.2 m/s", value: 0.2 }, { name: "fast", value: 0.6 }], posted = [];
   const trained = { n: 96, clean: 0.99, confidently_wrong: 0 }, range = { location: [0.45, 0.95], size: [1.2, 3.5], speed: [0.06, 0.06], approach: 90, friction: 1 };
   const kept = (...noisy) => noisy.map((one, k) => one && { peak: 0.1 * (k + 1), curvature: 0.3, range, scores: { ...trained, noisy: one } }), state = { ...makeState(antennas[0].wish), unsure: 0.1 };

@@ -165,7 +165,7 @@ test("a state travels in an address, is undone and redone, and makes its own wis
   assert.deepEqual(makeWish(store.state, "B", true), { antenna: { preset: "matched" }, ...store.state.touch, preview: true });
 });
 
-test("a page that computes by itself draws each object at its own size", () => {
+test("a standalone page draws each object at its own size", () => {
   const unit = { rounding: 0, rims: [[[1, 0], [0, 1]]], parts: [], planes: [], unbounded: false };
   const host = Object.assign(Object.create(Host.prototype), { config: { shapes: { ball: unit, box: unit } } });
   const said = host.describe({ drawn: ANTENNA }, { kind: "ball", size: 2, objects: [{ kind: "box", size: 3 }, { kind: "ball", size: 5 }] });

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.errors import SimulationDiverged
+from feeler.errors import SimulationDivergedError
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock
 from feeler.physics.simulation import build_scene
@@ -17,7 +17,7 @@ from feeler.studio import export as alone
 from feeler.studio import study
 from feeler.studio.decoder import Range
 from feeler.studio.export import _bundle, _pack_antenna, _pack_contact, _pack_shape, make_file
-from feeler.studio.requests import AntennaWish, TouchWish
+from feeler.studio.requests import AntennaRequest, TouchRequest
 
 from ._page import APP, ask, press, stop_at, wait_for
 
@@ -48,7 +48,7 @@ def run(wish, aside=0.0):
     for duration in (wish.duration, wish.duration / 2, wish.duration / 4):
         try:
             return run_scene(scene, Clock(duration=duration, timestep=TIMESTEP)).angle
-        except SimulationDiverged:
+        except SimulationDivergedError:
             continue
     raise AssertionError("no finite part")
 
@@ -61,7 +61,7 @@ def find_sound(angle, other):
 
 
 def describe(touch, angle):
-    wish = TouchWish.from_plain(touch)
+    wish = TouchRequest.from_plain(touch)
     antenna = wish.antenna.make()
     objects = [
         {
@@ -100,7 +100,7 @@ def test_the_page_s_engine_agrees_with_feeler_s_on_the_declared_touches(browser,
     assert len(DECLARED) == 50
     whole = 0
     for touch in DECLARED:
-        wish = TouchWish.from_plain(touch)
+        wish = TouchRequest.from_plain(touch)
         angle = run(wish)
         agreed, gap = browser.execute_script(
             "return compare(arguments[0])", describe(touch, angle)
@@ -161,7 +161,7 @@ def read_shown(browser):
 def expect(browser):
     """The tensor that feeler makes of what the page says that it shows."""
     state = ask(browser, "app.store.state")
-    wish = TouchWish.from_plain({"antenna": state["A"], **state["touch"]})
+    wish = TouchRequest.from_plain({"antenna": state["A"], **state["touch"]})
     return feeler.touch(wish.antenna.make(), wish.make_trial(), duration=wish.duration)["angle"]
 
 
@@ -267,8 +267,8 @@ def test_a_run_by_hand_is_computed_again(browser, tmp_path, monkeypatch):
     path.write_bytes(make_file(message)[-1])
     browser.get(path.as_uri())
     wait_for(browser, "app && app.records.A.hand && app.records.A.ended")
-    again = replay(TouchWish.from_plain(wish), [tuple(one) for one in commands], 40)
-    sensed = np.asarray(TouchWish.from_plain(wish).antenna.make().sensors) - 1
+    again = replay(TouchRequest.from_plain(wish), [tuple(one) for one in commands], 40)
+    sensed = np.asarray(TouchRequest.from_plain(wish).antenna.make().sensors) - 1
     assert np.abs(again["angle"][:, sensed]).max() > 1e-3
     assert read_shown(browser) == pytest.approx(again["angle"][:, sensed].T, abs=1e-7)
 
@@ -293,14 +293,14 @@ def test_printing_shows_the_tensor(browser, quiet_page, tmp_path):
 def test_a_level_antenna_keeps_compliance_and_damping_ratio():
     from feeler.antenna.modes import compute_modes
 
-    wish = AntennaWish(preset="linear", length=30.0)
+    wish = AntennaRequest(preset="linear", length=30.0)
     (_, first), (_, level) = alone._choose(wish, None)
     first, level = first.make(), level.make()
     assert np.ptp(level.stiffness) < 1e-12 * level.stiffness[0]
     assert np.sum(1 / level.stiffness) == pytest.approx(np.sum(1 / first.stiffness))
     ratio = [compute_modes(one, 1).damping_ratio[0] for one in (first, level)]
     assert ratio[0] == pytest.approx(ratio[1], rel=1e-6)
-    assert [name for name, _ in alone._choose(AntennaWish(preset="matched"), None)] == [
+    assert [name for name, _ in alone._choose(AntennaRequest(preset="matched"), None)] == [
         "graded",
         "uniform",
     ]
@@ -316,7 +316,7 @@ def test_the_verdict_is_the_studio_s_and_the_tour_s_sentence_holds(browser, tmp_
     assert path.stat().st_size <= 500_000
     open_page(browser, path)
     wait_for(browser, "app.records.A.reading && !app.records.A.reading.old")
-    kept = alone._keep(AntennaWish(), 0.06, study.UNSURE, alone._STEPS[0])
+    kept = alone._keep(AntennaRequest(), 0.06, study.UNSURE, alone._STEPS[0])
     assert ask(browser, "app.studies.A.scores") == kept["scores"]
     bent = {}
     for antenna in (0, 1):

@@ -9,10 +9,10 @@ from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial
 from feeler.studio import study
 from feeler.studio.decoder import ANSWERS, KINDS, Range, TouchDecoder
-from feeler.studio.requests import AntennaWish, ObjectWish, TouchWish
+from feeler.studio.requests import AntennaRequest, ObjectRequest, TouchRequest
 from feeler.studio.session import Session
 
-WISH = AntennaWish(preset="robot")
+WISH = AntennaRequest(preset="robot")
 SPEED = 0.3
 
 
@@ -24,7 +24,7 @@ def draw(range_, n, seed):
     """Touches at random within the range, from either side."""
     rng = np.random.default_rng(seed)
     wishes = [
-        TouchWish(
+        TouchRequest(
             kind=KINDS[k % 3],
             location=float(rng.uniform(*range_.location)),
             size=float(rng.uniform(*range_.size)),
@@ -56,7 +56,7 @@ def test_a_touch_from_the_right_is_read_as_the_mirror_image_of_one_from_the_left
 def test_each_object_from_the_right_has_the_verdict_that_it_has_from_the_left(trained):
     decoder = trained[0]
     for kind in KINDS:
-        wish = TouchWish(kind=kind, speed=SPEED, location=0.63, size=2.2)
+        wish = TouchRequest(kind=kind, speed=SPEED, location=0.63, size=2.2)
         sides = [wish.make_trial(), wish.replace(side="right").make_trial()]
         left, right = (decoder.decode(one)[0] for one in simulate(WISH.make(), sides))
         np.testing.assert_allclose(right, left, atol=1e-9)
@@ -121,11 +121,11 @@ def test_a_touch_like_none_of_the_training_is_outside_and_stays_so(trained):
         ({"size": 3.6}, "size 3.6 mm (trained: 1.2 to 3.5)"),
         ({"speed": 0.1}, "speed 0.1 m/s (trained: 0.285 to 0.315)"),
         ({"kind": "wall"}, "a wall (trained: ball, box, triangle)"),
-        ({"objects": (ObjectWish(),)}, "2 objects (trained: one)"),
+        ({"objects": (ObjectRequest(),)}, "2 objects (trained: one)"),
     ],
 )
 def test_what_was_not_trained_is_named(more, words):
-    wish = TouchWish(speed=SPEED)
+    wish = TouchRequest(speed=SPEED)
     assert Range.around(SPEED, 0.05).find_outside(wish) == []
     assert Range.around(SPEED, 0.05).find_outside(wish.replace(side="right")) == []
     assert Range.around(SPEED, 0.05).find_outside(wish.replace(**more)) == [words]
@@ -133,7 +133,7 @@ def test_what_was_not_trained_is_named(more, words):
 
 def test_a_speed_that_is_known_exactly_is_within_its_range():
     for speed in (0.06, 0.3, 1 / 3):
-        assert Range.around(speed, 0.0).find_outside(TouchWish(speed=speed)) == []
+        assert Range.around(speed, 0.0).find_outside(TouchRequest(speed=speed)) == []
 
 
 def test_the_session_says_outside_and_gives_no_kind(trained, monkeypatch):
@@ -153,7 +153,7 @@ def test_the_session_says_outside_and_gives_no_kind(trained, monkeypatch):
         for friction in (1.0, 0.4):
             said = []
             session = Session(lambda packed, said=said: said.append(unpack(packed)))
-            wish = TouchWish(antenna=WISH, speed=SPEED, side=side, friction=friction)
+            wish = TouchRequest(antenna=WISH, speed=SPEED, side=side, friction=friction)
             session.take(json.dumps({"type": "touch", "id": 1, "wish": wish.to_plain()}))
             while session.busy:
                 Event().wait(0.001)
@@ -221,7 +221,7 @@ def test_the_drawn_touches_fill_the_range_and_no_more():
 @pytest.mark.parametrize("speed", [0.06, 0.6])
 @pytest.mark.parametrize("preset", ["exponential", "matched"])
 def test_two_hundred_random_touches(preset, speed):
-    antenna = AntennaWish(preset=preset).make()
+    antenna = AntennaRequest(preset=preset).make()
     decoder, range_, _ = study.train(antenna, speed, lambda *_: None, Event(), study.UNSURE)
     touches, kinds = draw(range_, 200, 2)
     last = np.array([decoder.decode(one)[0][-1] for one in simulate(antenna, touches)])

@@ -11,15 +11,15 @@ from feeler.studio import export as leaving
 from feeler.studio import session as running
 from feeler.studio import study
 from feeler.studio.export import _write_objects, read_shown
-from feeler.studio.requests import ObjectWish, TouchWish, describe_antenna
+from feeler.studio.requests import ObjectRequest, TouchRequest, describe_antenna
 
 BALL = {"kind": "ball", "size": 2.2, "x": -3.1, "y": 17.0, "heading": 40.0, "speed": 0.2}
 
 
 def test_objects_of_a_script_are_those_of_the_page():
     wishes = (
-        ObjectWish(**BALL, friction=0.37),
-        ObjectWish(kind="box", size=1.3, x=6.0, y=9.0, heading=-70.0, friction=0.81),
+        ObjectRequest(**BALL, friction=0.37),
+        ObjectRequest(kind="box", size=1.3, x=6.0, y=9.0, heading=-70.0, friction=0.81),
     )
     told = {"feeler": feeler}
     exec("\n".join(_write_objects(wishes)), told)
@@ -46,7 +46,7 @@ def test_a_page_that_leaves_knows_what_the_one_knew_that_it_left(monkeypatch):
     commands = [[3, 0, 0.1, 0.2, 0.0]]
     asked = {"what": "html", "wish": wish, "other": other, "unsure": 0.1}
     leaving.make_file({**asked, "commands": commands, "samples": 31})
-    made = TouchWish.from_plain(wish), TouchWish.from_plain(other).antenna
+    made = TouchRequest.from_plain(wish), TouchRequest.from_plain(other).antenna
     assert told == {
         "given": made,
         "unsure": 0.1,
@@ -94,7 +94,7 @@ def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
     ],
 )
 def test_a_picture_s_title_names_the_first_object_and_counts_the_others(count, by_hand, title):
-    wish = TouchWish.from_plain(
+    wish = TouchRequest.from_plain(
         {
             "antenna": {"preset": "linear"},
             "kind": "ball",

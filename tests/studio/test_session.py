@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import feeler
 from feeler.studio import Session, study
 from feeler.studio.live import _apply, _hold_all, replay
-from feeler.studio.requests import Readings, TouchWish, hash_tensor, make_simulation
+from feeler.studio.requests import Readings, TouchRequest, hash_tensor, make_simulation
 
 from ._messages import unpack
 
@@ -63,7 +63,7 @@ def test_what_is_shown_is_what_touch_gives_bit_for_bit(antenna):
     wish = {"antenna": antenna, "kind": "box", **SHORT}
     page = Page().ask({"type": "touch", "id": 3, "wish": wish})
     page.wait()
-    made = TouchWish.from_plain(wish)
+    made = TouchRequest.from_plain(wish)
     tensors = feeler.touch(made.antenna.make(), made.make_trial(), duration=30.0)
     expected = tensors["angle"].values[0].astype(np.float32)
     assert np.array_equal(page.join("angle")[:, made.antenna.make().sensors - 1].T, expected)
@@ -139,7 +139,7 @@ OBJECTS = [
 
 def make_read(**wish):
     """A simulation of a wish, and what a page is shown of its beginning."""
-    wish = TouchWish.from_plain({"antenna": {}, **SHORT, **wish})
+    wish = TouchRequest.from_plain({"antenna": {}, **SHORT, **wish})
     simulation, readings = make_simulation(wish), Readings()
     readings.add(simulation)
     return wish, simulation, readings.take()
@@ -211,7 +211,7 @@ def test_a_run_by_hand_can_be_repeated_to_the_last_bit():
     angle = page.join("angle")
     assert np.abs(angle).max() > 1e-3
     again = replay(
-        TouchWish.from_plain({"antenna": {}, "location": 0.6}), end["commands"], len(angle)
+        TouchRequest.from_plain({"antenna": {}, "location": 0.6}), end["commands"], len(angle)
     )
     assert np.array_equal(again["angle"].astype(np.float32), angle)
     assert page.join("base")[-1, 0] > 0
@@ -288,7 +288,7 @@ def test_every_other_way_out(tmp_path, monkeypatch):
         (tmp_path / f"a.{what}").write_bytes(content)
     assert (
         feeler.load_antenna(tmp_path / "a.toml")
-        == TouchWish.from_plain({"antenna": CHANGED}).antenna.make()
+        == TouchRequest.from_plain({"antenna": CHANGED}).antenna.make()
     )
 
 
@@ -394,7 +394,7 @@ def test_a_study_is_made_for_what_was_asked_and_found_for_it_again(monkeypatch):
 
     def stop_there(*given):
         asked.append(given)
-        raise study.Stopped
+        raise study.Cancelled
 
     monkeypatch.setattr(study, "_make", stop_there)
     page, wish = Page(), {"preset": "linear"}

@@ -11,8 +11,8 @@ from feeler.antenna.files import write_antenna
 from feeler.plotting.antennas import describe_turnable
 from feeler.studio import Session, Studio
 from feeler.studio.export import SPACE_SCRIPT, read_page
-from feeler.studio.requests import AntennaWish, TouchWish, hash_tensor, wish_for
-from feeler.tensors.transforms import fold_planes
+from feeler.studio.requests import AntennaRequest, TouchRequest, hash_tensor, wish_for
+from feeler.tensors.transforms import stack_planes
 from tests.studio.test_browser import ask, find_problems, open_page, wait_for
 
 from ._messages import unpack
@@ -53,7 +53,7 @@ def test_what_is_sent_is_the_touch_and_its_turnable_view():
     np.testing.assert_array_equal(arrays["angle"].transpose(1, 2, 0), angle.astype(np.float32))
     assert piece["scene"] == describe_turnable(ANTENNA, trial, tensors)
     assert begin["antenna"]["planes"] == ["x", "z"] and begin["total"] == 60
-    own = fold_planes(make_touch()[1]["angle"]).values[0]
+    own = stack_planes(make_touch()[1]["angle"]).values[0]
     assert end["hash"] == hash_tensor(own) and end["mode"]["frequency"] > 0
 
 
@@ -91,22 +91,22 @@ def test_what_a_touch_in_space_has_not_is_said(changes, words):
 
 
 def test_a_planar_antenna_has_no_azimuth():
-    wish = TouchWish.from_plain(WISH | {"antenna": {"preset": "linear"}})
+    wish = TouchRequest.from_plain(WISH | {"antenna": {"preset": "linear"}})
     assert wish.make_trial().azimuth == 0.0
-    assert TouchWish.from_plain(WISH).make_trial().azimuth == 40.0
+    assert TouchRequest.from_plain(WISH).make_trial().azimuth == 40.0
 
 
 def test_antenna_and_script_leave(tmp_path):
     ((toml, content),) = talk(write(type="save", wish=WISH, what="toml"))
     text = content["content"].tobytes()[: toml["bytes"]].decode()
-    assert AntennaWish(toml=text).make_any() == ANTENNA
+    assert AntennaRequest(toml=text).make_any() == ANTENNA
     assert write_antenna(ANTENNA) == text
     ((script, content),) = talk(write(type="save", wish=WISH, what="script"))
     code = content["content"].tobytes()[: script["bytes"]].decode()
     known: dict = {}
     exec(code, known)
     np.testing.assert_array_equal(
-        known["tensor"], fold_planes(make_touch()[1]["angle"]).values[0].astype("<f4")
+        known["tensor"], stack_planes(make_touch()[1]["angle"]).values[0].astype("<f4")
     )
 
 
@@ -161,7 +161,7 @@ def test_an_antenna_in_space_is_turned_and_one_in_the_plane_comes_back_as_it_was
     )
     tensors = feeler.touch(ANTENNA, trial, duration=touch["duration"])
     assert ask(browser, "app.records.A.hash") == hash_tensor(
-        fold_planes(tensors["angle"]).values[0]
+        stack_planes(tensors["angle"]).values[0]
     )
     assert ask(browser, SHOWN) == "stage turned"
     off = "[...document.querySelectorAll('header .choice button')].map(b => b.disabled)"

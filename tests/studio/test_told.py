@@ -32,9 +32,9 @@ from feeler.studio.decoder import Range
 from feeler.studio.export import _write_script
 from feeler.studio.live import Listener
 from feeler.studio.requests import (
-    AntennaWish,
-    ObjectWish,
-    TouchWish,
+    AntennaRequest,
+    ObjectRequest,
+    TouchRequest,
     describe_mode,
     describe_scene,
     make_simulation,
@@ -46,9 +46,9 @@ from feeler.wall import make_turn
 
 from ._messages import unpack
 
-OWN = AntennaWish(toml=write_antenna(make_antenna()))
+OWN = AntennaRequest(toml=write_antenna(make_antenna()))
 BOX = {"kind": "box", "size": 1.3, "x": 6.0, "y": 9.0, "heading": -70.0, "speed": 0.2}
-WISH = TouchWish.from_plain(
+WISH = TouchRequest.from_plain(
     {
         "antenna": OWN.to_plain(),
         "kind": "triangle",
@@ -237,7 +237,7 @@ def test_a_recording_and_a_board_are_judged_by_the_study_of_their_own_speed(monk
 )
 def test_what_cannot_be_computed_is_named_as_what_was_asked(monkeypatch, asked, words):
     def fail(*_):
-        raise feeler.errors.SimulationDiverged("x", time=1.0)
+        raise feeler.errors.SimulationDivergedError("x", time=1.0)
 
     monkeypatch.setattr(session.study, "make_study", fail)
     monkeypatch.setattr(session, "simulate_pieces", fail)
@@ -297,14 +297,14 @@ def test_of_a_page_s_two_antennas_the_graded_one_is_the_graded_one(stiffness, na
 
 
 def test_of_two_chosen_antennas_each_has_its_own_name():
-    one, other = OWN.replace(name="x" * 60), AntennaWish(preset="robot")
+    one, other = OWN.replace(name="x" * 60), AntennaRequest(preset="robot")
     named = [name for name, _ in alone._choose(one, other)]
     robot = feeler.presets.robot().name
     assert named == [("A: " + "x" * 60)[:40], f"B: {robot}"[:40]]
 
 
 def capture_page(monkeypatch, sizes=(1,), **how):
-    """What a page that computes by itself is filled with; its sizes one after the other."""
+    """What a standalone page is filled with; its sizes one after the other."""
     pages, taught = [], []
     left = [*sizes]
     monkeypatch.setattr(
@@ -324,7 +324,7 @@ def test_a_page_that_leaves_shows_what_was_asked_for_at_the_speed_that_was_asked
         unsure=0.13,
         commands=commands,
         samples=31,
-        other=AntennaWish(preset="linear"),
+        other=AntennaRequest(preset="linear"),
     )
     (config,) = page
     state = config["state"]
@@ -339,7 +339,7 @@ def test_a_page_that_leaves_shows_what_was_asked_for_at_the_speed_that_was_asked
     assert (config["commands"], config["samples"]) == (commands, 31)
     (choices, speeds, unsure, _) = taught[0]
     assert ([own for _, own in choices], speeds, unsure) == (
-        [OWN, AntennaWish(preset="linear")],
+        [OWN, AntennaRequest(preset="linear")],
         [0.06, 0.37, 0.6],
         0.13,
     )
@@ -357,7 +357,7 @@ def test_a_page_is_as_fine_as_its_size_allows_and_no_coarser(monkeypatch):
 
 def test_what_was_taught_stands_by_antenna_and_then_by_speed(monkeypatch):
     monkeypatch.setattr(alone, "_keep", lambda wish, speed, unsure, step: (wish, speed, unsure))
-    choices = [(name, AntennaWish(preset=name)) for name in ("linear", "constant")]
+    choices = [(name, AntennaRequest(preset=name)) for name in ("linear", "constant")]
     taught = alone._teach_all(choices, [0.1, 0.2, 0.3], 0.13, 0.004)
     assert taught["kept"] == [
         [(wish, speed, 0.13) for speed in (0.1, 0.2, 0.3)] for _, wish in choices
@@ -409,7 +409,7 @@ def test_a_trial_is_all_that_was_wished_for():
 
 @pytest.mark.parametrize("heading", [30.0, -110.0])
 def test_an_object_faces_and_goes_where_its_heading_points(heading):
-    made = ObjectWish(**BOX | {"heading": heading}, friction=0.3).make(3)
+    made = ObjectRequest(**BOX | {"heading": heading}, friction=0.3).make(3)
     turn = np.deg2rad(heading)
     np.testing.assert_allclose(made.forward, [np.sin(turn), np.cos(turn)])
     np.testing.assert_allclose(made.velocity, 0.2 * np.array(made.forward))
@@ -428,14 +428,14 @@ def test_a_length_that_is_too_far_off_is_refused_with_the_lengths_that_are_not()
 
 def test_a_notebook_s_studio_begins_with_the_antenna_that_was_named(monkeypatch):
     monkeypatch.setattr(widget, "_make_widget", lambda wish: wish)
-    assert widget.show_studio() == AntennaWish(preset="exponential")
-    assert widget.show_studio("linear") == AntennaWish(preset="linear")
+    assert widget.show_studio() == AntennaRequest(preset="exponential")
+    assert widget.show_studio("linear") == AntennaRequest(preset="linear")
     assert widget.show_studio(make_antenna()).make() == make_antenna()
 
 
 def test_the_wish_for_an_antenna_is_that_antenna():
     assert wish_for(make_antenna()).make() == make_antenna()
-    assert wish_for("linear") == AntennaWish(preset="linear")
+    assert wish_for("linear") == AntennaRequest(preset="linear")
     with pytest.raises(InvalidInput, match="nobody"):
         wish_for("nobody")
 
@@ -538,7 +538,9 @@ def test_a_preview_is_computed_coarsely_and_nothing_else_is():
 
 
 def test_outlines_stand_in_the_order_of_the_objects_and_pieces_follow_one_another():
-    wish = WISH.replace(objects=(ObjectWish(**BOX), ObjectWish(kind="wall")), duration=70.0)
+    wish = WISH.replace(
+        objects=(ObjectRequest(**BOX), ObjectRequest(kind="wall")), duration=70.0
+    )
     sizes = [np.abs(np.concatenate(rims)).max() for rims in describe_scene(wish)["rims"]]
     assert sizes[1] == 2.6 and sizes[2] > 100 and sizes[0] == 4.4
     wish = wish.replace(objects=wish.objects[:1])
@@ -782,7 +784,7 @@ def test_the_usual_interval_is_the_mean_of_those_without_a_loss():
 def test_a_touch_in_space_is_asked_for_as_it_was_wished_for(monkeypatch, preview, timestep):
     calls = listen_to(monkeypatch, turning, "touch", "touch")
     antenna = {"preset": "rat-whisker"}
-    wish = TouchWish.from_plain(
+    wish = TouchRequest.from_plain(
         WISH.to_plain() | {"antenna": antenna, "azimuth": -35.0, "preview": preview}
     )
     assert turning._touch_in_space(wish) == "touch"
@@ -791,7 +793,7 @@ def test_a_touch_in_space_is_asked_for_as_it_was_wished_for(monkeypatch, preview
     step = timestep and get_contact(None, given).scale_timestep(timestep)
     assert how == {"duration": 33.0, "timestep": step, "all_hinges": True}
     with pytest.raises(InvalidInput, match="shows one object beside an antenna in space"):
-        turning._touch_in_space(wish.replace(objects=(ObjectWish(),)))
+        turning._touch_in_space(wish.replace(objects=(ObjectRequest(),)))
 
 
 @pytest.mark.parametrize("preview", [True, False])

@@ -23,7 +23,12 @@ from feeler.studio.export import (
     read_page,
 )
 from feeler.studio.live import replay
-from feeler.studio.requests import AntennaWish, TouchWish, describe_original, simulate_pieces
+from feeler.studio.requests import (
+    AntennaRequest,
+    TouchRequest,
+    describe_original,
+    simulate_pieces,
+)
 from feeler.studio.server import FILES
 from feeler.studio.session import pack
 
@@ -49,7 +54,7 @@ def make_given():
     }
     curves = []
     for wish in WISHES:
-        made = AntennaWish.from_plain(wish).make()
+        made = AntennaRequest.from_plain(wish).make()
         curves.append(
             {
                 "wish": wish,
@@ -80,10 +85,10 @@ COMMANDS = [(3, -1, 0.05, 0.02, 0.004), (1, 0, 0.0, 0.0, 0.0), (9, 0, -0.2, 0.1,
 
 
 def make_host():
-    """What a page that computes by itself holds, and what feeler makes of its touches."""
+    """What a standalone page holds, and what feeler makes of its touches."""
     antennas = ({"preset": "robot"}, {"preset": "linear", "length": 30.0, "sensors": 7})
     wishes = [
-        TouchWish.from_plain(
+        TouchRequest.from_plain(
             {"antenna": antenna, "speed": 0.3, "lead": 3.0, "duration": 70.0, "friction": 0.6}
             | touch
         )
@@ -157,7 +162,7 @@ def make_taught(rng):
     felt = [touches[40], between, -between, make(1, -6.0), 0.001 * touches[3]]
     trained = Range.around(0.3, 0.02)
     wishes = [
-        TouchWish.from_plain({"speed": 0.3, "location": 0.7} | more)
+        TouchRequest.from_plain({"speed": 0.3, "location": 0.7} | more)
         for more in ({}, {"side": "right"}, {"friction": 0.4, "speed": 0.31}, {"location": 0.44},
                      {"size": 3.6, "approach": 71.5}, {"kind": "wall"}, {"objects": SEVERAL})
     ]  # fmt: skip

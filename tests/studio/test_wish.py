@@ -11,8 +11,8 @@ import feeler
 from feeler.errors import InvalidInput
 from feeler.studio.export import _write_antenna
 from feeler.studio.requests import (
-    AntennaWish,
-    TouchWish,
+    AntennaRequest,
+    TouchRequest,
     _compute_compliance,
     _sample_handles,
     describe_original,
@@ -23,7 +23,7 @@ from ._messages import unpack
 
 
 def test_an_unchanged_wish_is_the_preset_itself():
-    assert AntennaWish(preset="linear").make() == feeler.presets.make_preset("linear")
+    assert AntennaRequest(preset="linear").make() == feeler.presets.make_preset("linear")
 
 
 def test_handles_of_an_exponential_are_an_exponential():
@@ -34,7 +34,7 @@ def test_handles_of_an_exponential_are_an_exponential():
 @pytest.mark.parametrize("end", ['"', '""', '"""', '""""', "\\", '\\"', 'a"""b\n', "'", ""])
 def test_a_script_holds_the_antennas_text_whatever_it_ends_in(end):
     text = f'name = "a"\n# remark {end}'
-    tree = ast.parse("\n".join(_write_antenna(AntennaWish(toml=text))))
+    tree = ast.parse("\n".join(_write_antenna(AntennaRequest(toml=text))))
     (call,) = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
     assert ast.literal_eval(call.args[0]) == text
 
@@ -51,14 +51,14 @@ def test_handles_lie_on_the_profile_from_its_first_hinge_to_its_last(name):
 
 
 def test_matched_keeps_the_total_compliance():
-    wish = AntennaWish(stiffness=((0.0, 1.0), (0.4, 30.0), (1.0, 0.2)), matched=True)
+    wish = AntennaRequest(stiffness=((0.0, 1.0), (0.4, 30.0), (1.0, 0.2)), matched=True)
     assert _compute_compliance(wish.make().stiffness) == pytest.approx(
-        _compute_compliance(AntennaWish().make().stiffness)
+        _compute_compliance(AntennaRequest().make().stiffness)
     )
 
 
 def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
-    long, original = AntennaWish(length=84.0).make(), AntennaWish().make()
+    long, original = AntennaRequest(length=84.0).make(), AntennaRequest().make()
     assert long.length == pytest.approx(84.0)
     assert long.segment_mass.sum() == pytest.approx(2 * original.segment_mass.sum())
     assert np.array_equal(long.stiffness, original.stiffness)
@@ -66,17 +66,17 @@ def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
 
 def test_a_file_is_an_antenna_and_its_plain_data_come_back():
     text = feeler.antenna.files.write_antenna(feeler.presets.make_preset("constant"))
-    wish = TouchWish(
-        antenna=AntennaWish(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
+    wish = TouchRequest(
+        antenna=AntennaRequest(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
     )
-    assert TouchWish.from_plain(wish.to_plain()) == wish
+    assert TouchRequest.from_plain(wish.to_plain()) == wish
     assert wish.antenna.make() == feeler.presets.make_preset("constant")
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ([], "must be a TouchWish, got"),
+        ([], "must be a TouchRequest, got"),
         ({"antenna": {}, "colour": 1}, "has no 'colour'"),
         ({"antenna": {"preset": 3}}, "preset must be text"),
         ({"antenna": {"stiffness": [[0.5, 1.0], [0.5, 1.0]]}}, "must rise"),
@@ -96,7 +96,7 @@ def test_a_file_is_an_antenna_and_its_plain_data_come_back():
 )
 def test_what_is_wrong_with_a_wish_is_said(content, words):
     with pytest.raises(InvalidInput, match=words):
-        TouchWish.from_plain(content).antenna.make()
+        TouchRequest.from_plain(content).antenna.make()
 
 
 @settings(max_examples=25, deadline=None)

@@ -195,5 +195,5 @@ def test_the_page_counts_its_own_touches_and_has_no_interval_of_one_set(
     study = load_declared(sets=sets, speeds=SPEEDS, objects=objects)
     path = write_tradeoff({"toy": measured.isel(set=slice(0, sets))}, study, tmp_path)
     page = path.read_text(encoding="utf-8")
-    assert "tells 10 touches apart" in page and "All 10 told apart are 3.32 bits." in page
+    assert "discriminates 10 touches" in page and "All 10 discriminated are 3.32 bits." in page
     assert spread in page and ("best by accuracy" in page, "(0.06…" in page)[1] == (sets > 1)

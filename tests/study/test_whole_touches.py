@@ -5,7 +5,7 @@ import pytest
 
 import feeler
 from feeler import comparison as compare
-from feeler.errors import Doubtful
+from feeler.errors import ModelValidityWarning
 from feeler.experiments.tactile import DURATION
 from paper.window import complete_tensors
 
@@ -29,6 +29,6 @@ def test_a_touch_that_does_not_end_is_cut_and_said(monkeypatch):
     monkeypatch.setattr(compare, "_FACTORS", (1,))
     monkeypatch.setattr(compare, "_DISTANCE", 4.0)
     trial = feeler.Trial(feature=BALL, location=0.5, speed=0.3)
-    with pytest.warns(Doubtful, match="still touched when the recording ends"):
+    with pytest.warns(ModelValidityWarning, match="still touched when the recording ends"):
         _, end = compare.touch_whole(feeler.presets.cockroach(), [trial])
     assert end == pytest.approx(round(4.0 / 0.3), abs=1.0)

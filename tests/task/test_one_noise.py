@@ -58,7 +58,7 @@ def make_design(noise):
 
 
 def test_a_noise_registered_once_works(name):
-    """In tasks and sweeps: the more of it, the fewer are told apart."""
+    """In tasks and sweeps: the more of it, the fewer are discriminated."""
     noise = Task(noise=name).noise
     sweep = compute_sweep(
         make_bumps(), np.arange(6), ratios=(0.0, 0.95), n_repeats=2, n_copies=5, noise=noise

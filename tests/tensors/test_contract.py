@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.tensors import find_breaches, rectify, scale_common, validate
+from feeler.tensors import find_errors, rectify, scale_common, validate
 from feeler.tensors.schema import QUANTITIES, Quantity
 
 from ._sets import make_set
@@ -40,7 +40,7 @@ def name_unit(name, unit):
 
 def test_a_whole_set_passes_and_comes_back_itself():
     tensors = make_set()
-    assert find_breaches(tensors) == []
+    assert find_errors(tensors) == []
     assert validate(tensors) is tensors
 
 
@@ -88,7 +88,7 @@ BREACHES = [
 )
 def test_each_breach_is_named(spoil, words):
     tensors = spoil(make_set())
-    assert words in find_breaches(tensors)
+    assert words in find_errors(tensors)
     with pytest.raises(InvalidInput, match="not a valid set of tactile tensors:\n  - "):
         validate(tensors)
 
@@ -96,17 +96,17 @@ def test_each_breach_is_named(spoil, words):
 @pytest.mark.parametrize("name", REQUIRED)
 def test_a_missing_coordinate_is_named_but_not_of_a_part(name):
     tensors = make_set().drop_vars(name)
-    assert find_breaches(tensors) == [
+    assert find_errors(tensors) == [
         f"coordinate '{name}' along {QUANTITIES[name].dims[0]} is missing"
     ]
-    assert find_breaches(tensors, whole=False) == []
-    assert find_breaches(tensors.drop_vars("angle"), whole=False) == []
+    assert find_errors(tensors, whole=False) == []
+    assert find_errors(tensors.drop_vars("angle"), whole=False) == []
 
 
 @pytest.mark.parametrize("source", ["simulation", "robot", "surrogate"])
 def test_labels_may_be_unknown_and_sources_are_three(source):
     tensors = change("source", [source] * 8)(make_set())
-    assert find_breaches(change("speed", np.full(8, np.nan))(tensors)) == []
+    assert find_errors(change("speed", np.full(8, np.nan))(tensors)) == []
 
 
 def test_what_each_dataset_must_have_and_what_is_recorded_only_when_asked_for():
@@ -136,16 +136,16 @@ def test_angles_and_velocities_are_those_of_the_hinges_that_carry_sensors():
 
 def test_several_breaches_are_told_together():
     tensors = poke("tip", np.nan)(change("time", np.zeros(40))(make_set()))
-    assert len(find_breaches(tensors)) == 2
+    assert len(find_errors(tensors)) == 2
 
 
 def test_a_set_larger_than_a_block_is_looked_at_to_its_end(monkeypatch):
     monkeypatch.setattr("feeler.tensors.schema.BLOCK", 2 * 5 * 40 * 8)
-    assert find_breaches(make_set()) == []
+    assert find_errors(make_set()) == []
     for trial in range(8):
         tensors = make_set()
         tensors.angle.values[trial, 2, 3] = np.inf
-        assert find_breaches(tensors) == ["'angle' has values that are not finite numbers"]
+        assert find_errors(tensors) == ["'angle' has values that are not finite numbers"]
 
 
 def test_rectified_is_the_greater_of_the_value_and_zero():

@@ -14,7 +14,7 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.sandbox import Limits
 from feeler.tensors.formats import (
     FORMATS,
@@ -186,7 +186,7 @@ def test_a_series_of_another_rate_and_beginning_keeps_its_times(tmp_path, whole)
 
 def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
     monkeypatch.setitem(sys.modules, "pynwb", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[nwb\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[nwb\]'"):
         save(whole, tmp_path / "set.nwb", **NWB)
 
 

@@ -11,7 +11,7 @@ import pytest
 import feeler
 from feeler.analysis import compute_dispersion
 from feeler.errors import InvalidInput
-from feeler.tensors import QUANTITIES, Quantity, find_breaches, make_tensors
+from feeler.tensors import QUANTITIES, Quantity, find_errors, make_tensors
 from feeler.tensors.formats import load
 from feeler.tensors.schema import _find_contact
 from tensors._touches import antenna, options, trials
@@ -43,7 +43,7 @@ def labour():
 def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(labour, tmp_path):
     tensors = feeler.touch(antenna, trials[:3], store=tmp_path / "set.zarr", **options)
     for dataset in (tensors, load(tmp_path / "set.zarr")):
-        assert find_breaches(dataset) == []
+        assert find_errors(dataset) == []
         assert (
             dataset.labour.attrs["units"] == "mJ"
             and "made-up" in dataset.labour.attrs["long_name"]
@@ -136,9 +136,9 @@ def test_what_is_missing_or_unknown_is_named(change, words):
 
 def test_only_quantities_with_gaps_may_be_nan():
     angle, place = np.ones((1, 3, 4)), np.full((1, 4), np.nan)
-    assert find_breaches(make_tensors(angle=angle, contact_place=place, **_sensors(3))) == []
+    assert find_errors(make_tensors(angle=angle, contact_place=place, **_sensors(3))) == []
     broken = make_tensors(angle=angle, base_moment=place, **_sensors(3))
-    assert find_breaches(broken) == ["'base_moment' has values that are not finite numbers"]
+    assert find_errors(broken) == ["'base_moment' has values that are not finite numbers"]
 
 
 def test_a_contact_lies_at_its_arc_length_whatever_its_segment_s_length():

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import feeler
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects import Ball, Triangle
 from feeler.tensors import fold_signs, measure_peak, mirror_to_left, rectify
 from feeler.tensors.transforms import compute_bend, get_bending
@@ -164,11 +164,13 @@ def test_a_peak_has_no_sign_and_no_direction():
 
 
 def test_rectify_says_what_it_takes_of_touches_from_the_right(touches):
-    with pytest.warns(Doubtful, match=r"in 2 of 4 trials more than 40%.*mirror_to_left first"):
+    with pytest.warns(
+        ModelValidityWarning, match=r"in 2 of 4 trials more than 40%.*mirror_to_left first"
+    ):
         rectify(touches["angle"])
-    with pytest.warns(Doubtful, match="up to 100% of a trial's signal"):
+    with pytest.warns(ModelValidityWarning, match="up to 100% of a trial's signal"):
         rectify(-np.ones((2, 3, 4)))
-    with pytest.warns(Doubtful, match="in 1 of 1 trials"):
+    with pytest.warns(ModelValidityWarning, match="in 1 of 1 trials"):
         rectify(-1e-300 * np.ones((3, 4)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -22,7 +22,7 @@ import zarr
 
 from feeler import files as disk
 from feeler.errors import InvalidInput, StoreError
-from feeler.provenance import make_plain
+from feeler.provenance import to_jsonable
 from feeler.tensors import store as module
 from feeler.tensors.formats import load, save
 from feeler.tensors.store import (
@@ -647,7 +647,7 @@ def make_old(path, n_finished):
     (path / "progress" / "store.json").write_text(json.dumps({"layout": {"labels": kinds}}))
     for group in (0, 1):
         trials = [k for k in range(4 * group, 4 * group + 4) if k < n_finished]
-        labels = {name: make_plain(whole[name].values[trials]) for name in names}
+        labels = {name: to_jsonable(whole[name].values[trials]) for name in names}
         record = {"trials": trials, "labels": labels, "made": [{"speed": k} for k in trials]}
         (path / "progress" / f"{group:06d}.json").write_text(json.dumps(record))
 

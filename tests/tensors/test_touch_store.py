@@ -13,7 +13,7 @@ import xarray as xr
 
 import feeler
 from feeler import provenance
-from feeler.errors import InvalidInput, SimulationDiverged, StoreError
+from feeler.errors import InvalidInput, SimulationDivergedError, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.experiments import runner as job
 from feeler.tensors.formats import load
@@ -134,12 +134,12 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
     def sabotage(scenes, *how):
         outcomes = real(scenes, *how)
         return [
-            SimulationDiverged(s.label, 3.0) if "0.56 L" in s.label else o
+            SimulationDivergedError(s.label, 3.0) if "0.56 L" in s.label else o
             for s, o in zip(scenes, outcomes, strict=True)
         ]
 
     monkeypatch.setattr(module, "run_lanes", sabotage)
-    with pytest.raises(SimulationDiverged, match=r"0\.56 L") as caught:
+    with pytest.raises(SimulationDivergedError, match=r"0\.56 L") as caught:
         run(store=tmp_path / "a.zarr")
     rest = [n for n in range(N_TRIALS) if n != 6]
     xr.testing.assert_identical(caught.value.tensors, pick(undisturbed, rest))
@@ -192,7 +192,7 @@ def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
     def sabotage(scenes, *how):
         outcomes = real(scenes, *how)
         return [
-            SimulationDiverged(s.label, 3.0) if "0.56 L" in s.label else o
+            SimulationDivergedError(s.label, 3.0) if "0.56 L" in s.label else o
             for s, o in zip(scenes, outcomes, strict=True)
         ]
 
@@ -206,9 +206,9 @@ def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
             Told.counted = counted
 
     monkeypatch.setattr(module, "run_lanes", sabotage)
-    with pytest.raises(SimulationDiverged):
+    with pytest.raises(SimulationDivergedError):
         run(store=tmp_path / "a.zarr", progress=Told())
     shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*.0"))
-    assert Told.told["failed"] == {"SimulationDiverged": 1}
+    assert Told.told["failed"] == {"SimulationDivergedError": 1}
     assert Told.counted == (24, 24)  # what failed is over too
     assert Told.told["stored"] == shards

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.tracking import LANDMARKS, Tracks, load_tracks, measure_exploration, save_poses
 
 SWING, LENGTH = np.deg2rad(20.0), 150.0  # rad, px
@@ -66,11 +66,13 @@ def test_a_swing_has_its_speed_at_every_rhythm_and_frame_rate(frequency, frame_r
 def test_a_low_pass_that_takes_the_motion_away_says_so():
     """Two passes of second order at 6 Hz leave 1/(1 + (8/6)⁴) of 8 Hz."""
     position = film(8, 500)
-    with pytest.warns(Doubtful, match="takes away 7.% of the speed of left_tip.* at 8 Hz"):
+    with pytest.warns(
+        ModelValidityWarning, match="takes away 7.% of the speed of left_tip.* at 8 Hz"
+    ):
         ratio, _ = speeds(position, 500, 8, cutoff="paper")
     np.testing.assert_allclose(ratio, 1 / (1 + (8 / 6) ** 4), rtol=0.03)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", Doubtful)
+        warnings.simplefilter("error", ModelValidityWarning)
         speeds(film(0.5, 30), 30, 0.5, cutoff="paper")
         speeds(position, 500, 8, cutoff=60e-3)
     with pytest.raises(InvalidInput, match=r"must be auto .*, paper .* or a number, got 'low'"):
@@ -78,7 +80,9 @@ def test_a_low_pass_that_takes_the_motion_away_says_so():
 
 
 def test_a_film_that_is_too_slow_for_the_motion_says_so():
-    with pytest.warns(Doubtful, match=r"20 Hz, which the film shows in 2\.5 frames a cycle"):
+    with pytest.warns(
+        ModelValidityWarning, match=r"20 Hz, which the film shows in 2\.5 frames a cycle"
+    ):
         speeds(film(20, 50), 50, 20)
 
 
@@ -149,9 +153,13 @@ def test_a_mirrored_film_has_its_sides_exchanged():
 
 def test_names_that_contradict_the_geometry_are_asked_about():
     tracks = make(film(2, 100), 100)
-    with pytest.warns(Doubtful, match="point backwards in .* are abdomen and head exchanged"):
+    with pytest.warns(
+        ModelValidityWarning, match="point backwards in .* are abdomen and head exchanged"
+    ):
         measure_exploration([tracks], landmarks={"head": "abdomen", "abdomen": "head"})
-    with pytest.warns(Doubtful, match="right_tip lies on the right and left_tip on the left"):
+    with pytest.warns(
+        ModelValidityWarning, match="right_tip lies on the right and left_tip on the left"
+    ):
         measure_exploration([tracks], landmarks={"tips": ("right_tip", "left_tip")})
 
 

@@ -20,7 +20,7 @@ from feeler.wall import (
     slide,
     summarise,
 )
-from feeler.wall.approach import Peak, find_sweep_peak, place_top
+from feeler.wall.approach import Peak, find_parabolic_peak, find_sweep_peak
 from feeler.wall.distance import SETUP_CHOICES, Case
 from feeler.wall.following import Course, Run, _measure_turns
 
@@ -124,7 +124,7 @@ def test_the_interval_of_a_median_is_that_of_its_exact_bootstrap(level):
 def test_the_top_of_a_parabola_is_found_exactly_and_at_the_ends_the_sample(top):
     place = np.arange(0.0, 6.0, 0.5)
     rows = np.stack([4.0 - (place - top) ** 2, 4.0 - place, place + 1.0, np.ones(12)])
-    np.testing.assert_allclose(place_top(rows, place), [top, 0.0, 5.5, 0.0])
+    np.testing.assert_allclose(find_parabolic_peak(rows, place), [top, 0.0, 5.5, 0.0])
 
 
 def test_a_peak_has_the_curvature_of_its_place_with_its_sign():

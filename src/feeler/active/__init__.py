@@ -6,18 +6,19 @@ Where Gymnasium is installed (the extra ``active``), importing this registers it
 
 from importlib.util import find_spec
 
-from feeler.active.observer import Episodes, Known, Observer
+from feeler.active.observer import Belief, Episodes, Observer
 from feeler.active.policies import POLICIES, make_learned, parse_policy
 from feeler.active.show import film_policy
 from feeler.active.tasks import ActiveTask, Arena, FollowTask, LocaliseTask, Start, TouchTask
+from feeler.renamed import find_renamed
 
 __all__ = [
     "POLICIES",
     "ActiveTask",
     "Arena",
+    "Belief",
     "Episodes",
     "FollowTask",
-    "Known",
     "LocaliseTask",
     "Observer",
     "Start",
@@ -26,6 +27,8 @@ __all__ = [
     "make_learned",
     "parse_policy",
 ]
+
+__getattr__ = find_renamed(__name__)
 
 if find_spec("gymnasium"):
     from feeler.active import environment  # noqa: F401

@@ -39,7 +39,7 @@ class Contest(Record):
     Attributes
     ----------
     sets : int
-        How often all touches are drawn anew.
+        Number of times all touches are resampled.
     known : int
         Touches of a set.
     copies : int

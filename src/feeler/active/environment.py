@@ -7,7 +7,7 @@ import numpy as np
 
 from feeler.active.show import draw_lane
 from feeler.active.tasks import SAMPLE, ActiveTask, Arena, FollowTask, LocaliseTask, TouchTask
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.validation import checked
 
 # Gymnasium environments of active touch, one episode or many side by side, in the manner of
@@ -26,7 +26,9 @@ try:
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 except ImportError as error:
-    raise MissingExtra("environments need gymnasium: pip install 'feeler[active]'.") from error
+    raise MissingDependencyError(
+        "environments need gymnasium: pip install 'feeler[active]'."
+    ) from error
 
 TASKS: dict[str, type[ActiveTask]] = {
     "feeler/Touch-v0": TouchTask,
@@ -153,7 +155,7 @@ class TouchVectorEnv(VectorEnv):
         failed = np.array([error is not None for error in self.arena.failed])
         loss = task.compute_loss(prediction, target)
         spent = task.work_cost * (self.arena.work - self._before)
-        base_reward = -task.time_cost * SAMPLE - spent - task.charge(target)
+        base_reward = -task.time_cost * SAMPLE - spent - task.compute_cost(target)
         self._before = self.arena.work.copy()
         here = np.isin(np.arange(self.num_envs), going)
         decided = np.zeros(self.num_envs, bool)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import softmax
 
 from feeler.active.tasks import SAMPLE, Arena, TouchTask
-from feeler.decoding.observers import weigh_touches
+from feeler.decoding.observers import compute_log_likelihood
 from feeler.errors import InvalidInput
 from feeler.records import Gt
 from feeler.validation import Seed, checked
@@ -31,8 +31,8 @@ _Look = Callable[[Arena], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Known:
-    """What each body knows when it decides; arrays (episode, …).
+class Belief:
+    """Posterior of each agent; arrays (episode, …).
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Known:
     look: Callable[[Sequence[float], float], np.ndarray] = field(repr=False)
 
 
-Policy = Callable[[Known], Any]
+Policy = Callable[[Belief], Any]
 """From what bodies know to their speeds (episode,) or one for all [mm/ms]; the nearest of the menu
 is taken.
 """
@@ -209,7 +209,7 @@ class Observer:
                 sd = self._measure_noise(felt)
                 met = felt[true[own]] + sd[true[own]] * noise[own]
                 parts = (part.reshape(len(part), -1) for part in (met, felt, sd))
-                evidence[own] += weigh_touches(*parts)
+                evidence[own] += compute_log_likelihood(*parts)
                 work[own] = self._arena.work[true[own]]
                 way[own] = self._arena.base[0, 0]
             rows.append((softmax(evidence, axis=1) @ self._members, speed, work))
@@ -241,7 +241,7 @@ class Observer:
         speed: np.ndarray,
         time: float,
         left: float,
-    ) -> Known:
+    ) -> Belief:
         weight = softmax(evidence, axis=1)
         touching = np.zeros(len(evidence))
         for branch in branches:
@@ -255,13 +255,13 @@ class Observer:
                     self._arena.load(branch.saved)
                     felt, _ = self._move(float(one), ms)
                     sd = self._measure_noise(felt)
-                    found[own, column] = expect_gain(
+                    found[own, column] = expected_information_gain(
                         felt, weight[own], self.label, sd, self.seed
                     )
             return found
 
         belief = weight @ self._members
-        return Known(
+        return Belief(
             time=time,
             left=left,
             belief=belief,
@@ -301,7 +301,7 @@ def _split(branch: _Branch, speed: np.ndarray) -> list[_Branch]:
     ]
 
 
-def expect_gain(
+def expected_information_gain(
     felt: np.ndarray,
     weight: np.ndarray,
     label: np.ndarray,
@@ -331,7 +331,7 @@ def expect_gain(
     spread = np.broadcast_to(sd, felt.shape).reshape(known.shape)
     half = np.random.default_rng(seed).standard_normal((_DRAWS, 1, known.shape[1]))
     drawn = known + spread * np.concatenate([half, -half])  # (draw, felt, entry)
-    evidence = weigh_touches(drawn, known, spread)  # (draw, felt, candidate)
+    evidence = compute_log_likelihood(drawn, known, spread)  # (draw, felt, candidate)
     members = np.eye(label.max() + 1)[label]
     left = []
     for some in np.array_split(weight, -(-len(weight) // _TOGETHER)):

@@ -11,7 +11,7 @@ from typing import Annotated
 import numpy as np
 from scipy.special import expit
 
-from feeler.active.observer import MENU, Known, Policy
+from feeler.active.observer import MENU, Belief, Policy
 from feeler.errors import InvalidInput
 from feeler.files import read_bytes
 from feeler.records import Ge, Gt, Registry
@@ -63,7 +63,7 @@ def _make_greedy(hold: float = 20.0) -> Policy:
     speeds = [speed for speed in MENU if speed >= 0.06]
     last = [np.zeros(0)]
 
-    def choose(known: Known) -> np.ndarray:
+    def choose(known: Belief) -> np.ndarray:
         if known.time % hold < 1e-9:
             last[0] = np.array(speeds)[known.look(speeds, min(hold, known.left)).argmax(axis=1)]
         return last[0]
@@ -126,7 +126,7 @@ _WAY, _FAST, _LONG = (
 OWN = 6  # numbers beside the beliefs
 
 
-def see(known: Known, deadline: float) -> np.ndarray:
+def see(known: Belief, deadline: float) -> np.ndarray:
     """What a policy is told (body, number), each about one in size: belief in each object, their
     entropy, the probability that contact has begun, way, speed, time gone and time left."""
     n, classes = known.belief.shape
@@ -147,7 +147,7 @@ def make_actor(arrays: dict[str, np.ndarray], deadline: float) -> Policy:
     state: list[np.ndarray] = []
     wanted = arrays["lstm_actor.weight_ih_l0"].shape[1]
 
-    def choose(known: Known) -> np.ndarray:
+    def choose(known: Belief) -> np.ndarray:
         seen = see(known, deadline)
         if seen.shape[1] != wanted:
             raise InvalidInput(

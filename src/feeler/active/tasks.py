@@ -136,7 +136,7 @@ class ActiveTask(Record, kw_only=False):
         """Loss (lane,) of predictions (lane, output) of targets (lane,)."""
         raise NotImplementedError
 
-    def charge(self, target: np.ndarray) -> np.ndarray:
+    def compute_cost(self, target: np.ndarray) -> np.ndarray:
         """What is lost (lane,) in a millisecond for where the body is, whatever it predicts."""
         return np.zeros(len(target))
 
@@ -596,6 +596,6 @@ class FollowTask(ActiveTask):
         """Squared error (lane,) over the square of the distance to keep."""
         return (prediction[:, 0] - target) ** 2 / self.distance**2
 
-    def charge(self, target: np.ndarray) -> np.ndarray:
-        """What being elsewhere than asked costs (lane,)."""
+    def compute_cost(self, target: np.ndarray) -> np.ndarray:
+        """Tracking cost (lane,)."""
         return (target - self.distance) ** 2 / self.distance**2

@@ -27,7 +27,7 @@ from feeler.analysis.information import (
     compute_energy,
     compute_fisher,
     compute_information,
-    compute_told,
+    compute_information_known_noise,
     differentiate_touches,
     find_noise,
     find_told,
@@ -44,6 +44,7 @@ from feeler.analysis.response import (
     measure_deflection_ratios,
     measure_free_response,
 )
+from feeler.renamed import find_renamed
 from feeler.tensors.transforms import scale_common
 
 __all__ = [
@@ -66,12 +67,12 @@ __all__ = [
     "compute_energy",
     "compute_fisher",
     "compute_information",
+    "compute_information_known_noise",
     "compute_mse",
     "compute_nmi",
     "compute_pearson",
     "compute_ssim",
     "compute_strain",
-    "compute_told",
     "differentiate_touches",
     "find_closest",
     "find_noise",
@@ -85,3 +86,5 @@ __all__ = [
     "scale_peaks",
     "search_closest",
 ]
+
+__getattr__ = find_renamed(__name__)

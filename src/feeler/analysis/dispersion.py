@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from feeler.analysis.indices import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
 from feeler.errors import InvalidInput
-from feeler.tensors.transforms import fold_planes, label_like
+from feeler.tensors.transforms import label_like, stack_planes
 from feeler.validation import Seed, checked
 
 # Bootstrap intervals of a mean and of a paired difference.
@@ -329,7 +329,7 @@ def _split(tensors: Any, groups: Any) -> dict[Hashable, Any]:
 
 def _check(tensors: Any) -> Any:
     """Tensors (trial, vector, time) of finite numbers, with their labels if they have any."""
-    tensors = fold_planes(tensors)
+    tensors = stack_planes(tensors)
     array = np.ascontiguousarray(check_tensors(tensors, least=1))
     if not isinstance(tensors, xr.DataArray):
         return array

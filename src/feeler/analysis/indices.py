@@ -10,7 +10,7 @@ import numpy as np
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput
 from feeler.records import Record, Registry
-from feeler.tensors.transforms import fold_planes, label_like, refuse_masked
+from feeler.tensors.transforms import label_like, refuse_masked, stack_planes
 from feeler.validation import checked
 
 # Dispersion indices: ways to say how alike two tensors are.
@@ -70,7 +70,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
         Not three dimensions of numbers (tensors of unequal shapes cannot form such an array), an
         empty dimension, fewer than ``least`` trials, or NaN or infinite entries.
     """
-    tensors = fold_planes(tensors)
+    tensors = stack_planes(tensors)
     if hasattr(tensors, "data_vars"):
         raise InvalidInput('expected one variable of a Dataset, as tensors["angle"]; got all.')
     dims = getattr(tensors, "dims", None)

@@ -16,7 +16,7 @@ from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial
 from feeler.records import Gt, Registry
-from feeler.tensors.transforms import SQUARED, check_squares, find_scale, need
+from feeler.tensors.transforms import SQUARED, check_squares, find_scale, require_variables
 from feeler.validation import Count, Seed, checked
 
 # Energies: the inner products of tensors, all that white noise lets one use of them.
@@ -216,7 +216,7 @@ def _measure(
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
     distance, same = _merge_same(square[:, None] + square - 2 * coordinates @ coordinates.T)
-    # directions without tensors, where noise still tells levels apart
+    # directions without tensors, where noise still discriminates levels
     free = entries - rank if np.ptp(sd) else 0
     size = max(1, _ROOM // (2 * count * count))
     doubts, rights = [], []
@@ -396,7 +396,7 @@ class _Weighed(NamedTuple):
 
 
 @checked
-def compute_told(
+def compute_information_known_noise(
     tensors: Annotated[np.ndarray, "trial ..."],
     sd: np.ndarray,
     *,
@@ -417,7 +417,8 @@ def compute_told(
     Returns
     -------
     Information
-        Share named right, and log₂ K + ⟨log₂ p(true)⟩, a lower bound on the mutual information.
+        Share classified correctly, and log₂ K + ⟨log₂ p(true)⟩, a lower bound on the mutual
+        information.
 
     Raises
     ------
@@ -437,9 +438,10 @@ def find_told(
     n_draws: Count = 100,
     random_state: Seed = 0,
 ) -> float:
-    """The factor on ``sd`` at which this share of the touches is named right.
+    """The factor on ``sd`` at which this share of the touches is classified correctly.
 
-    Parameters as of :func:`compute_told`. NaN where no factor does it: tensors are too alike.
+    Parameters as of :func:`compute_information_known_noise`. NaN where no factor does it:
+    tensors are too alike.
     """
     weighed = _weigh(tensors, sd, n_draws, random_state)
     scale = float(np.sqrt(weighed.far.max()))
@@ -677,7 +679,7 @@ def differentiate_touches(
         for trial in trials
     ]
     tensors = touch(antenna, moved, **options)
-    need(tensors, quantity)
+    require_variables(tensors, quantity)
     values = tensors[quantity].values
     up, down = np.moveaxis(
         values.reshape(len(known), 2, 2, len(trials), *values.shape[1:]), 2, 0

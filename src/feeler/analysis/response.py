@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.records import Gt
-from feeler.tensors.transforms import in_unit, need, project_planes
+from feeler.tensors.transforms import in_unit, project_planes, require_variables
 from feeler.validation import checked
 
 # Traces: one displacement over evenly sampled time, checked at the door; ratios of deflections.
@@ -238,7 +238,7 @@ def _basis(t: np.ndarray, x: np.ndarray) -> np.ndarray:
 # Free response: what a released antenna's tip tells about frequency, damping and settling.
 
 _MIN_HALF = (
-    2.5  # [C] samples that half a cycle must have for its turning points to be told apart
+    2.5  # [C] samples that half a cycle must have for its turning points to be discriminated
 )
 # [C] share of the first deflection under which a turning point is taken for noise
 _PEAK_FLOOR = 1e-3
@@ -487,7 +487,7 @@ def compute_strain(
     InvalidInput
         Sensors that the antenna has not.
     """
-    need(touches, "segment", "curvature")
+    require_variables(touches, "segment", "curvature")
     segment = touches["segment"].values
     if segment.max() > antenna.n_segments:
         raise InvalidInput(

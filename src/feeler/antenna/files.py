@@ -16,7 +16,7 @@ from feeler.antenna.segments import HINGE, MAX_SEGMENTS, Antenna, Follicle
 from feeler.errors import InvalidInput
 from feeler.files import parse_toml, read_toml_text, save_toml, write_toml
 from feeler.records import Record
-from feeler.validation import OneOf, Wrong, checked, show
+from feeler.validation import Choice, FieldError, checked, show
 
 # Facts: numbers that carry their unit, their source tag and their reference.
 
@@ -30,13 +30,13 @@ SOURCE_TAGS = {
 PAPER = "Meng, McDonnell, Jayaram, Mongeau 2025, doi:10.1101/2025.10.20.683587"
 
 
-class _Tags(OneOf):
+class _Tags(Choice):
     """Tags joined by +, of numbers that rest on several sources."""
 
     def read(self, value: Any) -> str:
         """The tags, if each is known."""
         if not isinstance(value, str) or not set(value.split("+")) <= set(self.names):
-            raise Wrong(f"must be {self} (joined by +), got {show(value)}")
+            raise FieldError(f"must be {self} (joined by +), got {show(value)}")
         return value
 
 

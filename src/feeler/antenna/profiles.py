@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Record
 from feeler.validation import show
 
@@ -354,7 +354,7 @@ def _doubt(name: str, values: np.ndarray, usual: tuple[float, float], unit: str)
         ends = dict.fromkeys((f"{values.min():.4g}", f"{values.max():.4g}"))
         warnings.warn(
             f"{name} of {' to '.join(ends)} is outside {low:g} to {high:g}: is it in {unit}?",
-            Doubtful,
+            ModelValidityWarning,
             stacklevel=5,
         )
 

@@ -2,7 +2,7 @@
 
 from feeler.calibration.fitting import (
     METHODS,
-    Directions,
+    EigenParameters,
     Fit,
     Minimum,
     Profiles,
@@ -12,7 +12,7 @@ from feeler.calibration.fitting import (
     fit,
     make_starts,
     search,
-    walk_loose,
+    walk_sloppy_direction,
 )
 from feeler.calibration.hinges import FAMILIES, Band, Hinges, compute_band, make_hinges
 from feeler.calibration.problem import (
@@ -37,12 +37,13 @@ from feeler.calibration.traces import (
     make_synthetic_traces,
     measure_trace,
 )
+from feeler.renamed import find_renamed
 
 __all__ = [
     "FAMILIES",
     "METHODS",
     "Band",
-    "Directions",
+    "EigenParameters",
     "Fit",
     "Hinges",
     "Measured",
@@ -73,5 +74,7 @@ __all__ = [
     "make_targets",
     "measure_trace",
     "search",
-    "walk_loose",
+    "walk_sloppy_direction",
 ]
+
+__getattr__ = find_renamed(__name__)

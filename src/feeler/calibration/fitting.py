@@ -247,7 +247,7 @@ def fit(
 
 @checked
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Directions:
+class EigenParameters:
     """Singular directions of the residuals at an optimum, stiffest first, in typical changes.
 
     Attributes
@@ -290,20 +290,20 @@ def _words(names: tuple[str, ...], direction: np.ndarray) -> str:
 @checked
 def analyse_directions(
     problem: Problem, p: np.ndarray, step: Annotated[float, Gt(0)] = 0.05
-) -> Directions:
+) -> EigenParameters:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale
     return decompose(problem.hinges.names, p, jacobian)
 
 
-def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> Directions:
+def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> EigenParameters:
     """Singular directions of a Jacobian (residual, parameter) in typical changes."""
     _, sensitivity, direction = np.linalg.svd(
         jacobian, full_matrices=jacobian.shape[0] <= jacobian.shape[1]
     )
     padded = np.zeros(len(direction))
     padded[: len(sensitivity)] = sensitivity
-    return Directions(
+    return EigenParameters(
         names=names,
         p=np.asarray(p, float),
         jacobian=jacobian,
@@ -313,8 +313,8 @@ def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> Di
 
 
 @checked
-def walk_loose(
-    problem: Problem, directions: Directions, steps: Annotated[np.ndarray, "step"]
+def walk_sloppy_direction(
+    problem: Problem, directions: EigenParameters, steps: Annotated[np.ndarray, "step"]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (step, parameter) and errors (step,) along the loosest direction.
 
@@ -411,7 +411,7 @@ def bootstrap(
     n_draws: int = 200,
     n_animals: int = 5,
     refits: int = 0,
-    directions: Directions | None = None,
+    directions: EigenParameters | None = None,
 ) -> np.ndarray:
     """Parameters (draw, parameter) refitted to targets drawn from the animals' spread (parametric).
 

@@ -15,7 +15,7 @@ from feeler.analysis import measure_deflection_ratios, measure_free_response
 from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.files import SourceTag
 from feeler.calibration.hinges import Hinges
-from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
+from feeler.errors import FeelerError, InvalidInput, SimulationDivergedError
 from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.experiments.mechanics import (
     IMPULSE_LEAD,
@@ -29,7 +29,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, get_engine
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.provenance import Journal, make_key
-from feeler.records import Ge, Gt, Len, OneOf, Record, Unit
+from feeler.records import Choice, Ge, Gt, Len, Record, Unit
 from feeler.validation import checked
 
 # Targets: measured quantities that a model should reproduce, as data with spread and source.
@@ -49,7 +49,7 @@ class Target(Record):
         Standard deviation between animals, in ``unit``.
     """
 
-    name: Annotated[str, OneOf(_QUANTITIES)]
+    name: Annotated[str, Choice(_QUANTITIES)]
     value: Annotated[float, Gt(0)]
     spread: Annotated[float, Ge(0)]
     unit: str
@@ -256,7 +256,9 @@ class Protocol(Record):
                     outcomes[k] |= found
                     del scenes[k]
 
-    def _run(self, scenes: list[Scene], duration: float) -> list[Motion | SimulationDiverged]:
+    def _run(
+        self, scenes: list[Scene], duration: float
+    ) -> list[Motion | SimulationDivergedError]:
         steps = [scene.contact.scale_timestep(self.timestep) for scene in scenes]
         clock = Clock(
             duration=duration,
@@ -307,7 +309,7 @@ class Protocol(Record):
 
 
 def _read(
-    read, antenna: Antenna, scene: Scene, motion: "Motion | SimulationDiverged", last: bool
+    read, antenna: Antenna, scene: Scene, motion: "Motion | SimulationDivergedError", last: bool
 ) -> dict | None:
     """What ``read`` finds; an error where there is nothing to find even in the longest run."""
     if isinstance(motion, Exception):

@@ -14,13 +14,13 @@ from scipy.stats import t as student
 
 from feeler.analysis import FreeResponse, check_trace, measure_free_response
 from feeler.antenna.segments import Antenna
-from feeler.calibration.fitting import Directions, decompose, search
+from feeler.calibration.fitting import EigenParameters, decompose, search
 from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
 from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
-from feeler.records import ALLOW_NAN, Gt, OneOf, Record, Shown
+from feeler.records import ALLOW_NAN, Choice, Gt, Record, Shown
 from feeler.tensors.table import Table, parse_table, read_table
 from feeler.validation import Count, checked
 
@@ -97,7 +97,7 @@ def load_traces(
     path: str | Path,
     *,
     frame_rate: Annotated[float, Gt(0)] | None = None,
-    release: Annotated[str, OneOf(("first", "found"))] = "first",
+    release: Annotated[str, Choice(("first", "found"))] = "first",
 ) -> Traces:
     """Traces from a CSV table: a column of time or frames, and a named column per animal.
 
@@ -356,7 +356,7 @@ class TraceFit(Shown):
     simulated: np.ndarray
     interval: str
     band: Band | None
-    directions: Directions | None
+    directions: EigenParameters | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -381,7 +381,7 @@ def fit_traces(
     traces: Traces,
     antenna: Antenna,
     *,
-    by: Annotated[str, OneOf(("trace", "targets"))] = "trace",
+    by: Annotated[str, Choice(("trace", "targets"))] = "trace",
     hinges: Hinges | None = None,
     protocol: Protocol | None = None,
     confidence: float = 0.95,

@@ -19,8 +19,8 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, say_json, say_what_stays
-from feeler.errors import MissingExtra
+from feeler.cli.options import Json, report_interrupt, say_json
+from feeler.errors import MissingDependencyError
 
 
 def active(
@@ -67,7 +67,7 @@ def active(
     journal = out / "policies.jsonl"
     with (
         ProgressBar("policies and sets", log_json=log_json) as progress,
-        say_what_stays(f"finished sets are in {journal}"),
+        report_interrupt(f"finished sets are in {journal}"),
     ):
         measured = contest.run(chosen, names, journal=journal, progress=progress)
     films: dict[str, Path] = {}
@@ -78,7 +78,7 @@ def active(
                 films[name] = write_film(
                     film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"
                 )
-            except MissingExtra as missing:
+            except MissingDependencyError as missing:
                 typer.echo(f"no movie: {missing}", err=True)
                 break
     often = "once" if copies == 1 else f"{copies} times"

@@ -82,7 +82,7 @@ def _options(
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="versions")
     ] = False,
 ) -> None:
-    """Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart.
+    """Insect-like tactile sensors: describe an antenna, touch it, learn what it can discriminate.
     Units: g, mm, ms.
     """
 

@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, require_new, say_json, say_what_stays
+from feeler.cli.options import Json, report_interrupt, require_new, say_json
 from feeler.files import write_text
 
 
@@ -59,7 +59,7 @@ def design(
     """
     from feeler.antenna.segments import require_plane
     from feeler.cli.choose import choose_executor
-    from feeler.design.plan import JOURNAL, TEMPLATE, carry_out, load_plan
+    from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
         require_new(task)
@@ -71,9 +71,9 @@ def design(
         require_plane(plan.reference, "--robot")
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
-    kept = say_what_stays(f"every simulated antenna is in {out / JOURNAL}")
+    kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
     with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
-        found = carry_out(plan, out, watch=watch, executor=executor)
+        found = run_plan(plan, out, watch=watch, executor=executor)
         _report(found, out, robot, movie, executor, as_json)
 
 

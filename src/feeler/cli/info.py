@@ -26,7 +26,7 @@ _NEXT = {
     "robot": "feeler robot classify RECORDING --antenna {0} takes it",
     "bench": "feeler robot calibrate {0} fits lines to it",
     "calibration": "feeler robot check RECORDING --calibration {0} takes it",
-    "objects": "feeler robot classify RECORDING --objects {0} tells them apart",
+    "objects": "feeler robot classify RECORDING --objects {0} discriminates them",
     "design": "feeler design {0} takes it",
 }
 """What to do with a file, by the kind of what is in it."""

@@ -31,7 +31,7 @@ def say_json(value: object) -> None:
 
 
 @contextmanager
-def say_what_stays(words: str) -> Iterator[None]:
+def report_interrupt(words: str) -> Iterator[None]:
     """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
     try:
         yield

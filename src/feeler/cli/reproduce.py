@@ -17,7 +17,7 @@ from typing import Annotated
 import typer
 
 import feeler
-from feeler.errors import MissingExtra
+from feeler.errors import MissingDependencyError
 from feeler.execute.processes import USUAL, prepare_workers
 
 _PREPARED = (
@@ -96,7 +96,7 @@ def _find_paper() -> None:
         if (root / "paper" / "claims.toml").is_file():
             break
     else:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "the reproduction of the paper is not installed with feeler: clone its repository and"
             " run make reproduce, or feeler reproduce, there."
         )

@@ -343,7 +343,7 @@ def gap(
     for name, shares in [] if as_json else found.items():
         value, low, high = shares["all"]
         typer.echo(
-            f"{name:20} {value:5.0%} read right ({low:.0%} to {high:.0%}); feature"
+            f"{name:20} {value:5.0%} classified correctly ({low:.0%} to {high:.0%}); feature"
             f" {shares['feature'][0]:.0%}"
         )
     if out is not None:

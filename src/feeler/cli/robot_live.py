@@ -74,7 +74,7 @@ def stream(
     """
     from feeler.robot import (
         choose_before,
-        draw_lessons,
+        draw_training_set,
         load_calibration,
         load_recording,
         make_classifier,
@@ -106,7 +106,7 @@ def stream(
         labels = recording.labels
         samples = zip(recording.time, recording.values.T, strict=True)
     typer.echo("training on simulated touches of surrogate robots", err=True)
-    lessons = draw_lessons(robot.antenna, touches, **how)
+    lessons = draw_training_set(robot.antenna, touches, **how)
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
     lessons.watch(decoder)
     classifier = make_classifier(lessons=lessons)

@@ -28,10 +28,10 @@ Objects = Annotated[
 ]
 Numbers = Annotated[
     str | None,
-    typer.Option(help="places of the touches to tell apart: 0.5,0.9 (share of the length)"),
+    typer.Option(help="places of the touches to discriminate: 0.5,0.9 (share of the length)"),
 ]
 Speeds = Annotated[
-    str | None, typer.Option(help="speeds of the touches to tell apart [m/s]: 0.027,0.27")
+    str | None, typer.Option(help="speeds of the touches to discriminate [m/s]: 0.027,0.27")
 ]
 Out = Annotated[
     Path | None,
@@ -106,7 +106,7 @@ class Robot:
 
 
 def make_touches(objects: Path | None, locations: str | None, speeds: str | None) -> list:
-    """The touches to tell apart: the paper's, but for what was said."""
+    """The touches to discriminate: the paper's, but for what was said."""
     from feeler.objects import load_objects
     from feeler.robot.touches import make_touches as make_robot_touches
 

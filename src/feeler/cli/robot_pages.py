@@ -224,7 +224,7 @@ def write_gap(
         error = np.array([shares[:, 0] - shares[:, 1], shares[:, 2] - shares[:, 0]])
         ax.barh(names, shares[:, 0], xerr=error)
         ax.invert_yaxis()
-        ax.set(xlabel="contacts read right [%], with 95 % interval", xlim=(0, 100))
+        ax.set(xlabel="contacts classified correctly [%], with 95 % interval", xlim=(0, 100))
 
     rows = [
         [name, *(f"{100 * s['all'][k]:.0f}" for k in range(3)), f"{100 * s['feature'][0]:.0f}"]
@@ -242,7 +242,7 @@ def write_gap(
         " (feeler.robot.Gap).",
         draw=draw,
         height=0.8 + 0.28 * len(names),
-        table=(["part", "read right, %", "from", "to", "feature right, %"], rows),
+        table=(["part", "classified correctly, %", "from", "to", "feature right, %"], rows),
     )
 
 

@@ -24,7 +24,7 @@ from feeler.errors import InvalidInput
 from feeler.files import write_text
 
 if TYPE_CHECKING:
-    from feeler.studio import AntennaWish
+    from feeler.studio import AntennaRequest
 
 
 def studio(
@@ -45,7 +45,7 @@ def studio(
     ] = True,
     page: Annotated[
         Path | None,
-        typer.Option(help="write a page that computes by itself to this file (HTML), and end"),
+        typer.Option(help="write a standalone page to this file (HTML), and end"),
     ] = None,
 ) -> None:
     """Shape an antenna, touch it and see what it feels, in your browser; the page comes from this
@@ -79,16 +79,16 @@ def studio(
         typer.echo("the studio is closed")
 
 
-def _write(file: Path, antenna: "AntennaWish") -> None:
-    """Write the page that computes by itself."""
-    from feeler.studio import TouchWish, write_touch_page
+def _write(file: Path, antenna: "AntennaRequest") -> None:
+    """Write the standalone page."""
+    from feeler.studio import TouchRequest, write_touch_page
 
     require_new(file)
     if not file.parent.is_dir():
         raise InvalidInput(
             f"{file.parent} is no folder. Make it first, or choose another place."
         )
-    text = write_touch_page(TouchWish(antenna=antenna))
+    text = write_touch_page(TouchRequest(antenna=antenna))
     write_text(file, text)
     size = len(text.encode()) / 1000
     typer.echo(f"{file}: {size:.0f} kB; open it in any browser, no server is needed")

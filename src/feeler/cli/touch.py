@@ -169,7 +169,7 @@ def touch(said: _TouchOptions) -> None:
 def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     from feeler.cli.choose import choose_executor
-    from feeler.cli.options import say_what_stays
+    from feeler.cli.options import report_interrupt
     from feeler.experiments.tactile import touch as simulate
     from feeler.progress import ProgressBar
 
@@ -178,7 +178,7 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
             typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
         with (
             ProgressBar("touches", log_json=said.log_json) as progress,
-            say_what_stays(f"finished touches are in {said.store}"),
+            report_interrupt(f"finished touches are in {said.store}"),
         ):
             tensors = simulate(
                 antenna,
@@ -243,14 +243,14 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
 
 def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
     """The touch as a movie, where there is what writes movies."""
-    from feeler.errors import MissingExtra
+    from feeler.errors import MissingDependencyError
     from feeler.plotting import write_touch_movie
     from feeler.plotting.movie import SLOWER
 
     path = section.folder / "movie.mp4"
     try:
         write_touch_movie(antenna, trial, everything, path)
-    except MissingExtra as missing:
+    except MissingDependencyError as missing:
         typer.echo(f"no movie: {missing}", err=True)
         return False
     section.movie(

@@ -179,7 +179,7 @@ def tracks(said: _TrackOptions) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
-    from feeler.errors import Doubtful
+    from feeler.errors import ModelValidityWarning
     from feeler.tracking import measure_exploration
 
     how: dict[str, Any] = {
@@ -207,7 +207,9 @@ def tracks(said: _TrackOptions) -> None:
         _measure_posture(said, trials, settings)
         return
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Doubtful)  # its remarks are printed with the numbers
+        warnings.simplefilter(
+            "ignore", ModelValidityWarning
+        )  # its remarks are printed with the numbers
         result = measure_exploration(
             trials,
             length=said.length,

@@ -86,7 +86,7 @@ def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
 def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     typer.echo(
         f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm "
-        " monotone  told apart mm"
+        " monotone  discriminated mm"
     )
     for (name, found), sweep in zip(maps.items(), sweeps.values(), strict=True):
         counts = (

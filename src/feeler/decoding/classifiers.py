@@ -24,7 +24,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
 from feeler.records import Registry
-from feeler.tensors.transforms import check_squares, fold_planes, label_like
+from feeler.tensors.transforms import check_squares, label_like, stack_planes
 from feeler.validation import checked, show
 
 # Class labels of trials: feature × size × location.
@@ -59,7 +59,7 @@ def make_labels(trials: Any, by: Sequence[str] = _CLASS) -> np.ndarray:
 
 
 def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
-    """Labels as an array (trial,) whose values can be told apart and sorted.
+    """Labels as an array (trial,) whose values can be discriminated and sorted.
 
     Raises
     ------
@@ -206,7 +206,7 @@ READERS: Registry[Any] = Registry(
 
 
 class _NotFitted(InvalidInput, NotFittedError):
-    """Asked before it was fitted; scikit-learn's own error too."""
+    """Not fitted; scikit-learn's own error too."""
 
 
 class Reader(ClassifierMixin, BaseEstimator):
@@ -297,7 +297,7 @@ class Reader(ClassifierMixin, BaseEstimator):
 
     def _keep(self, X: Any, y: Any, **beside: Any) -> None:
         """Remember what is taught, for deadlines that may be asked for later."""
-        self._taught = (fold_planes(X), y, beside)
+        self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Reader] = {}
         self.shape_ = _get_shape(self._taught[0])
 
@@ -319,7 +319,7 @@ class Reader(ClassifierMixin, BaseEstimator):
 
     def _look(self, X: Any, until: float | None) -> tuple["Reader", Any]:
         """The reader for a deadline, fitted when first asked for, and what it may see."""
-        X = fold_planes(X)
+        X = stack_planes(X)
         self._require(X)
         if until is None or (end := count_until(X, until)) == np.shape(X)[2]:
             return self, X
@@ -406,7 +406,7 @@ def measure_reader(
     Returns
     -------
     accuracy
-        Share of touches named right.
+        Share of touches classified correctly.
     bits
         log₂ K + mean log₂ p(true), a lower bound on the mutual information of class and tensor
         (Barber & Agakov 2003). A touch without noticed contact counts as a guess.
@@ -462,7 +462,7 @@ class _FlatPipeline(Reader, Pipeline):
         """Probabilities, or votes as such where the last step gives none."""
         if hasattr(self.steps[-1][1], "predict_proba"):
             return Pipeline.predict_proba(self, _flatten(X))
-        return softmax(spread_votes(self.decision_function(_flatten(X))), axis=1)
+        return softmax(compute_decision_scores(self.decision_function(_flatten(X))), axis=1)
 
     def __sklearn_tags__(self) -> Any:
         """Two dimensions or three; principal components are of double precision."""
@@ -515,7 +515,7 @@ def make_svm(
     return _chain(n_components, StandardScaler(), SVC(kernel=kernel, C=C))
 
 
-def spread_votes(decision: np.ndarray) -> np.ndarray:
+def compute_decision_scores(decision: np.ndarray) -> np.ndarray:
     """Scores (trial, class) of a support vector machine, which gives two classes one number."""
     return np.stack([-decision, decision], axis=1) if decision.ndim == 1 else decision
 

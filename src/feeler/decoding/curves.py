@@ -14,19 +14,19 @@ from feeler.analysis.dispersion import Interval, bootstrap_difference
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import READERS, Reader, make_fitting_lda, make_labels, make_lda
 from feeler.decoding.sweeps import Plan, Sweep, compute_sweep
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import NOISES, Common, Relative
 from feeler.tensors.transforms import (
     MUCH,
     find_right,
-    fold_planes,
     fold_signs,
     label_like,
     measure_negative,
     measure_peak,
     mirror_to_left,
-    need,
     rectify,
+    require_variables,
+    stack_planes,
 )
 from feeler.validation import Count, Seed, checked
 
@@ -108,7 +108,7 @@ def encode_with(
 def make_null(tensors: Any, n_copies: Count | None = None) -> np.ndarray:
     """One and the same tensor, as often as there were trials.
 
-    A pipeline that tells these apart measures itself.
+    A pipeline that discriminates these measures itself.
 
     The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies
     reach, labelled as if they were different touches, comes from the method and not from touch.
@@ -137,7 +137,7 @@ class JointFit:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Twins:
+class DuplicateControl:
     """Accuracies on the codes of a set in which every touch stands twice.
 
     Attributes
@@ -191,7 +191,7 @@ def compare_twins(
     plan: Plan,
     *,
     random_state: Seed = 0,
-) -> Twins:
+) -> DuplicateControl:
     """Each tensor twice in one joint fit; one twin is learned, the other is tested.
 
     A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
@@ -207,7 +207,7 @@ def compare_twins(
         "random_state": random_state,
     }
     same = compute_sweep(first, labels, **options)
-    return Twins(
+    return DuplicateControl(
         same=same,
         other=compute_sweep(first, labels, held_out=(second, labels), **options),
         fitted=fitted,
@@ -583,14 +583,14 @@ def list_groups(
     do not say their side, as of antennas touched on both, or in space of an azimuth other than 0,
     may bend both ways: where more than a quarter of such a trial's sum of squares is negative,
     bending both ways is kept in all groups, as further sensors
-    (:func:`feeler.tensors.fold_signs`), with a ``Doubtful`` warning.
+    (:func:`feeler.tensors.fold_signs`), with a ``ModelValidityWarning`` warning.
     """
     if reference not in tensors:
         raise InvalidInput(
             f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}."
         )
     for data in tensors.values():
-        need(data, quantity, "speed")
+        require_variables(data, quantity, "speed")
     arrays = _rectify_all({name: data[quantity] for name, data in tensors.items()})
     peak = measure_peak(*arrays.values())
     if not peak > 0:
@@ -614,13 +614,13 @@ def list_groups(
 
 def _rectify_all(given: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Tensors (trial, sensor, time) ≥ 0 of all sets, made in one way."""
-    sets = {name: fold_planes(mirror_to_left(tensors)) for name, tensors in given.items()}
+    sets = {name: stack_planes(mirror_to_left(tensors)) for name, tensors in given.items()}
     lost = max(_measure_other_way(tensors) for tensors in sets.values())
     if lost > MUCH:
         warnings.warn(
             f"up to {lost:.0%} of a touch's signal (sum of squares) is bending the other way, which"
             " rectifying would remove: bending both ways is kept, as twice the sensors.",
-            Doubtful,
+            ModelValidityWarning,
             stacklevel=4,
         )
     keep = fold_signs if lost > MUCH else rectify

@@ -11,7 +11,7 @@ from sklearn.base import clone
 from sklearn.model_selection import train_test_split
 
 from feeler.decoding.classifiers import Reader
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.tensors.models import Model, load_model, save_model
 from feeler.tensors.transforms import find_scale
 
@@ -84,7 +84,7 @@ class TouchNetwork(Reader):
 
         Raises
         ------
-        MissingExtra
+        MissingDependencyError
             PyTorch is not installed.
         InvalidInput
             Fewer than two classes, labels that do not match, a shape the layers do not fit.
@@ -208,7 +208,7 @@ class TouchNetwork(Reader):
             )
         if np.unique(y).size < 2:
             raise InvalidInput(
-                "only one class: nothing to tell apart. Give at least two classes."
+                "only one class: nothing to discriminate. Give at least two classes."
             )
         least = _KERNEL - 2 * _PADDING + _POOL - 1
         if min(self.shape_) < least:
@@ -290,7 +290,7 @@ def import_torch() -> Any:
     try:
         import torch
     except ImportError:
-        raise MissingExtra(
+        raise MissingDependencyError(
             f"the network needs PyTorch, which is not installed. Install it with: {_INSTALL}"
         ) from None
     return torch

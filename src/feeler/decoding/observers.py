@@ -13,7 +13,7 @@ from feeler.decoding.classifiers import Labels, PrincipalComponents, Reader, cou
 from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput
 from feeler.objects.noise import Noise, parse_noise
-from feeler.tensors.transforms import SQUARED, check_squares, find_scale, fold_planes
+from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
 
 # Readers that are told the noise: templates with scatter, and the ideal observer.
 #
@@ -66,7 +66,7 @@ class _Told(Reader):
             )
         if len(set(labels)) < 2:
             raise InvalidInput(
-                "only one class: nothing to tell apart. Give at least two classes."
+                "only one class: nothing to discriminate. Give at least two classes."
             )
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
@@ -231,12 +231,12 @@ class IdealReader(_Told):
         tensors = self._check_size(check_tensors(X, least=1))
         cut = (part[:, :, :end] for part in (tensors, self.known_, self.sd_))
         met, known, sd = (part.reshape(len(part), -1) for part in cut)
-        found = weigh_touches(met, known, sd)
+        found = compute_log_likelihood(met, known, sd)
         weights = np.broadcast_to(self.members_.T, (len(found), *self.members_.T.shape))
         return logsumexp(found[:, None, :], axis=2, b=weights)
 
 
-def weigh_touches(met: np.ndarray, known: np.ndarray, sd: np.ndarray) -> np.ndarray:
+def compute_log_likelihood(met: np.ndarray, known: np.ndarray, sd: np.ndarray) -> np.ndarray:
     """Log-likelihoods (…, touch) of what is met (…, entry), up to what all touches share.
 
     ``known`` and ``sd`` (touch, entry) are what each touch gives without noise, and its noise.
@@ -260,7 +260,7 @@ Others = tuple[np.ndarray, Sequence[Hashable]]
 """Tensors (trial, sensor, time) of strangers, and what each shares with others."""
 
 
-class CloudReader(Reader):
+class StudentTClassifier(Reader):
     """A multivariate t cloud for each class, all of one shape, on principal components.
 
     The score of class c is −(ν + k)/2 · log(1 + d²_c / ν) for the Mahalanobis distance d_c to its
@@ -311,12 +311,12 @@ class CloudReader(Reader):
 
     def fit(
         self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
-    ) -> "CloudReader":
+    ) -> "StudentTClassifier":
         """Learn from tensors (trial, sensor, time); trials of one group (a robot) are held out
         together. ``strangers`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed), looked at for as long as the others last.
         """
-        X = np.asarray(fold_planes(X), dtype=float)
+        X = np.asarray(stack_planes(X), dtype=float)
         if len(X) != len(y) or not np.isfinite(X).all():
             raise InvalidInput(
                 f"clouds need whole tensors and a label for each; got {len(X)} tensors,"
@@ -413,7 +413,7 @@ class CloudReader(Reader):
         self._round = np.linalg.inv(np.linalg.cholesky((1 - share) * spread + share * own))
         self._others = None
         if other is not None and self.strangers_ is not None:
-            self._others = Strangers(self._place(other), self.strangers_[1])
+            self._others = NoveltyDetector(self._place(other), self.strangers_[1])
 
     def _place(self, flat: np.ndarray) -> np.ndarray:
         """Where touches lie among components, in units in which classes are round."""
@@ -437,7 +437,7 @@ class CloudReader(Reader):
         return thin.reshape(len(X), -1)
 
 
-class Strangers:
+class NoveltyDetector:
     """A t cloud around each kind's mean, wide where strangers differ among each other.
 
     Parameters

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.special import logsumexp
 
 from feeler.decoding.classifiers import Labels, Reader
-from feeler.decoding.observers import CloudReader, Others
+from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
 from feeler.sandbox import find_limits
@@ -340,7 +340,7 @@ def measure_early_accuracy(
     )
 
 
-# A watch over a touch that goes on: whether it is, so far, unlike any touch that was learned.
+# Online novelty detection: whether it is, so far, unlike any touch that was learned.
 
 _MOMENTS_WATCH = (
     50,
@@ -352,7 +352,7 @@ _MOMENTS_WATCH = (
 )  # [C] samples after contact at which it is asked
 
 
-class Watch:
+class OnlineNoveltyDetector:
     """Clouds of touches up to several moments, with one limit for all of these moments together.
 
     Of the known touches that were held out, ``alarm`` are called strange at any moment.
@@ -364,7 +364,7 @@ class Watch:
 
     Attributes
     ----------
-    readers_ : dict[int, CloudReader]
+    readers_ : dict[int, StudentTClassifier]
         Samples after contact → the clouds of touches up to then.
     limit_ : float
         What the strangeness at one moment may be.
@@ -380,7 +380,7 @@ class Watch:
         groups: Sequence[int],
         strangers: Others | None = None,
         most: int = _MOMENTS_WATCH[-1],
-    ) -> "Watch":
+    ) -> "OnlineNoveltyDetector":
         """Learn from tensors (trial, sensor, window) that begin with contact. No moment lies later
         than ``most`` samples after contact, because the shortest recording ends there.
         """
@@ -392,7 +392,7 @@ class Watch:
             )
         self.readers_ = {}
         for moment in moments:
-            reader = CloudReader(alarm=self.alarm)
+            reader = StudentTClassifier(alarm=self.alarm)
             self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, strangers)
         held = np.array([reader.held_out_ for reader in self.readers_.values()]).max(axis=0)
         self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
@@ -641,7 +641,7 @@ class StreamDecoder(Reader):
             others, felt, _ = self._cut_all(strangers[0])
             shown = others, [strangers[1][k] for k in felt]
         labels, owners = [y[k] for k in kept], [groups[k] for k in kept]
-        self.watch_ = Watch(alarm).fit(values, labels, owners, shown, most)
+        self.watch_ = OnlineNoveltyDetector(alarm).fit(values, labels, owners, shown, most)
         return self
 
     def _cut_all(self, X: Sequence[np.ndarray]) -> tuple[np.ndarray, list[int], int]:

@@ -166,7 +166,7 @@ class Sweep(Shown):
     noisy : np.ndarray
         Accuracy on noisy copies drawn apart from the training copies (ratio, repeat).
     hits : np.ndarray
-        Which clean originals were named right (ratio, repeat, trial).
+        Which clean originals were classified correctly (ratio, repeat, trial).
     confusion : np.ndarray
         Counts over all repeats on noisy copies (ratio, true class, predicted class).
     kept_noisy : np.ndarray
@@ -364,7 +364,7 @@ def _check_sets(
         raise InvalidInput("all codes are 0: nothing to classify. Did any contact take place?")
     if np.unique(labels).size < 2:
         raise InvalidInput(
-            f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes."
+            f"only one class ({labels[0]!r}): nothing to discriminate. Give at least two classes."
         )
     test, test_labels = (
         (train, labels)

@@ -15,7 +15,7 @@ from scipy.special import log_softmax, softmax
 from scipy.stats import binomtest
 from sklearn.svm import SVC
 
-from feeler.decoding.classifiers import NO_CONTACT, Labels, Reader, spread_votes
+from feeler.decoding.classifiers import NO_CONTACT, Labels, Reader, compute_decision_scores
 from feeler.errors import InvalidInput
 from feeler.tensors.transforms import find_scale
 
@@ -221,7 +221,7 @@ class TransferClassifier(Reader):
         touched = np.isfinite(X).all(axis=(1, 2))
         if touched.any():
             kernel = X[touched].reshape(touched.sum(), -1) / self.scale_ @ self.copies_.T
-            votes[touched] = spread_votes(self.svm_.decision_function(kernel))
+            votes[touched] = compute_decision_scores(self.svm_.decision_function(kernel))
         return votes
 
     def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:

@@ -1,4 +1,4 @@
-"""Which antenna should I build? A task, a score on touches never met, a space of antennas,
+"""Which antenna should I build? A task, a score on held-out touches, a space of antennas,
 constraints, and a search.
 """
 
@@ -6,10 +6,10 @@ from feeler.design.page import write_design
 from feeler.design.plan import (
     DesignOutcome,
     DesignPlan,
-    carry_out,
     load_plan,
     make_strips,
     measure_tolerance,
+    run_plan,
 )
 from feeler.design.scoring import (
     CHOICES,
@@ -44,7 +44,6 @@ __all__ = [
     "Optimum",
     "Score",
     "Space",
-    "carry_out",
     "choose_sensors",
     "load_plan",
     "make_strips",
@@ -52,6 +51,7 @@ __all__ = [
     "measure_sensors",
     "measure_tolerance",
     "optimise",
+    "run_plan",
     "score",
     "write_design",
 ]

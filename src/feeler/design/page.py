@@ -1,4 +1,4 @@
-"""What a plan came to as one page: the best antennas beside the reference, what they tell apart,
+"""What a plan came to as one page: the best antennas beside the reference, what they discriminate,
 and how sure.
 """
 
@@ -13,7 +13,7 @@ from feeler.antenna.modes import compute_modes
 from feeler.antenna.segments import Antenna
 from feeler.design.plan import WIDEST, DesignOutcome, make_strips
 from feeler.design.scoring import Score
-from feeler.errors import MissingExtra
+from feeler.errors import MissingDependencyError
 from feeler.files import ensure_folder
 from feeler.objects.trials import Trial
 from feeler.physics.contact import get_contact
@@ -24,7 +24,7 @@ from feeler.validation import checked
 _LEAD = (
     "The touches were drawn three times. The search used the first draws; the second, the test"
     " draws, chose among its results; the third, the final draws, were used when all was decided."
-    " Bits are what one decoder knows of object and place in touches that it never met; a better"
+    " Bits are what one decoder knows of object and place in held-out touches; a better"
     " decoder may know more."
 )
 
@@ -198,7 +198,7 @@ def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
     )
     try:
         path = write_touch_movie(found.best, trial, everything, out / "touch.mp4")
-    except MissingExtra as missing:
+    except MissingDependencyError as missing:
         section.text(f"No movie: {missing}")
         return
     section.movie(path, f"The best antenna touched: {trial.label}.")

@@ -108,7 +108,7 @@ def measure_tolerance(
     return found
 
 
-# Plans: one TOML file says what is to be told apart, which antennas may be tried, what they
+# Plans: one TOML file says what is to be discriminated, which antennas may be tried, what they
 # must keep, and how to search.
 
 _NO_CONSTRAINTS = Constraints()
@@ -325,7 +325,7 @@ class DesignOutcome(Shown):
 
 
 @checked
-def carry_out(
+def run_plan(
     plan: DesignPlan,
     out: str | os.PathLike,
     *,

@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna, make_even_sensors
 from feeler.decoding import READERS, Reader
 from feeler.decoding.observers import fit_class
 from feeler.decoding.sweeps import N_COPIES
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
 from feeler.objects.bodies import Object, make_object
@@ -28,7 +28,7 @@ from feeler.physics.scene import Clock, Scene
 from feeler.records import Ge, Gt, Registry, Shown, Unit
 from feeler.validation import Count, checked
 
-# What a designed antenna is to tell apart: a task with touches to learn from and to ask about.
+# What a designed antenna is to discriminate: a task with touches to learn from and to ask about.
 
 
 class DesignTask(Task):
@@ -70,7 +70,7 @@ class DesignTask(Task):
         if self.n_classes < 2:
             raise InvalidInput(
                 "a design's task needs at least two classes (objects × locations): with one there"
-                " is nothing to tell apart."
+                " is nothing to discriminate."
             )
         if missing := {"optimiser", "test", "final"} - dict(self.seeds).keys():
             raise InvalidInput(
@@ -93,7 +93,7 @@ class DesignTask(Task):
         return [met[k] if k % each < self.train else new[k] for k in range(len(met))]
 
 
-# Score: bits that a stated decoder gets of touches it has never met; smooth in the antenna,
+# Score: bits that a stated decoder gets of held-out touches; smooth in the antenna,
 # with its standard error.
 #
 # The decoder learns from clean touches. It takes the tensors of class k in noise for normal,
@@ -119,7 +119,7 @@ _NOISE_SEED = 0
 @checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score(Shown):
-    """How well touches never met are told apart, means over the speeds.
+    """How well held-out touches are discriminated, means over the speeds.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Score(Shown):
     bits_error : float
         Its standard error, from how the test touches differ.
     errors : float
-        Share of noisy test touches named wrong.
+        Share of noisy test touches classified incorrectly.
     errors_error : float
         Its standard error.
     peak : float
@@ -139,7 +139,8 @@ class Score(Shown):
     confusion : np.ndarray
         Shares (class, answer), rows sum to 1.
     wrong : np.ndarray
-        Share named wrong of each test touch (speed, class, touch): pairs for comparing antennas.
+        Share classified incorrectly of each test touch (speed, class, touch): pairs for
+        comparing antennas.
     """
 
     bits: float
@@ -176,7 +177,7 @@ def score(
 
     Raises
     ------
-    SimulationDiverged
+    SimulationDivergedError
         Some touch left the finite numbers.
     """
     return judge(
@@ -197,7 +198,7 @@ def _touch_classes(
     **options: Any,
 ) -> np.ndarray:
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
-    same trials, in space as :func:`feeler.tensors.transforms.fold_planes` puts its planes.
+    same trials, in space as :func:`feeler.tensors.transforms.stack_planes` puts its planes.
     """
     scenes = _make_scenes(antenna, task, purpose, speed)
     step = scenes[0].contact.scale_timestep(task.timestep)
@@ -464,7 +465,7 @@ def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
     try:
         from pysensors.classification import SSPOC
     except ImportError as error:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "sparse placement needs PySensors: pip install 'feeler[design]'."
         ) from error
     peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[

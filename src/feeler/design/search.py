@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.segments import Antenna
 from feeler.design.scoring import DesignTask, Score, score
-from feeler.errors import InvalidInput, SimulationDiverged, require_extra
+from feeler.errors import InvalidInput, SimulationDivergedError, require_extra
 from feeler.progress import Advance, show_progress
 from feeler.provenance import Journal, make_key
 from feeler.records import Ge, Gt, Record, Registry, Shown
@@ -335,7 +335,7 @@ class DesignProblem:
     Attributes
     ----------
     aim : Literal[bits, accuracy]
-        What costs: missing bits, or the share named wrong.
+        What costs: missing bits, or the share classified incorrectly.
     options : dict[str, Any]
         Workers or executor, as for :func:`feeler.touch`.
     watch : Callable[[DesignProblem], None] | None
@@ -417,7 +417,7 @@ class DesignProblem:
         try:
             task = self.task.at(design.speed)
             found = score(design.antenna, task, "optimiser", **self.options)
-        except SimulationDiverged:
+        except SimulationDivergedError:
             return np.array([0.0, 0.0, 1.0, np.inf])
         return np.array([found.bits, np.nan_to_num(found.bits_error), found.errors, found.peak])
 
@@ -522,7 +522,8 @@ def optimise(
         The first start is the reference, the others (with ``far`` all) are drawn evenly from the
         whole space.
     aim
-        What is searched for: the fewest missing bits, or the fewest touches named wrong. Bits are
+        What is searched for: the fewest missing bits, or the fewest touches classified
+        incorrectly. Bits are
         smoother; but a decoder that is sure and wrong, as of touches unlike all it learned from,
         loses many.
     journal

@@ -41,9 +41,9 @@ from feeler.tensors.models import Model, load_model, save_model
 from feeler.tensors.transforms import (
     check_squares,
     find_scale,
-    fold_planes,
     label_like,
     refuse_masked,
+    stack_planes,
 )
 from feeler.validation import checked
 
@@ -82,7 +82,7 @@ def _as_tensors(X: Any) -> np.ndarray:
                 " them."
             )
         X = X["angle"]
-    X = fold_planes(X)
+    X = stack_planes(X)
     if hasattr(X, "dims"):
         if set(X.dims) != {"trial", "sensor", "time"}:
             raise InvalidInput(

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from multiprocessing import resource_tracker
 from typing import Any
 
-from feeler.errors import Doubtful, InvalidInput, MissingExtra, StoreError
+from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning, StoreError
 from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
 from feeler.validation import checked
 
@@ -70,7 +70,9 @@ class ClusterExecutor:
             with suppress(Exception):  # the client is being closed
                 seen = time.monotonic() if self.client.nthreads() else seen
             if told := time.monotonic() - seen > _PATIENCE:
-                warnings.warn(f"the cluster has no workers. {_WAITING} {_SAFE}", Doubtful, 2)
+                warnings.warn(
+                    f"the cluster has no workers. {_WAITING} {_SAFE}", ModelValidityWarning, 2
+                )
 
     def _pass_on(self, task: Any, answer: Future) -> None:
         mine = self._flying.pop(task.key, None) is not None
@@ -119,7 +121,7 @@ def open_cluster(address: str) -> Iterator[Any]:
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         Dask is not installed.
     InvalidInput
         No scheduler answers, or no such address.
@@ -127,7 +129,7 @@ def open_cluster(address: str) -> Iterator[Any]:
         Processes here end as they begin.
     """
     if find_spec("distributed") is None:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "a cluster needs Dask. Install it with: pip install 'feeler[cluster]'"
         )
     from distributed import Client

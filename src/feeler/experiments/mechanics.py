@@ -15,7 +15,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point, solve_static
-from feeler.provenance import LICENCE, list_versions, make_plain, write_canonical
+from feeler.provenance import LICENCE, list_versions, to_jsonable, write_canonical
 from feeler.tensors.schema import label_units, make_motion_tensors
 from feeler.validation import checked
 
@@ -134,7 +134,7 @@ def release(
         [motion],
         trials=trial | {"antenna": [antenna.name], "source": ["simulation"], "seed": [0]},
         attrs={
-            "configuration": make_plain(made_with),
+            "configuration": to_jsonable(made_with),
             "engine": engine,
             "versions": list_versions(),
             "timestep": clock.timestep,

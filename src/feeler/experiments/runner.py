@@ -23,7 +23,7 @@ from feeler.physics.contact import Contact
 from feeler.physics.engine import get_engine
 from feeler.physics.run import TOGETHER, Result, make_groups, run_accurately, run_with_error
 from feeler.physics.scene import Clock, Motion, Scene, make_scene
-from feeler.provenance import PHYSICS, compute_digest, find_version, make_plain
+from feeler.provenance import PHYSICS, compute_digest, find_version, to_jsonable
 from feeler.tensors.schema import (
     MAX_LISTED,
     choose_quantities,
@@ -70,7 +70,7 @@ class ShareResult:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Job:
+class WorkerTask:
     """How trials become what is kept of them; the same for all of a set.
 
     Attributes
@@ -174,7 +174,7 @@ class Job:
             return []
         pairs = zip(indices, trials, strict=True)
         return [
-            make_plain(trial) | {"seed": _spawn_seed(self.seed, index)}
+            to_jsonable(trial) | {"seed": _spawn_seed(self.seed, index)}
             for index, trial in pairs
         ]
 
@@ -271,7 +271,7 @@ Progress = Callable[[int, int], object]
 
 
 def run_trials(
-    job: Job,
+    job: WorkerTask,
     trials: Sequence[Trial],
     store: "Store | None",
     executor: Executor,
@@ -342,7 +342,7 @@ def list_missing(finished: np.ndarray, size: int) -> list[Sequence[int]]:
 
 
 def collect(
-    job: Job, trials: Sequence[Trial], readings: Mapping[int, Reading]
+    job: WorkerTask, trials: Sequence[Trial], readings: Mapping[int, Reading]
 ) -> xr.Dataset | None:
     """The Dataset of trials that were not stored; None where there are none."""
     if not readings:
@@ -355,10 +355,10 @@ def collect(
     return tensors
 
 
-class Made(Sequence[Any]):
+class ParameterTable(Sequence[Any]):
     """What each trial of a set was made with, put together when it is asked for."""
 
-    def __init__(self, job: Job, trials: Sequence[Trial]) -> None:
+    def __init__(self, job: WorkerTask, trials: Sequence[Trial]) -> None:
         self._job, self._trials = job, trials
 
     def __len__(self) -> int:

@@ -13,20 +13,31 @@ import xarray as xr
 
 from feeler.antenna.segments import Antenna
 from feeler.antenna.variants import SampledAntennas
-from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
+from feeler.errors import (
+    AccuracyWarning,
+    InvalidInput,
+    ModelValidityWarning,
+    SimulationDivergedError,
+)
 from feeler.execute import Executor, ThreadExecutor
 from feeler.execute.threads import check_workers
-from feeler.experiments.runner import Job, Made, Progress, collect, run_trials
+from feeler.experiments.runner import ParameterTable, Progress, WorkerTask, collect, run_trials
 from feeler.files import sweep_old
 from feeler.objects.motion import Flow
 from feeler.objects.sampling import SampledTrials
 from feeler.objects.trials import Trial, place
-from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
+from feeler.physics.contact import (
+    DEEP,
+    Contact,
+    describe_sink,
+    get_contact,
+    list_validity_warnings,
+)
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import check_accuracy, find_coarsest
 from feeler.physics.scene import Clock, make_scene
 from feeler.progress import show_progress
-from feeler.provenance import LICENCE, PHYSICS, list_versions, make_plain
+from feeler.provenance import LICENCE, PHYSICS, list_versions, to_jsonable
 from feeler.tensors.schema import choose_quantities
 from feeler.validation import Seed, checked
 
@@ -130,7 +141,7 @@ def touch(
     StoreError
         The store is in use, was made by another configuration, version or code, or the disk is
         full; finished trials are safe.
-    SimulationDiverged
+    SimulationDivergedError
         After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps
         them).
     """
@@ -197,7 +208,7 @@ def _make_job(
     save: Sequence[str] | None,
     dtype: str,
     seed: Seed,
-) -> Job:
+) -> WorkerTask:
     """What every trial is simulated with."""
     if dtype not in _DTYPES:
         raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(_DTYPES)}.")
@@ -215,7 +226,7 @@ def _make_job(
         "flow": flow,
     }
     more = {name: value for name, value in more.items() if value is not None}
-    return Job(
+    return WorkerTask(
         antenna=antenna,
         variants=variants,
         contact=contact,
@@ -283,7 +294,7 @@ def _warn(
             f"{missed.sum()} of {missed.size} touches did not reach accuracy={accuracy:g}"
             f" ({_name_touches(tensors, missed)}): what they are off by is unknown, and their"
             " `error` is inf. Leave them out, or use a softer contact or a slower object.",
-            Inaccurate,
+            AccuracyWarning,
             stacklevel=3,
         )
     elif missed.any():
@@ -292,12 +303,14 @@ def _warn(
             f" peak ({_name_touches(tensors, missed)}), as other timesteps than"
             f" {tensors.attrs['timestep']:g} ms give something else; their `error` says by how"
             " much. Use a smaller timestep= or accuracy=0.01, or leave them out.",
-            Inaccurate,
+            AccuracyWarning,
             stacklevel=3,
         )
     sink = float(tensors["sink"].max()) if "sink" in tensors else 0.0
     if sink > DEEP:
-        warnings.warn(describe_sink(sink, contact, fixed=fixed), Doubtful, stacklevel=3)
+        warnings.warn(
+            describe_sink(sink, contact, fixed=fixed), ModelValidityWarning, stacklevel=3
+        )
 
 
 def _name_touches(tensors: xr.Dataset, chosen: np.ndarray) -> str:
@@ -321,16 +334,16 @@ def _warn_of_speed(
         speed = float(np.max(trials.columns.get("speed", 0.0)))
     else:
         speed = max(trial.speed for trial in trials)
-    for doubt in list_doubts(antenna, contact, speed, clock.timestep, fixed=fixed):
-        warnings.warn(doubt, Doubtful, stacklevel=3)
+    for doubt in list_validity_warnings(antenna, contact, speed, clock.timestep, fixed=fixed):
+        warnings.warn(doubt, ModelValidityWarning, stacklevel=3)
 
 
-def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> "Store":
+def _open(store: str | os.PathLike, job: WorkerTask, trials: Sequence[Trial]) -> "Store":
     """The store of this configuration."""
     from feeler.tensors.store import open_store  # loads zarr, which is an extra
 
     origin = {"save": job.save, "dtype": job.dtype}
-    made = () if job.sampled else Made(job, trials)
+    made = () if job.sampled else ParameterTable(job, trials)
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
 
 
@@ -356,7 +369,7 @@ def _describe_attributes(
     made_with |= more or {}
     time = {"contact_time_constant": contact.solref[0], "contact_time_constant_units": "ms"}
     return {
-        "configuration": make_plain(
+        "configuration": to_jsonable(
             made_with | {"seed": seed, "units": "g, mm, ms", "physics": PHYSICS}
         ),
         "engine": engine,
@@ -379,12 +392,12 @@ def _hand_over(tensors: xr.Dataset | None, errors: dict[int, Exception]) -> xr.D
         return tensors
     error: Any = errors[min(errors)]
     error.tensors = tensors
-    if isinstance(error, SimulationDiverged):
+    if isinstance(error, SimulationDivergedError):
         _dump_state(error)
     raise error
 
 
-def _dump_state(error: SimulationDiverged) -> None:
+def _dump_state(error: SimulationDivergedError) -> None:
     """Write the last finite state to the system's temporary folder and name the file in the
     message.
     """

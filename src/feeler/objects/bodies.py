@@ -282,8 +282,8 @@ class Wall(Feature):
         return f"wall {digest_numbers(self.profile, self.repeat, self.rounding)}"
 
     def make_parts(self) -> list:
-        """A box so large that its other faces are never met, or the stretches of the profile with
-        the body below.
+        """A box so large that its other faces are out of reach, or the stretches of the
+        profile with the body below.
         """
         if self.profile is None:
             return [
@@ -337,7 +337,7 @@ def _read_profile(pairs: np.ndarray, repeat: int) -> np.ndarray:
     return pairs + 0.0  # no −0: equal walls have equal names
 
 
-# Object files: the things that are to be told apart, as TOML.
+# Object files: the things that are to be discriminated, as TOML.
 #
 # [[object]] name = "bolt" shape = "ball"              # ball, box, triangle, outline, or any
 # shape that was registered radius = 3.0                # mm, and so on: the shape's own fields

@@ -11,10 +11,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from feeler.antenna.segments import find_frames
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import find_file
 from feeler.objects.shapes import Feature, digest_numbers
-from feeler.records import Gt, Of, freeze
+from feeler.records import DType, Gt, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
 
@@ -44,7 +44,7 @@ class Mesh(Feature):
     """
 
     vertices: Annotated[np.ndarray, "corner 3"]
-    starts: Annotated[np.ndarray, "part", Of(int)] = (0,)  # type: ignore[assignment]
+    starts: Annotated[np.ndarray, "part", DType(int)] = (0,)  # type: ignore[assignment]
     rounding: float = 0.0
     kind: ClassVar[str] = "mesh"
     only_in_space: ClassVar[bool] = True
@@ -108,7 +108,7 @@ class Mesh(Feature):
         ------
         InvalidInput
             No such file, not of its format, open or inside out, or too many triangles.
-        MissingExtra
+        MissingDependencyError
             Mesh files need ``pip install 'feeler[meshes]'``.
         """
 
@@ -210,7 +210,7 @@ def _read_mesh(
         raise InvalidInput(f"threshold must be from 0.01 to 1, got {str(threshold)[:40]!r}.")
     path, own = find_file(path, MESHES, _MAX_BYTES), find_limits()
     if find_spec("trimesh") is None or find_spec("coacd") is None:
-        raise MissingExtra("mesh files need: pip install 'feeler[meshes]'")
+        raise MissingDependencyError("mesh files need: pip install 'feeler[meshes]'")
     limits = Limits(
         max_bytes=max(own.max_bytes, _MEMORY), max_seconds=max(own.max_seconds, _SECONDS)
     )

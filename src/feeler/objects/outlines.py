@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import find_file, read_text
 from feeler.objects.shapes import Prism, digest_numbers, measure_area, split_convex
 from feeler.records import freeze
@@ -102,7 +102,7 @@ class Outline(Prism):
         InvalidInput
             No such file, not of its format, no closed path, several, no unit, or a path that is no
             simple outline.
-        MissingExtra
+        MissingDependencyError
             SVG and DXF files need ``pip install 'feeler[outlines]'``.
         """
 
@@ -210,7 +210,7 @@ def _read_outline(
     path = find_file(path, LIBRARIES, _MAX_BYTES)
     library = LIBRARIES[path.suffix.lower()]
     if library and find_spec(library) is None:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "outlines from SVG and DXF files need: pip install 'feeler[outlines]'"
         )
     wanted = json.dumps([width, scale, which, tolerance], default=str)

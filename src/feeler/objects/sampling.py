@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Feature, make_feature
 from feeler.objects.trials import LEAD, Trial, place
-from feeler.provenance import compute_digest, make_plain
+from feeler.provenance import compute_digest, to_jsonable
 from feeler.validation import Seed, checked
 
 _ATTEMPTS = 20  # [C] draws of one touch before its ranges are said not to fit
@@ -162,7 +162,7 @@ def sample_trials(
     columns = _draw(n, spreads, len(known), [*sides], seed)
     _check_ends(columns, known)
     recipe = {
-        "features": [make_plain(feature) for feature in known],
+        "features": [to_jsonable(feature) for feature in known],
         **{name: describe_spread(spread) for name, spread in spreads.items()},
         "sides": [*sides],
         "antenna": compute_digest(antenna)[:16],

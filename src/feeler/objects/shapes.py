@@ -13,7 +13,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.records import Len, Record, Registry, freeze
-from feeler.validation import Wrong, checked, show
+from feeler.validation import FieldError, checked, show
 
 # Convex parts of a polygon, because contact is computed between convex bodies.
 
@@ -230,7 +230,7 @@ class Feature(Record, ABC):
         if isinstance(value, Mapping):
             return make_feature(value)
         if not isinstance(value, Feature):
-            raise Wrong(f"must be a {', '.join(SHAPES)}, got {show(value)}")
+            raise FieldError(f"must be a {', '.join(SHAPES)}, got {show(value)}")
         return value
 
     @abstractmethod

@@ -97,7 +97,7 @@ class Nuisances(Record):
 
     @classmethod
     def only(cls, **asked: Any) -> "Nuisances":
-        """These nuisances, and none beside them."""
+        """These nuisances, all others zero."""
         return cls(**{**dict.fromkeys(NAMES, 0.0), **asked})
 
     def to_plain(self) -> dict[str, Any]:
@@ -194,7 +194,7 @@ def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
-# Task: what is to be told apart, in which noise and by when; touches are drawn from it.
+# Task: what is to be discriminated, in which noise and by when; touches are drawn from it.
 
 _PEAK = Relative(1.0)
 _MAX_CLASSES = 1000  # [C]
@@ -202,7 +202,8 @@ _SETS = 1 << 64  # what a set's number is multiplied by in a seed
 
 
 class Task(Record):
-    """Classes (object × place) to be told apart at each speed, each touch drawn within nuisances.
+    """Classes (object × place) to be discriminated at each speed, each touch drawn within
+    nuisances.
 
     Attributes
     ----------

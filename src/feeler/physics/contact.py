@@ -56,7 +56,7 @@ _EVEN = 0.5  # [C] from this d_min on a contact has no rise that a timestep shou
 DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 
 
-class Softness(NamedTuple):
+class ContactCompliance(NamedTuple):
     """What :class:`Contact` comes to on each segment of an antenna (segment,).
 
     Attributes
@@ -173,7 +173,7 @@ class Contact:
             lingering=self.lingering / 2,
         )
 
-    def soften(self, antenna: Antenna) -> Softness:
+    def soften(self, antenna: Antenna) -> ContactCompliance:
         """Width and d_max at each segment of an antenna, as this module derives them."""
         _, high, width, _, _ = self.solimp
         place = antenna.hinge_position + antenna.segment_length / 2
@@ -184,7 +184,7 @@ class Contact:
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
         widest = antenna.radius / 2 if self.share or self.crossing else least
-        return Softness(most, np.minimum(least, widest), widest / 4, widest)
+        return ContactCompliance(most, np.minimum(least, widest), widest / 4, widest)
 
     def widen(self, speed: float) -> tuple[float, float]:
         """The widths [mm] that an object of a speed [mm/ms] crosses in ``lingering`` and
@@ -288,7 +288,7 @@ def _choose_time_constant(antenna: Antenna) -> float:
     return float(_LONGEST / max(1.0, np.ceil(_LONGEST / asked - 1e-9)))
 
 
-def list_doubts(
+def list_validity_warnings(
     antenna: Antenna, contact: Contact, speed: float, timestep: float, *, fixed: bool = False
 ) -> list[str]:
     """What cannot be believed of a touch at this speed [mm/ms] with this timestep [ms], in

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.execute import Executor, ThreadExecutor, run_groups
 from feeler.objects.bodies import Object
 from feeler.objects.motion import Vector
@@ -38,7 +38,7 @@ def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motio
 
     Raises
     ------
-    SimulationDiverged
+    SimulationDivergedError
         Angles left the finite numbers.
     """
     result = run_group([scene], clock, engine)[0]
@@ -234,7 +234,7 @@ def explain_end(
     """The error of a lane that has come to an end, with its last finite state where there is
     one.
     """
-    return stepper.explain(lane) or SimulationDiverged(
+    return stepper.explain(lane) or SimulationDivergedError(
         stepper.scenes[lane].label, time, angle, velocity, stepper.advice
     )
 
@@ -248,7 +248,7 @@ def simulate(
     executor: Executor | None = None,
 ) -> list[Result]:
     """Motions in the order of ``scenes``; a scene that failed gives its error (mostly
-    SimulationDiverged) instead.
+    SimulationDivergedError) instead.
 
     Engines release Python's lock while they step, so workers are threads unless an ``executor``
     (processes, a Dask client) is handed in. On Ctrl-C no new scene starts.

@@ -12,7 +12,7 @@ from weakref import finalize
 import numpy as np
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.execute import ThreadExecutor
 from feeler.objects.bodies import Object, check_clear, make_objects
 from feeler.objects.motion import (
@@ -27,7 +27,13 @@ from feeler.objects.motion import (
 )
 from feeler.objects.shapes import trace_rim
 from feeler.objects.trials import Trial
-from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
+from feeler.physics.contact import (
+    DEEP,
+    Contact,
+    describe_sink,
+    get_contact,
+    list_validity_warnings,
+)
 from feeler.physics.engine import (
     DEFAULT_ENGINE,
     MICRO,
@@ -184,7 +190,7 @@ class Simulations:
             self._kind.check(scene.timed_contact, self.timestep)
             if scene.objects and self._kind.check is Contact.check_timestep:
                 told = scene.antenna, scene.contact, scene.speed, self.timestep
-                self._warn(list_doubts(*told, fixed=self._fixed))
+                self._warn(list_validity_warnings(*told, fixed=self._fixed))
         self._build(scenes)
 
     def _build(self, scenes: list[Scene]) -> None:
@@ -283,7 +289,7 @@ class Simulations:
     @staticmethod
     def _warn(doubts: Iterable[str]) -> None:
         for doubt in doubts:
-            warnings.warn(doubt, Doubtful, stacklevel=4)
+            warnings.warn(doubt, ModelValidityWarning, stacklevel=4)
 
     def _advance(self, groups: range, n_steps: int) -> None:
         """Step the lanes of these steppers, one after the other."""
@@ -756,7 +762,7 @@ class Simulation:
 
         Raises
         ------
-        SimulationDiverged
+        SimulationDivergedError
             Its numbers left the finite ones, now or before; restore a snapshot or reset.
         InvalidInput
             No whole number of timesteps, or a recorded base path that ends before; nothing has

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from feeler.antenna.segments import Antenna, Follicle
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import writing
 from feeler.objects.bodies import Object
 from feeler.objects.meshes import is_box, list_solids
 from feeler.objects.motion import lift
 from feeler.objects.trials import Trial
-from feeler.physics.contact import MIN_FRICTION, Softness
+from feeler.physics.contact import MIN_FRICTION, ContactCompliance
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.physics.scene import Scene, make_scene
 
@@ -20,7 +20,7 @@ try:
     import mujoco
 except ImportError as error:
     words = "the MuJoCo engine and MJCF files need mujoco: pip install 'feeler[mujoco]'."
-    raise MissingExtra(words) from error
+    raise MissingDependencyError(words) from error
 
 # A scene as MuJoCo's MjSpec. The only module that writes one.
 #
@@ -245,7 +245,7 @@ def _add_in_space(spec: mujoco.MjSpec, scene: Scene) -> None:
 
 
 def _add_segment(
-    parent: mujoco.MjsBody, scene: Scene, n: int, soft: Softness, width: float
+    parent: mujoco.MjsBody, scene: Scene, n: int, soft: ContactCompliance, width: float
 ) -> mujoco.MjsBody:
     antenna = scene.antenna
     before = antenna.segment_length[n - 1] if n else 0.0

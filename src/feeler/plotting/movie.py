@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import writing
 from feeler.plotting.style import fix_layout
 from feeler.records import Gt
@@ -81,13 +81,15 @@ def write_movie(
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         imageio-ffmpeg is not installed.
     """
     try:
         import imageio_ffmpeg
     except ImportError as error:
-        raise MissingExtra("movies need ffmpeg: pip install 'feeler[movie]'.") from error
+        raise MissingDependencyError(
+            "movies need ffmpeg: pip install 'feeler[movie]'."
+        ) from error
     path = Path(path)
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(_MOVIE_WIDTH / figure.get_figwidth())

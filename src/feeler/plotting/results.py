@@ -503,7 +503,7 @@ def draw_sweep(sweep: Any) -> Picture:
         mean, spread = 100 * values.mean(axis=1), 100 * values.std(axis=1)
         curve.errorbar(sweep.ratios, mean, spread, marker="o", ms=3, capsize=2, label=name)
     curve.axhline(100 * sweep.chance, color="0.6", ls=":", label="chance")
-    curve.set(xlabel="noise ratio", ylabel="named right [%]", ylim=(0, 102))
+    curve.set(xlabel="noise ratio", ylabel="accuracy [%]", ylim=(0, 102))
     curve.legend(fontsize=7)
     total = sweep.confusion[-1].sum(axis=1, keepdims=True)
     image = counts.imshow(100 * sweep.confusion[-1] / np.maximum(total, 1), vmin=0, vmax=100)

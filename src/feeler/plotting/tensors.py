@@ -27,8 +27,8 @@ from feeler.tensors.transforms import (
     get_bending,
     in_unit,
     measure_peak,
-    need,
     reconstruct_posture,
+    require_variables,
 )
 from feeler.validation import checked
 
@@ -196,7 +196,7 @@ def take_curvature(tensors: xr.Dataset) -> np.ndarray:
     """Curvature away from the object (trial, sensor, time) [1/mm]; in space the length of its
     vector of both planes.
     """
-    need(tensors, "curvature")
+    require_variables(tensors, "curvature")
     found = get_bending(in_unit(tensors["curvature"], "1/mm"))
     return found.transpose("trial", "sensor", "time").values
 

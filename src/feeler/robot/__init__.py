@@ -1,6 +1,7 @@
 """The robotic antenna: hinges, sensor calibration, recordings, surrogate robot, transfer."""
 
-from feeler.robot.classify import Lessons, draw_lessons, make_classifier
+from feeler.renamed import find_renamed
+from feeler.robot.classify import TrainingSet, draw_training_set, make_classifier
 from feeler.robot.description import (
     ROBOT_FACTS,
     Flexures,
@@ -63,20 +64,20 @@ __all__ = [
     "ROBOT_FACTS",
     "Flexures",
     "Gap",
-    "Lessons",
     "Recording",
     "RobotFile",
     "RobotFit",
     "SensorCalibration",
     "Surrogate",
     "Touches",
+    "TrainingSet",
     "add_robots",
     "align_recordings",
     "choose_before",
     "compare_tips",
     "compute_tip",
-    "draw_lessons",
     "draw_robots",
+    "draw_training_set",
     "find_bad_channels",
     "fit_factors",
     "fit_sensors",
@@ -111,3 +112,5 @@ __all__ = [
     "touch_robots",
     "write_robot",
 ]
+
+__getattr__ = find_renamed(__name__)

@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.decoding.classifiers import NO_CONTACT
-from feeler.decoding.observers import CloudReader, Others
+from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.streams import StreamDecoder
 from feeler.decoding.transfer import (
     AFTER,
@@ -38,13 +38,13 @@ _CORNERS = 16  # [C] of an ellipse
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lessons:
+class TrainingSet:
     """Touches of surrogate robots.
 
     Attributes
     ----------
     known : list[Touches]
-        By robot; the touches to be told apart.
+        By robot; the touches to be discriminated.
     strangers : list[Touches]
         By further robots; the same touches, of other things.
     """
@@ -85,14 +85,14 @@ def _list_motions(touched: Sequence[Touches]) -> Iterator[tuple[np.ndarray, Labe
 
 
 @checked
-def draw_lessons(
+def draw_training_set(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
     robots: Count = _ROBOTS,
     seed: Seed = 0,
     **how: Any,
-) -> Lessons:
+) -> TrainingSet:
     """Touches of ``robots`` surrogate robots, and of half as many others that touch strangers.
 
     Strangers are boxes and ellipses of random sizes and roundings in the place of each object.
@@ -113,7 +113,7 @@ def draw_lessons(
             met = trials if k < robots else _replace_objects(trials, children[k])
             felt += touch_robots(several, trials=met, antenna=antenna, **how)
             advance(len(felt), len(drawn))
-    return Lessons(known=felt[:robots], strangers=felt[robots:])
+    return TrainingSet(known=felt[:robots], strangers=felt[robots:])
 
 
 def _replace_objects(trials: Sequence[Trial], seed: np.random.SeedSequence) -> list[Trial]:
@@ -142,26 +142,26 @@ def make_classifier(
     *,
     robots: Count = _ROBOTS,
     seed: Seed = 0,
-    lessons: Lessons | None = None,
+    lessons: TrainingSet | None = None,
     **how: Any,
-) -> CloudReader:
+) -> StudentTClassifier:
     """A reader of any antenna's touches, trained on the touches of surrogate robots around it.
 
     Its probabilities are calibrated on robots that it did not learn, at one reality gap; what your
     robot's own gap is, they cannot know. ``measure_strangeness`` says what is unlike any touch of
     ``trials``. The paper's classifier is :class:`feeler.decoding.TransferClassifier`. ``lessons``
-    are those of :func:`draw_lessons`, which else are drawn with the other words.
+    are those of :func:`draw_training_set`, which else are drawn with the other words.
     """
     if lessons is None:
-        lessons = draw_lessons(antenna, trials, robots=robots, seed=seed, **how)
+        lessons = draw_training_set(antenna, trials, robots=robots, seed=seed, **how)
     values, labels, groups, strangers = lessons.gather()
     if len({*labels}) < 2:
         raise InvalidInput(
-            "there is nothing to tell apart: all touches that were felt are of one object, place"
+            "there is nothing to discriminate: all touches that were felt are of one object, place"
             " and speed. Give two or more of one of them."
         )
     try:
-        return CloudReader().fit(values, labels, groups, strangers)
+        return StudentTClassifier().fit(values, labels, groups, strangers)
     except np.linalg.LinAlgError as error:
         raise InvalidInput(
             f"{len(lessons.known)} surrogate robots are too few to learn from: with one held out"
@@ -261,7 +261,7 @@ class Answer:
 
 
 def judge_recording(
-    reader: CloudReader, recording: Recording, antenna: Antenna, before: int = BEFORE
+    reader: StudentTClassifier, recording: Recording, antenna: Antenna, before: int = BEFORE
 ) -> tuple[Answer, np.ndarray]:
     """The answer to a repaired recording of angles from rest, and its aligned tensor.
 
@@ -289,7 +289,7 @@ def judge_recording(
 
 
 def _judge_touch(
-    reader: CloudReader,
+    reader: StudentTClassifier,
     tensor: np.ndarray,
     notes: Mapping[str, str | float],
     until: float | None = None,

@@ -12,7 +12,7 @@ from feeler.antenna import Antenna
 from feeler.antenna.files import Fact
 from feeler.errors import InvalidInput
 from feeler.files import make_record, read_start, read_toml, writing
-from feeler.records import Ge, Gt, Le, Of, Record, Unit, freeze
+from feeler.records import DType, Ge, Gt, Le, Record, Unit, freeze
 from feeler.robot.sensors import MAX_HINGES
 from feeler.validation import Count, checked
 
@@ -294,7 +294,7 @@ class _Factors(Record):
 class _Sensors(Record):
     """Table ``[sensors]``: which hinges have a channel, and the file of their calibration."""
 
-    hinges: Annotated[np.ndarray, "sensor", Of(int)] | None = None
+    hinges: Annotated[np.ndarray, "sensor", DType(int)] | None = None
     calibration: str | None = None
 
 

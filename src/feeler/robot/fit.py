@@ -11,7 +11,7 @@ from scipy.signal import find_peaks
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.records import Gt, OneOf, Shown
+from feeler.records import Choice, Gt, Shown
 from feeler.robot.description import Flexures, make_robot
 from feeler.robot.recordings import Recording
 from feeler.robot.touches import INTERVAL, compute_tip
@@ -190,7 +190,7 @@ def fit_factors(
     *,
     hinges: Flexures | None = None,
     theory: Antenna | None = None,
-    method: Annotated[str, OneOf(("update", "powell"))] = "update",
+    method: Annotated[str, Choice(("update", "powell"))] = "update",
     name: str = "fitted robot",
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.decoding.observers import CloudReader
+from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.streams import StreamDecoder, StreamState
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
@@ -122,8 +122,8 @@ class LiveTouch:
     Parameters
     ----------
     decoder, classifier
-        What :meth:`feeler.robot.Lessons.watch` and :func:`feeler.robot.make_classifier` give for
-        the same lessons.
+        What :meth:`feeler.robot.TrainingSet.watch` and :func:`feeler.robot.make_classifier`
+        give for the same lessons.
     before
         Samples before the peak, as in :func:`feeler.robot.choose_before`.
     labels
@@ -140,7 +140,7 @@ class LiveTouch:
     def __init__(
         self,
         decoder: StreamDecoder,
-        classifier: CloudReader,
+        classifier: StudentTClassifier,
         antenna: Antenna,
         before: int,
         labels: Mapping[str, str | float] | None = None,

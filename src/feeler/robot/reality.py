@@ -422,8 +422,8 @@ def measure_parts(
     parts
         Entries of :class:`Gap` to keep, by a name; default :data:`PARTS`.
     trials
-        What is told apart; by default the paper's thirty touches, tested on its six tip contacts.
-        Own touches are all tested.
+        What is discriminated; by default the paper's thirty touches, tested on its six tip
+        contacts. Own touches are all tested.
     progress
         Called with (done, total) parts; default: a bar that appears after 5 s.
     """

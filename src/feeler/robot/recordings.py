@@ -12,7 +12,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.files import writing
 from feeler.objects import load_objects
-from feeler.records import ALLOW_NAN, OneOf, Record
+from feeler.records import ALLOW_NAN, Choice, Record
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.sensors import (
     ANGLE_UNITS,
@@ -86,10 +86,10 @@ class Recording(Record):
 
     time: Annotated[np.ndarray, "sample", ALLOW_NAN]
     values: Annotated[np.ndarray, "sensor sample", ALLOW_NAN]
-    quantity: Annotated[str, OneOf(("angle", *dict.fromkeys(_QUANTITIES.values())))] = "angle"
+    quantity: Annotated[str, Choice(("angle", *dict.fromkeys(_QUANTITIES.values())))] = "angle"
     unit: str = ""
     robot: str = ""
-    source: Annotated[str, OneOf(_SOURCES)] = "robot"
+    source: Annotated[str, Choice(_SOURCES)] = "robot"
     labels: dict[str, str | float] = field(default_factory=dict)
     history: tuple[str, ...] = ()
 

@@ -9,7 +9,7 @@ import xarray as xr
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.records import Gt, OneOf
+from feeler.records import Choice, Gt
 from feeler.robot.description import make_robot
 from feeler.robot.recordings import Recording
 from feeler.robot.touches import INTERVAL
@@ -68,8 +68,8 @@ def repair(
     *,
     interval: Annotated[float, Gt(0)] = INTERVAL,
     max_gap: float = _MAX_GAP,
-    gaps: Annotated[str, OneOf(("refuse", "bridge", "keep"))] = "refuse",
-    bad_channels: Annotated[str, OneOf(("refuse", "missing"))] = "refuse",
+    gaps: Annotated[str, Choice(("refuse", "bridge", "keep"))] = "refuse",
+    bad_channels: Annotated[str, Choice(("refuse", "missing"))] = "refuse",
 ) -> Recording:
     """The recording on an even time base that starts at 0, with every change in its history.
 
@@ -205,7 +205,7 @@ def make_dataset(
     recordings: Sequence[Recording],
     antenna: Antenna | None = None,
     *,
-    lengths: Annotated[str, OneOf(("refuse", "crop", "hold"))] = "refuse",
+    lengths: Annotated[str, Choice(("refuse", "crop", "hold"))] = "refuse",
 ) -> xr.Dataset:
     """Tactile tensors from repaired angle recordings, through the same door as simulations.
 

@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 
 # The lines that a board sends: numbered, timed and summed, so that every fault is noticed.
 #
@@ -341,13 +341,13 @@ def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Ite
     ------
     InvalidInput
         There is no such port, it is in use, or its board was unplugged.
-    MissingExtra
+    MissingDependencyError
         pyserial is not installed.
     """
     try:
         import serial
     except ImportError as error:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "a serial port needs pyserial: pip install 'feeler[robot]'."
         ) from error
     try:

@@ -103,7 +103,7 @@ def simulate_pairs(
 
     Raises
     ------
-    SimulationDiverged
+    SimulationDivergedError
         The first touch that left the finite numbers.
     """
     from feeler.physics.run import expect_motions, simulate

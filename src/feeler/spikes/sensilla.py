@@ -8,8 +8,8 @@ import xarray as xr
 from scipy.special import cosdg, sindg
 
 from feeler.compiled import compiled, lean
-from feeler.errors import Doubtful, InvalidInput
-from feeler.records import Ge, Gt, Le, Len, Of, Record, Unit
+from feeler.errors import InvalidInput, ModelValidityWarning
+from feeler.records import DType, Ge, Gt, Le, Len, Record, Unit
 from feeler.tensors.schema import label_units
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
@@ -241,7 +241,7 @@ class Population(Record):
     """
 
     position: Annotated[np.ndarray, "unit"]
-    side: Annotated[np.ndarray, "unit", Of(int)]
+    side: Annotated[np.ndarray, "unit", DType(int)]
     gain: Annotated[np.ndarray, "unit?"]
     sensilla: Annotated[tuple[Sensillum, ...], Len(1)] = (CAMPANIFORM,)
     quantity: Literal["angle", "curvature"] = "angle"
@@ -334,7 +334,7 @@ class Population(Record):
             warnings.warn(
                 "every unit that fires reaches its greatest rate; a lower gain would tell touches"
                 " apart by how strongly they bend.",
-                Doubtful,
+                ModelValidityWarning,
                 stacklevel=3,
             )
         known = {"unit", "event"} & {*touches.dims}

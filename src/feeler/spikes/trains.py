@@ -11,7 +11,7 @@ from scipy.special import logsumexp, softmax
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import Labels, Reader, count_until, make_lda
 from feeler.decoding.observers import warn_of_copies
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Ge, Record, Registry, Unit, freeze
 from feeler.spikes.sensilla import (
     STIFFEST,
@@ -105,7 +105,7 @@ def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0
 
 
 def _doubt(why: str) -> None:
-    warnings.warn(f"no unit fired in any trial: {why}", Doubtful, stacklevel=4)
+    warnings.warn(f"no unit fired in any trial: {why}", ModelValidityWarning, stacklevel=4)
 
 
 def _read_rates(touches: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -2,19 +2,22 @@
 share one front end.
 """
 
+from feeler.renamed import find_renamed
 from feeler.studio.export import write_touch_page
 from feeler.studio.live import Boards
-from feeler.studio.requests import AntennaWish, ObjectWish, TouchWish
+from feeler.studio.requests import AntennaRequest, ObjectRequest, TouchRequest
 from feeler.studio.server import Studio, show_studio
 from feeler.studio.session import Session
 
 __all__ = [
-    "AntennaWish",
+    "AntennaRequest",
     "Boards",
-    "ObjectWish",
+    "ObjectRequest",
     "Session",
     "Studio",
-    "TouchWish",
+    "TouchRequest",
     "show_studio",
     "write_touch_page",
 ]
+
+__getattr__ = find_renamed(__name__)

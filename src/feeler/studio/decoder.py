@@ -21,7 +21,7 @@ from scipy.stats import qmc
 from feeler.decoding.streams import OnsetFinder, Stream
 from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial
-from feeler.studio.requests import TouchWish, make_shape
+from feeler.studio.requests import TouchRequest, make_shape
 
 KINDS = ("ball", "box", "triangle")
 OUTSIDE = "outside"
@@ -88,7 +88,7 @@ class Range:
         ]
         return touches, kinds
 
-    def find_outside(self, wish: TouchWish) -> list[str]:
+    def find_outside(self, wish: TouchRequest) -> list[str]:
         """What of a touch lies outside the range, in words; none: it lies within."""
         found = []
         if wish.kind not in KINDS:

@@ -18,7 +18,7 @@ from scipy.fft import dct, idct
 from feeler.antenna.animals import match_damping
 from feeler.antenna.files import write_antenna
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.execute.threads import ThreadExecutor, hold_blas
 from feeler.files import temporary_folder
 from feeler.objects.bodies import Object
@@ -34,9 +34,9 @@ from feeler.studio.decoder import ANSWERS, NOISE
 from feeler.studio.live import LONGEST, Command, read_commands, replay
 from feeler.studio.requests import (
     SAMPLE_INTERVAL,
-    AntennaWish,
-    ObjectWish,
-    TouchWish,
+    AntennaRequest,
+    ObjectRequest,
+    TouchRequest,
     count_samples,
     describe_antenna,
     draw_feature,
@@ -137,7 +137,7 @@ print(tensor.shape, hashlib.sha256(np.ascontiguousarray(tensor).tobytes()).hexdi
 
 
 def _write_script(
-    wish: TouchWish, commands: list[Command] | None = None, n_samples: int = 0
+    wish: TouchRequest, commands: list[Command] | None = None, n_samples: int = 0
 ) -> str:
     """The text of a script; with ``commands`` that of a run by hand of so many samples."""
     from importlib.metadata import version
@@ -167,14 +167,14 @@ def _write_script(
     return "\n".join(lines) + "\n" + _TAIL
 
 
-def _read_angle(wish: TouchWish) -> str:
+def _read_angle(wish: TouchRequest) -> str:
     """The line that takes the tensor; in space the sensors of one plane after those of another."""
     if not wish.antenna.make_any().spatial:
         return 'angle = tensors["angle"].values[0]'
     return 'angle = tensors["angle"].values[0].reshape(-1, tensors.sizes["time"])'
 
 
-def _step(wish: TouchWish) -> str:
+def _step(wish: TouchRequest) -> str:
     from feeler.physics.contact import get_contact
     from feeler.studio.requests import PREVIEW
 
@@ -183,7 +183,7 @@ def _step(wish: TouchWish) -> str:
     return f", timestep={get_contact(None, wish.antenna.make_any()).scale_timestep(PREVIEW)}"
 
 
-def _write_antenna(wish: AntennaWish) -> list[str]:
+def _write_antenna(wish: AntennaRequest) -> list[str]:
     if wish.toml:
         text = wish.toml.replace("\\", "\\\\")
         text = re.sub(r'"""|"\Z', lambda found: found[0].replace('"', '\\"'), text)
@@ -226,7 +226,7 @@ def _write_antenna(wish: AntennaWish) -> list[str]:
     return lines
 
 
-def _write_trial(wish: TouchWish) -> list[str]:
+def _write_trial(wish: TouchRequest) -> list[str]:
     names = ["location", "speed", "approach", "side", "friction", "lead"]
     names += ["azimuth"] if wish.antenna.make_any().spatial else []
     return [
@@ -244,7 +244,7 @@ def _write_shape(kind: str, size: float) -> str:
     }[kind]
 
 
-def _write_objects(objects: tuple[ObjectWish, ...]) -> list[str]:
+def _write_objects(objects: tuple[ObjectRequest, ...]) -> list[str]:
     made = [item.make(number) for number, item in enumerate(objects)]
     return [
         "objects = [",
@@ -258,7 +258,7 @@ def _write_objects(objects: tuple[ObjectWish, ...]) -> list[str]:
     ]
 
 
-def _write_hand(wish: TouchWish, commands: list[Command], n_samples: int) -> list[str]:
+def _write_hand(wish: TouchRequest, commands: list[Command], n_samples: int) -> list[str]:
     lines = [
         *_write_objects(wish.objects),
         "# what the hand did: sample, object (-1: the base), velocity x, y, turn",
@@ -318,7 +318,7 @@ class _PageView(NamedTuple):
 
 
 def read_shown(
-    wish: TouchWish, readings: dict[str, np.ndarray], quantity: str, *, by_hand: bool
+    wish: TouchRequest, readings: dict[str, np.ndarray], quantity: str, *, by_hand: bool
 ) -> _PageView:
     """What the page shows of these readings."""
     antenna, objects = wish.antenna.make(), wish.make_objects()
@@ -430,7 +430,7 @@ def _set_limits(ax: Any, points: np.ndarray) -> None:
     )
 
 
-# A page that computes by itself: one file of HTML with the engine in it, which asks no server
+# A standalone page: one file of HTML with the engine in it, which asks no server
 # and no other host for anything.
 
 _PAPER = (
@@ -445,15 +445,15 @@ _NEARLY_LEVEL = (
 # [C] of what a decoder was trained on, in rad; the finest with which a page stays small
 _STEPS = (0.008, 0.016)
 _LARGEST = 480_000  # characters
-_Choice = tuple[str, AntennaWish]
+_Choice = tuple[str, AntennaRequest]
 """An antenna that a page offers: its name and what it is."""
 _KINDS = {f.KIND_BALL: "ball", f.KIND_BOX: "box", f.KIND_POLYGON: "polygon"}
 
 
 @checked
 def write_touch_page(
-    wish: TouchWish | None = None,
-    other: AntennaWish | None = None,
+    wish: TouchRequest | None = None,
+    other: AntennaRequest | None = None,
     *,
     unsure: Annotated[float, Ge(0)] = UNSURE,
     commands: Sequence[Command] | None = None,
@@ -469,14 +469,14 @@ def write_touch_page(
     wish
         What it shows first; default: a ball of 1.5 mm meets the cockroach's antenna slowly.
     other
-        The second antenna; default: the first one with all hinges equally stiff, or the cockroach's
+        The second antenna; default: the first one with uniform hinges, or the cockroach's
         where the first is so already.
     unsure
         How well the decoder knows the speed, as a share of it.
     commands, samples
         A run by hand to be shown first, and its length.
     """
-    wish = TouchWish() if wish is None else wish.replace(preview=False)
+    wish = TouchRequest() if wish is None else wish.replace(preview=False)
     choices = _choose(wish.antenna, other)
     speeds = sorted({SPEEDS["slow"], wish.speed, SPEEDS["fast"]})
     names = {value: name for name, value in SPEEDS.items()}
@@ -507,7 +507,7 @@ def write_touch_page(
     return page
 
 
-def _choose(first: AntennaWish, other: AntennaWish | None) -> list[_Choice]:
+def _choose(first: AntennaRequest, other: AntennaRequest | None) -> list[_Choice]:
     """The two antennas of a page."""
     antenna = first.make()
     if other is not None:
@@ -516,12 +516,16 @@ def _choose(first: AntennaWish, other: AntennaWish | None) -> list[_Choice]:
             (f"B: {other.make().name}"[:_NAME_LENGTH], other),
         ]
     if np.max(antenna.stiffness) <= _NEARLY_LEVEL * np.min(antenna.stiffness):
-        return [("graded", AntennaWish()), ("uniform", first)]
-    level = AntennaWish(preset="matched") if first == AntennaWish() else _level(first, antenna)
+        return [("graded", AntennaRequest()), ("uniform", first)]
+    level = (
+        AntennaRequest(preset="matched")
+        if first == AntennaRequest()
+        else _level(first, antenna)
+    )
     return [("graded", first), ("uniform", level)]
 
 
-def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
+def _level(wish: AntennaRequest, antenna: Antenna) -> AntennaRequest:
     """The same antenna with equal hinges: of the same total compliance, and of the same damping
     ratio of the first mode.
     """
@@ -536,7 +540,7 @@ def _level(wish: AntennaWish, antenna: Antenna) -> AntennaWish:
     )
 
 
-def _pack(name: str, wish: AntennaWish) -> dict[str, Any]:
+def _pack(name: str, wish: AntennaRequest) -> dict[str, Any]:
     antenna = wish.make()
     return {
         "name": name,
@@ -573,7 +577,9 @@ def _teach_all(
 
 
 @lru_cache(maxsize=24)
-def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[str, Any] | None:
+def _keep(
+    wish: AntennaRequest, speed: float, unsure: float, step: float
+) -> dict[str, Any] | None:
     """A decoder as the page reads it; None where this antenna's touches teach nothing."""
     packed: dict[str, Any] = {}
 
@@ -585,7 +591,7 @@ def _keep(wish: AntennaWish, speed: float, unsure: float, step: float) -> dict[s
         decoder, trained, scores = train(
             wish.make(), speed, lambda doing, share: None, Event(), unsure, coarsen
         )
-    except (InvalidInput, SimulationDiverged):
+    except (InvalidInput, SimulationDivergedError):
         return None
     antenna, most = wish.make(), np.abs(decoder.templates_).max(axis=(0, 2))
     return {
@@ -673,7 +679,7 @@ def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
     """Name, kind and content of what the page asks to be saved: ``what`` is toml, script, svg, png,
     mp4 or html.
     """
-    wish = TouchWish.from_plain(message.get("wish"))
+    wish = TouchRequest.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
     samples = int(
         read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST)
@@ -703,7 +709,9 @@ def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
     return f"feeler-{stem}.{'py' if what == 'script' else what}", mime, make()
 
 
-def _read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[str, np.ndarray]:
+def _read_whole(
+    wish: TouchRequest, commands: list | None, samples: int
+) -> dict[str, np.ndarray]:
     """The readings of a touch, or of a run by hand, from its first to its last sample."""
     if commands is not None:
         return replay(wish, commands, samples)
@@ -712,7 +720,7 @@ def _read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[st
 
 
 def _write_html(
-    wish: TouchWish, other: Any, commands: list | None, samples: int, unsure: float
+    wish: TouchRequest, other: Any, commands: list | None, samples: int, unsure: float
 ) -> str:
-    second = None if other is None else TouchWish.from_plain(other).antenna
+    second = None if other is None else TouchRequest.from_plain(other).antenna
     return write_touch_page(wish, second, unsure=unsure, commands=commands, samples=samples)

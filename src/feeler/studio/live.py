@@ -23,9 +23,9 @@ from feeler.robot import SensorCalibration, load_calibration, load_recording, re
 from feeler.robot.stream import Link, open_serial, split_sample, take_line
 from feeler.studio.requests import (
     SAMPLE_INTERVAL,
-    AntennaWish,
+    AntennaRequest,
     Readings,
-    TouchWish,
+    TouchRequest,
     describe_antenna,
     describe_original,
     describe_scene,
@@ -87,7 +87,7 @@ class Hand:
             self._ended.set()
             self._ended, self._aims = Event(), {}
 
-    def run(self, wish: TouchWish, pace: float, say: Say, stop: Event) -> None:
+    def run(self, wish: TouchRequest, pace: float, say: Say, stop: Event) -> None:
         """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
         ended = self._ended
         simulation, readings, commands = make_simulation(wish), Readings(), _hold_all(wish)
@@ -150,7 +150,7 @@ class Hand:
         return found
 
 
-def _hold_all(wish: TouchWish) -> list[Command]:
+def _hold_all(wish: TouchRequest) -> list[Command]:
     """Commands by which nothing moves by itself."""
     return [(1, number, 0.0, 0.0, 0.0) for number in range(1 + len(wish.objects))]
 
@@ -164,7 +164,9 @@ def _apply(simulation: Simulations, commands: list[Command]) -> None:
             simulation.move_object(0, what, (vx, vy), turn)
 
 
-def replay(wish: TouchWish, commands: list[Command], n_samples: int) -> dict[str, np.ndarray]:
+def replay(
+    wish: TouchRequest, commands: list[Command], n_samples: int
+) -> dict[str, np.ndarray]:
     """The readings of a run again, to the last bit."""
     simulation, readings = make_simulation(wish), Readings()
     readings.add(simulation)
@@ -525,7 +527,7 @@ def open_text(
     name, text = read_file(message)
     if name.lower().endswith(".toml"):
         antenna = parse_antenna(text, name).antenna
-        wish = AntennaWish(toml=text, name=antenna.name)
+        wish = AntennaRequest(toml=text, name=antenna.name)
         return {
             "what": "antenna",
             "antenna": wish.to_plain(),
@@ -535,7 +537,7 @@ def open_text(
         return _open_recording(
             name,
             text,
-            AntennaWish.from_plain(message.get("antenna", {})).make(),
+            AntennaRequest.from_plain(message.get("antenna", {})).make(),
             calibration,
             find,
         )

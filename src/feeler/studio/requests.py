@@ -41,7 +41,7 @@ _Friction = Annotated[float, Ge(0), Le(100)]
 _Place = Annotated[float, Ge(-1e4), Le(1e4), Unit("mm")]
 
 
-class AntennaWish(Record):
+class AntennaRequest(Record):
     """A preset or an antenna file, and what was changed of it.
 
     Attributes
@@ -96,7 +96,7 @@ def _read_original(preset: str, toml: str) -> Antenna:
 
 
 @lru_cache(maxsize=64)
-def _make_antenna(wish: AntennaWish) -> Antenna:
+def _make_antenna(wish: AntennaRequest) -> Antenna:
     original = _read_original(wish.preset, wish.toml)
     changes: dict[str, Any] = {}
     if original.spatial and (wish.stiffness or wish.damping):
@@ -141,7 +141,7 @@ def _compute_compliance(stiffness: np.ndarray) -> float:
         return float(np.sum(1 / stiffness))
 
 
-class ObjectWish(Record):
+class ObjectRequest(Record):
     """One more object, which stands somewhere or moves by itself.
 
     Attributes
@@ -178,12 +178,12 @@ class ObjectWish(Record):
         )
 
 
-class TouchWish(Record):
+class TouchRequest(Record):
     """One touch of an antenna: a trial, and objects beside it.
 
     Attributes
     ----------
-    antenna : AntennaWish
+    antenna : AntennaRequest
         What is touched.
     kind, size, location, speed, approach, side, friction, lead
         As in :class:`feeler.Trial`.
@@ -191,13 +191,13 @@ class TouchWish(Record):
         Of an antenna in space [degrees], as in :class:`feeler.Trial`; in the plane there is none.
     duration : float
         Recorded time [ms], in whole samples.
-    objects : tuple[ObjectWish, ...]
+    objects : tuple[ObjectRequest, ...]
         What stands or moves beside it.
     preview : bool
         Whether coarse steps will do, because the next wish is already on its way.
     """
 
-    antenna: AntennaWish = field(default_factory=AntennaWish)
+    antenna: AntennaRequest = field(default_factory=AntennaRequest)
     kind: _Kind = "ball"
     size: _HalfWidth = 1.5
     location: Annotated[float, Ge(1e-3), Le(1)] = 0.7
@@ -208,7 +208,7 @@ class TouchWish(Record):
     lead: Annotated[float, Ge(0.1), Le(500), Unit("ms")] = 5.0
     azimuth: Annotated[float, Ge(-180), Le(180), Unit("degrees")] = 0.0
     duration: Annotated[float, Ge(2), Le(_MAX_DURATION), Unit("ms")] = 380.0
-    objects: Annotated[tuple[ObjectWish, ...], Len(0, 8)] = ()
+    objects: Annotated[tuple[ObjectRequest, ...], Len(0, 8)] = ()
     preview: bool = False
 
     def __post_init__(self) -> None:
@@ -260,11 +260,11 @@ def read_number(value: object, name: str, low: float, high: float) -> float:
     return float(value)
 
 
-def wish_for(antenna: Antenna | str) -> AntennaWish:
+def wish_for(antenna: Antenna | str) -> AntennaRequest:
     """The wish for a preset by name, or for an antenna as it is."""
     if isinstance(antenna, Antenna):
-        return AntennaWish(toml=write_antenna(antenna), name=antenna.name)
-    wish = AntennaWish(preset=antenna)
+        return AntennaRequest(toml=write_antenna(antenna), name=antenna.name)
+    wish = AntennaRequest(preset=antenna)
     wish.make_any()
     return wish
 
@@ -290,7 +290,7 @@ class Readings:
 
         Raises
         ------
-        SimulationDiverged
+        SimulationDivergedError
             There is nothing to read any more.
         """
         if simulation.failed[0] is not None:
@@ -330,7 +330,7 @@ class Readings:
         }
 
 
-def make_simulation(wish: TouchWish) -> Simulations:
+def make_simulation(wish: TouchRequest) -> Simulations:
     """The simulation of a wish at time 0."""
     scene = build_scene(wish.antenna.make(), wish.make_objects())
     timestep = scene.contact.scale_timestep(PREVIEW) if wish.preview else None
@@ -338,7 +338,7 @@ def make_simulation(wish: TouchWish) -> Simulations:
 
 
 def simulate_pieces(
-    wish: TouchWish, stop: Event
+    wish: TouchRequest, stop: Event
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Number of the first sample and readings of each piece; ends early when ``stop`` is set."""
     simulation, readings, n_samples = make_simulation(wish), Readings(), count_samples(wish)
@@ -354,7 +354,7 @@ def simulate_pieces(
             done, size = k + 1, _PIECE
 
 
-def count_samples(wish: TouchWish) -> int:
+def count_samples(wish: TouchRequest) -> int:
     """Samples of a whole touch."""
     return round(wish.duration / SAMPLE_INTERVAL)
 
@@ -393,7 +393,7 @@ def describe_mode(antenna: Antenna) -> dict[str, float | None]:
     }
 
 
-def describe_scene(wish: TouchWish) -> dict[str, Any]:
+def describe_scene(wish: TouchRequest) -> dict[str, Any]:
     """What a page needs to draw a touch: the antenna, and each object's outlines."""
     features = [
         item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()
@@ -424,7 +424,7 @@ def hash_tensor(tensor: np.ndarray) -> str:
 _HANDLES = 5  # [C] of a profile that is not changed yet
 
 
-def make_catalogue(first: AntennaWish) -> dict[str, Any]:
+def make_catalogue(first: AntennaRequest) -> dict[str, Any]:
     """Presets, shapes, the paper's grid, facts and their tags, as plain data."""
     return {**_make_fixed(), "first": first.to_plain()}
 

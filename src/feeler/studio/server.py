@@ -19,8 +19,8 @@ from feeler.errors import FeelerError, InvalidInput, require_extra
 from feeler.studio.export import PAGE, SPACE_SCRIPT, read_page, write_module
 from feeler.studio.live import Boards
 from feeler.studio.requests import (
-    AntennaWish,
-    TouchWish,
+    AntennaRequest,
+    TouchRequest,
     make_catalogue,
     simulate_pieces,
     wish_for,
@@ -79,7 +79,7 @@ class Studio:
 
     def __init__(
         self,
-        antenna: AntennaWish | None = None,
+        antenna: AntennaRequest | None = None,
         *,
         port: int | None = None,
         token: str | None = None,
@@ -100,7 +100,9 @@ class Studio:
         self._ready.wait()
         if self._error is not None:
             raise self._error
-        threading.Thread(target=_warm_up, args=(antenna or AntennaWish(),), daemon=True).start()
+        threading.Thread(
+            target=_warm_up, args=(antenna or AntennaRequest(),), daemon=True
+        ).start()
 
     @property
     def address(self) -> str:
@@ -205,12 +207,14 @@ class Studio:
             session.close()
 
 
-def _warm_up(antenna: AntennaWish) -> None:
+def _warm_up(antenna: AntennaRequest) -> None:
     """Load, or compile once, what the first page needs; what is wrong with the antenna its page
     will hear.
     """
     with contextlib.suppress(FeelerError):
-        for _ in simulate_pieces(TouchWish(antenna=antenna, duration=8.0), threading.Event()):
+        for _ in simulate_pieces(
+            TouchRequest(antenna=antenna, duration=8.0), threading.Event()
+        ):
             pass
         make_catalogue(antenna)
 
@@ -277,7 +281,7 @@ def show_studio(antenna: Antenna | str = "exponential") -> Any:
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         anywidget is not installed.
     InvalidInput
         No preset of this name.
@@ -285,7 +289,7 @@ def show_studio(antenna: Antenna | str = "exponential") -> Any:
     return _make_widget(wish_for(antenna))
 
 
-def _make_widget(wish: AntennaWish) -> Any:
+def _make_widget(wish: AntennaRequest) -> Any:
     """The widget of a wish."""
     require_extra("anywidget", "notebook", "the studio in a notebook")
     import anywidget

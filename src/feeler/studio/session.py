@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
+from feeler.errors import FeelerError, InvalidInput, SimulationDivergedError
 from feeler.experiments.tactile import touch
 from feeler.physics.contact import get_contact
 from feeler.plotting.antennas import describe_turnable
@@ -22,8 +22,8 @@ from feeler.studio.export import make_file
 from feeler.studio.live import Boards, Hand, Say, listen, open_calibration, open_text, read_file
 from feeler.studio.requests import (
     PREVIEW,
-    AntennaWish,
-    TouchWish,
+    AntennaRequest,
+    TouchRequest,
     count_samples,
     describe_antenna,
     describe_mode,
@@ -33,7 +33,7 @@ from feeler.studio.requests import (
     read_number,
     simulate_pieces,
 )
-from feeler.studio.study import AntennaStudy, heed
+from feeler.studio.study import AntennaStudy, check_cancelled
 from feeler.validation import checked
 from feeler.wall import FOLLOWING, DistanceMap, calibrate, follow, make_turn
 
@@ -156,7 +156,7 @@ class Desk:
 # A touch of an antenna in space: computed whole, shown as a view that is turned by hand.
 
 
-def _touch_in_space(wish: TouchWish) -> xr.Dataset:
+def _touch_in_space(wish: TouchRequest) -> xr.Dataset:
     """The touch, with every hinge as a sensor.
 
     Raises
@@ -210,7 +210,7 @@ def _run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop:
 
     def watch(body: np.ndarray, angle: np.ndarray) -> None:
         nonlocal sent
-        heed(stop)
+        check_cancelled(stop)
         rows.append((body, angle))
         if len(rows) == _PIECE:
             say({"part": "piece", "first": sent}, **_take(rows))
@@ -243,7 +243,7 @@ _maps: dict[tuple[Antenna, float], DistanceMap] = {}
 
 def _find_map(antenna: Antenna, speed: float, stop: Event) -> DistanceMap:
     def watch(body: np.ndarray, angle: np.ndarray) -> None:
-        heed(stop)
+        check_cancelled(stop)
 
     if (antenna, speed) not in _maps:
         if len(_maps) >= 32:
@@ -268,12 +268,12 @@ class Session:
     """
 
     def __init__(
-        self, put: _Put, antenna: AntennaWish | None = None, boards: Boards | None = None
+        self, put: _Put, antenna: AntennaRequest | None = None, boards: Boards | None = None
     ) -> None:
         self._put, self._desk, self._hand = put, Desk(), Hand()
         self._boards = boards or Boards()
         self._calibration = self._boards.calibration
-        self._first, self._unsure = antenna or AntennaWish(), study.UNSURE
+        self._first, self._unsure = antenna or AntennaRequest(), study.UNSURE
         self._tasks: dict[str, tuple[str, _Task]] = {
             "hello": ("catalogue", self._greet),
             "touch": ("touch", self._touch),
@@ -332,9 +332,9 @@ class Session:
         wrong = {**about, "type": "error", "of": message["type"]}
         try:
             task(about, message, stop)
-        except (study.Stopped, ConnectionError):
+        except (study.Cancelled, ConnectionError):
             return
-        except SimulationDiverged:
+        except SimulationDivergedError:
             self._say({**wrong, "message": _advise(message["type"])})
         except FeelerError as error:
             self._say({**wrong, "message": str(error)})
@@ -360,7 +360,7 @@ class Session:
         self._say({**about, **make_catalogue(self._first)})
 
     def _touch(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
-        wish = TouchWish.from_plain(message.get("wish"))
+        wish = TouchRequest.from_plain(message.get("wish"))
         antenna = wish.antenna.make_any()
         if antenna.spatial:
             self._turn(about, antenna, wish, stop)
@@ -380,7 +380,7 @@ class Session:
         self._read(about, antenna, wish, tensor)
 
     def _turn(
-        self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, stop: Event
+        self, about: dict[str, Any], antenna: Antenna, wish: TouchRequest, stop: Event
     ) -> None:
         """A touch in space, whole, and the view of it that is turned by hand."""
         begin = {"part": "begin", "total": count_samples(wish), "preview": wish.preview}
@@ -400,7 +400,7 @@ class Session:
         self,
         about: dict[str, Any],
         antenna: Antenna,
-        wish: TouchWish,
+        wish: TouchRequest,
         tensor: np.ndarray,
     ) -> None:
         """Code and verdict, where the antenna has been studied at this speed. Of a touch outside
@@ -419,7 +419,7 @@ class Session:
         )
 
     def _study(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
-        antenna = AntennaWish.from_plain(message.get("antenna")).make()
+        antenna = AntennaRequest.from_plain(message.get("antenna")).make()
         speed = read_number(message.get("speed"), "speed", 1e-3, 4.0)
         self._unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
 
@@ -450,12 +450,12 @@ class Session:
     def _take_in_hand(
         self, about: dict[str, Any], message: dict[str, Any], stop: Event
     ) -> None:
-        wish = TouchWish.from_plain(message.get("wish"))
+        wish = TouchRequest.from_plain(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
         self._hand.run(wish, pace, partial(self._tell, {**about, "hand": True}), stop)
 
     def _follow(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
-        antenna = AntennaWish.from_plain(message.get("antenna")).make()
+        antenna = AntennaRequest.from_plain(message.get("antenna")).make()
         turn = read_number(message.get("turn", 30.0), "turn", -79.0, 79.0)
         speed = read_number(message.get("speed", 0.45), "speed", 0.05, 2.0)
         _run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
@@ -483,7 +483,7 @@ class Session:
     def _listen(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         if not message.get("port"):
             return  # who listened has stopped
-        antenna = AntennaWish.from_plain(message.get("antenna")).make()
+        antenna = AntennaRequest.from_plain(message.get("antenna")).make()
         lines, say = (
             self._boards.open(message["port"]),
             partial(self._tell, {**about, "live": True}),

@@ -42,7 +42,7 @@ _Label = tuple[str, float, float]
 _Tell = Callable[[str, float], None]
 
 
-class Stopped(Exception):
+class Cancelled(Exception):
     """The study was asked to end."""
 
 
@@ -143,7 +143,7 @@ def _make(
     tell("comparing", 0.65)
     scaled = scale_common(rectify(angle))
     similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
-    heed(stop)
+    check_cancelled(stop)
     return AntennaStudy(
         antenna=antenna,
         speed=speed,
@@ -174,7 +174,7 @@ def train(
     ------
     InvalidInput
         Many of the touches are noticed by no sensor.
-    SimulationDiverged
+    SimulationDivergedError
         One of the touches cannot be computed.
     """
     trained = Range.around(speed, unsure)
@@ -189,9 +189,9 @@ def train(
     decoder.fit(angle[known], [kinds[k] for k in known])
     if coarsen is not None:
         decoder.adopt(coarsen(decoder.templates_), decoder.kinds_)
-    heed(stop)
+    check_cancelled(stop)
     decoder.calibrate(angle[held], [kinds[k] for k in held])
-    heed(stop)
+    check_cancelled(stop)
     return decoder, trained, decoder.score(angle[tested], [kinds[k] for k in tested])
 
 
@@ -209,7 +209,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
         try:
             results = run_group([scenes[i] for i in group], clock, stop=stop)
         except KeyboardInterrupt:
-            raise Stopped from None
+            raise Cancelled from None
         for i, motion in zip(group, results, strict=True):
             if isinstance(motion, Exception):
                 raise motion
@@ -221,14 +221,14 @@ def _learn(tensors: np.ndarray, tell: _Tell, stop: Event) -> ConvolutiveNMF:
     encoder = ConvolutiveNMF(**_ENCODER, max_iter=_ITERATIONS)
     starts: dict[str, np.ndarray] = {}
     for done in range(_ROUNDS):
-        heed(stop)
+        check_cancelled(stop)
         tell("learning bases", 0.7 + 0.3 * done / _ROUNDS)
         encoder.fit(tensors, **starts)
         starts = {"components": encoder.components_, "activations": encoder.activations_}
     return encoder
 
 
-def heed(stop: Event) -> None:
-    """Raise where the work is to end."""
+def check_cancelled(stop: Event) -> None:
+    """Raise if cancelled."""
     if stop.is_set():
-        raise Stopped
+        raise Cancelled

@@ -5,11 +5,13 @@ configuration.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from feeler.renamed import find_renamed
+
 if TYPE_CHECKING:
     from feeler.tensors.schema import (
         QUANTITIES,
         Quantity,
-        find_breaches,
+        find_errors,
         make_tensors,
         validate,
     )
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "QUANTITIES": "schema",
     "Quantity": "schema",
-    "find_breaches": "schema",
+    "find_errors": "schema",
     "fold_signs": "transforms",
     "in_unit": "transforms",
     "make_tensors": "schema",
@@ -40,7 +42,7 @@ _HOMES = {
 __all__ = [
     "QUANTITIES",
     "Quantity",
-    "find_breaches",
+    "find_errors",
     "fold_signs",
     "in_unit",
     "make_tensors",
@@ -54,7 +56,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return find_renamed(__name__)(name)
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import read_start
 from feeler.sandbox import open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
@@ -95,7 +95,7 @@ def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         The library that reads this kind of bag is not installed.
     InvalidInput
         No such topic (those that exist are named), several to choose from, messages of changing
@@ -146,7 +146,7 @@ def _require_library(path: str) -> None:
     parts = _list_parts(path)
     mcap = not parts or _find_ending(parts[0]) == ".mcap"
     if find_spec("mcap_ros2" if mcap else "rosbags") is None:
-        raise MissingExtra(
+        raise MissingDependencyError(
             f"ROS recordings need {'mcap' if mcap else 'rosbags'}: pip install 'feeler[ros]'."
         )
 

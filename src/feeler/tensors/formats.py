@@ -15,11 +15,11 @@ import xarray as xr
 
 from feeler.antenna.files import AntennaFile, read_antenna_file
 from feeler.errors import FeelerError, InvalidInput, require_extra
-from feeler.files import name_start, read_start
+from feeler.files import read_start, sniff_file_type
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.tensors.models import Model, read_model
-from feeler.tensors.schema import find_breaches, refuse
+from feeler.tensors.schema import find_errors, raise_if_invalid
 from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
@@ -132,7 +132,9 @@ def find_formats(
         raise InvalidInput(
             f"{path} is a folder, no store of touches: name a file ({inside}, …)."
         )
-    hint = name_start(start) if start.strip() else "empty: nothing but blanks was found in it"
+    hint = (
+        sniff_file_type(start) if start.strip() else "empty: nothing but blanks was found in it"
+    )
     raise InvalidInput(f"{path.name} is {hint or _UNKNOWN}.")
 
 
@@ -167,8 +169,8 @@ def load(
             f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}."
         )
     dataset = form.load(Path(path), find_limits(limits), trusted)
-    return refuse(
-        find_breaches(dataset, whole=False, numbers=form.find_damage is None), dataset
+    return raise_if_invalid(
+        find_errors(dataset, whole=False, numbers=form.find_damage is None), dataset
     )
 
 
@@ -335,7 +337,7 @@ def find_problems(
         if form.kind == "table":
             return [f"{Path(path).name} is {form.words}", *refused]
         touches = form.kind == "tensors" and not _holds_posture(content)
-        return find_breaches(content) if touches else []
+        return find_errors(content) if touches else []
     except FeelerError as error:
         return [str(error)]
 
@@ -511,7 +513,9 @@ _ADVICE = (
 
 def _is_table(path: Path, start: bytes) -> bool:
     lines = start.decode("utf-8-sig", "ignore").split("\n")
-    heading = None if b"\0" in start or name_start(start) else find_heading(enumerate(lines, 1))
+    heading = (
+        None if b"\0" in start or sniff_file_type(start) else find_heading(enumerate(lines, 1))
+    )
     return heading is not None and len(heading.names) > 1 and path.suffix.lower() in _ENDINGS
 
 

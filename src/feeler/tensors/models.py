@@ -13,7 +13,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import NAME, parse_json, write_atomic
-from feeler.provenance import make_plain
+from feeler.provenance import to_jsonable
 from feeler.sandbox import Limits, open_guarded
 
 _FORMAT = "feeler.model/1"
@@ -64,7 +64,7 @@ def save_model(model: Model, path: str | os.PathLike) -> None:
         )
     notes = {"format": _FORMAT, "kind": model.kind, "version": str(model.version)}
     notes |= {
-        name: json.dumps(make_plain(getattr(model, name))) for name in ("settings", "versions")
+        name: json.dumps(to_jsonable(getattr(model, name))) for name in ("settings", "versions")
     }
     arrays = {name: np.asarray(values, order="C") for name, values in model.arrays.items()}
     for name, values in arrays.items():

@@ -488,10 +488,10 @@ def validate(dataset: xr.Dataset) -> xr.Dataset:
     InvalidInput
         With every breach found, one a line.
     """
-    return refuse(find_breaches(dataset), dataset)
+    return raise_if_invalid(find_errors(dataset), dataset)
 
 
-def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
+def raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
     """The Dataset, or one InvalidInput with all its breaches."""
     if breaches:
         raise InvalidInput(
@@ -502,9 +502,7 @@ def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
 
 
 @checked
-def find_breaches(
-    dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True
-) -> list[str]:
+def find_errors(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True) -> list[str]:
     """What is wrong with a Dataset, in words; empty where nothing is.
 
     With ``whole=False`` what is missing is no breach, as in a file of a single variable; with

@@ -30,7 +30,7 @@ from zarr.core.buffer import Buffer  # noqa: E402
 from zarr.storage import LocalStore, MemoryStore  # noqa: E402
 
 from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
-from feeler.provenance import make_plain, write_plain  # noqa: E402
+from feeler.provenance import to_jsonable, write_plain  # noqa: E402
 from feeler.sandbox import MAX_TEXT  # noqa: E402
 from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
 from feeler.tensors.schema import MAX_LISTED, QUANTITIES, derive_curvature  # noqa: E402
@@ -178,7 +178,7 @@ def open_store(
             f"made must hold one entry for each of the {n_trials} trials, got {len(made)}."
         )
     size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), _SMALL, _GREAT))
-    return Store(Path(path), make_plain(configuration), int(n_trials), made, int(size))
+    return Store(Path(path), to_jsonable(configuration), int(n_trials), made, int(size))
 
 
 class Store:
@@ -261,7 +261,7 @@ class Store:
             stored = parameters[start : start + _LABELS]
             done = np.flatnonzero(self.finished[start : start + _LABELS]).tolist()
             for row in done:
-                asked = write_plain(make_plain(self._made[start + row]))
+                asked = write_plain(to_jsonable(self._made[start + row]))
                 if (text := str(stored[row])) not in ("", asked):
                     old, new = json.loads(text), json.loads(asked)
                     self._refuse(find_differences(old, new, f"trial {start + row}"))
@@ -289,7 +289,7 @@ class Store:
             attributes={
                 _ABOUT: about,
                 "coordinates": coordinates,
-                **make_plain(dict(like.attrs)),
+                **to_jsonable(dict(like.attrs)),
             },
         )
         added = {_FLAGS: xr.Variable("trial", np.zeros(0, bool))}
@@ -352,7 +352,7 @@ class Store:
                 if item.dims == ("trial",):
                     _write(arrays[str(name)], indices, item.values)
             if self._made:
-                texts = [write_plain(make_plain(self._made[index])) for index in indices]
+                texts = [write_plain(to_jsonable(self._made[index])) for index in indices]
                 _write(arrays[_PARAMETERS], indices, np.array(texts))
             _write(arrays[_FLAGS], indices, np.ones(len(indices), bool))
         self.finished[[*indices]] = True
@@ -417,7 +417,7 @@ def _create_array(
         fill_value="" if text else np.nan if item.dtype.kind == "f" else 0,
         dimension_names=tuple(map(str, item.dims)),
         chunk_key_encoding={"name": "default", "separator": "."},
-        attributes=make_plain(dict(item.attrs)),
+        attributes=to_jsonable(dict(item.attrs)),
     )
     if not of_trials:
         array[...] = item.values
@@ -461,7 +461,7 @@ def _check_same(stored: Any, trials: xr.Dataset) -> None:
             found.append(f"the values of {name}")
         elif "trial" in old.dims and kinds[0] != kinds[1]:
             found.append(f"{name}: {kinds[0]} → {kinds[1]}")
-    before, after = stored.attrs, make_plain(dict(trials.attrs))
+    before, after = stored.attrs, to_jsonable(dict(trials.attrs))
     found += [
         f"attribute {key}: {str(before.get(key))[:80]} → {str(after.get(key))[:80]}"
         for key in {*before, *after} - {*_UNSTABLE}
@@ -528,7 +528,7 @@ def save_store(
 
 
 def _read_about(path: Path) -> dict[str, Any]:
-    """What a store says of itself."""
+    """Store metadata."""
     content = parse_json(
         read_bytes(path / "zarr.json", MAX_TEXT, follow=False), f"{path / 'zarr.json'}"
     )

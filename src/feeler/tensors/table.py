@@ -28,7 +28,7 @@ _UNIT = re.compile(
 
 @dataclass(frozen=True, kw_only=True)
 class Heading:
-    """What stands above the numbers.
+    """Header lines.
 
     ``start`` is the number of the last line that belongs to it, ``names`` those of the columns,
     ``delimiter`` a comma, semicolon or tab, or a blank for blanks of any length.

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.special import cosdg, sindg
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import Doubtful, InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.validation import checked, show
 
 # Units travel with numbers: whoever takes a quantity out of a Dataset says in which unit.
@@ -110,7 +110,7 @@ def _read_symbol(symbol: str) -> tuple[tuple[int, ...], Fraction]:
     return powers, size * Fraction(f"1e{_PREFIX[prefix]}")
 
 
-def need(dataset: xr.Dataset, *names: str) -> None:
+def require_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise where a Dataset lacks one of these variables."""
     if missing := [name for name in names if name not in dataset.variables]:
         there = ", ".join(map(str, dataset.variables)) or "none"
@@ -219,7 +219,7 @@ _MOST = 0.4  # [C] as MUCH, that is not left out without a word; a robot that ri
 
 
 @checked
-def fold_planes(tensors: Tensors) -> Tensors:
+def stack_planes(tensors: Tensors) -> Tensors:
     """Tensors (trial, sensor, time) of those in space (trial, plane, sensor, time): the sensors of
     one plane after those of the other. What has no planes stays as it is.
     """
@@ -268,7 +268,8 @@ def rectify(tensors: Tensors) -> Tensors:
     """The tensors with negative values set to 0, as in the published video [D].
 
     Bending away from an object is positive after :func:`feeler.tensors.mirror_to_left`. Where more
-    than 40 % of a trial's sum of squares is set to 0, a ``Doubtful`` warning says how much.
+    than 40 % of a trial's sum of squares is set to 0, a ``ModelValidityWarning`` warning
+    says how much.
     """
     share = measure_negative(tensors)
     lost = share > _MOST
@@ -278,7 +279,7 @@ def rectify(tensors: Tensors) -> Tensors:
             f" {lost.sum()} of {lost.size} trials more than {_MOST:.0%}. Objects from the right"
             " bend the antenna to the negative side: use mirror_to_left first, or fold_signs,"
             " which keeps bending both ways.",
-            Doubtful,
+            ModelValidityWarning,
             stacklevel=3,
         )
     return tensors.clip(min=0)
@@ -308,12 +309,12 @@ def _measure_negative(values: np.ndarray) -> float:
 def fold_signs(tensors: Tensors) -> Tensors:
     """Non-negative tensors (trial, sensor, time) that keep bending both ways: max(x, 0) of every
     sensor, then max(−x, 0) of every sensor as further sensors; those in space as
-    :func:`fold_planes` has them.
+    :func:`stack_planes` has them.
 
     For what needs values ≥ 0, such as ``ConvolutiveNMF``, where an antenna is touched on both
     sides.
     """
-    folded: Any = fold_planes(tensors)
+    folded: Any = stack_planes(tensors)
     ways = [folded.clip(min=0), (-folded).clip(min=0)]
     if not isinstance(folded, xr.DataArray):
         found: Any = np.concatenate(ways, axis=-2)
@@ -466,11 +467,11 @@ def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.
 
 # ``dataset.feeler``: what is most often asked of a Dataset of touches, in one word each.
 
-_VIEWS = "feeler.plotting.results"  # named, not imported: who only analyses needs no pictures
+_VIEWS = "feeler.plotting.results"  # named, not imported: avoids importing matplotlib
 
 
 @xr.register_dataset_accessor("feeler")
-class Views:
+class TouchAccessor:
     """Pictures, movies and postures of a Dataset of touches; ``feeler.touch`` and ``feeler.load``
     bring it along.
     """

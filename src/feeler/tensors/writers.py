@@ -19,9 +19,9 @@ import numpy as np
 import xarray as xr
 from scipy.io import savemat
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import NAME, parse_json, read_text, write_atomic, writing
-from feeler.provenance import make_plain
+from feeler.provenance import to_jsonable
 from feeler.sandbox import MAX_TEXT, Limits, find_limits
 from feeler.tensors.readers import DESCRIPTION
 from feeler.tensors.table import parse_table
@@ -58,7 +58,7 @@ def describe(dataset: xr.Dataset) -> str:
             "type": variable.dtype.str,
         }
         entry |= {
-            "attributes": make_plain(dict(variable.attrs)),
+            "attributes": to_jsonable(dict(variable.attrs)),
             "coordinate": name in dataset.coords,
         }
         if variable.dtype.kind in "UOT":
@@ -67,7 +67,7 @@ def describe(dataset: xr.Dataset) -> str:
     content = {
         "format": 1,
         "variables": variables,
-        "attributes": make_plain(dict(dataset.attrs)),
+        "attributes": to_jsonable(dict(dataset.attrs)),
     }
     return json.dumps(content, ensure_ascii=True)
 
@@ -75,7 +75,7 @@ def describe(dataset: xr.Dataset) -> str:
 def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
     """A small Dataset with all its numbers, as plain data; :func:`restore_whole` reads it."""
     numbers = {
-        str(name): make_plain(item.values.ravel())
+        str(name): to_jsonable(item.values.ravel())
         for name, item in dataset.variables.items()
         if item.dtype.kind not in "UOT"
     }
@@ -220,7 +220,7 @@ def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
         simple = isinstance(value, str | int | float | np.number) and not isinstance(
             value, bool
         )
-        found[name] = value if simple else json.dumps(make_plain(value), ensure_ascii=False)
+        found[name] = value if simple else json.dumps(to_jsonable(value), ensure_ascii=False)
     return found
 
 
@@ -291,8 +291,8 @@ def save_csv(
         if label.dims == ("trial",):
             text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
     rest = one.drop_vars([variable, "time"])
-    roles = {"variable": variable, "attributes": make_plain(dict(one[variable].attrs))}
-    content = describe_whole(rest) | {"time": make_plain(dict(one.time.attrs)), **roles}
+    roles = {"variable": variable, "attributes": to_jsonable(dict(one[variable].attrs))}
+    content = describe_whole(rest) | {"time": to_jsonable(dict(one.time.attrs)), **roles}
     text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
@@ -359,7 +359,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         pyarrow is not installed.
     InvalidInput
         The Dataset has no trials.
@@ -390,9 +390,11 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
 
 
 def require_pyarrow() -> None:
-    """MissingExtra where the extra ``parquet`` is not installed."""
+    """MissingDependencyError where the extra ``parquet`` is not installed."""
     if find_spec("pyarrow") is None:
-        raise MissingExtra("Parquet files need pyarrow: pip install 'feeler[parquet]'.")
+        raise MissingDependencyError(
+            "Parquet files need pyarrow: pip install 'feeler[parquet]'."
+        )
 
 
 def _make_column(values: np.ndarray) -> Any:
@@ -455,7 +457,7 @@ def save_nwb(
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         pynwb is not installed.
     InvalidInput
         No time zone, or no variable over (trial, time).
@@ -504,12 +506,12 @@ def save_nwb(
 
 
 def require_pynwb() -> None:
-    """MissingExtra where the extra ``nwb`` is not whole."""
+    """MissingDependencyError where the extra ``nwb`` is not whole."""
     try:
         import ndx_pose  # noqa: F401
         import pynwb  # noqa: F401
     except ImportError as error:
-        raise MissingExtra(
+        raise MissingDependencyError(
             "NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'."
         ) from error
 

@@ -13,8 +13,8 @@ import xarray as xr
 from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
-from feeler.errors import Doubtful, InvalidInput
-from feeler.records import OneOf
+from feeler.errors import InvalidInput, ModelValidityWarning
+from feeler.records import Choice
 from feeler.tracking.quality import find_doubts, leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
@@ -632,7 +632,7 @@ def measure_exploration(
     max_gap: int = MAX_GAP,
     min_prominence: float = MIN_PROMINENCE,
     landmarks: Mapping[str, Any] | None = None,
-    outliers: Annotated[str, OneOf(("remove", "keep"))] = "remove",
+    outliers: Annotated[str, Choice(("remove", "keep"))] = "remove",
 ) -> Exploration:
     """Average maximum angular speed per trial and side, and the lateral speed that it amounts to.
 
@@ -684,7 +684,7 @@ def measure_exploration(
         raise InvalidInput(_explain_nothing(trials, sweeps, min_prominence))
     remarks = tuple(tuple(words) for _, _, words in found)
     for words in dict.fromkeys(words for trial in remarks for words in trial):
-        warnings.warn(words, Doubtful, stacklevel=3)
+        warnings.warn(words, ModelValidityWarning, stacklevel=3)
     tips = (landmarks or {}).get("tips", ("left", "right"))
     missing = [
         [

@@ -477,7 +477,7 @@ def save_poses(
 
     Raises
     ------
-    MissingExtra
+    MissingDependencyError
         pynwb or ndx-pose is not installed.
     InvalidInput
         No trial, other landmarks in one of them, an edge to an unknown one, or no time zone.

@@ -448,7 +448,7 @@ def find_peak(
         curve = compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)
-    position = place[best] if method == "hinge" else place_top(size, place)
+    position = place[best] if method == "hinge" else find_parabolic_peak(size, place)
     faint = size[row, best] < _FAINTEST
     return Peak(
         position=np.where(faint, np.nan, position),
@@ -457,7 +457,7 @@ def find_peak(
     )
 
 
-def place_top(size: np.ndarray, place: np.ndarray) -> np.ndarray:
+def find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at
     the ends the sample.
     """

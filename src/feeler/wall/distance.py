@@ -53,7 +53,7 @@ class DistanceMap:
     monotone : bool
         Whether the position rises, or falls, strictly over the used distances.
     told_apart : tuple[float, float]
-        Nearest and farthest distance [mm] of the longest run in which neighbours are told apart;
+        Nearest and farthest distance [mm] of the longest run in which neighbours are discriminated;
         NaN without one.
     """
 
@@ -90,7 +90,7 @@ def fit_distance(
     distance, position, used, at_base
         One value per step, farthest first [mm].
     resolution
-        Positions closer than this [mm] are not told apart.
+        Positions closer than this [mm] are not discriminated.
     """
     distance, position = np.asarray(distance, dtype=float), np.asarray(position, dtype=float)
     if distance.shape != position.shape or distance.ndim != 1:
@@ -158,7 +158,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
 
     Used are distances at which the antenna stands against the wall as its posture asks (an inverted
     J, or any contact with ``prebend="none"``) in equilibrium, and its peak is not at the base
-    hinge. Positions closer than the longest segment are not told apart.
+    hinge. Positions closer than the longest segment are not discriminated.
     """
     peak = peak or find_sweep_peak(sweep, **options)
     used = _list_standing(sweep) & ~peak.at_base

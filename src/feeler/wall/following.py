@@ -23,9 +23,9 @@ from feeler.wall.approach import (
     Approach,
     Posture,
     approach,
+    find_parabolic_peak,
     make_kernel,
     make_wall_scene,
-    place_top,
 )
 from feeler.wall.distance import DistanceMap, fit_distance
 
@@ -489,4 +489,4 @@ class _Runner:
         if np.isnan(state.contact_place[0]):
             return np.nan
         bend = self._kernel @ (state.angle[0] - self.antenna.rest_angle)
-        return float(place_top(np.abs(bend)[None], self._place)[0])
+        return float(find_parabolic_peak(np.abs(bend)[None], self._place)[0])

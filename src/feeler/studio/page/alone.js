@@ -6,7 +6,7 @@ import { makeStagePanel, makeTensorPanel } from "./stage.js";
 import { App, makeStatus } from "./studio.js";
 /** @typedef {import("./link.js").Hear} Hear */
 /** @typedef {import("./link.js").Link} Link */
-/** A page that computes by itself: antenna left, tensor right, verdict below, and a few switches. */
+/** A standalone page: antenna left, tensor right, verdict below, and a few switches. */
 
 const CLOSE = 0.15; // of the length: what bends so close to a place bends there
 const SENTENCE = "With the same noise on every reading, a slow touch of a graded antenna is classified best: it bends where it is touched, and the touch lasts ten times as long " +
@@ -20,7 +20,7 @@ function makeSteps(config) {
     { title: `Slow, ${graded.name}: drag the ball`, look: ".stage-panel", state: { mode, A: graded.wish, touch },
       words: "Drag the ball along the antenna. Its bright band in the tensor goes along: the antenna bends near the place that is touched." },
     { title: `Slow, ${level.name}: drag it again`, look: ".tensor-panel", state: { mode, A: level.wish, touch },
-      words: "Now all hinges are equally stiff. Drag the ball: the antenna bends most at its base wherever it is touched, and less: its tensor is dark on the same colour scale, and the verdict stays unsure." },
+      words: "Now all hinges are uniform. Drag the ball: the antenna bends most at its base wherever it is touched, and less: its tensor is dark on the same colour scale, and the verdict stays unsure." },
     { title: "And fast?", look: ".tensor-panel", state: { mode, A: graded.wish, touch: { ...touch, speed: fast } },
       words: "The same ball, ten times as fast: it is gone after a tenth of the time, and few samples are left of it. A verdict comes sooner, if it comes: over held-out touches fewer are classified correctly." },
     { title: "What you have seen", look: ".verdict-panel", state: { mode, A: graded.wish, touch }, words: SENTENCE },
@@ -82,7 +82,7 @@ export function readTouch(record) {
 /** How stiffness is spread along an antenna. @param {{stiffness: number[]}} drawn */
 function describeGradient({ stiffness }) {
   const ratio = stiffness[0] / stiffness[stiffness.length - 1];
-  if (ratio > 0.95 && ratio < 1.05) return "equally stiff everywhere";
+  if (ratio > 0.95 && ratio < 1.05) return "of uniform stiffness";
   return ratio > 1 ? "stiff at its base and soft at its tip" : "soft at its base and stiff at its tip";
 }
 

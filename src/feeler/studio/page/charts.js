@@ -176,7 +176,7 @@ export function makeVerdictPanel(app) {
     element.classList.toggle("old", app.isStale() || app.records.A.hand);
     unsure.update();
     show(thin, Boolean(app.store.state.B));
-    show(row, !app.plan.alone); // a page that computes by itself was made for one of them
+    show(row, !app.plan.alone); // a standalone page was made for one of them
   }
   return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned(), update, redraw });
 }
@@ -258,10 +258,10 @@ export function makeSetPanel(app) {
   let index = "nmi";
   /** @type {{row: number, column: number}|null} */
   let over = null;
-  const choice = makeChoice("Index of likeness", Object.entries(INDEX_LABELS), () => index, (value) => { index = value; update(); });
+  const choice = makeChoice("Index of similarity", Object.entries(INDEX_LABELS), () => index, (value) => { index = value; update(); });
   const numbers = make("p", { class: "numbers" });
   const { canvas, redraw } = makeCanvas({
-    class: "matrix", tabindex: "0", role: "application", "aria-label": "Likeness of thirty touches; arrow keys move, Enter shows that touch",
+    class: "matrix", tabindex: "0", role: "application", "aria-label": "Similarity of thirty touches; arrow keys move, Enter shows that touch",
   }, draw);
   const pair = makeCanvas({ class: "pair", role: "img", "aria-label": "Both tensors of the pair" }, drawPair);
   const caption = make("p", { class: "caption", "aria-live": "polite" });

@@ -23,7 +23,7 @@ export const HOT = spread(MAGMA, 256), COLD = spread(COOL, 256), BOTH = spread(D
 export const SLOT_COLOURS = { A: "#e07b2e", B: "#2f86c4" };
 export const KIND_COLOURS = { ball: "#0f8f6b", box: "#c2548f", triangle: "#c98a00", wall: "#7a7f87" };
 
-/** Dashes of the same kinds, for who cannot tell these colours apart. @type {Object<string, number[]>} */
+/** Dashes of the same kinds, for who cannot discriminate these colours. @type {Object<string, number[]>} */
 export const KIND_DASHES = { ball: [], box: [8, 4], triangle: [2, 3], wall: [] };
 
 /** A colour of a table as text. @param {Uint8Array} table @param {number} share @param {number} [alpha] */

@@ -1,7 +1,7 @@
 // @ts-check
 import { unpack } from "./record.js";
 /**
- * Several hosts, one way to talk (a page that computes by itself has its engine, in alone.js): `send(message)`; what comes back goes to `hear(header, arrays)`.
+ * Several hosts, one way to talk (a standalone page has its engine, in alone.js): `send(message)`; what comes back goes to `hear(header, arrays)`.
  * @typedef {{send: (message: any) => void, close: () => void}} Link
  * @typedef {(header: any, arrays: any) => void} Hear
  */

@@ -2,7 +2,7 @@
 import { make, show } from "./dom.js";
 import { encodeState, makeWish } from "./state.js";
 /** @typedef {import("./studio.js").App} App */
-/** Every state can leave: address, script, antenna file, pictures, movie, and a page that computes by itself. */
+/** Every state can leave: address, script, antenna file, pictures, movie, and a standalone page. */
 
 const LONGEST_WAIT = 120_000; // ms
 const WAYS = [
@@ -79,7 +79,7 @@ export function makeShare(app) {
       return;
     }
     app.saving = true;
-    app.say({ mp4: "Drawing the movie …", html: "Teaching the page what it is to tell apart, which takes some seconds …" }[what] || "Writing …", false, LONGEST_WAIT);
+    app.say({ mp4: "Drawing the movie …", html: "Teaching the page what it is to discriminate, which takes some seconds …" }[what] || "Writing …", false, LONGEST_WAIT);
     app.send(message);
   }
   return { element, save };

@@ -267,7 +267,7 @@ export class App {
     this.studying[header.slot] = null;
     if (this.store.state.mode === "board") {
       if (this.opened) this.open(this.opened);
-    } else if (this.store.state.mode === "touch" && !this.plan.alone && !this.isSpatial()) // a page that computes by itself has read it already
+    } else if (this.store.state.mode === "touch" && !this.plan.alone && !this.isSpatial()) // a standalone page has read it already
       this.send({ type: "touch", slot: header.slot, wish: makeWish(this.store.state, header.slot, false) });
   }
 
@@ -317,7 +317,7 @@ export class App {
     const first = this.catalogue.state || makeState(this.catalogue.first);
     if (!this.restored) {
       this.restored = true;
-      const address = this.inPage && !this.plan.alone ? location.hash : ""; // of a page that computes by itself it may be anything
+      const address = this.inPage && !this.plan.alone ? location.hash : ""; // of a standalone page it may be anything
       const found = await decodeState(address, first);
       if (!found && address.length > 1) this.say("This address is cut or damaged. What is shown is the first scene.", true);
       this.store.state = found || first;

@@ -16,7 +16,7 @@ export const STEPS = [
   },
   {
     title: "Level the gradient",
-    words: "Now every hinge is equally stiff, with the same compliance in all. Drag the ball again. The greatest bend stays at the " +
+    words: "Now every hinge is uniform, with the same compliance in all. Drag the ball again. The greatest bend stays at the " +
       "base, wherever the ball is: this antenna feels that something touches, and hardly where.",
     state: { A: { preset: "matched" }, B: null, touch: SLOW },
     look: ".antenna-panel",
