@@ -79,4 +79,5 @@ class _Renamed(MetaPathFinder, Loader):
         module.__dict__["__getattr__"] = fetch
 
 
-sys.meta_path.append(_Renamed())
+# first, since folders of old packages may still lie there with what was compiled in them
+sys.meta_path.insert(0, _Renamed())

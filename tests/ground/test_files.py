@@ -3,6 +3,7 @@
 import os
 import time
 
+import filelock
 import pytest
 
 from feeler import files
@@ -91,6 +92,6 @@ def test_a_file_system_without_locks_is_named(tmp_path, monkeypatch):
     def refuse(*_, **__):
         raise OSError(37, "No locks available")
 
-    monkeypatch.setattr(files.FileLock, "acquire", refuse)
+    monkeypatch.setattr(filelock.FileLock, "acquire", refuse)
     with pytest.raises(StoreError, match=r"\(No locks available\)\. Use a folder"):
         Lock(tmp_path / ".lock", "the set")

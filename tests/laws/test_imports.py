@@ -13,7 +13,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"terminal"},
+    {"renamed", "terminal"},
     {"errors", "progress"},
     {"validation"},
     {"records", "draw", "sandbox", "compiled"},

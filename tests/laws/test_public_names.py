@@ -79,7 +79,5 @@ def test_a_missing_extra_is_named(monkeypatch, tmp_path):
     trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)
     with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[store\]'"):
         feeler.touch(feeler.presets.cockroach(), trial, store=tmp_path / "a.zarr", duration=2.0)
-    with pytest.raises(
-        MissingDependencyError, match=r"a ghost needs nosuch: .*'feeler\[x\]'"
-    ):
+    with pytest.raises(MissingDependencyError, match=r"a ghost needs nosuch: .*'feeler\[x\]'"):
         require_extra("nosuch", "x", "a ghost")
