@@ -7,7 +7,7 @@ CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs notebooks clean
+.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -56,6 +56,7 @@ $(BIN)/.check: $(BIN)/.core
 check: $(BIN)/.check  ## style, types and spelling; pre-commit runs it
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
 	@$(BIN)/codespell README.md CONTRIBUTING.md $(filter-out tests,$(CODE))  # tests misspell on purpose
+	@$(BIN)/python docs/measured.py --check
 	@$(MAKE) --no-print-directory words
 
 words:  ## expressions that docs/words.md replaces, in README, docs, help, report and studio
@@ -91,6 +92,9 @@ peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratben
 
 docs: $(BIN)/.docs  ## the documentation site in site/
 	@$(BIN)/python docs/build.py
+
+numbers: $(BIN)/.core  ## measured numbers into README and docs, from benchmarks/results
+	@$(BIN)/python docs/measured.py && $(BIN)/python docs/make_table.py
 
 notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
 	@$(BIN)/python docs/notebooks.py $(NAME)

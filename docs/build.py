@@ -1,4 +1,4 @@
-"""Make the pages ready in build/docs (numbers, equations, tutorials, guides and examples run) and
+"""Make the pages ready in build/docs (equations, tutorials, guides and examples run) and
 let Zensical set them in site/.
 
 python docs/build.py
@@ -7,8 +7,6 @@ python docs/build.py
 import ast
 import contextlib
 import io
-import json
-import math
 import os
 import re
 import runpy
@@ -18,16 +16,15 @@ import sys
 import tempfile
 from pathlib import Path
 
+from measured import PLACE
+
 from feeler.plotting.style import style
 from feeler.studio import write_touch_page
 
 ROOT = Path(__file__).parent.parent
-RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
-OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
 KEPT = ROOT / "paper" / "kept"
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
-PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
 EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
 LEFT_OUT = r"^\*\*Not run here\*\*:(?:[^\n]+\n)+\n"
 """Says above a block of Python what it needs that a page has not; such a block isn't run."""
@@ -35,55 +32,11 @@ CODE = re.compile(
     rf"(?P<needs>{LEFT_OUT})?^```python\n(?P<code>.*?)^```\n", re.DOTALL | re.MULTILINE
 )
 RUN = ("tutorial", "guide")  # folders of pages whose Python is run
-PAGES = (
-    "receptor_noise.md",
-    "unseen.md",
-    "slow_and_graded.md",
-    "searched.md",
-    "presets.md",
-    "whiskers.md",
-    "space.md",
-    "spikes.md",
-    "guide/robot.md",
-)
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (
     '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'
     " markdown>\n"
 )
-
-
-def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: B006
-    """``{{ key:.1f }}`` becomes that measured number, or what an example found just now, and
-    ``{{ key:±.1f }}`` has its interval too; a key that was not measured is a KeyError, which ends
-    the build.
-    """
-    sections = json.loads(RESULTS.read_text())["paper"]["values"].values()
-    values = {key: value for section in sections for key, value in section.items()} | more
-    for room, path in OTHERS.items():
-        values |= {
-            f"{room}.{key}": value
-            for key, value in json.loads(path.read_text())["values"].items()
-        }
-
-    def show(found: re.Match) -> str:
-        one, form = values[found["key"]], found["form"].removeprefix("±")
-        value = one["value"] if isinstance(one, dict) else one
-        words = format(int(value) if form == "d" else value, form)
-        return words + (write_interval(one, form) if form != found["form"] else "")
-
-    return PLACE.sub(show, markdown)
-
-
-def write_interval(one: dict[str, float], form: str) -> str:
-    """`` ± half`` of an interval, or its ends where it is not even; nothing where it is a point."""
-    below, above = one["value"] - one["low"], one["high"] - one["value"]
-    if max(below, above) == 0:
-        return ""
-    if not math.isclose(below, above, rel_tol=1e-6):
-        return f" ({one['low']:{form}} to {one['high']:{form}})"
-    words = format(above, form)
-    return f" ± {words}" if float(words) else f" ± <{words[:-1]}1"
 
 
 def set_equations(markdown: str) -> str:
@@ -116,18 +69,16 @@ def run_pieces(markdown: str, folder: Path) -> str:
     return page
 
 
-def write_gallery(folder: Path) -> dict[str, float]:
+def write_gallery(folder: Path) -> None:
     """A page for each example with its picture in feeler's look, what it printed and its code, and
-    thumbnails of all; the numbers that examples return, by ``example.name``.
+    thumbnails of all.
     """
-    cards, values = [GALLERY], {}
+    cards = [GALLERY]
     for path in sorted(EXAMPLES.glob("*.py")):
         (own := folder / path.stem).mkdir(parents=True)
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed), style():
-            found = runpy.run_path(str(path))["main"](own)
-        if isinstance(found, dict):
-            values |= {f"{path.stem}.{name}": value for name, value in found.items()}
+            runpy.run_path(str(path))["main"](own)
         code = path.read_text()
         words, title = (
             ast.get_docstring(ast.parse(code)),
@@ -139,7 +90,6 @@ def write_gallery(folder: Path) -> dict[str, float]:
         (own / "index.md").write_text(page)
         cards.append(CARD.format(name=path.stem, title=title, words=words))
     (folder / "index.md").write_text("\n".join([*cards, "</div>\n"]))
-    return values
 
 
 def split_reference(folder: Path) -> None:
@@ -166,7 +116,7 @@ def make_ready() -> None:
     )
     (READY / "drag.html").write_text(write_touch_page(), encoding="utf-8")
     split_reference(READY)
-    found = write_gallery(READY / "gallery")
+    write_gallery(READY / "gallery")
     shutil.copytree(
         KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*")
     )
@@ -174,9 +124,7 @@ def make_ready() -> None:
         words = set_equations(page.read_text()).replace("../paper/kept", "kept")
         if page.parent.name in RUN:
             words = run_pieces(words, page.parent)
-        page.write_text(
-            insert_numbers(words, found) if str(page.relative_to(READY)) in PAGES else words
-        )
+        page.write_text(PLACE.sub(r"\g<text>", words))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,100 @@
+"""Measured numbers in the pages, each between marks: ``<!-- key:.1f -->23.5<!-- / -->``.
+
+python docs/measured.py             fills every page of docs/ from the results
+python docs/measured.py --check     exit code 1 if a page differs from the results
+python docs/measured.py --examples  runs the examples that measure something, and fills
+"""
+
+import contextlib
+import io
+import json
+import math
+import re
+import runpy
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
+OTHERS = ("design", "examples", "presets")  # more files of results, beside that
+MEASURING = ("rat_whiskers", "where_was_i_touched")  # examples whose numbers stand in a page
+PLACE = re.compile(r"<!-- (?P<key>[\w.+-]+?):(?P<form>[^ ]*) -->(?P<text>.*?)<!-- / -->")
+
+
+def read_values() -> dict[str, float | dict[str, float]]:
+    """All measured numbers by key, those of another file than the paper's by ``file.key``."""
+    sections = json.loads(RESULTS.read_text())["paper"]["values"].values()
+    values = {key: value for section in sections for key, value in section.items()}
+    for name in OTHERS:
+        own = json.loads(RESULTS.with_name(f"{name}.json").read_text())["values"]
+        prefix = "" if name == "examples" else f"{name}."
+        values |= {prefix + key: value for key, value in own.items()}
+    return values
+
+
+def fill(markdown: str, values: dict[str, float | dict[str, float]]) -> str:
+    """The page with each number between marks put there anew; a ``±`` before the format gives its
+    interval too. A key that was not measured is a KeyError.
+    """
+
+    def show(found: re.Match) -> str:
+        one, form = values[found["key"]], found["form"].removeprefix("±")
+        value = one["value"] if isinstance(one, dict) else one
+        words = format(int(value) if form == "d" else value, form)
+        words += write_interval(one, form) if form != found["form"] else ""
+        return f"<!-- {found['key']}:{found['form']} -->{words}<!-- / -->"
+
+    return PLACE.sub(show, markdown)
+
+
+def write_interval(one: dict[str, float], form: str) -> str:
+    """`` ± half`` of an interval, or its ends where it is not even; nothing where it is a point."""
+    below, above = one["value"] - one["low"], one["high"] - one["value"]
+    if max(below, above) == 0:
+        return ""
+    if not math.isclose(below, above, rel_tol=1e-6):
+        return f" ({one['low']:{form}} to {one['high']:{form}})"
+    words = format(above, form)
+    digits, unit = words.rstrip("%"), "%" if words.endswith("%") else ""
+    return f" ± {words}" if float(digits) else f" ± <{digits[:-1]}1{unit}"
+
+
+def run_examples() -> None:
+    """Run the measuring examples and keep their numbers in benchmarks/results/examples.json."""
+    found = {}
+    for name in MEASURING:
+        with tempfile.TemporaryDirectory() as place, contextlib.redirect_stdout(io.StringIO()):
+            own = runpy.run_path(str(ROOT / "examples" / f"{name}.py"))["main"](Path(place))
+        found |= {f"{name}.{key}": float(f"{value:.6g}") for key, value in own.items()}
+    path = RESULTS.with_name("examples.json")
+    path.write_text(json.dumps({"values": found}, indent=1, sort_keys=True) + "\n")
+
+
+def list_pages() -> list[Path]:
+    """Pages with numbers between marks."""
+    pages = sorted((ROOT / "docs").rglob("*.md"))
+    return [page for page in pages if PLACE.search(page.read_text(encoding="utf-8"))]
+
+
+def main(options: list[str]) -> int:
+    if "--examples" in options:
+        run_examples()
+    values, differ = read_values(), []
+    for page in list_pages():
+        old = page.read_text(encoding="utf-8")
+        new = fill(old, values)
+        if new != old:
+            differ.append(page.relative_to(ROOT).as_posix())
+            if "--check" not in options:
+                page.write_text(new, encoding="utf-8")
+    if differ and "--check" in options:
+        print(
+            f"numbers differ from the results in {', '.join(differ)}; python docs/measured.py"
+        )
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
