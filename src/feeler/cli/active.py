@@ -50,8 +50,10 @@ def active(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Compare rules for moving an antenna: how often an ideal observer names the object right by
-    each deadline, the work, and what steering gains.
+    """Compare rules for moving an antenna.
+
+    How often an ideal observer classifies the object correctly by each deadline, the work, and
+    what steering gains.
     """
     from feeler.active import film_policy, parse_policy
     from feeler.active.contests import load_contest, write_active

@@ -29,8 +29,9 @@ def antenna(
         str, typer.Option(help="of the cockroach: even, distal or all")
     ] = "even",
 ) -> None:
-    """Write an antenna as a TOML file, with formulas, units and sources, to be edited and given to
-    --antenna.
+    """Write an antenna as an editable TOML file.
+
+    With formulas, units and sources; give it to --antenna.
     """
     from dataclasses import replace
 

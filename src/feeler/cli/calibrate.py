@@ -116,7 +116,9 @@ class _CalibrateOptions:
 
 
 def calibrate(said: _CalibrateOptions) -> None:
-    """Fit hinge stiffness and damping to targets, or to recorded free responses of your own
+    """Fit hinge stiffness and damping to measurements.
+
+    Fit hinge stiffness and damping to targets, or to recorded free responses of your own
     animals.
     """
     from feeler.cli.choose import choose_antenna

@@ -35,7 +35,10 @@ def compare(
     ] = "lda",
     as_json: Json = False,
 ) -> None:
-    """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
+    """Compare antennas: dispersion, entropy, accuracy.
+
+    Dispersion, entropy and accuracy against noise of several antennas, on one page.
+    """
     from feeler.cli.choose import name_antennas
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
     from feeler.decoding import READERS

@@ -51,7 +51,9 @@ def convert(
     ] = "",
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
-    """Write tensors in another format, with their configuration, units, versions, seeds and
+    """Write tensors in another file format.
+
+    Write tensors in another format, with their configuration, units, versions, seeds and
     licence.
     """
     from feeler.cli.choose import parse_start

@@ -54,8 +54,9 @@ def design(
     movie: Annotated[bool, typer.Option(help="write a movie of one touch")] = True,
     as_json: Json = False,
 ) -> None:
-    """Search for the antenna that tells a task's touches apart best, and judge it on touches that
-    the search has not seen.
+    """Search for the antenna that does a task best.
+
+    The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
     from feeler.cli.choose import choose_executor

@@ -38,7 +38,10 @@ def export(
         typer.Option("--control", help="servos at the base, sensors, objects as mocap bodies"),
     ] = False,
 ) -> None:
-    """Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed."""
+    """Write one touch as a MuJoCo model.
+
+    Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed.
+    """
     import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput

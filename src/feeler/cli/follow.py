@@ -30,7 +30,7 @@ def follow(
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
     as_json: Json = False,
 ) -> None:
-    """Run a body along a wall with one turn, steered by its antenna."""
+    """Run a body along a wall, steered by its antenna."""
     from feeler.cli.choose import choose_antenna
     from feeler.wall import FOLLOWING, Controller, follow, make_turn
 

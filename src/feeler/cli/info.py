@@ -40,8 +40,9 @@ def info(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
-    """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
-    them is executed.
+    """Print what files hold; nothing in them is executed.
+
+    Sizes, units, labels, configuration, versions, licence.
     """
     from feeler.sandbox import Limits
     from feeler.tensors.formats import describe_file

@@ -67,7 +67,10 @@ def reproduce(
         bool, typer.Option("--fresh", help="compute everything again, whatever the cache holds")
     ] = False,
 ) -> None:
-    """Run the paper from the mechanics up and write one report with a verdict on every claim."""
+    """Reproduce the paper in one report.
+
+    From the mechanics up, with a verdict on every claim.
+    """
     _find_paper()
     if workers != 1:
         prepare_workers([*USUAL, *_PREPARED])  # while this process imports what it needs itself

@@ -71,17 +71,17 @@ from feeler.cli.robot_options import (
 )
 
 app = Verbs(
-    help=(
-        "Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify,"
-        " stream."
-    ),
+    help="Calibrate, test and classify with a robotic antenna.",
     no_args_is_help=True,
 )
 
 
 @app.command()
 def example(folder: Annotated[Path, typer.Argument(help="where to put them")] = Path()) -> None:
-    """Copy the example files (made by a surrogate robot) to a folder."""
+    """Copy the example files to a folder.
+
+    They were made by a surrogate robot.
+    """
     from feeler.robot.description import EXAMPLES, get_example
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -100,7 +100,10 @@ def new(
         typer.Option("--moulded", help="one soft piece, such as silicone, in place of hinges"),
     ] = False,
 ) -> None:
-    """Write a commented robot file to be edited and given to --antenna."""
+    """Write a commented robot file to be edited.
+
+    Give it to --antenna.
+    """
     from feeler.robot import write_robot
 
     write_robot(file, hinges, moulded=moulded)
@@ -117,7 +120,10 @@ def calibrate(
     ),
     as_json: Json = False,
 ) -> None:
-    """Fit capacitance to angle, one line per hinge, and say how good it is."""
+    """Fit capacitance to angle, one curve per hinge.
+
+    Also prints how good the fit is.
+    """
     from feeler.robot import load_calibration_table, save_calibration
 
     calibration = load_calibration_table(table)
@@ -143,7 +149,10 @@ def check(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Say what a recording holds, what is wrong with it and what would be mended."""
+    """Report what a recording holds and what is wrong.
+
+    Also what would be repaired.
+    """
     from feeler.cli.robot_pages import describe_recording, write_recordings
 
     read, names = (
@@ -182,7 +191,10 @@ def convert(
         str, typer.Option(help="different durations: refuse, crop, hold")
     ] = "refuse",
 ) -> None:
-    """Write recordings as one set of tactile tensors, in the same form as simulations."""
+    """Write recordings as one set of tactile tensors.
+
+    Write recordings as one set of tactile tensors, in the same form as simulations.
+    """
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
@@ -210,7 +222,10 @@ def fit(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Fit the stiffness and damping factors p1 and p2 to a recorded release."""
+    """Fit stiffness and damping to a recorded release.
+
+    Fit the stiffness and damping factors p1 and p2 to a recorded release.
+    """
     from feeler.cli.robot_pages import describe_fit, write_fit
     from feeler.errors import InvalidInput
     from feeler.robot import compare_tips, fit_factors, make_flexures
@@ -271,8 +286,11 @@ def classify(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Train on simulated touches of surrogate robots, then name feature, location and speed of
-    each recording, how likely they are, and whether it is like any touch that was learned.
+    """Classify recorded touches: object, location, speed.
+
+    Trains on simulated touches of surrogate robots, then gives feature, location and speed of
+    each recording with their probabilities, and whether the recording is like any touch in the
+    training set.
 
     Probabilities are calibrated on robots held out; 5 % of known touches are called strange. What
     the recording's notes know of the touch is printed beside.
@@ -317,8 +335,9 @@ def gap(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Say which part of the gap between simulation and robot costs what: noise, drift, gain,
-    hysteresis, play and others.
+    """Measure what each part of the sim-to-real gap costs.
+
+    Noise, drift, gain, hysteresis, play and others.
 
     Surrogate robots differ from your antenna's model in one way only, at full size, and are read by
     a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was

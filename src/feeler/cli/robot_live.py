@@ -68,9 +68,11 @@ def stream(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Classify a touch while it happens: one line of numbers per sample, time in ms first or left
-    out. A line that is no sample is skipped and counted. Each answer says if the touch is so far
-    unlike any that was trained; from 400 ms after its peak on it is the answer of classify.
+    """Classify a touch while it happens.
+
+    Classify a touch while it happens: one line of numbers per sample, time in ms first or left
+    out. A line that is no sample is skipped and counted. Each answer says if the touch is so
+    far unlike any that was trained; from 400 ms after its peak on it is the answer of classify.
     """
     from feeler.robot import (
         choose_before,
@@ -175,7 +177,10 @@ def board(
     ] = 8,
     rate: Annotated[int, typer.Option(min=1, max=2000, help="samples per second")] = 500,
 ) -> None:
-    """Write an Arduino sketch that sends samples as `feeler robot stream --serial` reads them."""
+    """Write an Arduino sketch that sends samples.
+
+    Write an Arduino sketch that sends samples as `feeler robot stream --serial` reads them.
+    """
     from importlib.resources import files
 
     require_new(file)
@@ -194,7 +199,9 @@ def replay(
     antenna: AntennaName = "robot",
     speed: Annotated[float, typer.Option(min=0.01, help="times as fast as recorded")] = 1.0,
 ) -> None:
-    """Send a recording to standard output as a board would, as fast as it was recorded: a stand-in
+    """Send a recording to standard output as a board would.
+
+    Send a recording to standard output as a board would, as fast as it was recorded: a stand-in
     for hardware.
     """
     import time

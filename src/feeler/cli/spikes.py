@@ -80,7 +80,9 @@ class _SpikeOptions:
 
 
 def spikes(said: _SpikeOptions) -> None:
-    """Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
+    """Simulate the spikes of sensilla during a touch.
+
+    Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
     from feeler.cli.choose import parse_start

@@ -48,8 +48,9 @@ def studio(
         typer.Option(help="write a standalone page to this file (HTML), and end"),
     ] = None,
 ) -> None:
-    """Shape an antenna, touch it and see what it feels, in your browser; the page comes from this
-    machine.
+    """Shape and touch an antenna in your browser.
+
+    The page comes from this machine.
     """
     import webbrowser
 

@@ -147,7 +147,9 @@ class _TouchOptions:
 
 
 def touch(said: _TouchOptions) -> None:
-    """Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many
+    """Touch an antenna: tensor, picture, movie, page.
+
+    Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many
     times into a store.
     """
     from feeler.cli.choose import choose_antenna

@@ -176,7 +176,9 @@ class _TrackOptions:
 
 
 def tracks(said: _TrackOptions) -> None:
-    """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
+    """Measure tracked antennae: speed, posture.
+
+    Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
     from feeler.errors import ModelValidityWarning

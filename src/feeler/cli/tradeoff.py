@@ -51,7 +51,9 @@ def tradeoff(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
+    """Compare slow and fast touch: accuracy, bits, work.
+
+    Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
     from feeler.cli.choose import name_antennas

@@ -26,8 +26,10 @@ def validate(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
-    """Check touches and checksums against the data contract, and whether other files can be read;
-    exit code 1 if anything is wrong.
+    """Check files against the data contract.
+
+    Checks touches and checksums, and whether other files can be read; exit code 1 if anything
+    is wrong.
     """
     from feeler.cli.info import list_rooms
     from feeler.sandbox import Limits

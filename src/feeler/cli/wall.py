@@ -38,7 +38,9 @@ def wall(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Let a wall approach each antenna, and fit the wall's distance to the place of greatest
+    """Map wall distance from antenna curvature.
+
+    Let a wall approach each antenna, and fit the wall's distance to the place of greatest
     curvature.
     """
     from feeler.cli.choose import name_antennas
