@@ -6,6 +6,8 @@ python docs/build.py
 
 import ast
 import contextlib
+import importlib
+import inspect
 import io
 import os
 import re
@@ -17,6 +19,7 @@ import tempfile
 from pathlib import Path
 
 from measured import PLACE
+from PIL import Image
 
 from feeler.plotting.style import style
 from feeler.studio import write_touch_page
@@ -32,7 +35,14 @@ CODE = re.compile(
     rf"(?P<needs>{LEFT_OUT})?^```python\n(?P<code>.*?)^```\n", re.DOTALL | re.MULTILINE
 )
 RUN = ("tutorial", "guide")  # folders of pages whose Python is run
-CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
+CARD = "- [![{title}]({name}/small.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
+ORDER = (
+    *("touch_a_ball", "design_an_antenna", "tell_touches_apart", "read_the_code"),
+    *("train_a_network", "fit_a_recording", "feel_a_wall", "listen_to_a_nerve"),
+    *("move_to_know", "where_was_i_touched", "rat_whiskers", "cheat_an_objective"),
+)
+"""Of the examples, those that are not named come last."""
+WIDTH = 480  # pixels of a thumbnail
 GALLERY = (
     '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'
     " markdown>\n"
@@ -74,22 +84,42 @@ def write_gallery(folder: Path) -> None:
     thumbnails of all.
     """
     cards = [GALLERY]
-    for path in sorted(EXAMPLES.glob("*.py")):
+    names = sorted(
+        (path.stem for path in EXAMPLES.glob("*.py")),
+        key=lambda name: (name not in ORDER, ORDER.index(name) if name in ORDER else 0, name),
+    )
+    for path in (EXAMPLES / f"{name}.py" for name in names):
         (own := folder / path.stem).mkdir(parents=True)
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed), style():
             runpy.run_path(str(path))["main"](own)
         code = path.read_text()
-        words, title = (
-            ast.get_docstring(ast.parse(code)),
-            path.stem.replace("_", " ").capitalize(),
-        )
+        title, words, *_ = str(ast.get_docstring(ast.parse(code))).split("\n\n")
+        title = title.removesuffix(".")
+        whole = str(ast.get_docstring(ast.parse(code))).partition("\n\n")[2]
+        with Image.open(own / f"{path.stem}.png") as image:
+            image.thumbnail((WIDTH, WIDTH))
+            image.save(own / "small.png")
         picture = f"![{title}]({path.stem}.png)"
         shown = f"```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
-        page = f"# {title}\n\n{words}\n\n{picture}\n\n{shown}"
+        page = f"# {title}\n\n{whole}\n\n{picture}\n\n{shown}"
         (own / "index.md").write_text(page)
-        cards.append(CARD.format(name=path.stem, title=title, words=words))
+        cards.append(CARD.format(name=path.stem, title=title, words=" ".join(words.split())))
     (folder / "index.md").write_text("\n".join([*cards, "</div>\n"]))
+
+
+def summarise(name: str) -> str:
+    """First sentence of the docstring of a dotted name."""
+    parts = name.split(".")
+    for n in range(len(parts), 0, -1):
+        with contextlib.suppress(ImportError):
+            thing = importlib.import_module(".".join(parts[:n]))
+            for part in parts[n:]:
+                thing = getattr(thing, part)
+            words = " ".join((inspect.getdoc(thing) or "").partition("\n\n")[0].split())
+            words = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", words)
+            return re.split(r"(?<=[.;:]) (?=[A-Z(\d`*])", words)[0]
+    raise ImportError(name)
 
 
 def split_reference(folder: Path) -> None:
@@ -101,10 +131,11 @@ def split_reference(folder: Path) -> None:
         title, _, words = room.partition("\n")
         name = re.sub(r"\W+", "-", title.lower())
         (own / f"{name}.md").write_text(f"# {title}\n{words}")
-        names = ", ".join(
-            f"`{word}`" for word in re.findall(r"^::: ([\w.]+)$", words, re.MULTILINE)
-        )
-        lines.append(f"- [{title}](api/{name}.md): {names}")
+        lines += [f"## [{title}](api/{name}.md)", ""]
+        for word in re.findall(r"^::: ([\w.]+)$", words, re.MULTILINE):
+            short = word.removeprefix("feeler.")
+            lines.append(f"- [`{short}`](api/{name}.md#{word}): {summarise(word)}")
+        lines.append("")
     (folder / "api.md").write_text("\n".join(lines) + "\n")
 
 

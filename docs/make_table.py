@@ -1,5 +1,5 @@
-"""README's table (figure → command → seconds → headline), and the result that README and the docs'
-home show, made from benchmarks/results/reproduce.json.
+"""The table of docs/figures.md (figure → command → seconds → headline), and the result that README
+and the docs' home show, made from benchmarks/results/reproduce.json.
 
 python docs/make_table.py    writes them.
 """
@@ -222,7 +222,7 @@ def _name_command(scale: str) -> str:
 
 def main() -> None:
     results = json.loads(RESULTS.read_text())
-    _write("README.md", MARKS, make_table(results))
+    _write("docs/figures.md", MARKS, make_table(results))
     for page in RESULT_PAGES:
         _write(page, RESULT_MARKS, make_result(results))
 

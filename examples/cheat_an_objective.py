@@ -1,5 +1,6 @@
-"""How objectives cheat: a floppy tip that rings looks best until noise, damping and bending are
-asked for honestly.
+"""A pitfall: objectives that reward ringing.
+
+A soft tip that rings scores best until noise, damping and bending are part of the objective.
 """
 
 import sys

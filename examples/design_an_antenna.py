@@ -1,4 +1,8 @@
-"""Your own antenna: how a stiffness gradient moves its resonances and its rest after a touch."""
+"""Change a stiffness gradient.
+
+How the gradient of stiffness moves an antenna's resonances, and how fast it comes to rest after a
+touch.
+"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""A wall comes nearer: where the antenna bends most tells how far away it is."""
+"""Measure wall distance.
+
+As a wall approaches, the location of greatest bending gives its distance.
+"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Recorded releases of an antenna (here synthetic, with noise) give its stiffness and damping."""
+"""Fit a recorded release.
+
+Releases of an antenna (synthetic, with noise) determine its stiffness and damping.
+"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""What the nerve says: spikes of touches near base, middle and tip, slow and fast.
+"""Simulate spike trains.
+
+Spikes of sensilla for touches near base, middle and tip, slow and fast.
 
 Recordings are said to peak early, these trains peak late. So the same touches are also felt by
 other sensilla, which might explain it: phasic ones, hairs, and some of the base's third alone. All

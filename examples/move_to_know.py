@@ -1,4 +1,7 @@
-"""A policy of one's own against fixed speeds: which knows more by when?"""
+"""Compare active-sensing policies.
+
+A policy of your own against fixed speeds: accuracy by deadline.
+"""
 
 import sys
 from pathlib import Path

@@ -1,5 +1,7 @@
-"""Rat whiskers: thirty of published geometry, their first modes, the moment at the base by the
-place of contact, and how far a whisker turns before it slips off a peg.
+"""Rat whiskers of published geometry.
+
+First modes of thirty whiskers, the moment at the base by contact location, and how far a whisker
+turns before it slips off a peg.
 """
 
 import sys

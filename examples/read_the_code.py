@@ -1,5 +1,7 @@
-"""Thirty touches become three bases and sparse activations; the code tells where the antenna was
-touched.
+"""Encode touches with convolutive NMF.
+
+Thirty touches become three bases and sparse activations, from which the contact location is
+classified.
 """
 
 import sys

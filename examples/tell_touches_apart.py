@@ -1,4 +1,7 @@
-"""Which of two antennas discriminates thirty touches, and how much noise does it bear?"""
+"""Compare two antennas.
+
+Which of two antennas discriminates thirty touches, and at which noise level accuracy falls.
+"""
 
 import sys
 from pathlib import Path

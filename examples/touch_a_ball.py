@@ -1,4 +1,7 @@
-"""One touch: a ball moves into a cockroach antenna; every hinge writes down what it feels."""
+"""Touch a ball.
+
+A ball moves into a cockroach antenna; every sensor measures the angle of its hinge over time.
+"""
 
 import sys
 from pathlib import Path

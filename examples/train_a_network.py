@@ -1,5 +1,7 @@
-"""Train a small network on random touches read from a store, and let it say while a touch happens
-what is felt.
+"""Train a network on touches.
+
+A small network learns from random touches read from a store, and classifies while a touch goes
+on.
 """
 
 import sys

@@ -1,4 +1,7 @@
-"""Where was I touched? The moment at the base of a whisker tells it (Birdwell et al. 2007)."""
+"""Locate a contact along a whisker.
+
+The moment at the base of a whisker gives the contact location (Birdwell et al. 2007).
+"""
 
 import sys
 from pathlib import Path
