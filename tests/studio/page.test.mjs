@@ -6,7 +6,10 @@ import { findDecision, readVerdict } from "./charts.js";
 import { Decoder, findOnset, findOutside, readTemplates } from "./decoder.js";
 import { raise, write } from "./dom.js";
 import { findHandles, readCurve, sumCompliance } from "./editor.js";
-import { Host } from "./host.js";
+import { drawRound } from "./blind.js";
+import { Host, grade } from "./host.js";
+import { computeAccuracy } from "./living.js";
+import { drawNormal } from "./noise.js";
 import { TouchRecord, unpack } from "./record.js";
 import { Nerve, SENSILLUM } from "./spikes.js";
 import { Store, decodeState, encodeState, makeState, makeWish } from "./state.js";
@@ -207,6 +210,46 @@ test("the page's own engine gives feeler's angles without friction, with little 
     assert.ok(angle.flat().some((value) => Math.abs(value) > 1e-3));
     angle.flat().forEach((value, k) => near(found[k], value, 2e-7));
   }
+});
+
+test("another gradient keeps total compliance and damping over stiffness, and the own one keeps all", () => {
+  const n = 9, own = Float64Array.from({ length: 16 * n }, (_, k) => 1 + k), rate = -0.3;
+  for (let k = 0; k < n; k++) { own[3 * n + k] = 5 * Math.exp(-0.1 * k); own[4 * n + k] = 0.2 + k; }
+  const found = grade(own, rate), sum = (rows) => rows.slice(3 * n, 4 * n).reduce((total, k) => total + 1 / k, 0);
+  near(sum(found), sum(own), 1e-12);
+  for (let k = 0; k < n; k++) near(found[4 * n + k] / found[3 * n + k], own[4 * n + k] / own[3 * n + k], 1e-12);
+  for (let k = 1; k < n; k++) near(Math.log(found[3 * n + k] / found[3 * n + k - 1]), rate, 1e-12);
+  grade(own, -0.1).forEach((value, k) => near(value, own[k], 1e-12));
+});
+
+test("accuracy of the ideal observer: certain without noise, Φ(d/2σ) for two, chance for identical touches", () => {
+  const products = (rows) => rows.flatMap((a) => rows.map((b) => a.reduce((sum, value, k) => sum + value * b[k], 0)));
+  const two = products([[1, 0, 0.5], [-1, 0, 0.5]]); // 2 apart
+  assert.equal(computeAccuracy(two, [1e-6, 1e-6], 5), 1);
+  near(computeAccuracy(two, [1, 1], 4000), 0.8413, 0.015);
+  near(computeAccuracy(two, [0.5, 2], 4000), (0.9772 + 0.6915) / 2, 0.015);
+  near(computeAccuracy(products([[1, 2], [1, 2], [1, 2]]), [1, 1, 1], 1000), 1 / 3, 0.03);
+});
+
+test("noise is standard normal, white, and follows from its numbers", () => {
+  const all = Array.from({ length: 40_000 }, (_, k) => drawNormal(7, k % 200, Math.floor(k / 200))), mean = (of) => of.reduce((a, b) => a + b, 0) / of.length;
+  near(mean(all), 0, 0.02);
+  near(mean(all.map((x) => x * x)), 1, 0.03);
+  for (const lag of [1, 200]) near(mean(all.slice(lag).map((x, k) => x * all[k])), 0, 0.02);
+  assert.equal(drawNormal(7, 3, 4), all[4 * 200 + 3]);
+});
+
+test("a blind round has five touches of each antenna, within what the decoder was trained on, and another seed gives others", () => {
+  const range = { location: [0.45, 0.95], size: [1.2, 3.5], approach: 90, friction: 1 }, taught = { kept: [[{ range }], [{ range }]] };
+  const config = { antennas: ["graded", "uniform"].map((name) => ({ name, wish: { name } })), speeds: [{ value: 0.06 }, { value: 0.6 }], taught, state: { touch: { lead: 5 } } };
+  const round = drawRound(config, 160);
+  assert.deepEqual(round.map((one) => one.which), [0, 0, 0, 0, 0, 1, 1, 1, 1, 1]);
+  for (const { touch } of round) {
+    assert.ok(touch.location >= 0.45 && touch.location <= 0.95 && touch.size >= 1.2 && touch.size <= 3.5 && touch.speed === 0.06);
+    assert.ok(["ball", "box", "triangle"].includes(touch.kind));
+  }
+  assert.equal(new Set(round.map(({ touch }) => touch.seed)).size, 10);
+  assert.notDeepEqual(drawRound(config, 176), round);
 });
 
 test("the resting level follows a slow drift, and contact is the third sample in a row beyond it", () => {

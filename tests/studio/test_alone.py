@@ -249,7 +249,7 @@ def test_an_exported_page_computes_and_says_what_it_is(browser, tmp_path, monkey
         "Mongeau 2025",
     ):
         assert said in words
-    assert "pip install feeler" in words
+    assert "feeler studio" in words
     buttons = ask(
         browser, "[...document.querySelectorAll('header button')].map(b => b.innerText)"
     )

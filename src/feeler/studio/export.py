@@ -7,7 +7,7 @@ import re
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
-from importlib.metadata import version
+from importlib.metadata import metadata, version
 from importlib.resources import files
 from threading import Event
 from typing import Annotated, Any, NamedTuple
@@ -140,8 +140,6 @@ def _write_script(
     wish: TouchRequest, commands: list[Command] | None = None, n_samples: int = 0
 ) -> str:
     """The text of a script; with ``commands`` that of a run by hand of so many samples."""
-    from importlib.metadata import version
-
     lines = [
         _HEAD.format(title=wish.make_trial().label, version=version("feeler")),
         *_write_antenna(wish.antenna),
@@ -499,12 +497,19 @@ def write_touch_page(
         "samples": samples,
         "paper": _PAPER,
         "doi": _DOI,
+        "home": _find_home(),
     }
     for step in _STEPS:
         page = _fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
         if len(page) <= _LARGEST:
             break
     return page
+
+
+def _find_home() -> str:
+    """Address of the project's repository, as the installed package has it; empty if it has none."""
+    urls = [item.partition(", ") for item in metadata("feeler").get_all("Project-URL") or ()]
+    return next((url for name, _, url in urls if name in ("Repository", "Homepage")), "")
 
 
 def _choose(first: AntennaRequest, other: AntennaRequest | None) -> list[_Choice]:

@@ -1,7 +1,9 @@
 // @ts-check
+import { makeBlindPanel } from "./blind.js";
 import { findDecision, makeVerdictPanel } from "./charts.js";
 import { makeIcon } from "./controls.js";
 import { make, makeChoice, makePanel, write } from "./dom.js";
+import { makeLivingPanel } from "./living.js";
 import { makeStagePanel, makeTensorPanel } from "./stage.js";
 import { App, makeStatus } from "./studio.js";
 /** @typedef {import("./link.js").Hear} Hear */
@@ -37,7 +39,7 @@ function makeSwitches(config) {
     const speed = makeChoice("Speed", config.speeds.map((/** @type {any} */ { name, value }) => [String(value), name]),
       () => String(app.store.state.touch.speed), (value) => change((s) => { s.touch.speed = Number(value); }));
     const kinds = config.state.touch.kind === "wall" ? ["ball", "box", "triangle", "wall"] : ["ball", "box", "triangle"];
-    const kind = makeChoice("Object", /** @type {any} */ (kinds.map((one) => [one, makeIcon(one), one])), () => app.store.state.touch.kind,
+    const kind = makeChoice("Object", /** @type {any} */ (kinds.map((one) => [one, makeIcon(one), one])), () => (app.hidden ? "" : app.store.state.touch.kind),
       (value) => change((s) => { s.touch.kind = value; }));
     const mode = makeChoice("Who moves it", [["touch", "by itself"], ["hand", "by hand"]], () => app.store.state.mode,
       (value) => change((s) => { s.mode = value; }));
@@ -118,7 +120,8 @@ function makeLead(config) {
     function update() {
       const { mode, touch } = app.store.state, hand = mode === "hand", thing = touch.kind;
       element.firstChild.textContent = hand ? `Take the ${thing}, or the dark base, and touch. ` : `Drag the ${thing} along the antenna. Compare ${pair(config.antennas)}, ${pair(config.speeds)}. `;
-      const words = hand ? "The simulation follows you, slowed down." : sayFelt(config, app);
+      if (app.hidden) element.firstChild.textContent = "Something touches the antenna. ";
+      const words = app.hidden ? "What is it?" : hand ? "The simulation follows you, slowed down." : sayFelt(config, app);
       if (words) felt.textContent = words;
       felt.classList.toggle("old", !words); // of the touch before, while another is computed
     }
@@ -154,13 +157,14 @@ function makeAboutPanel(config) {
     const element = makePanel("About this page", "about-panel", words, object,
       make("p", {}, "The touches are computed here, in your browser, by the engine of feeler ", config.version, ": its numbers to 1e-9 rad. Nothing is sent anywhere. Paper: ",
         make("a", { href: config.doi, text: config.paper }), "."),
-      make("p", {}, "Get feeler, and the studio in which antennas are shaped: ", make("code", { text: "pip install feeler" }), ", then ", make("code", { text: "feeler studio" }), "."),
+      make("p", {}, "feeler is an open Python toolkit; its studio shapes any antenna: ", make("code", { text: "feeler studio" }), config.home ? ". Source and installation: " : ".",
+        config.home && make("a", { href: config.home, text: config.home })),
       make("p", { class: "keys", text: "Keys: arrows move the object (in your hand: it, with Shift the base; Escape lets go), + and − change its size, blank plays, comma and full stop step." }));
     function update() {
       const { touch } = app.store.state, one = config.antennas[findAntenna(config, app)].drawn;
       words.textContent = `Antenna: ${one.name}, ${write(one.length)} mm, ${one.segments.length} hinges, ${one.sensors.length} sensors, stiffness ` +
         `${write(one.stiffness[0], 2)} N·mm/rad at the base and ${write(one.stiffness[one.stiffness.length - 1], 2)} at the tip.`;
-      object.textContent = `Object: ${touch.kind}${touch.kind === "wall" ? "" : ` of half-width ${write(touch.size)} mm`}, at ${write(touch.location)} of the length, ${write(touch.speed)} m/s.`;
+      object.textContent = app.hidden ? "" : `Object: ${touch.kind}${touch.kind === "wall" ? "" : ` of half-width ${write(touch.size)} mm`}, at ${write(touch.location)} of the length, ${write(touch.speed)} m/s.`;
     }
     return { element, place: "right", isShown: () => true, update };
   };
@@ -168,6 +172,12 @@ function makeAboutPanel(config) {
 
 /** @param {(app: App) => any} makeOne @param {string} place */
 const put = (makeOne, place) => (/** @type {App} */ app) => ({ ...makeOne(app), place });
+
+/** A panel that a blind round hides. @param {(app: App) => any} makeOne */
+const unlessHidden = (makeOne) => (/** @type {App} */ app) => {
+  const panel = makeOne(app), { isShown } = panel;
+  return { ...panel, isShown: () => isShown() && !app.hidden };
+};
 
 /** What the colours of both antennas' tensors span [rad, 1/mm]: the most that any touch of their training bends them. @param {any} config */
 function findScale({ taught }) {
@@ -182,7 +192,7 @@ export function startAlone(root) {
   root.classList.add("feeler-alone");
   const app = new App(root, {
     alone: true, scale: findScale(config), rest: config.taught ? 0 : Infinity, header: makeSwitches(config), steps: makeSteps(config),
-    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [makeVerdictPanel, makeTallyPanel(config)] : []), makeAboutPanel(config)],
+    panels: [put(makeStagePanel, "left"), put(makeTensorPanel, "middle"), ...(config.taught ? [unlessHidden(makeVerdictPanel), makeTallyPanel(config), makeBlindPanel(config)] : []), makeLivingPanel(config), makeAboutPanel(config)],
   });
   /** @type {any} */ (root).studio = app;
   app.inPage = true;

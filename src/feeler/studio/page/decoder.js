@@ -1,10 +1,14 @@
 // @ts-check
+import { drawNormal } from "./noise.js";
 /** The studio's decoder (feeler.studio.decoder), as it was trained on touches of one antenna at random locations. */
 
 const CONFIRM = 3, BASELINE = 300, CLOSE = 1e-9;
 export const KINDS = ["ball", "box", "triangle"];
 
-/** Angles of the sensors, sample after sample. @typedef {{n: number, samples: number, data: Float64Array}} Felt */
+/**
+ * Angles of the sensors, sample after sample, and white noise of this SD [rad] on each, if any.
+ * @typedef {{n: number, samples: number, data: Float64Array, noise?: {seed: number, sd: number}}} Felt
+ */
 
 /** Where contact is noticed (−1: nowhere), and the resting level of each sensor then. @param {Felt} felt @param {number} onset [rad] */
 export function findOnset({ n, samples, data }, onset) {
@@ -91,9 +95,12 @@ export class Decoder {
     this.counts = KINDS.map((_, k) => this.kinds.filter((/** @type {number} */ kind) => kind === k).length);
   }
 
-  /** Posterior (sample, answer) over the kinds and "outside" of a touch, and the sample at which contact was noticed, or −1. @param {Felt} felt */
+  /**
+   * Posterior (sample, answer) over the kinds and "outside" of a touch, and the sample at which contact was noticed, or −1. Noise comes after contact
+   * was noticed, and such a touch is never "outside", as in feeler.studio.decoder's accuracy in noise. @param {Felt} felt
+   */
   decode(felt) {
-    const { n, samples } = felt, wide = KINDS.length + 1, { at, level } = findOnset(felt, this.onset);
+    const { n, samples, noise } = felt, wide = KINDS.length + 1, { at, level } = findOnset(felt, this.onset);
     const posterior = new Float32Array(samples * wide).map((_, k) => (k % wide < KINDS.length ? 1 / KINDS.length : 0));
     const distance = new Float64Array(this.n), away = new Float64Array(n), rest = n * (this.onset / 3) ** 2;
     let side = 0, size = 0, outside = false;
@@ -102,8 +109,9 @@ export class Decoder {
       if (since >= this.window) { posterior.copyWithin(k * wide, (k - 1) * wide, k * wide); continue; }
       for (let s = 0; s < n; s++) away[s] = felt.data[k * n + s] - level[s];
       side ||= away.reduce((best, value) => (Math.abs(value) > Math.abs(best) ? value : best), 0) < 0 ? -1 : 1; // the mirror image of a touch from the left
+      if (noise) for (let s = 0; s < n; s++) away[s] += noise.sd * drawNormal(noise.seed, s, k);
       size += this.compare(away, side, since, distance);
-      outside ||= distance.reduce((a, b) => Math.min(a, b), Infinity) > this.limit[since] * (size + (since + 1) * rest);
+      outside ||= !noise && distance.reduce((a, b) => Math.min(a, b), Infinity) > this.limit[since] * (size + (since + 1) * rest);
       if (outside) posterior.fill(0, k * wide, (k + 1) * wide - 1)[(k + 1) * wide - 1] = 1;
       else this.weigh(distance, posterior, k * wide);
     }

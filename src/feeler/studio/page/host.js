@@ -7,7 +7,8 @@ import { layOut, placeObject, scaleShape } from "./place.js";
 const TIMESTEP = 0.05, PREVIEW = 0.1, INTERVAL = 1; // ms, as feeler.touch and the studio's preview; an antenna's own are as many times finer
 const FIRST = 12, PIECE = 46; // samples of a piece; the first is short, so that something is seen at once
 const FRAME = 1000 / 60, MAX_SPEED = 1.2, MAX_TURN = 0.03, GLIDE = 6, LONGEST = 4000, STILL = 2e-5; // of a hand, as feeler.studio.live
-const ORDER = ["touch", "hand"]; // what is done first
+const ORDER = ["touch", "hand", "family"]; // what is done first
+const FAMILY = { kinds: ["ball", "box", "triangle"], sizes: [1.5, 3], locations: [0.5, 0.6, 0.7, 0.8, 0.9] }; // the paper's touches
 
 /** Numbers that Python packed. @param {string} text */
 function readNumbers(text) {
@@ -45,8 +46,9 @@ class Readings {
 
 /** Angles of an antenna's sensors, kept while a touch goes on. */
 class Sensed {
-  /** @param {any} antenna @param {number} samples */
-  constructor(antenna, samples) {
+  /** @param {any} antenna @param {number} samples @param {{seed: number, sd: number}} [noise] on each reading [rad] */
+  constructor(antenna, samples, noise) {
+    this.noise = noise;
     this.index = antenna.drawn.sensors.map((/** @type {number} */ hinge) => hinge - 1);
     this.n = this.index.length;
     this.samples = 0;
@@ -58,6 +60,18 @@ class Sensed {
     this.index.forEach((/** @type {number} */ hinge, /** @type {number} */ s) => { this.data[this.samples * this.n + s] = angle[hinge]; });
     this.samples += 1;
   }
+}
+
+/** An antenna's constants with stiffness ~ exp(rate · n), its total compliance and its damping over stiffness. @param {Float64Array} constants @param {number} rate */
+export function grade(constants, rate) {
+  const found = constants.slice(), n = constants.length / 16, K = 3 * n, C = 4 * n; // rows of stiffness and damping, see chain.js
+  let compliance = 0, own = 0;
+  for (let k = 0; k < n; k++) { compliance += 1 / constants[K + k]; own += Math.exp(-rate * k); }
+  for (let k = 0; k < n; k++) {
+    found[K + k] = (Math.exp(rate * k) * own) / compliance;
+    found[C + k] = (found[K + k] * constants[C + k]) / constants[K + k];
+  }
+  return found;
 }
 
 export class Host {
@@ -83,6 +97,7 @@ export class Host {
     else if (type === "touch") this.begin(message, this.touch(message));
     else if (type === "study") this.study(message);
     else if (type === "hand") { this.ended = false; this.aims = {}; this.begin(message, this.hold(message)); }
+    else if (type === "family") this.begin(message, this.family(message));
     else if (type === "aim" && message.what === "end") this.ended = true;
     else if (type === "aim") this.aims[message.what] = [message.x, message.y, message.turn];
     else if (type === "stop") this.doing = {};
@@ -148,8 +163,9 @@ export class Host {
     const about = { type: "touch", slot, id }, antenna = this.find(wish.antenna);
     if (this.replays && !wish.preview) { yield* this.replay(about, antenna, wish); return; }
     const timestep = wish.preview ? PREVIEW : TIMESTEP, chain = this.makeChain(antenna, wish, timestep), total = Math.round(wish.duration / INTERVAL);
-    this.say({ ...about, part: "begin", total, ...this.describe(antenna, wish) }, {});
-    const readings = new Readings(chain), sensed = new Sensed(antenna, total);
+    const noise = wish.seed && this.config.taught ? { seed: wish.seed, sd: this.config.taught.noise } : undefined;
+    this.say({ ...about, part: "begin", total, noise, ...this.describe(antenna, wish) }, {});
+    const readings = new Readings(chain), sensed = new Sensed(antenna, total, noise);
     let done = 0, size = FIRST;
     for (let k = 0; k < total; k++) {
       if (k) this.advance(chain);
@@ -163,6 +179,31 @@ export class Host {
     }
     this.say({ ...about, part: "end", hash: "", preview: Boolean(wish.preview) }, {});
     this.read(about, antenna, wish, sensed);
+  }
+
+  /**
+   * Thirty slow touches of the first antenna with another gradient, k ~ exp(rate · n), of the same total compliance and damping over stiffness:
+   * the products of their tensors (touch, touch) [rad²], and the peak of each [rad]. @param {any} message
+   */
+  *family({ id, k, rate }) {
+    const about = { type: "family", id, k }, antenna = { ...this.antennas[0], constants: grade(this.antennas[0].constants, rate) };
+    const { kinds, sizes, locations } = FAMILY, { touch } = this.config.state, total = Math.round(touch.duration / INTERVAL), all = [];
+    const touches = kinds.flatMap((kind) => sizes.flatMap((size) => locations.map((location) => ({ ...touch, objects: [], kind, size, location, side: "left" }))));
+    for (const one of touches) {
+      const chain = this.makeChain(antenna, { ...one, speed: this.config.speeds[0].value }, PREVIEW), sensed = new Sensed(antenna, total);
+      for (let t = 0; t < total; t++) {
+        if (t) this.advance(chain);
+        sensed.add(chain.w.angle);
+        if (t % 8 === 0) yield;
+      }
+      all.push(sensed.data);
+      this.say({ ...about, part: "doing", share: all.length / touches.length }, {});
+    }
+    const n = all.length, products = new Float64Array(n * n);
+    for (let a = 0; a < n; a++)
+      for (let b = 0; b <= a; b++) products[a * n + b] = products[b * n + a] = all[a].reduce((sum, value, j) => sum + value * all[b][j], 0);
+    const peaks = Float64Array.from(all, (data) => data.reduce((most, value) => Math.max(most, Math.abs(value)), 0));
+    this.say({ ...about, part: "end" }, { products: { shape: [n, n], data: products }, peaks: { shape: [n], data: peaks } });
   }
 
   /** One sample further. @param {Chain} chain */

@@ -1,4 +1,5 @@
 // @ts-check
+import { drawNormal } from "./noise.js";
 /** Records: what is known of one antenna's touch, filled while it comes in. */
 
 /** Header and arrays of a packed message. @param {ArrayBuffer} buffer @returns {[any, Object<string, {shape: number[], data: Float32Array}>]} */
@@ -38,6 +39,8 @@ export class TouchRecord {
     this.source = "";
     this.rate = 0; // samples a second of a recording; those that are shown may be others
     this.interval = 1;
+    /** White noise on each reading that is shown [rad]. @type {{seed: number, sd: number} | undefined} */
+    this.noise = undefined;
     this.name = "";
     /** @type {any[]} */
     this.commands = [];
@@ -67,7 +70,7 @@ export class TouchRecord {
     const same = sameAntenna && this.rims.length === header.rims.length && this.total === header.total && !this.hand && !header.hand && !header.live;
     Object.assign(this, { mode: sameAntenna ? this.mode : null, id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
       preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "",
-      interval: header.interval || 1, reading: same ? this.reading : null });
+      interval: header.interval || 1, noise: header.noise, reading: same ? this.reading : null });
     if (this.reading) this.reading.old = true;
     if (!same) {
       this.data = {};
@@ -151,7 +154,8 @@ export class TouchRecord {
 
   /** Angle of a sensor at a sample [rad]. @param {number} sensor @param {number} sample */
   angle(sensor, sample) {
-    return this.data.angle ? this.data.angle[sample * this.wide.angle + this.index[sensor]] : 0;
+    const { noise } = this, value = this.data.angle ? this.data.angle[sample * this.wide.angle + this.index[sensor]] : 0;
+    return noise ? value + noise.sd * drawNormal(noise.seed, sensor, sample) : value;
   }
 
   /** The tip at a sample [mm], kept for trails. @param {number} sample */

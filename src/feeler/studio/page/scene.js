@@ -42,11 +42,11 @@ export function makeScene(app) {
       return;
     }
     const slots = app.store.state.B && app.records.B.shown ? ["B", "A"] : ["A"];
-    drawObjects(c, record, colours);
+    if (!app.hidden) drawObjects(c, record, colours);
     for (const slot of slots) drawAntenna(c, app.records[slot], slot, colours, slots.length > 1);
-    drawForce(c, record, colours);
+    if (!app.hidden) drawForce(c, record, colours);
     drawBase(c, record, colours);
-    drawHint(c, w > 440 ? h - 14 : 18, colours); // beside the scale, or on top
+    if (!app.hidden) drawHint(c, w > 440 ? h - 14 : 18, colours); // beside the scale, or on top
   }
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h @param {any} colours */

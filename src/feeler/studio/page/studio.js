@@ -44,6 +44,9 @@ export class App {
     this.editing = "stiffness";
     this.quantity = "angle";
     this.showContact = true;
+    this.hidden = false; // what touches is not shown, in a blind round
+    /** Of the living figure. @type {(header: any, arrays: any) => void} */
+    this.takeFamily = () => {};
     this.view = { scale: 1, ox: 0, oy: 0 }; // px/mm, and where the base's rest is in the scene
     this.hover = null;
     this.selected = -1;
@@ -202,6 +205,7 @@ export class App {
       keepFile(header.name, header.mime, new Uint8Array(arrays.content.data.buffer, arrays.content.data.byteOffset, header.bytes));
       this.say(`${header.name}: ${write(header.bytes / 1000, 3)} kB`);
     } else if (header.type === "opened") this.hearOpened(header, arrays);
+    else if (header.type === "family") this.takeFamily(header, arrays);
     else if (header.type === "ports") Object.assign(this, { ports: header.ports, calibrated: header.calibrated });
     else if (header.type === "error") this.hearError(header);
     if (state) this.refresh();
@@ -304,6 +308,7 @@ export class App {
 
   /** @param {any} header */
   hearError(header) {
+    if (header.of === "family") this.takeFamily({ part: "error" }, {});
     if (header.of === "study") this.studying[header.slot] = null;
     if (header.of === "hand") this.handOn = false;
     if (header.of === "listen") this.listening = "";

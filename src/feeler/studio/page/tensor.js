@@ -82,7 +82,7 @@ export function makeTensor(app) {
   /** Where the object touches, over time. @param {CanvasRenderingContext2D} c @param {any} record @param {{top: number, high: number}} row @param {number} wide */
   function drawContact(c, record, row, wide) {
     const contact = record.data.contact;
-    if (!contact || !app.showContact) return;
+    if (!contact || !app.showContact || app.hidden) return;
     const shares = findShares(record), n = shares.length;
     c.strokeStyle = "rgba(130,225,255,0.9)";
     c.lineWidth = 1.4;
