@@ -507,7 +507,7 @@ def write_touch_page(
 
 
 def _find_home() -> str:
-    """Address of the project's repository, as the installed package has it; empty if it has none."""
+    """Address of the repository, as the installed package has it; empty where it has none."""
     urls = [item.partition(", ") for item in metadata("feeler").get_all("Project-URL") or ()]
     return next((url for name, _, url in urls if name in ("Repository", "Homepage")), "")
 
