@@ -101,8 +101,6 @@ def test_folders_survive(kind, folder):
     assert log.ends["refused"] > 0.2 * N_QUICK and log.ends["read"] > 0
 
 
-
-
 def open_damaged(number: int, folder: Path) -> str:
     """Open a damaged store for writing: refused, or it ends with every number right."""
     rng, files, path, whole = (

@@ -240,5 +240,3 @@ def test_readers_survive_anything(reader, folder, data):
     (folder / reader.name).write_bytes(data)
     with watched(), survives(data, Log()):
         reader.read(folder / reader.name)
-
-

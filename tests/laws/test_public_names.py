@@ -41,12 +41,6 @@ def test_an_old_name_is_the_new_one_and_says_so(old, name, new):
     assert found is getattr(importlib.import_module(f"feeler.{new}"), name)
 
 
-def test_experiments_are_functions_of_feeler_itself():
-    with pytest.warns(DeprecationWarning, match="write `from feeler import hit`"):
-        from feeler.experiment.impulse import hit
-    assert hit is feeler.hit
-
-
 @pytest.mark.parametrize("module", renamed.NAMES)
 def test_an_old_name_in_a_package_is_the_new_one_and_says_so(module):
     home = importlib.import_module(module)
