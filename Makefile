@@ -74,7 +74,7 @@ OLDEST := $(VENV)-oldest
 $(OLDEST)/.ready: pyproject.toml
 	@$(PYTHON) -m venv $(OLDEST)
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check uv
-	@VIRTUAL_ENV=$(OLDEST) $(OLDEST)/bin/uv pip install --quiet --resolution lowest-direct -e '.[mujoco,store,processes,models,studio,movie]'
+	@VIRTUAL_ENV=$(OLDEST) $(OLDEST)/bin/uv pip install --quiet --resolution lowest-direct -e '.[mujoco,store,processes,models,studio,movie,pdf]'
 	@VIRTUAL_ENV=$(OLDEST) $(OLDEST)/bin/uv pip install --quiet "pytest>=8" "pytest-xdist>=3.6" "hypothesis>=6.100"
 	@touch $@
 

@@ -32,7 +32,6 @@ FIRST = (
     "physics/test_accuracy.py",
     "examples/test_examples.py",
     "physics/test_rod.py",
-    "tensors/test_kill.py",
     "encoding/test_figures.py",
     "active/test_observer.py",
     "dispersion/test_dispersion.py",
@@ -62,10 +61,6 @@ def pytest_addoption(parser):
     parser.addoption(
         "--kills", type=int, default=60, help="kills of a worker for each executor"
     )
-    words = (
-        "damaged files for each reader in the long tests of tests/fuzz, calls of the wrong kind"
-    )
-    parser.addoption("--inputs", type=int, default=20_000, help=words)
 
 
 def pytest_configure(config):

@@ -494,7 +494,7 @@ def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
         temporary.unlink(missing_ok=True)
         raise
     if durable:
-        sync_folder(path.parent)
+        _sync_folder(path.parent)
 
 
 def check_room(path: Path, n_bytes: int, what: str) -> None:
@@ -528,7 +528,7 @@ def measure_folder(folder: Path) -> int:
     )
 
 
-def sync_folder(folder: Path) -> None:
+def _sync_folder(folder: Path) -> None:
     """Wait until the disk has the folder's list of names."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:

@@ -146,7 +146,7 @@ class Shown:
 def show_html(title: str, rows: list[tuple[str, Any]], figure: Any = None) -> str:
     """HTML: a title, a picture, and a table of names and values."""
     cells = "".join(
-        f"<tr><td><b>{escape(name)}</b></td><td>{escape(tell_value(value))}</td></tr>"
+        f"<tr><td><b>{escape(name)}</b></td><td>{escape(_tell_value(value))}</td></tr>"
         for name, value in rows
     )
     picture = ""
@@ -156,7 +156,7 @@ def show_html(title: str, rows: list[tuple[str, Any]], figure: Any = None) -> st
     return f"<div><b>{escape(title)}</b><br/>{picture}<table>{cells}</table></div>"
 
 
-def tell_value(value: Any) -> str:
+def _tell_value(value: Any) -> str:
     """A value in one line: few numbers as they are, many as their shape and range."""
     if isinstance(value, float | np.floating):
         return f"{value:.4g}"
@@ -169,7 +169,7 @@ def tell_value(value: Any) -> str:
     if isinstance(value, tuple | list) and len(value) > _MAX_LISTED:
         return f"{len(value)} of {type(value[0]).__name__}"
     if isinstance(value, tuple | list):
-        return ", ".join(map(tell_value, value))
+        return ", ".join(map(_tell_value, value))
     if is_dataclass(value) and not isinstance(value, type):
         return f"{type(value).__name__} of {', '.join(one.name for one in fields(value))}"
     text = " ".join(str(value).split())

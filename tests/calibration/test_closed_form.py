@@ -166,22 +166,6 @@ def test_directions_are_told_with_every_part_above_a_fifth():
         assert re.search(f"combination {strong} best and {weak} least .* differs 3-fold", words)
 
 
-@pytest.mark.parametrize("method", ["powell", "nelder-mead"])
-def test_scipy_is_given_the_bounds_of_the_family_in_typical_changes(
-    monkeypatch, problem, method
-):
-    seen = {}
-    monkeypatch.setattr(
-        "feeler.calibration.fitting.minimize",
-        lambda _, x, bounds, **__: seen.update(x=x, bounds=bounds),
-    )
-    hinges = make_hinges("tilt", make_small())  # whose tilts have a typical change of 2
-    searched = replace(problem, hinges=hinges)
-    METHODS[method](searched, hinges.to_x(np.array([2.0, 3.0, 1.0, -4.0])), 10)
-    np.testing.assert_allclose(np.transpose(seen["bounds"]) * hinges.scale, hinges.bounds)
-    np.testing.assert_allclose(seen["x"], [np.log(2), np.log(3), 0.5, -2.0])
-
-
 @pytest.mark.parametrize("end", ["low", "high"])
 def test_a_search_may_begin_at_its_bounds(problem, end):
     start = np.where([True, False], getattr(problem.hinges, end), 1.0)

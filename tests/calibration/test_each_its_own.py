@@ -7,16 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from feeler.calibration import problem as protocol
 from feeler.calibration import traces as own
 from feeler.calibration import traces as recording
 from feeler.calibration import traces as trace
-from feeler.calibration.fitting import bootstrap, fit, make_starts
+from feeler.calibration.fitting import bootstrap, make_starts
 from feeler.calibration.hinges import Band, Hinges, make_scale
-from feeler.calibration.problem import Measured, Protocol, make_targets
+from feeler.calibration.problem import make_targets
 from feeler.calibration.traces import Traces
-from feeler.errors import FeelerError, InvalidInput
-from feeler.physics.contact import get_contact
+from feeler.errors import InvalidInput
 
 from .small_antenna import make_small
 
@@ -45,75 +43,6 @@ def test_an_animal_s_points_rise_and_stand_beside_their_own_places():
         recording.get_place("c@1.5")
 
 
-def test_fitted_traces_stand_in_the_order_of_the_recorded_ones_each_with_its_own_release(
-    monkeypatch,
-):
-    asked = []
-
-    def simulate(hinges, xs, how, time, places, shifts):
-        asked.append((xs, places.tolist(), shifts))
-        return np.array([[np.full(4, 10 * xs[0] + place) for place in places]])
-
-    monkeypatch.setattr(own, "_simulate_steps", simulate)
-    found = [SimpleNamespace(x=1.0, shift=0.3), SimpleNamespace(x=2.0, shift=0.7)]
-    rows = own._simulate_all(make_traces(), None, found, None)
-    assert rows[:, 0].tolist() == [10.4, 21.0, 11.0, 10.7]
-    assert asked == [([1.0], [0.4, 0.7, 1.0], [0.3]), ([2.0], [1.0], [0.7])]
-
-
-def test_a_step_is_told_as_a_share_of_the_last_place_while_it_is_held():
-    """Two vectors and two places; one vector's trace begins later than its release."""
-    antenna = make_small()
-    step = np.linspace(0.0, 90.0, 181)
-    moved = [np.array([[0.5 * a], [2.0 * a]]) * np.exp(-step / 20) for a in (1.0, 3.0)]
-    asked = []
-
-    def run(antennas, places):
-        asked.append((len(antennas), list(places)))
-        return [(step, one) for one in moved]
-
-    how = SimpleNamespace(simulate_steps=run)
-    hinges, time = make_scale(antenna), np.array([0.0, 4.0, 10.0])
-    xs = [np.zeros(2), np.ones(2)]
-    found = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [0.0, 5.0])
-    assert asked == [(2, [0.3, 1.0])]
-    for one, shift in zip(found, (0.0, 5.0), strict=True):
-        wanted = np.array([[0.25], [1.0]]) * np.exp(-(time + shift) / 20)
-        np.testing.assert_allclose(one, wanted, rtol=1e-6)
-    early = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [-3.0, 0.0])[0]
-    np.testing.assert_allclose(early[:, 0], [0.25, 1.0])  # it is held before
-    with pytest.raises(FeelerError, match="no"):
-        failed = SimpleNamespace(simulate_steps=lambda *given: [FeelerError("no")])
-        own._simulate_steps(hinges, xs[:1], failed, time)
-
-
-def test_what_is_fitted_is_every_point_as_a_share_of_the_outermost(monkeypatch):
-    goals = []
-    monkeypatch.setattr(own, "_fit_targets", lambda *given: (np.zeros(2), 0.0))
-
-    def stop(residual, start, **how):
-        residual(start)
-        return SimpleNamespace(x=start, cost=0.5, jac=np.eye(len(start)))
-
-    monkeypatch.setattr(own, "least_squares", stop)
-    monkeypatch.setattr(own, "_simulate_steps", lambda *given: np.ones((1, 3, TIME.size)))
-    monkeypatch.setattr(own, "_subtract", lambda some, goal: goals.append(goal) or some)
-    traces = make_traces()
-    fitted = own._fit_one(traces, "b", make_scale(make_small()), Protocol(), "trace")
-    rows = traces.take("b")[1] / 7.0
-    np.testing.assert_allclose(goals[0], rows.ravel())
-    assert fitted.residual == pytest.approx(1 / np.linalg.norm(rows)) and fitted.shift == 0.0
-
-
-def test_what_other_numbers_can_undo_is_taken_away():
-    jacobian = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, 0.0]])
-    others = np.array([[1.0], [1.0], [0.0]])
-    left = own._project(jacobian, others)
-    np.testing.assert_allclose(others.T @ left, 0.0, atol=1e-12)
-    np.testing.assert_allclose(left, [[0.5, 0.5], [-0.5, -0.5], [3.0, 0.0]], atol=1e-12)
-    assert own._project(jacobian, np.empty((3, 0))) is jacobian
-
-
 def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():
     xs = np.array([[0.1, 0.5], [0.3, 0.4], [0.8, 0.9]])
     middle, covariance, reach, words = own._measure_spread(xs, np.eye(2), 0.9, 50)
@@ -124,93 +53,6 @@ def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():
     one = own._measure_spread(xs[:1], 4 * np.eye(2), 0.95, 12)
     assert one[2] == pytest.approx(2.228139, rel=1e-6)  # t(0.975, 10)
     np.testing.assert_array_equal(one[1], 4 * np.eye(2))
-
-
-def test_a_protocol_measures_each_quantity_of_each_antenna_in_the_experiment_that_shows_it(
-    monkeypatch,
-):
-    """One antenna cannot be held, and keeps its error."""
-    done = []
-
-    def add(self, outcomes, antennas, make, durations, read):
-        done.append((make.__name__, durations))
-        for k, (outcome, antenna) in enumerate(zip(outcomes, antennas, strict=True)):
-            if k == 1:
-                outcome["error"] = FeelerError("no")
-            name = "frequency" if "step" in make.__name__ else "ratio_86"
-            outcome[name] = antenna.length + (name == "frequency")
-
-    monkeypatch.setattr(Protocol, "_add", add)
-    antennas = [
-        make_small(),
-        make_small(),
-        make_small().replace(segment_length=np.full(12, 5.0)),
-    ]
-    how = Protocol(step_duration=111.0, speed=0.25)
-    found = how.measure_many(antennas, ["ratio_86", "frequency"])
-    assert isinstance(found[1], FeelerError)
-    assert found[0].values.tolist() == [42.0, 43.0] and found[2].values.tolist() == [60.0, 61.0]
-    assert found[0].names == ("ratio_86", "frequency")
-    longest = [2.0 + share * 60.0 / 0.25 + 5.0 for share in (0.35, 0.6)]
-    assert sorted(done) == [("_impulse_scene", longest), ("_step_scene", [80.0, 111.0])]
-    done.clear()
-    Protocol(step_duration=50.0).measure_many(antennas, ["frequency"])
-    assert done == [("_step_scene", [50.0])]
-    with pytest.raises(FeelerError, match="no"):
-        raise how.measure_many(antennas[:2], ["frequency"])[1]
-
-
-def test_experiments_are_done_as_the_protocol_says(monkeypatch):
-    asked, scenes = [], [SimpleNamespace(contact=get_contact()) for _ in range(2)]
-    monkeypatch.setattr(protocol, "hold", lambda *given: np.full(12, 0.01))
-    monkeypatch.setattr(
-        protocol, "make_impulse_scene", lambda antenna, **how: asked.append(how) or scenes[0]
-    )
-    monkeypatch.setattr(protocol, "make_groups", lambda scenes, engine: [[1, 0]])
-
-    def run(scenes, clock, engine):
-        asked.append((scenes, clock.duration, clock.sample_interval, clock.timestep, engine))
-        return scenes
-
-    monkeypatch.setattr(protocol, "run_group", run)
-    how = Protocol(speed=0.3, lever=7.0, sample_interval=0.2, timestep=0.01, engine="chain")
-    assert how._impulse_scene(make_small()) is scenes[0]
-    assert how._run(scenes, 33.0) == scenes
-    assert asked == [
-        {"speed": 0.3, "lever": 7.0},
-        (scenes[::-1], 33.0, 0.2, 0.01, "chain"),
-    ]
-
-
-def test_an_overdamped_antenna_has_no_frequency_and_a_ratio_of_one_at_least(monkeypatch):
-    free = SimpleNamespace(overdamped=True)
-    monkeypatch.setattr(protocol, "measure_free_response", lambda *given, **how: free)
-    motion = SimpleNamespace(time=TIME, angle=np.zeros((TIME.size, 12)))
-    for ratio, told in ((0.4, 1.0), (3.5, 3.5)):
-        monkeypatch.setattr(
-            protocol, "compute_modes", lambda *_, r=ratio: SimpleNamespace(damping_ratio=[r])
-        )
-        read = Protocol()._read_step
-        assert read(make_small(), None, motion, False) is None  # it is run for longer first
-        found = read(make_small(), None, motion, True)
-        assert found == {"overdamped": True, "frequency": 0.0, "damping_ratio": told}
-        kept = protocol._collect(found, ("damping_ratio", "frequency"))
-        assert (kept.values.tolist(), kept.overdamped) == ([told, 0.0], True)
-    unknown = protocol._collect(found, ("ratio_71",))
-    assert "unknown quantity 'ratio_71'" in str(unknown)
-
-
-def test_points_are_followed_at_their_share_of_the_length_of_uneven_segments():
-    antenna = make_small().replace(segment_length=np.linspace(6.0, 1.0, 12))
-    angle = 0.02 * np.ones((3, 12)) * np.array([[0.0], [1.0], [2.0]])
-    places = (0.31, 0.77, 1.0)
-    found = protocol._follow(antenna, SimpleNamespace(angle=angle), places)
-    for place, row in zip(places, found, strict=True):
-        for k in range(3):
-            line, rest = antenna.shape(angle[k]), antenna.shape()
-            arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(rest, axis=0), axis=1)))
-            wanted = np.interp(place * arc[-1], arc, (line - rest)[:, 0])
-            assert row[k] == pytest.approx(wanted, abs=1e-12)
 
 
 def test_draws_are_means_of_as_many_animals_as_there_were():
@@ -232,31 +74,6 @@ def test_draws_are_means_of_as_many_animals_as_there_were():
         spread = np.log(drawn).std(axis=0)
         shares = np.array([0.2, 0.1]) / np.sqrt(n_animals)
         np.testing.assert_allclose(spread, shares / [2.0, 0.5], rtol=0.05)
-
-
-def test_searches_are_told_one_by_one_and_the_best_is_kept(monkeypatch):
-    errors, told = [0.5, 0.2, 0.9], []
-    asked = []
-
-    def search(problem, start, method, most):
-        asked.append((start.tolist(), method, most))
-        return SimpleNamespace(error=errors[len(asked) - 1], p=start)
-
-    monkeypatch.setattr("feeler.calibration.fitting.search", search)
-    measured = Measured(names=("frequency",), values=np.array([0.02]))
-    problem = SimpleNamespace(
-        hinges=SimpleNamespace(names=("k", "c"), start=np.ones(2)),
-        score=lambda p: (measured, 10 * p[0], 10 * p[1]),
-    )
-    starts = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
-    found = fit.__wrapped__(
-        problem, starts, method="powell", max_evaluations=17,
-        progress=lambda *given: told.append((given[0], given[1], given[2].error, given[3])),
-    )  # fmt: skip
-    assert asked == [(start.tolist(), "powell", 17) for start in starts]
-    assert told == [(1, 3, 0.5, 0.5), (2, 3, 0.2, 0.2), (3, 3, 0.9, 0.2)]
-    assert (found.p.tolist(), found.error, found.symmetric_accuracy) == ([3.0, 4.0], 30.0, 40.0)
-    assert [one.error for one in found.minima] == errors
 
 
 def make_family(**more):
@@ -344,23 +161,3 @@ def test_targets_keep_their_names_beside_their_own_values():
     other = targets.with_values(np.array([0.5, 0.03]))
     assert other.values.tolist() == [0.5, 0.03] and other.spreads.tolist() == [0.02, 0.0]
     assert targets.only("frequency").values.tolist() == [0.02]
-
-
-def test_an_impulse_is_over_once_the_cylinder_has_stopped_pushing(monkeypatch):
-    """What it did at the start does not count; of the longest run the tip's peak counts anyway."""
-    time = np.arange(9.0)
-    deflection = np.sin(time / 3) * np.arange(1, 1 + len(protocol._IMPULSE_POINTS))[:, None]
-
-    def read(first, end, last):
-        force = np.zeros((9, 2))
-        force[0], force[-1] = (0.0, first), (0.0, end)
-        impulse = SimpleNamespace(
-            time=time, deflection=deflection, tip=9 * deflection[0], force=force
-        )
-        monkeypatch.setattr(protocol, "measure_impulse", lambda *_: impulse)
-        return Protocol()._read_impulse(make_small(), None, None, last)
-
-    done = read(0.0, 0.0, last=False)
-    assert done is not None and read(1.0, 0.0, last=False) == done
-    assert read(0.0, 1.0, last=False) is None and read(1.0, 1.0, last=False) is None
-    assert read(0.0, 1.0, last=True) == done

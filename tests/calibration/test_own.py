@@ -5,7 +5,6 @@ say why.
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_filter
 from scipy.stats import t as student
 
 from feeler.calibration import (
@@ -13,12 +12,9 @@ from feeler.calibration import (
     Traces,
     fit_traces,
     load_traces,
-    make_hinges,
     make_synthetic_traces,
     measure_trace,
 )
-from feeler.calibration import traces as own
-from feeler.calibration.traces import _smooth
 from feeler.errors import InvalidInput
 
 from .small_antenna import make_small
@@ -83,19 +79,6 @@ def test_mean_interval_and_residual_are_student_s_and_numpy_s(traces):
             np.linalg.norm(best - goal) / np.linalg.norm(goal), rel=1e-6
         )
         assert simulated[0] == pytest.approx(1.0)
-
-
-def test_directions_are_in_typical_changes(traces, monkeypatch):
-    """Of a family some of whose numbers have a typical change that is not 1."""
-    hinges = make_hinges("tilt", make_small())
-    assert np.ptp(hinges.scale) > 0.1
-    jacobian = np.random.default_rng(0).normal(size=(9, hinges.scale.size))
-    x, covariance = hinges.to_x(hinges.start), 1e-4 * np.eye(hinges.scale.size)
-    one = own._Fitted(x=x, residual=0.01, covariance=covariance, jacobian=jacobian)
-    monkeypatch.setattr(own, "_fit_one", lambda *_: one)
-    monkeypatch.setattr(own, "_simulate_all", lambda *_: np.zeros_like(traces.displacement))
-    found = fit_traces(traces, make_small(), hinges=hinges, protocol=QUICK)
-    np.testing.assert_allclose(found.directions.jacobian, jacobian * hinges.scale)
 
 
 def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
@@ -164,34 +147,6 @@ def test_one_animal_has_an_interval_from_its_residuals():
     cost = np.sum((hinges_tip(one, x) - goal) ** 2)
     deviation = np.sqrt(cost / (90 - 3) * np.diag(np.linalg.inv(slope.T @ slope)))
     np.testing.assert_allclose(wide / student.ppf(0.995, 88), deviation, rtol=0.01)
-
-
-def save_traces(traces, path):
-    rows = np.column_stack([traces.time, traces.displacement.T])
-    lines = [",".join(f"{value:.6g}" for value in row) for row in rows]
-    path.write_text(
-        "\n".join(["# synthetic: simulated", ",".join(["time_ms", *traces.names]), *lines])
-    )
-
-
-def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):
-    file = tmp_path / "trace.csv"
-    save_traces(traces, file)
-    lines = file.read_text().splitlines()
-    seconds = ["time_s,a,b,c,d"]
-    for line in lines[2:]:
-        time, *values = line.split(",")
-        seconds.append(
-            ",".join(
-                [f"{float(time) / 1000 + 7:.6f}", *(f"{1e3 * float(v):.6g}" for v in values)]
-            )
-        )
-    other = tmp_path / "seconds.csv"
-    other.write_text("\n".join(seconds))
-    first, second = load_traces(file), load_traces(other)
-    assert (first.source, second.source) == ("synthetic", "recorded")
-    np.testing.assert_allclose(second.time, first.time, atol=1e-6)
-    np.testing.assert_allclose(second.displacement, 1e3 * first.displacement, rtol=1e-5)
 
 
 def test_the_example_is_named_synthetic():
@@ -292,24 +247,6 @@ def test_the_noise_of_a_trace_is_told_as_a_share_of_its_first_deflection():
         match=r"jumps from sample to sample by (29|30|31)% of its first deflection",
     ):
         measure_trace(time, trace)
-
-
-def test_a_mirrored_trace_has_the_same_frequency_and_damping(traces):
-    there, mirrored = (
-        measure_trace(traces.time, side * traces.displacement[0]) for side in (1, -1)
-    )
-    assert (mirrored.frequency, mirrored.damping_ratio) == (
-        there.frequency,
-        there.damping_ratio,
-    )
-
-
-def test_five_samples_before_the_first_crossing_are_smoothed():
-    trace = np.array([1.0, 0.8, 0.1, 0.4, 0.2, -0.3, -0.1, -0.4, 0.2, 0.1, -0.1, 0.0])
-    np.testing.assert_allclose(_smooth(trace), savgol_filter(trace, 5, 3))
-    np.testing.assert_array_equal(
-        _smooth(trace[[0, 1, 2, 5, 6, 7, 8]]), trace[[0, 1, 2, 5, 6, 7, 8]]
-    )
 
 
 def test_unknown_ways_and_confidences(traces):

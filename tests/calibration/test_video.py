@@ -19,7 +19,6 @@ from feeler.calibration import (
     load_traces,
     make_hinges,
 )
-from feeler.calibration import traces as own
 from feeler.calibration.traces import find_rest
 from feeler.errors import InvalidInput
 from tests.cli._command import run
@@ -112,26 +111,6 @@ def test_each_point_has_a_rest_of_its_own(tmp_path):
     file = write(tmp_path / "video.csv", ("a@0.5", "a"), np.array([0.4 * row + 7, row - 3]))
     half, tip = load_traces(file, frame_rate=1000, release="found").displacement
     np.testing.assert_allclose(half, 0.4 * tip, atol=2e-3 * np.ptp(tip))
-
-
-@pytest.mark.parametrize(("interval", "found", "more"), [(4.0, True, 16.0), (4.0, False, 0.0)])
-def test_a_step_is_simulated_to_the_end_of_the_latest_release(
-    monkeypatch, interval, found, more
-):
-    """A release may be four samples later than found, and the cubic between samples must not run
-    past its end.
-    """
-    seen = []
-    monkeypatch.setattr(
-        own, "_fit_one", lambda *args: seen.append(args[3].step_duration) or 1 / 0
-    )
-    time = interval * np.arange(30)
-    with pytest.raises(ZeroDivisionError):
-        fit_traces(
-            Traces(time=time, displacement=np.exp(-time / 20)[None], names=("a",), found=found),
-            make_small(),
-        )
-    assert seen[0] >= time[-1] + more
 
 
 def test_an_overdamped_tip_is_fitted_sample_by_sample():

@@ -3,10 +3,9 @@
 import re
 
 import pytest
-import typer
 
 import feeler
-from feeler.cli.app import app, main
+from feeler.cli.app import main
 
 from ._command import run
 
@@ -59,21 +58,6 @@ def test_a_warning_speaks_of_options_that_the_verb_has(tmp_path):
     assert "--contact" not in said.stderr
     hard = feeler.load(tmp_path / "out" / "touch" / "tensor.nc")
     assert said.returncode == 0 and float(hard["sink"].max()) < float(soft["sink"].max())
-
-
-def list_verbs(group, above="feeler"):
-    for name, command in group.commands.items():
-        yield from (
-            list_verbs(command, f"{above} {name}")
-            if hasattr(command, "commands")
-            else [f"{above} {name}"]
-        )
-
-
-@pytest.mark.parametrize("verb", [*list_verbs(typer.main.get_command(app))])
-def test_every_verb_shows_how_it_is_called(tmp_path, verb):
-    said = run(*verb.split()[1:], "--help", cwd=tmp_path).stdout
-    assert f"{verb} " in said.partition("Examples:")[2]
 
 
 @pytest.mark.long

@@ -194,29 +194,3 @@ def test_a_text_of_no_kind_is_refused_in_a_line_by_every_verb(files, words):
     code, found = say(*words, "notes.md")
     assert code != 0 and "notes.md is of a kind that feeler does not know" in found
     assert "Traceback" not in found
-
-
-def test_the_numbers_beside_a_page_are_known_as_feelers_own(tmp_path):
-    """What `feeler tracks` writes is none that feeler does not know."""
-    (tmp_path / "tracks.html").write_text("<html></html>")
-    (tmp_path / "tracks.json").write_text('{"trials": []}')
-    (tmp_path / "tracks.csv").write_text("trial,side,time_ms,angle_deg\na.csv,left,0,1.5\n")
-    (tmp_path / "other.json").write_text('{"trials": []}')
-    for name in ("tracks.json", "tracks.csv"):
-        done = CliRunner().invoke(app, ["info", str(tmp_path / name)])
-        assert done.exit_code == 0 and "the numbers of a page that feeler wrote" in done.output
-        assert "open tracks.html" in done.output
-    assert CliRunner().invoke(app, ["info", str(tmp_path / "other.json")]).exit_code == 2
-
-
-def test_a_faulty_file_beside_a_page_keeps_its_fault(tmp_path):
-    """A page of the same name does not make a recording without units valid."""
-    (tmp_path / "robot.html").write_text("<html></html>")
-    (tmp_path / "robot.csv").write_text("time_ms,hinge1,hinge2\n0,1,2\n1,2,3\n")
-    for verb in ("validate", "info"):
-        code, said = say(verb, tmp_path / "robot.csv")
-        assert "unit of the channels is None" in said, said
-        assert code == 0 if verb == "info" else code != 0
-    assert (
-        "2 channels where 8 were expected" in say("robot", "check", tmp_path / "robot.csv")[1]
-    )

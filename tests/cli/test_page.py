@@ -2,17 +2,13 @@
 for before anything is computed.
 """
 
-import ast
 import html
 import re
-import sys
-from pathlib import Path
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-import feeler
 from feeler import errors
 from feeler.cli import app as door
 from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
@@ -21,7 +17,6 @@ from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_va
 from feeler.presets import PRESETS
 from tests.cli._command import run
 
-SOURCE = Path(feeler.__file__).parent
 GROUP = typer.main.get_command(door.app)
 
 
@@ -86,16 +81,6 @@ def test_a_value_that_is_none_is_refused_with_what_was_got(words, said):
     assert said in CliRunner().invoke(door.app, words).output
 
 
-def test_an_error_reaches_the_terminal_in_its_own_words(monkeypatch, capsys, tmp_path):
-    table = tmp_path / "t.csv"
-    table.write_text("head_x,head_y\n1,2\n2,3\n")
-    monkeypatch.setattr(sys, "argv", ["feeler", "tracks", str(table)])
-    with pytest.raises(SystemExit):
-        door.main()
-    said = capsys.readouterr().err
-    assert "give --frame-rate." in said and "frame_rate=" not in said
-
-
 def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path):
     from feeler.design import search
 
@@ -112,31 +97,6 @@ def test_extras_are_asked_for_before_anything_is_computed(monkeypatch, tmp_path)
     monkeypatch.setattr("feeler.robot.make_decoder", refuse)
     found = CliRunner().invoke(door.app, ["robot", "stream", "/dev/none", "--serial"])
     assert "pip install 'feeler[robot]'" in str(found.exception)
-
-
-SHELL = (
-    "cli/",
-    "studio/",
-    "robot/description.py",
-    "tensors/readers.py",
-)
-
-
-@pytest.mark.long
-def test_messages_of_the_library_name_no_option_of_the_command_line():
-    """But for rooms that only the command line opens, and for commands that are written out."""
-    found = []
-    for path in SOURCE.rglob("*.py"):
-        if path.relative_to(SOURCE).as_posix().startswith(SHELL):
-            continue
-        raised = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Raise)]
-        texts = [p.value for n in raised for p in ast.walk(n) if isinstance(p, ast.Constant)]
-        found += [
-            (path.name, text)
-            for text in texts
-            if re.search(r"(?<![\w-])--[a-z]", str(text)) and "feeler " not in str(text)
-        ]
-    assert found == []
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,6 @@ from feeler.robot import fit_factors, load_recording, repair
 from feeler.robot.description import get_example
 from feeler.tensors.formats import load
 from feeler.tracking import load_tracks, measure_exploration
-from paper.command import _summarise
-from paper.context import Context
 
 NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
 
@@ -126,17 +124,3 @@ def test_robot_fit_prints_hertz():
     p1, p2, error, count = read("p1 = #, p2 = # ms, error #, # evaluations", said)
     assert (p1, p2) == pytest.approx((found.stiffness_factor, found.damping_factor), abs=6e-5)
     assert (error, count) == (pytest.approx(found.error, rel=0.05), found.n_evaluations)
-
-
-def test_where_machines_listen_only_json_is_said(tmp_path, capsys):
-    _summarise(Context(scale="smoke", out=tmp_path), [], 1.0, True)
-    out, err = capsys.readouterr()
-    assert (
-        out == "" and err.startswith('{"event": "report"') and '"paper": {"reproduced": ' in err
-    )
-
-
-def test_where_people_listen_the_page_is_named(tmp_path, capsys):
-    _summarise(Context(scale="smoke", out=tmp_path), [], 1.0, False)
-    out, err = capsys.readouterr()
-    assert err == "" and "report.html" in out

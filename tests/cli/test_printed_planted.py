@@ -2,39 +2,28 @@
 planted one, in its unit.
 """
 
-import io
 import json
 import re
 from importlib.resources import files
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 from calibration._fits import make_fit
-from matplotlib.figure import Figure
 from tensors._sets import make_set
 from typer.testing import CliRunner
 
 import feeler
-from feeler import calibration, comparison, robot, wall
-from feeler.antenna.files import load_antenna
+from feeler import calibration, wall
 from feeler.cli.app import app
-from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
-from feeler.cli.tracks import _plot
-from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
-from feeler.progress import ProgressBar
-from feeler.provenance import describe_versions
-from feeler.report import Section
 from feeler.robot.classify import Answer, name_touch
 from feeler.robot.description import get_example
 from feeler.robot.sensors import SensorCalibration
 from feeler.robot.stream import Link
-from feeler.tensors.formats import load, save
-from paper.command import _make_reporter, _summarise
+from feeler.tensors.formats import save
 
 from .test_printed import NUMBER, read, run
 
@@ -304,27 +293,6 @@ def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
     )
 
 
-def test_the_picture_of_tracks_is_in_degrees_over_seconds():
-    path = Path(str(files("feeler.tracking"))) / "data" / "synthetic_tracks_xypts.csv"
-    tracks = feeler.tracking.load_tracks(path, frame_rate=30)
-    result = feeler.tracking.measure_exploration([tracks])
-    _plot(figure := Figure(), [path], [tracks], result)
-    angle, speed = figure.axes
-    assert (angle.get_xlabel(), angle.get_ylabel()) == ("time [s]", "angle [°]")
-    assert (speed.get_xlabel(), speed.get_ylabel()) == ("time [s]", "|speed| [°/s]")
-    for k, sweeps in enumerate(result.sweeps[0]):
-        np.testing.assert_allclose(
-            angle.lines[k].get_data(), [tracks.time / 1e3, sweeps.angle * 180 / np.pi]
-        )
-        fast, peaks = speed.lines[2 * k : 2 * k + 2]
-        np.testing.assert_allclose(
-            fast.get_data(), [tracks.time / 1e3, np.abs(sweeps.speed) * 180e3 / np.pi]
-        )
-        np.testing.assert_allclose(
-            peaks.get_data(), [sweeps.peak_time / 1e3, sweeps.peak_speed * 180e3 / np.pi]
-        )
-
-
 def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
     bend = xr.DataArray(
         np.deg2rad([[10.0, -30.0], [20.0, 5.0], [np.nan, 15.0]]),
@@ -379,63 +347,6 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     assert "3 samples were missing" in said
 
 
-def test_a_stream_says_what_its_board_lost_sent_late_or_broken(monkeypatch):
-    def read_samples(lines, n_channels, link, factor):
-        link.lost, link.late, link.broken, link.restarts = 4, 3, 2, 1
-        return iter(())
-
-    stream = SimpleNamespace(missed=7)
-    touch = SimpleNamespace(stream=stream, kept=[], end=lambda: None, answer=None)
-    monkeypatch.setattr("feeler.robot.live.LiveTouch", lambda *_: touch)
-    monkeypatch.setattr("feeler.robot.stream.read_samples", read_samples)
-    made = {
-        "make_decoder": lambda *_, **__: None,
-        "make_classifier": lambda *_, **__: None,
-        "draw_training_set": lambda *_, **__: SimpleNamespace(watch=lambda decoder: decoder),
-    }
-    plant(monkeypatch, robot, **made)
-    said = json.loads(run("robot", "stream", "-", "--json").splitlines()[-1])
-    counts = {"missing": 7, "lost": 4, "late": 3, "broken": 2, "restarts": 1, "outside": 0}
-    assert said == {"contact": False, **counts, "unit": "rad", "truth": {}, "whole": None}
-
-
-SHARES = {
-    "noise": {"all": (0.81, 0.74, 0.88), "feature": (0.95, 0.9, 1.0)},
-    "everything": {"all": (0.4, 0.31, 0.52), "feature": (0.7, 0.6, 0.8)},
-}
-
-
-def test_gap_prints_and_draws_shares_in_per_cent(monkeypatch, tmp_path):
-    figures = []
-    scores = {
-        name: SimpleNamespace(correct=tuple(shares), share=shares.__getitem__, total=24)
-        for name, shares in SHARES.items()
-    }
-    plant(monkeypatch, robot, measure_parts=lambda *_, **__: scores)
-    monkeypatch.setattr(
-        Section, "figure", lambda _, name, caption, draw, **__: figures.append((caption, draw))
-    )
-    said = run("robot", "gap", "--out", tmp_path)
-    for name, shares in SHARES.items():
-        expected = [100 * share for share in (*shares["all"], shares["feature"][0])]
-        assert read(
-            rf"{name} +#% classified correctly \(#% to #%\); feature #%", said
-        ) == pytest.approx(expected)
-    page = re.sub("<[^>]+>", " ", (tmp_path / "robot.html").read_text(encoding="utf-8"))
-    assert read(r"noise\s+#\s+#\s+#\s+#", page) == [81, 74, 88, 95]
-    (caption, draw), figure = figures[0], Figure()
-    draw(figure)
-    (ax,) = figure.axes
-    assert (
-        "of 24 each" in caption
-        and ax.get_xlabel() == "contacts classified correctly [%], with 95 % interval"
-    )
-    np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [81, 40])
-    ends = np.array([segment[:, 0] for segment in ax.collections[0].get_segments()])
-    np.testing.assert_allclose(ends, [[74, 88], [31, 52]])
-    assert [tick.get_text() for tick in ax.get_yticklabels()] == [*SHARES]
-
-
 def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):
     run("robot", "fit", get_example("release"), "--out", tmp_path)
     found = json.loads((tmp_path / "robot.json").read_text())
@@ -455,95 +366,3 @@ def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):
         100 * ringing["r_squared"],
     ]
     assert row == pytest.approx(expected, rel=1e-3)
-
-
-def test_a_search_says_its_best_error_and_each_start_its_own(monkeypatch, capsys):
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    watch = _Watch()
-    watch(12, 0.5)
-    watch(24, 0.125)
-    watch(36, 0.25)  # a worse one
-    watch.end_start(1, 3, SimpleNamespace(error=0.25, evaluations=36, seconds=4.2), 0.125)
-    said = capsys.readouterr().err
-    assert re.findall(r"(\d+) antennas, best error ([\d.]+)", said) == [
-        ("12", "0.5"),
-        ("24", "0.125"),
-        ("36", "0.125"),
-    ]
-    assert "start 1/3: error 0.25 after 36 antennas, 4.2 s; best 0.125" in said
-
-
-def test_stages_are_timed_in_seconds(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr("time.perf_counter", lambda: 112.5)
-    report = _make_reporter(False, 7, 100.0)
-    report("Fig. 2", None)
-    report("Fig. 2", SimpleNamespace(seconds=3.21, cached=False, kept=None))
-    report("Fig. 3", SimpleNamespace(seconds=0.0, cached=True, kept=None))
-    report("Fig. S4", SimpleNamespace(seconds=0.0, cached=False, kept={"seed": 0}))
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[:2] == ["[0/7]   12.5 s  Fig. 2  ...", "[1/7]   12.5 s  Fig. 2  3.2 s"]
-    assert lines[2] == "[2/7]   12.5 s  Fig. 3  from the cache"
-    assert lines[3] == "[3/7]   12.5 s  Fig. S4  kept, see the report"
-    _summarise(SimpleNamespace(is_cockroach=False, out=tmp_path, vector=True), [], 61.26, False)
-    assert capsys.readouterr().out.endswith(
-        f"figures: {tmp_path / 'figures'}, {tmp_path / 'figures.pdf'}   (61.3 s)\n"
-    )
-
-
-def test_progress_says_megabytes_and_the_share_that_failed():
-    stream = io.StringIO()
-    stream.isatty = lambda: True
-    now = iter([0.0, 10.0, 10.0]).__next__
-    with ProgressBar("touches", stream=stream, clock=now) as progress:
-        progress.tell(failed={"no contact": 3}, stored=123_456_789)
-        progress(50, 100)
-    assert re.search(r"50/100.* 0\.1/s, 123 MB, 6 % no contact", stream.getvalue())
-
-
-def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
-    said = []
-    plant(
-        monkeypatch,
-        comparison,
-        compare_antennas=lambda *_, **__: SimpleNamespace(
-            names=("robot", "constant"), list_rows=lambda: [("bits", "1", "2")]
-        ),
-    )
-    plant(
-        monkeypatch,
-        comparison,
-        write_comparison=lambda _, out, words: said.append(words) or out,
-    )
-    words = run(
-        "compare",
-        "robot",
-        "constant",
-        "--scale",
-        "smoke",
-        "--speed",
-        0.3,
-        "--seed",
-        4,
-        "--out",
-        tmp_path / "c.html",
-    )
-    assert re.search(r"^ +robot +constant\nbits +1 +2$", words, re.MULTILINE)
-    assert "means over noise of 20 %: of each touch's own signal" in said[0]
-    timestep, count, speed = read(
-        r"Scale smoke, seed 4, engine chain-consistent, timestep # ms, # touches at # m/s\. ",
-        said[0],
-    )
-    assert (timestep, speed) == (get_engine("chain-consistent").timestep, 0.3)
-    assert f"robot: touched {count:g} times" in words and said[0].endswith(describe_versions())
-    assert f"feeler {feeler.__version__}, mujoco" in describe_versions()
-
-
-@pytest.mark.long
-def test_the_saved_tensor_holds_the_sensors_of_the_antenna_and_no_other_hinge(tmp_path):
-    run("antenna", tmp_path / "soft.toml", "--preset", "linear", "--sensors", "distal")
-    words = ("touch", "--antenna", tmp_path / "soft.toml", "--duration", 9, "--timestep", 0.05)
-    run(*words, "--no-movie", "--out", tmp_path / "out")
-    sensors = load_antenna(tmp_path / "soft.toml").sensors
-    assert 0 < sensors.size < 140
-    saved = load(tmp_path / "out" / "tensor.nc")
-    np.testing.assert_array_equal(saved["segment"], sensors)

@@ -7,22 +7,10 @@ from pathlib import Path
 import pytest
 
 import feeler
-from feeler.cli.reproduce import reproduce
-from feeler.errors import MissingDependencyError
 
 ROOT = Path(__file__).parents[2]
 ASKED = ("reproduce", "--scale", "huge")
 REFUSED = "valid: smoke, quick, published, paper"
-
-
-def test_an_installed_feeler_says_where_the_reproduction_is(monkeypatch, tmp_path):
-    monkeypatch.setattr(feeler, "__file__", str(tmp_path / "site" / "feeler" / "__init__.py"))
-    (tmp_path / "paper").mkdir()  # a folder of this name that is somebody else's
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(
-        MissingDependencyError, match="not installed with feeler: clone its repository"
-    ):
-        reproduce()
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,10 @@
 """The network: the paper's layers, seeded, honest early stopping, weights without pickle."""
 
-import builtins
-
 import numpy as np
 import pytest
 
 from feeler.decoding.network import TouchNetwork, _make_network
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput
 
 SHAPE = (14, 20)
 QUICK = {"shape": SHAPE, "max_epochs": 6, "batch_size": 8}
@@ -23,19 +21,6 @@ def make_touches(n_each=12, seed=0):
     return np.tile(blobs, (n_each, 1, 1)) + 0.1 * rng.normal(
         size=(3 * n_each, *SHAPE)
     ), np.tile(list("abc"), n_each)
-
-
-def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
-    real = builtins.__import__
-
-    def without_torch(name, *args, **kwargs):
-        if name.split(".")[0] == "torch":
-            raise ImportError(name)
-        return real(name, *args, **kwargs)
-
-    monkeypatch.setattr(builtins, "__import__", without_torch)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[cnn\]'"):
-        TouchNetwork(**QUICK).fit(*make_touches())
 
 
 def test_layers_are_the_papers():

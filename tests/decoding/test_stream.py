@@ -2,18 +2,15 @@
 nonsense.
 """
 
-import builtins
 import sys
 from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput
 from feeler.robot.stream import Link, _parse_sample, open_serial, read_samples
 from feeler.tensors.formats import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
@@ -208,15 +205,6 @@ def test_tempering_makes_it_as_sure_as_it_is_right():
         decoder.temper([np.zeros((3, 50))], labels[:1])
 
 
-def test_evidence_in_bulk_is_the_streams_own():
-    decoder = _decoder()
-    stream = decoder.start()
-    for sample in TOUCHES[1].T:
-        stream.update(sample)
-    bulk = decoder._accumulate(decoder._cut(TOUCHES[1]))
-    np.testing.assert_allclose(stream.evidence, bulk[-1], rtol=1e-9)
-
-
 def _update(decoder, *samples):
     stream = decoder.start()
     for sample in samples:
@@ -316,36 +304,6 @@ def test_header_notes_and_blank_lines_are_passed_over():
     link = Link(2)
     assert len(list(read_samples(["0,1,2", "a,b,c"], 2, link))) == link.broken == 1
     assert "a sample must be numbers, got 'a'" in link.fault
-
-
-@settings(max_examples=300, deadline=None)
-@given(
-    st.one_of(
-        st.text(max_size=60),
-        st.binary(max_size=60),
-        st.text(alphabet="0123456789.,e-n a\t", max_size=40),
-    )
-)
-@pytest.mark.long
-def test_any_line_gives_a_sample_or_our_error(line):
-    try:
-        _, values = _parse_sample(line, 3)
-    except InvalidInput:
-        return
-    assert values.shape == (3,)
-
-
-def test_missing_pyserial_names_the_install_command(monkeypatch):
-    real = builtins.__import__
-
-    def without_serial(name, *rest, **options):
-        if name == "serial":
-            raise ImportError(name)
-        return real(name, *rest, **options)
-
-    monkeypatch.setattr(builtins, "__import__", without_serial)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[robot\]'"):
-        next(open_serial("/dev/nothing"))
 
 
 def test_any_model_may_say_what_is_felt():

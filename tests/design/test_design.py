@@ -13,7 +13,7 @@ from feeler.antenna.modes import compute_modes
 from feeler.decoding import READERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.scoring import _touch_classes, decode, estimate_error
-from feeler.design.search import _compute_diameter, _find_start, _make_basis, place_sensors
+from feeler.design.search import place_sensors
 from feeler.errors import InvalidInput, SimulationDivergedError
 from feeler.objects import Nuisances
 
@@ -147,17 +147,6 @@ def test_the_score_is_smooth_where_accuracy_is_a_staircase():
     assert np.abs(np.diff(bits, 3)).max() < 1e-3 * np.ptp(bits)
 
 
-@pytest.mark.parametrize("knots", [1, 2, 5])
-def test_knots_make_the_family_that_they_say(knots):
-    basis = _make_basis(140, knots)
-    n = np.arange(140.0)
-    assert basis.sum(axis=1) == pytest.approx(1.0)
-    fit = np.polyfit(n, basis @ np.linspace(0, 1, knots), 1)
-    assert np.allclose(
-        basis @ np.linspace(0, 1, knots), np.polyval(fit, n)
-    )  # straight lines belong to every family
-
-
 def test_a_space_has_its_reference_in_the_middle_and_its_bounds_at_one():
     space = Space(
         reference=ANTENNA,
@@ -208,13 +197,6 @@ def test_constraints_say_what_is_broken_and_by_how_much():
     assert Constraints(softest=1.0).check(soft, ANTENNA)["softest"] == pytest.approx(np.log(3))
     assert Constraints(thickness=0.5).check(soft, ANTENNA)["thickness"] > 0
     assert Constraints(peak_angle=0.1).check_peak(0.2) == pytest.approx(np.log(2))
-
-
-def test_a_hinge_of_the_diameter_that_is_asked_for_is_as_stiff():
-    rod = feeler.Antenna.from_beam(
-        length=24.0, modulus=2500.0, density=1e-3, radius=0.07, n_segments=6
-    )
-    assert _compute_diameter(rod, 2500.0)[1:] == pytest.approx(0.14)
 
 
 def search(path=None, **changes):
@@ -272,17 +254,6 @@ def test_a_candidate_that_diverges_is_counted_and_never_wins(monkeypatch):
     result = search()
     assert result.counts["diverged"] > 0
     assert result.best.fate == "simulated"
-
-
-def test_far_starts_keep_the_constraints():
-    problem = DesignProblem(
-        task=TASK,
-        space=Space(reference=ANTENNA, span=30.0),
-        constraints=Constraints(damping_share=1.0, softest=0.5),
-    )
-    starts = [_find_start(problem, np.random.default_rng(k), near=False) for k in range(3)]
-    assert [problem.measure_violation(problem.space.build(x)) for x in starts] == [0.0] * 3
-    assert np.abs(np.subtract(starts[0], starts[1])).max() > 0.1
 
 
 @pytest.mark.parametrize(

@@ -79,20 +79,6 @@ def test_an_error_that_cannot_be_pickled_arrives_as_words(processes):
         processes.submit(_tasks.raise_untravelled, 0).result()
 
 
-def test_results_do_not_pile_up():
-    handed_out = []
-
-    def items():
-        for i in range(30):
-            handed_out.append(i)
-            yield i, i
-
-    for n, _ in enumerate(
-        run_batch(_tasks.double, items(), executor=ThreadExecutor(2), window=3), 1
-    ):
-        assert len(handed_out) <= n + 3
-
-
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True, "2"])
 @pytest.mark.parametrize("kind", [ThreadExecutor, ProcessExecutor])
 def test_a_wrong_number_of_workers_is_refused(kind, workers):

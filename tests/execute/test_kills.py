@@ -60,42 +60,6 @@ def test_where_no_worker_can_begin_the_batch_says_so():
         run_while_killing(most=10**6)
 
 
-def test_a_worker_that_ends_before_its_word_is_heard_costs_nothing():
-    """A task that a worker took is said to be another's, who has ended, and then that worker ends:
-    so it looks where a worker says that it took a task after its end was noticed.
-    """
-    with ProcessExecutor(2) as executor:
-        answers = [executor.submit(_tasks.nap, 2.0) for _ in range(2)]
-        tasks = executor._pool._pool_manager.task_manager.tasks
-        while len([task for task in [*tasks.values()] if task.worker_id]) < 2:
-            time.sleep(0.01)
-        first = min(tasks.values(), key=lambda task: task.id)
-        ended, first.worker_id = first.worker_id, 2**22 + 1  # more than a process number can be
-        psutil.Process(ended).kill()
-        assert [answer.result(timeout=60) for answer in answers] == [2.0, 2.0]
-
-
-LATE = """
-import sys
-from multiprocessing.synchronize import Lock
-import feeler.execute.server
-{begin}
-"""
-BEGINNINGS = {
-    "Lock.__new__(Lock).__setstate__((0, 1, 1, '/feeler-gone'))": "",
-    "open('/feeler-gone')": "No such file or directory: '/feeler-gone'",
-    "int('x')": "ValueError: invalid literal",
-}
-
-
-@pytest.mark.parametrize(("begin", "words"), BEGINNINGS.items(), ids=("pool", "file", "other"))
-def test_only_a_worker_whose_pool_has_gone_is_silent(begin, words):
-    script = [sys.executable, "-c", LATE.format(begin=begin)]
-    said = subprocess.run(script, check=False, capture_output=True, text=True)
-    assert said.returncode == 1 and words in said.stderr
-    assert bool(said.stderr) == bool(words)
-
-
 def is_target(process, kind):
     """Whether a process of the command's tree is one that this kind of kill is meant for."""
     try:

@@ -31,23 +31,6 @@ def make_beam(n, length=40.0, bending=5.0, density=1e-4):
 
 
 @pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
-def test_mirrored_touch_gives_mirrored_tensor(engine):
-    left, right = (
-        feeler.touch(
-            ANTENNA,
-            Trial(
-                feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s
-            ),
-            engine=engine,
-            **SHORT,
-        )
-        for s in ("left", "right")
-    )
-    assert abs(left["angle"]).max() > 1e-3
-    np.testing.assert_allclose(right["angle"], -left["angle"], atol=1e-9)
-
-
-@pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 def test_no_contact_gives_exact_zeros(engine):
     tensors = feeler.touch(
         ANTENNA,
@@ -67,33 +50,6 @@ def test_workers_do_not_change_a_bit():
     one, two = (feeler.touch(ANTENNA, trials, workers=w, **SHORT) for w in (1, 2))
     np.testing.assert_array_equal(one["angle"], two["angle"])
     np.testing.assert_array_equal(one["seed"], two["seed"])
-
-
-@pytest.mark.further
-@pytest.mark.parametrize("stored", [False, True], ids=["in memory", "stored"])
-@pytest.mark.parametrize(
-    "order",
-    [
-        (0, 8, 2, 3, 4, 5, 6, 7, 1),
-        (1, 0, 2, 3, 4, 5, 6, 7, 8),
-        *np.random.default_rng(3).permuted([range(9)] * 3, axis=1),
-    ],
-    ids=lambda order: "".join(map(str, order)),
-)
-def test_each_touch_of_a_set_is_what_it_is_alone(order, stored, tmp_path):
-    # lanes are filled from base to tip: in the first order a full group begins with touch 0 and
-    # ends with 7, and holds 8
-    place = np.linspace(0.5, 0.9, 9)[np.argsort(order)]
-    trials = [Trial(feature=Ball(radius=1.5), location=at, speed=0.6) for at in place]
-    options = {"duration": 30.0, "timestep": 0.1, "sample_interval": 10.0}
-    store = {"store": tmp_path / "set.zarr"} if stored else {}
-    together = feeler.touch(ANTENNA, trials, **options, **store)
-    np.testing.assert_array_equal(together["location"], place)
-    assert np.abs(together["angle"]).max(("sensor", "time")).min() > 1e-3
-    for trial, angle in zip(trials, together["angle"].values, strict=True):
-        np.testing.assert_allclose(
-            angle, feeler.touch(ANTENNA, trial, **options)["angle"][0], atol=1e-12
-        )
 
 
 def test_contact_begins_when_the_trial_says():

@@ -4,9 +4,7 @@ sound one is read.
 
 import struct
 import zlib
-from types import SimpleNamespace
 
-import h5netcdf
 import h5py
 import numpy as np
 import pytest
@@ -15,11 +13,9 @@ import zarr
 
 from feeler import Outline
 from feeler.antenna.files import load_antenna
-from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import InvalidInput
 from feeler.sandbox import Limits, open_guarded
-from feeler.tensors import writers as netcdf
-from feeler.tensors.formats import describe_file, load, save
+from feeler.tensors.formats import load, save
 from feeler.tensors.table import parse_table
 
 from . import _hostile
@@ -61,17 +57,6 @@ def test_one_long_key_does_not_hang(tmp_path, monkeypatch):
     (tmp_path / "a.toml").write_text(".".join(["a"] * 200_000) + " = 1")
     with pytest.raises(InvalidInput, match=r"took longer than 1\.0"):
         load_antenna(tmp_path / "a.toml")
-
-
-def test_an_encoder_of_one_restart_is_saved_and_loaded(tmp_path):
-    encoder = ConvolutiveNMF(
-        n_components=2, n_lags=3, max_iter=20, n_restarts=1, tol=1e-1, random_state=0
-    )
-    encoder.fit(np.random.default_rng(0).random((2, 4, 12)))
-    got = load_encoder(save_encoder(encoder, tmp_path / "e.safetensors"))
-    assert np.isnan(got.stability_)
-    np.testing.assert_array_equal(got.components_, encoder.components_)
-    assert "kind ConvolutiveNMF, version 1" in describe_file(tmp_path / "e.safetensors")[1]
 
 
 def test_a_table_is_counted_before_it_takes_memory():
@@ -130,35 +115,6 @@ def test_texts_that_all_point_at_one_are_refused(tmp_path):
     raise_if_invalid(tmp_path / "x.nc", "memory|MiB of text|took longer")
 
 
-HDF5 = (
-    "Can't synchronously write data (file write failed:\n errno = 28, error message = '', buf ="
-    " 0x55)"
-)
-
-
-@pytest.mark.parametrize("room", [0, 2**40])
-def test_a_full_disk_is_said_in_the_systems_words(tmp_path, monkeypatch, room):
-    """No room to begin with, or none left while HDF5 writes, which tells of it over several
-    lines.
-    """
-
-    def write(*_, **__):
-        raise OSError(HDF5)
-
-    monkeypatch.setattr(netcdf.shutil, "disk_usage", lambda _: SimpleNamespace(free=room))
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", write)
-    with pytest.raises(
-        InvalidInput, match=r"No space left on device\. Check the folder and the room left\.$"
-    ) as caught:
-        save(make_set(), tmp_path / "x.nc")
-    assert str(caught.value).count("\n") == 0
-
-
-def test_zarr_of_version_2_is_named(tmp_path):
-    zarr.create_group(tmp_path / "x.zarr", zarr_format=2)
-    raise_if_invalid(tmp_path / "x.zarr", "is Zarr v2, which may hold pickles")
-
-
 @pytest.mark.parametrize(
     ("function", "words"),
     [("crash", "broke down .code -11."), ("spin", "took longer than 1 s")],
@@ -171,27 +127,9 @@ def test_a_reader_that_crashes_or_hangs_is_contained(tmp_path, function, words):
         )
 
 
-@pytest.mark.slow
-def test_a_sound_file_of_three_gibibytes_is_read(tmp_path):
-    n = 3 * 2**27
-    with h5netcdf.File(tmp_path / "large.nc", "w") as file:
-        file.dimensions = {"x": n}
-        values = file.create_variable("a", ("x",), "f8")
-        for start in range(0, n, 2**24):
-            values[start : start + 2**24] = np.arange(start, start + 2**24, dtype=float)
-    got = load(tmp_path / "large.nc").a
-    assert got.size == n and got.values[2**28 + 7] == 2**28 + 7 and got.values[-1] == n - 1
-
-
 CIRCLE = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n{}\n0\nENDSEC\n0\nEOF\n"
 CURVE = " C 900000 100000 2 -1000000 3 0"
 DRAWN = '<svg xmlns="http://www.w3.org/2000/svg" width="10mm"><path d="M0 0{}Z"/></svg>'
-
-
-def test_a_large_circle_that_is_to_be_scaled_is_drawn(tmp_path, monkeypatch):
-    monkeypatch.setenv("FEELER_MAX_GIB", "0.1")
-    (tmp_path / "a.dxf").write_text(CIRCLE.format("1e12"))
-    assert Outline.from_file(tmp_path / "a.dxf", width=3.0).size == pytest.approx(1.5, rel=1e-2)
 
 
 @pytest.mark.parametrize(

@@ -101,15 +101,6 @@ def test_folders_survive(kind, folder):
     assert log.ends["refused"] > 0.2 * N_QUICK and log.ends["read"] > 0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", FOLDERS)
-def test_folders_survive_a_thousands_of_inputs(kind, folder, request):
-    n = request.config.getoption("--inputs")
-    log = attack(kind, range(N_QUICK, n + N_QUICK), folder)
-    print(f"\n{kind}: {log}")
-    assert sum(log.ends.values()) == n
-
-
 def open_damaged(number: int, folder: Path) -> str:
     """Open a damaged store for writing: refused, or it ends with every number right."""
     rng, files, path, whole = (

@@ -240,11 +240,3 @@ def test_readers_survive_anything(reader, folder, data):
     (folder / reader.name).write_bytes(data)
     with watched(), survives(data, Log()):
         reader.read(folder / reader.name)
-
-
-@pytest.mark.slow
-def test_readers_survive_a_thousands_of_inputs(reader, folder, request):
-    n = request.config.getoption("--inputs")
-    log = attack(reader, range(N_QUICK, n + N_QUICK), folder, share=1.0)
-    print(f"\n{request.node.callspec.id}: {log}")
-    assert sum(log.ends.values()) == n

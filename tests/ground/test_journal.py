@@ -56,18 +56,6 @@ def test_an_empty_file_becomes_a_journal(tmp_path):
     assert (tmp_path / "journal").read_bytes() == (tmp_path / "new").read_bytes() != b""
 
 
-@pytest.mark.parametrize("n", [1, 9, 20, 27])
-def test_a_file_that_begins_as_a_journal_does_may_be_anybodys(tmp_path, n):
-    """The first line is written at once: what holds a part of it was not made by a journal."""
-    file = tmp_path / "journal"
-    Journal(file, KEY).close()
-    text = file.read_bytes()[:n]
-    file.write_bytes(text)
-    with pytest.raises(InvalidInput, match="is no journal of a search"):
-        Journal(file, KEY, "search")
-    assert file.read_bytes() == text
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -150,17 +138,3 @@ def test_a_full_disk_leaves_whole_lines_only(tmp_path):
         ["a"],
         ["c"],
     ]
-
-
-def test_on_a_full_disk_no_empty_file_is_left(tmp_path, monkeypatch):
-    file = tmp_path / "journal"
-    opened = type(file).open
-
-    def open_on_a_full_disk(self, mode="r", *others, **options):
-        plain = opened(self, mode, *others, **options)
-        return Full(plain, room=0) if mode == "xb" else plain
-
-    monkeypatch.setattr(type(file), "open", open_on_a_full_disk)
-    with pytest.raises(StoreError, match="which holds 0: No space left"):
-        Journal(file, KEY)
-    assert not file.exists()

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from feeler import compiled, provenance
+from feeler import provenance
 from feeler.errors import InvalidInput
 from feeler.provenance import compute_digest, make_key, to_jsonable
 from paper import context
@@ -45,28 +45,6 @@ def test_a_patch_release_and_other_packages_are_the_same_key(monkeypatch):
     versions = {"feeler": patched, "scikit-learn": "99.0"}
     monkeypatch.setattr(provenance, "find_version", lambda name: versions.get(name, real(name)))
     assert make_key({"a": 1}) == before
-
-
-def test_machine_code_knows_what_it_can_hold(monkeypatch):
-    """A change in another compiled module, or in constants, is another stamp; one in a module that
-    only prepares arrays is not."""
-    stepper = "feeler.physics.chain.stepper"
-    real = compiled._read_source
-
-    def stamp(changed):
-        compiled._stamp_code.cache_clear()
-        monkeypatch.setattr(
-            compiled,
-            "_read_source",
-            lambda name: real(name) + "\nEXTRA = 1\n" * (name == changed),
-        )
-        return compiled._stamp_code(stepper)
-
-    same = stamp("")
-    assert stamp("feeler.errors") == stamp("feeler.records") == same
-    for held in ("stepper", "contact", "sweep", "lanes", "fields"):
-        assert stamp(f"feeler.physics.chain.{held}") != same, held
-    compiled._stamp_code.cache_clear()
 
 
 @dataclass

@@ -13,7 +13,6 @@ from feeler.analysis import (
     compute_information,
     compute_information_known_noise,
     find_noise,
-    find_told,
     measure_information,
     scale_peaks,
 )
@@ -256,28 +255,6 @@ def test_what_is_no_square_of_inner_products_is_refused(energy):
         InvalidInput, match=r"a finite square matrix|two trial axes of one size"
     ):
         measure_information(energy, 1.0)
-
-
-@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-30, 1e150, 1e200, 1e300])
-def test_tensors_and_noise_of_any_unit_tell_the_same(scale):
-    tensors = np.random.default_rng(0).random((5, 4, 10))
-    even, uneven = 0.8, 0.5 + tensors
-    expected = compute_information(tensors, even)
-    assert compute_information(scale * tensors, scale * even).bits == pytest.approx(
-        expected.bits
-    )
-    levels = np.linspace(0.6, 0.9, 5)
-    assert compute_information(scale * tensors, scale * levels).bits == pytest.approx(
-        compute_information(tensors, levels).bits
-    )
-    found, expected = find_noise(scale * tensors), find_noise(tensors)
-    assert found[0] / scale == pytest.approx(expected[0])
-    assert compute_information_known_noise(
-        scale * tensors, scale * uneven
-    ).bits == pytest.approx(compute_information_known_noise(tensors, uneven).bits)
-    assert find_told(scale * tensors, scale * uneven) == pytest.approx(
-        find_told(tensors, uneven)
-    )
 
 
 @pytest.mark.parametrize("observe", [compute_information, compute_information_known_noise])

@@ -2,8 +2,6 @@
 asked, and however it had failed, before.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from awkward_touches import list_trials, make_antenna
@@ -14,9 +12,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.scene import make_scene
 from feeler.physics.simulation import build_scene
-from feeler.studio import session as running
 
-SOURCE = Path(__file__).parents[2] / "src" / "feeler"
 TIMESTEP = 0.05
 
 
@@ -266,18 +262,6 @@ def test_after_another_question_it_answers_as_a_fresh_one(ask, option):
         assert found.keys() == expected.keys()
         for name, value in expected.items():
             np.testing.assert_array_equal(found[name], value, name)
-
-
-def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
-    """What the studio keeps for the next run."""
-    monkeypatch.setattr(running, "_maps", {})
-    monkeypatch.setattr(
-        running, "calibrate", lambda antenna, speed, watch: (antenna.name, speed)
-    )
-    linear, level = (feeler.presets.make_preset(name) for name in ("linear", "constant"))
-    asked = [(linear, 0.2), (linear, 0.7), (level, 0.7), (linear, 0.2)]
-    found = [running._find_map(antenna, speed, None) for antenna, speed in asked]
-    assert found == [(antenna.name, speed) for antenna, speed in asked]
 
 
 def test_a_lane_that_failed_is_as_new_once_it_is_reset():

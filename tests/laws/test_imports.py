@@ -1,7 +1,6 @@
 """Imports run down the layers, and nothing that analyses needs a simulator."""
 
 import ast
-import re
 import subprocess
 import sys
 from itertools import pairwise
@@ -90,12 +89,6 @@ def test_nothing_slow_is_loaded_before_it_is_used():
 
 
 @pytest.mark.long
-def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
-    first = "import feeler, feeler.objects.trials, feeler.experiments.tactile"
-    assert run_python(first, "feeler.touch.__call__; feeler.bend.__call__") == ""
-
-
-@pytest.mark.long
 def test_analysis_needs_no_simulator():
     rooms = (
         "tensors",
@@ -109,19 +102,3 @@ def test_analysis_needs_no_simulator():
         for room in rooms
     ]
     assert run_python("import sys", *steps) == ""
-
-
-def list_files(pattern: str) -> set[str]:
-    """Source files in which a pattern occurs."""
-    return {
-        p.relative_to(SOURCE).as_posix()
-        for p in FILES
-        if re.search(pattern, p.read_text(), re.M)
-    }
-
-
-def test_only_one_module_writes_a_model():
-    assert list_files(r"\bMjSpec\(") == {"physics/spec.py"}
-    users = {"spec", "mujoco"}
-    found = list_files(r"^\s*(import|from) mujoco\b")
-    assert found == {f"physics/{name}.py" for name in users}

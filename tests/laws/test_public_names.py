@@ -8,7 +8,6 @@ import pytest
 
 import feeler
 from feeler import renamed
-from feeler.errors import MissingDependencyError, require_extra
 
 
 @pytest.mark.parametrize("name", ["learn", "tensors"])
@@ -42,12 +41,6 @@ def test_an_old_name_is_the_new_one_and_says_so(old, name, new):
     assert found is getattr(importlib.import_module(f"feeler.{new}"), name)
 
 
-def test_experiments_are_functions_of_feeler_itself():
-    with pytest.warns(DeprecationWarning, match="write `from feeler import hit`"):
-        from feeler.experiment.impulse import hit
-    assert hit is feeler.hit
-
-
 @pytest.mark.parametrize("module", renamed.NAMES)
 def test_an_old_name_in_a_package_is_the_new_one_and_says_so(module):
     home = importlib.import_module(module)
@@ -71,13 +64,3 @@ def test_a_touch_loads_no_store_and_no_page():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-
-
-def test_a_missing_extra_is_named(monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "zarr", None)
-    monkeypatch.setitem(sys.modules, "filelock", None)
-    trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[store\]'"):
-        feeler.touch(feeler.presets.cockroach(), trial, store=tmp_path / "a.zarr", duration=2.0)
-    with pytest.raises(MissingDependencyError, match=r"a ghost needs nosuch: .*'feeler\[x\]'"):
-        require_extra("nosuch", "x", "a ghost")

@@ -122,16 +122,6 @@ def make_trial(**changes: object) -> feeler.Trial:
     return feeler.Trial(**given)
 
 
-def test_it_is_that_of_the_touch_alone_and_of_its_mirror_image():
-    antenna = feeler.presets.cockroach()
-    trials = [make_trial(speed=v) for v in (0.06, 0.3, 0.6, 0.2, 0.25)]
-    together = feeler.touch(antenna, trials, duration=200)["error"].values
-    for trial, error in zip(trials, together, strict=True):
-        for side in ("left", "right"):
-            alone = feeler.touch(antenna, trial.replace(side=side), duration=200)["error"]
-            assert float(alone[0]) == pytest.approx(error, rel=1e-9)
-
-
 @pytest.mark.parametrize("save", [None, ("angle",), ("angle", "error")])
 def test_it_stands_beside_the_tensors_and_in_a_store(save, tmp_path):
     antenna, trials = feeler.presets.cockroach(), [make_trial(), make_trial(speed=0.6)]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from feeler.analysis import Interval
 from feeler.decoding.sweeps import Sweep
-from feeler.plotting.antennas import MovingAntenna, _make_sheet, plot_profiles
+from feeler.plotting.antennas import MovingAntenna, plot_profiles
 from feeler.plotting.results import (
     Shapes,
     plot_approach,
@@ -24,9 +24,8 @@ from feeler.plotting.results import (
 from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
 from feeler.tensors.schema import label_units
-from feeler.tradeoff import _plot_costs, _plot_windows
 from feeler.wall import Posture, WallTouch, fit_distance
-from paper import fig2b, fig3, fig4, fig6, figS1, figS2
+from paper import fig3, fig6, figS1
 
 
 @pytest.fixture
@@ -221,14 +220,6 @@ def test_a_wall_that_comes_nearer_is_drawn_where_it_stands(ax, side):
     ]
 
 
-def test_a_wall_in_space_is_drawn_across_its_own_direction():
-    axes = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])  # forward, left, up
-    origin = np.array([3.0, 4.0, 5.0])
-    points = np.moveaxis(_make_sheet(origin, axes, reach=30.0), 0, -1) - origin
-    np.testing.assert_allclose(points @ axes[0], 0.0, atol=1e-12)
-    np.testing.assert_allclose(np.abs(points @ axes[1:].T), 10.0)
-
-
 def make_dispersion(values):
     average = {
         group: Interval(estimate=v.mean(), low=v.min(), high=v.mean() + 0.01)
@@ -275,38 +266,6 @@ def test_bases_name_lags_in_milliseconds(ax):
     ]  # the last of 8 lags
 
 
-def make_tradeoff():
-    speed, value = np.array([0.1, 1.0]), np.array([5.0, 10.0])
-    sizes = ("set", "level", "speed", "window")
-    accuracy = np.array([0.5, 0.7, 0.9, 1.0]).reshape(1, 1, 2, 2) * np.ones((2, 1, 1, 1))
-    return xr.Dataset(
-        {"accuracy": (sizes, accuracy), "work": (("set", "speed"), [[1.0, 2.0], [3.0, 4.0]]),
-         "force": (("set", "speed"), [[0.1, 0.2], [0.3, 0.4]])},
-        {"speed": speed, "level": ["x"], "window": ["a", "b"], "kind": ("window", ["time", "time"]),
-         "value": ("window", value)},
-    )  # fmt: skip
-
-
-def test_the_trade_off_is_in_per_cent_over_time(ax):
-    _plot_windows(make_tradeoff(), "x", "time", ax)
-    assert ax.get_ylabel() == "ideal accuracy [%]"
-    np.testing.assert_allclose(read(ax.lines[0]), [[5, 50], [10, 70]])
-    np.testing.assert_allclose(read(ax.lines[1]), [[5, 90], [10, 100]])
-    assert [line.get_label() for line in ax.lines] == ["0.1 m/s", "1 m/s"]
-
-
-def test_costs_are_means_over_the_sets():
-    work, force = Figure().subplots(2, 1)
-    _plot_costs({"a": make_tradeoff()}, (work, force))
-    np.testing.assert_allclose(read(work.lines[0]), [[0.1, 2], [1, 3]])
-    np.testing.assert_allclose(read(force.lines[0]), [[0.1, 0.2], [1, 0.3]])
-    assert (work.get_ylabel(), *name(force)) == (
-        "work of a\ntouch [µJ]",
-        "speed [m/s]",
-        "peak force\n[mN]",
-    )
-
-
 def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):
     distance, position = np.array([20.0, 15.0, 10.0, 5.0]), np.array([30.0, 20.0, 10.0, 1.0])
     used = np.array([True, True, True, False])
@@ -318,39 +277,6 @@ def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):
     np.testing.assert_allclose(read(line), [[10, 10], [30, 20]])
     assert name(ax) == ("point of greatest curvature [mm from base]", "wall distance [mm]")
     assert fitted.get_label() == "linear: R² 1.000"
-
-
-def test_ranks_are_drawn_with_the_span_of_their_restarts(ax):
-    entropy = {"mean of rows": np.array([[2.0, 1.5], [3.0, 3.5]])}
-    data = SimpleNamespace(
-        ranks=(2, 3), residual=np.array([[0.5, 0.6], [0.2, 0.1]]), entropy=entropy
-    )
-    fig4._plot_ranks(data, ax)
-    right = ax.figure.axes[1]
-    np.testing.assert_allclose(read(ax.lines[0]), [[2, 0.5], [3, 0.2]])
-    np.testing.assert_allclose(read(right.lines[0]), [[2, 2], [3, 3]])
-    ends = np.array([segment[:, 1] for segment in ax.collections[0].get_segments()])
-    np.testing.assert_allclose(ends, [[0.5, 0.6], [0.1, 0.2]])
-    assert (ax.get_xlabel(), right.get_ylabel()) == (
-        "number of bases M",
-        "activation entropy [bits]",
-    )
-
-
-def test_channels_of_angles_are_in_degrees_and_of_readings_as_they_are(ax):
-    values = np.array([[0.1, 0.2, 0.3]])
-    recording = SimpleNamespace(
-        values=values, quantity="angle", time=np.array([0.0, 2.0, 4.0]), source="robot"
-    )
-    fig6._plot_channels(recording, ax, "angle [°]")
-    fig6._plot_channels(
-        SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF"
-    )
-    np.testing.assert_allclose(
-        read(ax.lines[0]), np.column_stack([recording.time, np.rad2deg(values[0])])
-    )
-    np.testing.assert_allclose(read(ax.lines[1]), np.column_stack([recording.time, values[0]]))
-    assert name(ax) == ("time [ms]", "pF")
 
 
 def test_robot_s_tensors_are_in_degrees(ax):
@@ -371,34 +297,6 @@ def test_lengths_are_in_per_cent_of_the_antenna():
     np.testing.assert_allclose(lines["mean"][:, 1], 100 * data.fit.share.mean(axis=0))
     np.testing.assert_allclose(lines["sigmoid"][:, 0], (np.arange(140) + 0.5) / 140)
     assert name(ax) == ("segment number / number of segments", "share of the length [%]")
-
-
-def test_angular_speeds_are_in_degrees_per_second_over_seconds():
-    data = figS2.compute(n_trials=2, seed=3)
-    _, trace, box = (figure := Figure()).subplots(1, 3)
-    figS2._plot_trace(data, trace)
-    figS2._plot_box(data, box)
-    left = data.exploration.sweeps[0][0]
-    drawn = read(trace.lines[0])
-    np.testing.assert_allclose(drawn[:, 0], data.trial.time / 1000)
-    np.testing.assert_allclose(drawn[:, 1], np.abs(left.speed) * 180_000 / np.pi)
-    np.testing.assert_allclose(read(trace.lines[1])[:, 1], left.peak_speed * 180_000 / np.pi)
-    assert name(trace) == ("time [s]", "angular speed [°/s]") and figure.axes
-    dots = [line for line in box.lines if line.get_marker() == "."]
-    found = np.concatenate([read(line)[:, 1] for line in dots])
-    np.testing.assert_allclose(found, data.exploration.mean_peak.T.ravel() * 180_000 / np.pi)
-
-
-def test_the_step_is_drawn_beside_the_published_one(ax):
-    data = SimpleNamespace(
-        step_time=np.array([-19.0, 0.0, 29.0]), step=np.array([-1.0, 0.4, -0.06])
-    )
-    fig2b._plot_step(data, ax)
-    np.testing.assert_array_equal(
-        read(ax.lines[0]), np.column_stack([data.step_time, data.step])
-    )
-    np.testing.assert_array_equal(read(ax.lines[1]), fig2b.STEP_TRACE)
-    assert name(ax) == ("time from the first opposite peak [ms]", "tip displacement / step")
 
 
 @pytest.mark.parametrize("sensors", [1, 2, 3, 8])

@@ -1,8 +1,5 @@
 """One colour, one meaning: in every figure, in whatever order and company a thing comes."""
 
-import ast
-import re
-from importlib.resources import files
 from itertools import combinations
 
 import matplotlib as mpl
@@ -24,7 +21,6 @@ from feeler.plotting.style import (
     pick_colours,
 )
 from feeler.presets import cockroach
-from tests.figures import find_mixed
 
 MEANINGS = {
     "profiles": {*PROFILE_COLOURS.values()},
@@ -69,29 +65,6 @@ def test_what_has_no_colour_of_its_own_takes_one_in_turn():
     assert pick_colours([]) == {}
 
 
-@pytest.mark.parametrize(
-    ("named", "fault"),
-    [
-        ({"linear, complete": ["#d55e00"], "linear": ["#d55e00"]}, None),
-        ({"basis 1": ["#882255"], "basis 1: activation": ["#882255"]}, None),
-        ({"feature": ["#661100"], "decided": ["#661100"]}, "means .'decided', 'feature'."),
-        ({"exponential": ["#cc6677"]}, "'exponential' is drawn in #cc6677, not in its own"),
-        (
-            {"classified correctly": ["#e69f00"]},
-            "'classified' is drawn in the colour of .'box'.",
-        ),
-        ({"null: one tensor": ["#0072b2"]}, "'null' is drawn in the colour of .'exponential'."),
-        ({"0.3 m/s": ["#aa8866"]}, "'a speed' is drawn in #aa8866"),
-        ({"steered": ["#440154"]}, "'steered' is drawn in the colour of .'a speed'."),
-    ],
-    ids=lambda one: str(one)[:30],
-)
-def test_a_colour_with_two_meanings_is_found(named, fault):
-    found = find_mixed(named)
-    assert len(found) == (fault is not None)
-    assert fault is None or re.search(fault, found[0])
-
-
 def test_what_is_touched_has_one_colour_in_pictures_and_in_notebooks():
     assert shown.OBJECT == OBJECT_COLOUR and ANTENNA_COLOURS[0] == shown.INK
 
@@ -103,37 +76,3 @@ def test_an_antenna_of_one_s_own_takes_no_colour_that_means_something_else(name,
     chosen = name_antennas(["exponential", str(path)])
     assert [*chosen] == ["exponential", name if name == "mine" else f"{name}.toml"]
     assert pick_colours(chosen)[[*chosen][1]] in PALETTE
-
-
-HUE = re.compile(r"\b(blue|green|orange|purple|violet|yellow|pink|rose|teal|brown|red)\b")
-FIXED = {("movieS3.py", "red")}  # the mark of the greatest bend is red wherever it is drawn
-
-
-def list_texts(path):
-    """What a module says, its docstrings apart."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    own = (ast.Module, ast.ClassDef, ast.FunctionDef)
-    docs = {
-        id(node.body[0].value)
-        for node in ast.walk(tree)
-        if isinstance(node, own) and node.body and isinstance(node.body[0], ast.Expr)
-    }
-    for node in ast.walk(tree):
-        if (
-            isinstance(node, ast.Constant)
-            and isinstance(node.value, str)
-            and id(node) not in docs
-        ):
-            yield node.value
-
-
-@pytest.mark.long
-def test_no_words_name_a_colour_that_a_palette_may_change():
-    """They said a grey wall was green and red lines blue, once palettes had changed."""
-    said = {
-        (path.name, hue)
-        for path in files("feeler").rglob("*.py")
-        for text in list_texts(path)
-        for hue in HUE.findall(text)
-    }
-    assert said <= FIXED

@@ -3,11 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.files import read_shipped
 from feeler.plotting.antennas import HEIGHT, WIDTH, plot_profile_points
-from feeler.presets import cockroach
-from studies.design import front
-from studies.design.section import _plot_fronts
 
 
 def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
@@ -20,22 +16,3 @@ def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
     np.testing.assert_allclose(rising[:, 1], [0, HEIGHT, 2 * HEIGHT])
     np.testing.assert_allclose(ax.collections[0].get_offsets(), [(2, 3), (4, 5)])
     np.testing.assert_allclose(ax.lines[0].get_xydata(), [(2, 3), (4, 5)])
-
-
-def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
-    stored = read_shipped("studies.design", "results.json")
-    reference, figure = cockroach(), Figure()
-    costs = np.array(stored["front"]["costs"])
-    assert (
-        len(front.find_front(costs))
-        == len(costs)
-        == len(stored["front"]["profiles"])
-        == len(stored["front"]["x"])
-    )
-    _plot_fronts(stored, reference, figure)
-    left, middle, right = figure.axes
-    np.testing.assert_allclose(left.lines[0].get_xydata(), costs[:, 1::-1])
-    np.testing.assert_allclose(middle.lines[0].get_xdata(), stored["front"]["force"])
-    told = np.log2(18) - right.lines[0].get_ydata()
-    np.testing.assert_allclose(told, stored["sensors"]["exponential"]["d-optimal"]["bits"])
-    assert "settling time [ms]" in left.get_xlabel() and "[mN]" in middle.get_xlabel()

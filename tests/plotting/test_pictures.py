@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from awkward_touches import make_antenna, make_set
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
 from PIL import Image
@@ -19,13 +18,11 @@ from feeler.calibration.hinges import Band
 from feeler.errors import InvalidInput
 from feeler.objects import Ball, Box, Outline, Peg, Trial, Wall, place
 from feeler.objects.meshes import list_solids
-from feeler.plotting import antennas as turn
 from feeler.plotting import movie, results
 from feeler.plotting import tensors as touch
-from feeler.plotting.antennas import SpaceScene, _make_surface, make_patch, plot_profiles
+from feeler.plotting.antennas import SpaceScene, make_patch, plot_profiles
 from feeler.plotting.results import (
     Shapes,
-    name_kinds,
     plot_approach,
     plot_curves,
     plot_maps,
@@ -33,17 +30,12 @@ from feeler.plotting.results import (
     plot_shapes,
 )
 from feeler.plotting.style import (
-    PALETTE,
-    fix_layout,
     pick_colours,
     pick_shades,
-    unjoin,
 )
-from feeler.plotting.tensors import list_tensors, plot_tensor_grid
 from feeler.presets import make_preset
-from feeler.wall import Posture, fit_distance
+from feeler.wall import fit_distance
 from plotting.test_results import make_optimum, make_sweep
-from tests.figures import measure_words
 
 
 def read(line):
@@ -126,12 +118,6 @@ def test_a_design_s_hinges_are_counted_from_1_and_its_cost_holds_until_it_falls(
     np.testing.assert_array_equal(read(steps), end.history)
 
 
-def test_of_a_plan_s_ends_the_first_is_drawn():
-    first, second = make_optimum(), replace(make_optimum(), history=((1, 9.0), (2, 8.0)))
-    drawn = results.draw_outcome(SimpleNamespace(ends=[first, second])).axes[1].lines[0]
-    np.testing.assert_array_equal(read(drawn), first.history)
-
-
 def test_a_picture_shows_its_own_trial_and_variable_with_their_unit_and_negative_values():
     tensors = make_set()
     for trial, variable, unit in ((0, "curvature", "1/mm"), (2, "angle", "rad")):
@@ -160,21 +146,6 @@ def test_a_picture_shows_its_own_trial_and_variable_with_their_unit_and_negative
 def test_a_trial_or_a_tensor_that_is_not_there_is_refused(how, match):
     with pytest.raises(InvalidInput, match=match):
         results.plot_trial(make_set(), **how)
-
-
-def test_a_movie_of_one_trial_is_given_that_trial_and_what_was_asked_of_it(monkeypatch):
-    told = []
-    monkeypatch.setattr(
-        results, "write_touch_movie", lambda *given, **how: told.append((given, how))
-    )
-    tensors = make_set()
-    for trial in (1, 2):
-        results.write_trial_movie(
-            tensors, make_antenna(), "a.mp4", trial=trial, slower=7.0, fps=9
-        )
-        (antenna, drawn, one, path), how = told[-1]
-        assert (antenna, drawn, str(path)) == (make_antenna(), None, "a.mp4")
-        assert one.identical(tensors.isel(trial=[trial])) and how == {"slower": 7.0, "fps": 9}
 
 
 def make_shapes(wall, contact, inverted):
@@ -247,36 +218,6 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     assert list_legend(ax)[1:] == ["constant: R² undefined", "open: not fitted"]
 
 
-@pytest.mark.parametrize("dashed", [False, True])
-def test_few_points_of_a_dashed_curve_are_open_and_of_a_whole_one_full_in_the_legend_too(
-    dashed,
-):
-    ax = (figure := Figure()).subplots()
-    (line,) = ax.plot([1, 2, 3], [3, 1, 2], "s--" if dashed else "s-", ms=2, label="null")
-    legend = ax.legend()
-    figure.legend(handles=[line])
-    unjoin(figure)
-    marks = (line, *legend.get_lines(), *figure.legends[0].get_lines())
-    for mark in marks:
-        assert mark.get_linestyle() == "None" and mark.get_markersize() >= 4
-        assert (mark.get_markerfacecolor() == "none") is dashed
-
-
-def test_the_eighth_without_a_colour_has_the_first_one_s_again():
-    names = [f"antenna {k}" for k in range(len(PALETTE) + 1)]
-    assert [*pick_colours(names).values()] == [*PALETTE, PALETTE[0]]
-
-
-def test_a_figure_is_laid_out_once_and_labels_keep_their_words():
-    figure = Figure(layout="constrained")
-    left, right = figure.subplots(1, 2)
-    left.set(xlabel="time [ms]", ylabel="speed [m/s]")
-    before = left.get_position().bounds
-    fix_layout(figure)
-    assert figure.get_layout_engine() is None and left.get_position().bounds != before
-    assert name(left)[:2] == ("time [ms]", "speed [m/s]") and name(right)[:2] == ("", "")
-
-
 UNEVEN = Outline(vertices=np.array([[0.0, 1.9], [0.0, -0.7], [-2.3, -0.4], [-1.1, 1.5]]))
 
 
@@ -311,17 +252,6 @@ def test_of_an_antenna_in_space_the_plane_towards_z_is_dashed_and_wide_spans_are
         assert drawn[2].get_yscale() == scale
     with pytest.raises(InvalidInput, match="four Axes are needed, got 3"):
         plot_profiles(antenna, axes[:3])
-
-
-def test_the_surface_about_a_line_keeps_its_radius_and_its_ends():
-    a, b, radius = np.array([1.0, 2.0, 3.0]), np.array([4.0, -2.0, 15.0]), 0.7
-    points = np.moveaxis(_make_surface(a, b, radius), 0, -1).reshape(-1, 3)
-    along = (b - a) / np.linalg.norm(b - a)
-    height = np.clip((points - a) @ along, 0.0, 13.0)
-    nearest = a + height[:, None] * along
-    np.testing.assert_allclose(np.linalg.norm(points - nearest, axis=1), radius)
-    assert ((points - a) @ along).min() == pytest.approx(-radius)
-    assert ((points - a) @ along).max() == pytest.approx(13.0 + radius)
 
 
 def test_of_a_scene_in_space_only_the_object_of_this_moment_is_drawn():
@@ -411,56 +341,6 @@ def test_curve_null_and_baseline_of_a_group_have_its_colour_and_each_its_own_num
     assert sorted(words) == sorted([*groups, *named])
 
 
-def test_a_kind_of_code_is_named_below_the_middle_of_its_groups():
-    ax = Figure().subplots()
-    one = SimpleNamespace(groups=("a", "b", "c", "d"))
-    name_kinds([one, one], ["joint", "fixed"], ax)
-    assert ax.get_xticks().tolist() == [1.5, 6.5]  # 0 to 3, and 5 to 8
-    assert [text.get_text() for text in ax.get_xticklabels()] == ["joint", "fixed"]
-
-
-def test_the_greatest_bend_stands_as_far_along_the_antenna_as_it_was_found():
-    antenna, wanted = make_antenna(), np.array([3.1, 19.7, 0.0])
-    points = np.stack([antenna.shape(np.full(11, bend)) for bend in (0.05, -0.02, 0.01)])
-    posture, known = Posture(side="left", prebend="none"), np.ones(3, dtype=bool)
-    shapes = Shapes._make(antenna, points, posture, wanted + 5, known, ~known, wanted)
-    for line, peak, along in zip(points, shapes.peak, wanted, strict=True):
-        ends = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
-        where = [np.interp(along, ends, line[:, axis]) for axis in (0, 1)]
-        np.testing.assert_allclose(peak, where, atol=1e-12)
-    np.testing.assert_array_equal(shapes.wall, posture.sign * (wanted + 5))
-
-
-def test_rows_of_small_multiples_are_named_at_their_middles_and_sensors_at_their_ends():
-    ax = Figure().subplots()
-    tensors = [[np.zeros((40, 25)) for _ in range(2)] for _ in range(3)]
-    image = plot_tensor_grid(
-        tensors, 2.0 * np.arange(25), ax, Normalize(0, 1), ["a", "b", "c"], ["x", "y"]
-    )
-    assert ax.get_yticks().tolist() == [20, 62, 104]  # 40 sensors and a gap of 2
-    assert ax.get_yticks(minor=True).tolist() == [84 + 39, 84]
-    assert [text.get_text() for text in ax.get_yticklabels(minor=True)] == ["1", "40"]
-    (told,) = list_tensors(ax.figure)
-    assert (told["x"], told["y"]) == (ax.get_xlim(), ax.get_ylim())
-    assert told["y"][0] > told["y"][1]  # drawn from above
-    assert told["box"] == pytest.approx(ax.get_position().bounds, abs=1e-5)
-    ends = [round(255 * part) for part in image.get_cmap()(1.0)[:3]]
-    assert told["colours"][-3:] == ends and len(told["colours"]) == 3 * 64
-
-
-@pytest.mark.parametrize(("gap", "crowded"), [(-1.0, True), (0.7, True), (40.0, False)])
-def test_numbers_that_nearly_touch_read_as_one_whether_or_not_they_overlap(gap, crowded):
-    """By less than a line's width, which no pair of words may call an overlap."""
-    figure = Figure(figsize=(6.0, 2.0), dpi=100)
-    ax = figure.add_axes((0.0, 0.4, 1.0, 0.5))
-    ax.set(xlim=(0, 600), xticks=[200.0, 300.0], xticklabels=["0.125", "0.250"], yticks=[])
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    wide = ax.get_xticklabels()[0].get_window_extent(renderer).width
-    ax.set_xticks([200.0, 200.0 + wide + gap], ["0.125", "0.250"])
-    found = measure_words(figure)["over"]
-    assert found == ([["0.125", "0.250"]] if crowded else [])
-
-
 def make_planes():
     """Curvature of two touches in both planes, and what is twisted."""
     values = np.random.default_rng(2).normal(size=(2, 3, 4, 6))
@@ -519,24 +399,6 @@ def make_space(monkeypatch, module):
     )
     monkeypatch.setattr(module, "compute_bend", lambda *_: bend)
     return antenna, trial, xr.Dataset(coords=coords), points[0], bend
-
-
-def test_a_turnable_view_goes_from_the_first_sample_to_the_last_on_the_scale_of_all(
-    monkeypatch,
-):
-    antenna, trial, tensors, points, bend = make_space(monkeypatch, turn)
-    scene = turn.describe_turnable(antenna, trial, tensors)
-    frames = np.round(np.linspace(0, 249, 100)).astype(int)
-    np.testing.assert_allclose(scene["time"], 0.4 * frames, atol=0.0051)
-    np.testing.assert_allclose(scene["points"], points[frames], atol=6e-4)
-    top = bend[frames].max()
-    assert scene["top"] == pytest.approx(top) and scene["reach"] == antenna.length
-    share = np.array(scene["bend"]) - 32 * bend[frames] / top
-    assert share.max() <= 1e-6 and share.min() > -1 - 1e-6
-    moved = np.array(place(antenna, trial).velocity) * 0.4 * frames[:, None]
-    np.testing.assert_allclose(scene["shift"], moved, atol=6e-4)
-    short = turn.describe_turnable(antenna, trial, tensors.isel(time=slice(7)))
-    assert len(short["time"]) == 7
 
 
 def test_in_space_the_object_goes_where_it_goes_while_the_antenna_bends(monkeypatch):

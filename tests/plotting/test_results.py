@@ -1,6 +1,5 @@
 """What notebooks show: every result has a picture or a table of its own, and films play."""
 
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,8 +13,6 @@ from feeler.decoding.sweeps import Sweep
 from feeler.design.search import Candidate, Design, Optimum
 from feeler.encoding import ConvolutiveNMF
 from feeler.plotting.results import draw_traces
-from feeler.records import show_html, tell_value
-from feeler.robot import fit_sensors
 
 
 def make_sweep():
@@ -94,37 +91,6 @@ def test_an_encoder_shows_its_settings_and_then_its_bases():
     encoder.fit(rng.uniform(size=(3, 5, 30)))
     shown = encoder._repr_mimebundle_()["text/html"]
     assert "<img" in shown and "relative_residual_" in shown
-
-
-def test_records_simulations_and_pictures_of_nothing_else_show_themselves():
-    levels = np.linspace(-1, 1, 5)
-    lines = fit_sensors(np.ones(5), levels, 100 + 2 * levels, robot="<b>", unit="mV")
-    table = re.sub(r"<[^>]+>", " ", lines._repr_html_())
-    assert re.search(r"slope +0\.5", table) and "&lt;b&gt;" in table
-    ball = feeler.Object(
-        feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3, 0.0)
-    )
-    simulation = feeler.Simulation(feeler.presets.robot(), ball)
-    assert re.match(
-        r"Simulation of '.*' and ball by chain-consistent at 0 ms", repr(simulation)
-    )
-    assert "<polygon" in simulation._repr_html_() and "<polyline" in simulation._repr_html_()
-
-
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (0.123456, "0.1235"),
-        (np.array([1.0, np.nan]), "1, nan"),
-        (np.arange(20.0), "20, 0 … 19"),
-        (np.full((3, 4), np.nan), "3 × 4, no finite number"),
-        ([1.5] * 9, "9 of float"),
-        ("x" * 200, "x" * 110 + " …"),
-    ],
-)
-def test_values_are_told_in_a_line(value, words):
-    assert tell_value(value) == words
-    assert words in show_html("t", [("name", value)])
 
 
 def test_a_confusion_reads_down_what_was_and_across_what_it_was_taken_for():

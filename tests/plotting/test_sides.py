@@ -10,7 +10,6 @@ import feeler
 from feeler.objects import Box
 from feeler.plotting import plot_touch
 from feeler.plotting import tensors as touch_movie
-from feeler.plotting.results import plot_trial
 from tests.tensors._touches import antenna
 
 TRIALS = [
@@ -44,13 +43,6 @@ def test_a_touch_is_drawn_as_bending_away_from_the_object(touches):
     np.testing.assert_allclose(right.get_clim(), left.get_clim(), atol=1e-9)
     assert label == other and "away from the object [1/mm]" in label
     assert left.get_clim() == (0.0, float(touches[0]["curvature"].max()))
-
-
-@pytest.mark.parametrize("variable", ["angle", "curvature"])
-def test_a_trial_is_drawn_on_the_scale_of_its_mirror_image(touches, variable):
-    left, right = (plot_trial(one, variable=variable).images[0] for one in touches)
-    np.testing.assert_allclose(right.get_array(), left.get_array(), atol=1e-9)
-    np.testing.assert_allclose(right.get_clim(), left.get_clim(), atol=1e-9)
 
 
 def test_an_antenna_touched_on_both_sides_is_drawn_on_both(touches):

@@ -10,11 +10,9 @@ import pytest
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.objects import Ball, Box, Peg, Wall
+from feeler.objects import Ball, Peg, Wall
 from feeler.plotting.antennas import describe_turnable
 from feeler.presets import make_preset
-from feeler.report import Section
-from feeler.report.page import render_page
 from feeler.tensors.transforms import reconstruct_posture
 
 pytestmark = pytest.mark.long
@@ -110,33 +108,3 @@ def test_the_eye_turns_and_does_not_bend():
     towards = np.cross(*seen.T)
     assert towards[2] > 0
     np.testing.assert_allclose(np.linalg.norm(towards), 1.0)
-
-
-def test_only_a_page_with_a_turnable_view_carries_its_script(tmp_path):
-    antenna, trial, tensors = touch(Ball(radius=RADIUS))
-    section = Section(name="touch", title="a touch", folder=tmp_path)
-    assert "drawScene" not in render_page("A touch", "", [section])
-    section.turnable("turnable", "turn it", describe_turnable(antenna, trial, tensors))
-    page = render_page("A touch", "", [section])
-    assert "drawScene" in page
-    assert page.count("<canvas") == 1
-
-
-def test_a_solid_s_edges_stand_in_its_own_frame():
-    """A corner (a, b, c) of the feature is at the origin + a, b and c along the frame's axes."""
-    from feeler.plotting import antennas as turn
-
-    frame = [
-        [0.36, 0.48, -0.8],
-        [-0.8, 0.6, 0.0],
-        [0.48, 0.64, 0.6],
-    ]  # three axes at right angles
-    origin = [3.0, -1.0, 7.0]
-    box = Box(half_width=0.7, half_height=1.9)
-    lines = np.concatenate(list(turn._list_lines(box, np.array(origin), np.array(frame), 9.0)))
-    wanted = [
-        [origin[k] + sum(corner[axis] * frame[axis][k] for axis in range(3)) for k in range(3)]
-        for corner in np.concatenate(turn.list_solids(box))
-    ]
-    far = np.linalg.norm(lines[:, None] - np.array(wanted), axis=2)
-    assert far.min(axis=1).max() < 1e-9

@@ -3,7 +3,6 @@ hand.
 """
 
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,9 +12,7 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from feeler.errors import InvalidInput
 from feeler.robot import Gap, draw_robots, make_robot, make_touches
-from feeler.robot import reality as parts
 from feeler.robot.description import ROBOT_FACTS
-from feeler.robot.reality import _QUIET
 from feeler.robot.recordings import Recording
 from feeler.robot.repair import find_bad_channels, repair
 from feeler.robot.sensors import fit_sensors
@@ -158,25 +155,6 @@ def test_a_touch_is_drawn_number_by_number():
         for values in zip(*((one.location, one.approach) for one in wild), strict=True)
     ]
     assert ends == [(0.05, 1.0), (30.0, 150.0)]
-
-
-@pytest.mark.parametrize(
-    ("entries", "noise"), [(("gain",), _QUIET), (("noise",), 0.004), (("noise", "gain"), 0.004)]
-)
-def test_a_part_alone_has_hardly_any_noise_unless_noise_is_in_it(monkeypatch, entries, noise):
-    gaps = []
-    monkeypatch.setattr(parts, "draw_robots", lambda *_, gap, **__: gaps.append(gap) or [])
-    monkeypatch.setattr(parts, "touch_robots", lambda *_, **__: None)
-    monkeypatch.setattr(parts, "measure_transfer", lambda *_: None)
-    monkeypatch.setattr(
-        parts, "make_training", lambda *_: SimpleNamespace(values=None, labels=None)
-    )
-    monkeypatch.setattr(parts.TransferClassifier, "fit", lambda self, *_: self)
-    parts.measure_parts(parts={"one": entries})
-    assert gaps[0].noise == noise and (gaps[0].gain, gaps[0].play) == (
-        0.03 if "gain" in entries else 0.0,
-        0.0,
-    )
 
 
 def test_a_calibration_is_that_of_the_libraries(readings):

@@ -10,11 +10,9 @@ from feeler.decoding import Relative, compute_sweep
 from feeler.robot import make_robot, make_touches
 from paper import fig6_data
 from paper.fig6_data import (
-    _DURATION,
     _PROFILES,
     compute_comparison,
     make_profiles,
-    touch_robot,
 )
 
 
@@ -67,17 +65,3 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
             )  # that of noisy copies, no other
             for index in ("pearson", "ssim", "mse", "nmi"):
                 assert measured[name][index] == dispersion.average[index][name]
-
-
-def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
-    motions = [np.arange(-4.0, 8.0)[None].repeat(2, axis=0)] * 10
-    asked = {}
-    monkeypatch.setattr(
-        fig6_data,
-        "simulate_touches",
-        lambda _, trials, **how: asked.update(how, trials=trials) or motions,
-    )
-    tensors = touch_robot(make_profiles()["linear"], 0.135)
-    np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
-    assert asked.pop("trials") == make_touches(speeds=[0.135])
-    assert asked == {"duration": _DURATION, "engine": "chain-consistent"}

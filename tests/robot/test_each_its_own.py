@@ -2,19 +2,15 @@
 of them has their numbers, in their order. Nothing is simulated.
 """
 
-import json
 import re
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from awkward_touches import make_antenna
 
-from feeler.decoding.transfer import AFTER, find_direction
+from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
-from feeler.objects import Box, Outline
-from feeler.physics.contact import get_contact
 from feeler.robot import (
     Gap,
     Recording,
@@ -27,19 +23,13 @@ from feeler.robot import (
     make_surrogate,
     make_touches,
     make_training,
-    reality,
     repair,
     save_recording,
-    touches,
     write_robot,
 )
-from feeler.robot import classify as lessons
-from feeler.robot import fit as factors
-from feeler.robot.classify import TrainingSet, _judge_touch, judge_recording
-from feeler.robot.description import Flexures, RobotFile
+from feeler.robot.classify import TrainingSet, judge_recording
 from feeler.robot.reality import Touches
-from feeler.robot.recordings import ROBOT_FILES, _read
-from feeler.robot.stream import Link, _parse_sample, read_samples
+from feeler.robot.recordings import ROBOT_FILES
 
 CLASSES = [("ball", 0.5, 0.1), ("box", 0.6, 0.2), ("ball", 0.9, 0.3)]
 
@@ -58,33 +48,6 @@ def make_reader(probability=(0.2, 0.5, 0.3), strangeness=0.4, seen=None):
         predict_proba=predict,
         measure_strangeness=lambda tensors, until: np.array([strangeness]),
     )
-
-
-def test_an_answer_says_each_number_beside_its_own_touch():
-    answer = _judge_touch(make_reader(), np.zeros((2, 3)), {"feature": "box", "speed": 0.3})
-    first, verdict = str(answer).split("\n")
-    assert first == (
-        "box at 0.6 of the length, 0.2 m/s (50%); then ball at 0.9 of the length, 0.3 m/s (30%)"
-    )
-    assert verdict == (
-        "  the notes say feature box, speed 0.3: WRONG: speed (no such class was trained)"
-    )
-    plain = answer.to_plain()
-    assert plain["label"] == {"feature": "box", "location": 0.6, "speed": 0.2}
-    assert plain["runner_up"] == {"feature": "ball", "location": 0.9, "speed": 0.3}
-    numbers = ("probability", "runner_up_probability", "strangeness", "unlike_all", "known")
-    assert [plain[name] for name in numbers] == [0.5, 0.3, 0.4, False, False]
-    assert (plain["truth"], plain["right"]) == (
-        {"feature": "box", "speed": 0.3},
-        {"feature": True, "speed": False},
-    )
-    right = _judge_touch(make_reader(), np.zeros((2, 3)), {"location": 0.6})
-    assert right.known and str(right).endswith("the notes say location 0.6: right")
-    other = _judge_touch(make_reader(strangeness=1.7), np.zeros((2, 3)), {})
-    assert str(other) == (
-        "unlike any touch I know (1.7 × the limit); nearest box at 0.6 of the length, 0.2 m/s"
-    )
-    assert other.to_plain()["unlike_all"] is True
 
 
 @pytest.mark.parametrize("late", [-1, 0, 1])
@@ -125,11 +88,6 @@ def test_a_recording_of_the_other_side_is_judged_by_its_mirror_image(share):
     assert "mirror" not in str(answer)
 
 
-@pytest.mark.parametrize("values", [np.zeros(5), np.full(5, np.nan), np.zeros(0)])
-def test_a_tip_that_stays_goes_nowhere(values):
-    assert find_direction(values) == 0
-
-
 def test_a_training_set_of_the_other_side_is_its_mirror_image():
     trials = make_touches(locations=(0.8,), speeds=(0.27,))
     left, right = (
@@ -145,15 +103,6 @@ def test_a_training_set_of_the_other_side_is_its_mirror_image():
         ),
         right.values,
     )
-
-
-def test_without_contact_nothing_is_missing_and_nothing_is_probable():
-    answer = _judge_touch(make_reader(), np.full((2, 3), np.nan), {}, 5.0, "words")
-    plain = answer.to_plain()
-    assert (str(answer), answer.missing, answer.strangeness) == ("no contact", "", 0.0)
-    assert [plain[name] for name in ("probability", "runner_up", "runner_up_probability")] == [
-        None
-    ] * 3
 
 
 def make_trials():
@@ -178,35 +127,6 @@ def test_a_surrogate_writes_its_first_sample_and_its_last_and_what_the_touch_was
         "pF",
     )
     assert robot.record(np.zeros((8, 9))).labels == {}
-
-
-def test_touches_are_as_long_as_each_of_them_lasts_and_simulated_with_what_was_asked(
-    monkeypatch,
-):
-    calls = []
-
-    def simulate(scenes, clock, *, engine, workers, executor):
-        calls.append((scenes, clock.duration, clock.timestep, engine, workers))
-        length = round(clock.duration)
-        return [SimpleNamespace(angle=np.full((length, 8), s.antenna)) for s in scenes]
-
-    def make_scene(antenna, trial):
-        return SimpleNamespace(antenna=antenna, contact=get_contact())
-
-    monkeypatch.setattr("feeler.physics.run.simulate", simulate)
-    monkeypatch.setattr("feeler.physics.run.expect_motions", lambda results: results)
-    monkeypatch.setattr("feeler.physics.scene.make_scene", make_scene)
-    trials = [replace(make_trials()[0], speed=speed) for speed in (0.3, 0.05, 0.27, 0.06)]
-    pairs = [*zip((10.0, 11.0, 12.0, 13.0), trials, strict=True)]
-    how = {"engine": "chain", "timestep": 0.01, "workers": 3, "reach": 1.3}
-    motions = touches.simulate_pairs.__wrapped__(pairs, **how)
-    lasts = [touches._choose_duration(trial, 1.3) for trial in trials]
-    assert [motion.shape for motion in motions] == [(8, round(t)) for t in lasts]
-    assert [motion[0, 0] for motion in motions] == [10.0, 11.0, 12.0, 13.0]
-    touched = [[scene.antenna for scene in call[0]] for call in calls]
-    assert touched == [[10.0, 12.0], [13.0, 11.0]]
-    assert [call[1] for call in calls] == [max(lasts[0], lasts[2]), max(lasts[1], lasts[3])]
-    assert all(call[2:] == (0.01, "chain", 3) for call in calls)
 
 
 def make_touches_of(robot, n, felt=()):
@@ -238,44 +158,6 @@ def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
     assert [m.shape[1] for m in odd] == [3, 4, 5]
 
 
-@pytest.mark.parametrize("robots", [1, 4, 5])
-def test_half_as_many_robots_meet_strangers_of_the_sizes_that_are_said(monkeypatch, robots):
-    met = []
-
-    def touch_robots(several, *, trials, antenna, **how):
-        assert how == {"engine": "chain"} and antenna is robot
-        met.append((len(several), trials))
-        return [(one.name, k) for k, one in enumerate(several)]
-
-    monkeypatch.setattr(lessons, "touch_robots", touch_robots)
-    robot, trials = make_robot(), make_trials()
-    found = lessons.draw_training_set(robot, trials, robots=robots, seed=3, engine="chain")
-    assert (len(found.known), len(found.strangers)) == (robots, (robots + 1) // 2)
-    of_known = [given for n, given in met if given == trials]
-    strange = [given for _, given in met if given != trials]
-    assert sum(n for n, given in met if given == trials) == robots and of_known
-    assert len(strange) == (robots + 1) // 2
-    for given in strange:
-        assert [trial.location for trial in given] == [trial.location for trial in trials]
-
-
-def test_a_stranger_is_as_large_as_its_share_of_the_object_in_whose_place_it_is_met():
-    from feeler.objects import Ball
-
-    rng, spans, kinds = np.random.default_rng(2), [], set()
-    for _ in range(300):
-        one = lessons._draw_stranger(Ball(radius=2.0), rng)
-        kinds.add(type(one))
-        if isinstance(one, Outline):
-            corners = np.asarray(one.vertices)
-            spans.append(np.ptp(corners, axis=0) / 2 / np.cos(np.pi / 16))
-        else:
-            spans.append([one.half_width + one.rounding, one.half_height + one.rounding])
-    spans = np.array(spans)
-    assert kinds == {Box, Outline}
-    assert 0.4 * 0.99 < spans.min() < 0.5 and 10.0 < spans.max() < 12.0 * 1.01
-
-
 def make_angles(samples=12, interval=1.0, **more):
     values = 0.01 * np.arange(8.0)[:, None] + 1e-3 * np.arange(samples)
     return Recording(time=interval * np.arange(samples), values=values, **more)
@@ -304,17 +186,6 @@ def test_intervals_that_differ_by_less_than_a_millisecond_are_no_one_set():
         odd = make_angles(quantity="voltage", unit="mV")
         with pytest.raises(InvalidInput, match=f"recording {k + 1} holds voltage"):
             make_dataset([*bad, odd])
-
-
-def test_what_is_left_out_of_a_recording_is_counted_and_named(tmp_path):
-    others = [f"temperature{k}x" for k in range(14)]
-    head = ",".join(["time_ms", *others, *(f"hinge{n}_deg" for n in range(1, 9))])
-    row = ",".join(["{}", *["20"] * 14, *["1"] * 8])
-    (tmp_path / "a.csv").write_text("\n".join([head, row.format(0), row.format(1)]))
-    recording = load_recording(tmp_path / "a.csv")
-    (line,) = [words for words in recording.history if words.startswith("left out")]
-    assert line == f"left out, being no channels: {', '.join(others[:12])}, … (14 in all)"
-    np.testing.assert_allclose(recording.values, np.deg2rad(1.0))
 
 
 def test_a_saved_recording_keeps_its_labels_its_robot_and_as_many_digits_as_asked_for(tmp_path):
@@ -384,21 +255,6 @@ def test_a_robot_s_hinges_and_links_stand_each_in_their_own_place(tmp_path):
     assert lines[3] == f"damping     {said[2]} (base) … {said[3]} (tip) N·mm·ms/rad"
 
 
-def test_lists_of_unlike_lengths_are_told(tmp_path):
-    hinges = Flexures(width=np.array([3.0, 2.0]), thickness=0.05, length=0.5, modulus=2500.0)
-    with pytest.raises(InvalidInput, match="give one or the other"):
-        RobotFile(name="r", folder=tmp_path, hinges=hinges)
-
-
-def test_a_release_lasts_from_its_first_sample_to_its_last_whenever_it_began():
-    values = 0.1 * np.exp(-np.arange(40.0) / 5)[None] * np.ones((8, 1))
-    for begin in (0.0, 250.0):
-        recording = Recording(time=begin + 1.5 * np.arange(40), values=values)
-        start, lasts = factors._find_release(recording)
-        np.testing.assert_allclose(start, values[:, 0] - values[:, -10:].mean(axis=1))
-        assert lasts == pytest.approx(39 * 1.5 + 1.0)
-
-
 def test_repair_counts_gaps_and_missing_values_of_each_channel():
     time = np.delete(np.arange(100.0), [*range(20, 41), *range(60, 75)])
     values = np.sin(time / 7) * np.arange(1.0, 4.0)[:, None]
@@ -456,133 +312,3 @@ def test_readings_out_of_range_are_told_of_the_hinge_that_has_most_of_them():
     ]
     with pytest.raises(InvalidInput, match="belongs to robot 'a', the recording to 'b'"):
         table.apply(readings, robot="b")
-
-
-def test_a_header_is_passed_over_once_and_a_time_is_told_from_a_reading():
-    lines, link = ["time,a,b", "# note", "", "1.5;2;nan", "2.5,,3e0", "again,b"], Link(2)
-    found = [(time, values.tolist()) for time, values in read_samples(lines, 2, link)]
-    assert found == [(1.5, [2.0, pytest.approx(np.nan, nan_ok=True)]), (2.5, found[1][1])]
-    assert np.isnan(found[1][1][0]) and found[1][1][1] == 3.0 and link.broken == 1
-    assert [time for time, _ in read_samples(["3e0 4", "5 6"], 2)] == [None, None]
-    with pytest.raises(
-        InvalidInput, match=r"a sample is 2 numbers, or a time and 2 .* got 4 in '1"
-    ):
-        _parse_sample("1 2 3 4", 2)
-
-
-def test_what_info_says_of_a_recording_is_what_it_holds(tmp_path):
-    recording = Recording(
-        time=np.array([5.0, 6.5, 9.0]), values=np.arange(9.0).reshape(3, 3), quantity="voltage",
-        unit="mV", labels={"feature": "box", "speed": 0.3},
-    )  # fmt: skip
-    save_recording(recording, path := tmp_path / "a.csv")
-    lines = _read(path, None, False)
-    assert lines[:5] == [
-        "channels    3, voltage [mV]",
-        "samples     3 over 4 ms",
-        "source      robot",
-        "robot       not said",
-        "labels      feature box, speed 0.3",
-    ]
-    assert lines[-1] == (
-        "next        feeler robot check a.csv --antenna robot.toml --calibration calibration.json"
-    )
-
-
-def test_robots_of_a_size_and_seed_are_named_by_them_and_are_no_others():
-    few, more = reality.draw_robots(0.5, 2, 7), reality.draw_robots(0.5, 3, 7)
-    assert [one.name for one in more] == [f"surrogate-0.5-{k}" for k in range(3)]
-    for one, same in zip(few, more, strict=False):
-        np.testing.assert_array_equal(one.antenna.stiffness, same.antenna.stiffness)
-    other = reality.draw_robots(0.5, 1, 8)[0]
-    assert not np.array_equal(other.antenna.stiffness, few[0].antenna.stiffness)
-    assert {one.gap.noise for one in more} == {0.5 * Gap().noise}
-
-
-def test_touches_together_go_back_each_to_its_own_robot(monkeypatch):
-    """Two robots, three touches, twice; and how they are simulated."""
-    told = []
-
-    def make(number):
-        return SimpleNamespace(
-            carry_out=lambda trials: [(number, trial) for trial in trials],
-            record=lambda motion, trial: (number, motion, trial),
-        )
-
-    def simulate(pairs, **how):
-        told.append(how)
-        return [number for number, _ in pairs]
-
-    monkeypatch.setattr(reality, "simulate_pairs", simulate)
-    monkeypatch.setattr(reality, "_read", lambda robot, trials, raw, antenna: raw)
-    trials, antenna = make_trials(), make_antenna()
-    read = reality.touch_robots.__wrapped__(
-        [make(1), make(2)], 2, trials=trials, antenna=antenna, engine="chain"
-    )
-    assert read == [[(k, k, trial) for trial in trials * 2] for k in (1, 2)]
-    assert told == [{"reach": antenna.length / make_robot().length, "engine": "chain"}]
-
-
-def test_variants_keep_their_labels_and_touches_without_contact_are_left_out(monkeypatch):
-    trials, antenna = make_trials(), make_robot()
-
-    def simulate(given, asked, n_variants, gap, rng, how):
-        assert (given, asked, gap, how) == (antenna, trials, "gap", {"engine": "chain"})
-        return [np.full((8, 5), float(k)) for k in range(3 * (1 + n_variants))]
-
-    def align(given, motions, before):
-        values = np.array([np.full((8, before + AFTER), m[0, 0]) for m in motions])
-        values[4] = np.nan
-        return values
-
-    monkeypatch.setattr(reality, "_simulate", simulate)
-    monkeypatch.setattr(reality, "_align", align)
-    training = reality.make_training.__wrapped__(
-        antenna, trials, n_variants=2, gap="gap", engine="chain"
-    )
-    kept = [0, 1, 2, 3, 5, 6, 7, 8]
-    assert training.values[:, 0, 0].tolist() == kept
-    assert [motion[0, 0] for motion in training.motions] == kept
-    wanted = [touches.get_label(trials[k % 3]) for k in kept]
-    assert [*training.labels] == wanted
-    assert training.before == reality.choose_before(antenna, trials)
-
-
-def test_of_a_robot_s_own_touches_the_first_are_shown_and_the_last_are_the_test(monkeypatch):
-    """Two rounds of six are shown at most; of the shown ones, those with contact join."""
-    scored, fitted = [], []
-
-    class Classifier:
-        def fit(self, values, labels):
-            fitted.append((values[:, 0, 0].tolist(), [*labels]))
-            return self
-
-    monkeypatch.setattr(reality, "TransferClassifier", Classifier)
-    monkeypatch.setattr(reality, "score_transfer", lambda one, *given: scored.append(given))
-    training, own = make_touches_of(9, 3), make_touches_of(1, 18, felt=(1, 13))
-    for k in (0, 1, 2):
-        reality._score_shots(training, own, k, 2)
-    trained = [900.0, 901.0, 902.0]
-    shown = [100.0 + n for n in range(12) if n != 1]
-    assert [values for values, _ in fitted] == [trained, trained + shown[:5], trained + shown]
-    for values, labels in scored:
-        assert values[[0, 2], 0, 0].tolist() == [112.0, 114.0] and len(labels) == 6
-
-
-def test_a_pool_of_scores_counts_and_lists_all_of_them():
-    parts = [
-        SimpleNamespace(
-            correct={"feature": 3, "speed": 1}, total=4, predicted=["a"], true=["b"]
-        ),
-        SimpleNamespace(
-            correct={"feature": 2, "speed": 5}, total=7, predicted=["c"], true=["d"]
-        ),
-    ]
-    pooled = reality._pool(parts)
-    assert (pooled.correct, pooled.total) == ({"feature": 5, "speed": 6}, 11)
-    assert (pooled.predicted, pooled.true) == (["a", "c"], ["b", "d"])
-
-
-def test_a_robot_file_s_plain_answer_is_json(tmp_path):
-    answer = _judge_touch(make_reader(), np.zeros((2, 3)), {"feature": "ball"})
-    assert json.loads(json.dumps(answer.to_plain()))["right"] == {"feature": False}

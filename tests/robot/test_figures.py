@@ -3,28 +3,18 @@ commands work.
 """
 
 import json
-from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
-import feeler.robot
 from feeler.errors import InvalidInput
-from feeler.robot import draw_training_set, load_calibration, load_recording, make_decoder
 from feeler.robot.description import EXAMPLES, get_example
 from feeler.tracking import load_tracks
 from paper import fig6, fig6_data, figS2, figS7
 from paper.scale import SCALES
-
-
-@pytest.fixture
-def few(monkeypatch):
-    """Streams that learn from few robots, which takes a second in place of ten."""
-    monkeypatch.setattr(feeler.robot, "draw_training_set", partial(draw_training_set, robots=8))
 
 
 @pytest.fixture(scope="module")
@@ -52,31 +42,6 @@ def _texts_of_confusion(data):
     figure = Figure()
     fig6._plot_confusion(data, figure.subplots())
     return _texts(figure)
-
-
-@pytest.mark.long
-def test_fig6_data_hang_together(data):
-    assert data.score.total == 6 and data.sizes == (1.0,)
-    assert len(data.training.labels) == 30
-    assert data.raw.source == data.release.source == "surrogate"
-    assert data.fit.error < 9e-4
-    differences = figS7._compute_differences(data)
-    assert set(differences) == set(data.touches.labels)
-    figure = Figure()
-    assert len(fig6._draw_release(data, figure.subplots())(100.0)) == 3
-    assert "100 ms" in _texts(figure)
-
-
-def test_a_difference_is_relative_to_the_simulation_of_the_same_touch():
-    first, second = ("ball", 1.0, 0.27), ("box", 1.0, 0.27)
-    training = SimpleNamespace(
-        labels=[second, first], values=np.array([[[3.0, 4.0]], [[0.0, 2.0]]])
-    )
-    touches = SimpleNamespace(
-        labels=[first, second], values=np.array([[[0.0, 1.0]], [[3.0, 5.0]]])
-    )
-    found = figS7._compute_differences(SimpleNamespace(training=training, touches=touches))
-    assert found == pytest.approx({first: 0.5, second: 0.2})
 
 
 def test_figS2_gives_back_what_was_planted_and_says_synthetic():
@@ -165,60 +130,6 @@ def test_conversion_gives_a_valid_set(run, tmp_path):
     with xarray.open_dataset(tmp_path / "set.nc", engine="h5netcdf") as dataset:
         assert dataset["angle"].dims == ("trial", "sensor", "time")
         assert dataset["source"].values.tolist() == ["surrogate"]
-
-
-@pytest.mark.long
-def test_a_stream_says_what_the_decoder_and_then_the_classifier_know(
-    run, few, monkeypatch, tmp_path
-):
-    """From a recording, and from standard input; in words, as JSON, and on a page."""
-    decoder = make_decoder()
-    monkeypatch.setattr("feeler.robot.make_decoder", lambda *_, **__: decoder)
-    read = json.loads(
-        run(
-            "robot", "classify", EXAMPLES["recording"], "--calibration", "calibration.json",
-            "--robots", "8", "--json",
-        ).stdout
-    )  # fmt: skip
-    still = "\n".join(f"{t},0,0,0,0,0,0,0,0" for t in range(50))
-    assert run("robot", "stream", "-", input=still).output.endswith("no contact\n")
-    asked = ("--calibration", "calibration.json", "--json", "--out", "s")
-    said = run("robot", "stream", EXAMPLES["recording"], *asked).stdout
-    *states, end = map(json.loads, said.splitlines())
-    recording = load_recording(EXAMPLES["recording"]).to_angles(
-        load_calibration("calibration.json")
-    )
-    known = {
-        state.since_contact: state for state in decoder.replay(recording.values, recording.time)
-    }
-    assert {*range(0, max(known) + 1, 50)} <= {s["since_contact"] for s in states}
-    for said in [one for one in states if one["since_contact"] < 400]:
-        state = known[said["since_contact"]]
-        assert (said["state"], said["probability"]) == (state.state, state.probability)
-        assert said["unlike_all"] == state.strange
-        assert tuple(said["label"].values()) == state.label
-    kept = json.loads((tmp_path / "s/robot.json").read_text())
-    belief = np.array(kept["posterior"])
-    assert belief.shape == (len(kept["time"]), len(kept["classes"]))
-    np.testing.assert_allclose(belief.sum(axis=1), 1)
-    assert np.isclose(belief[-1].max(), states[-1]["probability"], rtol=1e-9)
-    assert (tmp_path / "s/robot.html").read_text().count("data:image/") == 1
-    whole = end.pop("whole")
-    assert whole["label"]["location"] == 0.9 and not whole["unlike_all"]
-    assert whole == {name: value for name, value in read[0].items() if name != "file"}
-    assert states[-1]["label"] == whole["label"]
-    assert states[-1]["probability"] == whole["probability"]
-    assert end == {
-        "contact": True,
-        "missing": 5,
-        "lost": 0,
-        "late": 0,
-        "broken": 0,
-        "restarts": 0,
-        "outside": 0,
-        "unit": None,
-        "truth": recording.labels,
-    }
 
 
 def test_errors_reach_the_caller(run):

@@ -1,8 +1,5 @@
 """Fit of p1 and p2: planted factors come back; what does not ring is refused."""
 
-from contextlib import nullcontext
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -19,7 +16,6 @@ from feeler.robot import (
     simulate_release,
     solve_factors,
 )
-from feeler.robot import fit as factors
 from feeler.robot.fit import Ringing
 
 TIME = np.arange(2000.0)
@@ -171,50 +167,6 @@ def test_powell_finds_the_same():
     assert powell.stiffness_factor == pytest.approx(update.stiffness_factor, rel=1e-3)
     assert powell.damping_factor == pytest.approx(update.damping_factor, rel=1e-3)
     assert powell.n_evaluations > 5 * update.n_evaluations
-
-
-def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
-    seen = {}
-
-    def minimize(cost, x, bounds, **options):
-        seen.update(x=x, bounds=bounds, cost=cost)
-        return SimpleNamespace(x=x + 0.5)
-
-    monkeypatch.setattr(factors, "minimize", minimize)
-    target = Ringing(frequency=0.004, damping_ratio=0.1, r_squared=1.0)
-    reached = Ringing(frequency=0.0048, damping_ratio=0.11, r_squared=1.0)
-    found = factors._search_powell(
-        lambda p: (reached if p[0] < 3 else None, None), target, np.array([2.0, 5.0])
-    )
-    np.testing.assert_allclose(found, np.array([2.0, 5.0]) * np.exp(0.5))
-    np.testing.assert_allclose(
-        np.exp(seen["bounds"]), np.outer([2.0, 5.0], np.exp([-1.0, 1.0]))
-    )
-    assert seen["cost"](np.log([2.0, 5.0])) == pytest.approx(np.hypot(0.2, 0.1))
-    assert seen["cost"](np.log([4.0, 5.0])) > 100
-
-
-@pytest.mark.parametrize(("bend", "enough"), [(0.0199, False), (0.0201, True)])
-def test_a_release_is_measured_from_a_fiftieth_of_a_radian_on_in_all_hinges_together(
-    bend, enough
-):
-    recording = Recording(time=TIME, values=np.full((8, 1), bend / 8) * _cosine(0.004, 0.05))
-    with (
-        nullcontext()
-        if enough
-        else pytest.raises(InvalidInput, match="no deflection worth measuring")
-    ):
-        assert factors._check_release(recording, make_robot()) is recording.values
-
-
-def test_a_release_is_counted_from_the_mean_of_the_last_quarter():
-    values = (
-        np.concatenate([np.linspace(1.0, 0.0, 30), np.full(10, 0.25)])[None]
-        * np.arange(1.0, 9.0)[:, None]
-    )
-    held, lasting = factors._find_release(Recording(time=2.0 * np.arange(40), values=values))
-    np.testing.assert_allclose(held, 0.75 * np.arange(1.0, 9.0))
-    assert lasting == 79.0  # the span and one sample of 1 ms
 
 
 def test_posture_is_the_linear_static_deflection():

@@ -117,26 +117,6 @@ def play(trained, recording, step=1.0, jitter=0.0, begin=123e3, side=1):
     return live, [live.update(side * sent[:, k], begin + at[k]) for k in range(at.size)]
 
 
-@pytest.mark.parametrize("step", [1.0, 2.4])
-def test_a_touch_that_bends_to_the_other_side_is_answered_as_its_mirror_image(trained, step):
-    felt = [one for touches in trained[2] for one in touches.recordings]
-    for recording in felt[::2]:
-        (plain, states), (other, mirrored) = (
-            play(trained, recording, step, 0.1, side=side) for side in (1, -1)
-        )
-        states, mirrored = [*states, plain.end()], [*mirrored, other.end()]
-        assert plain.answer.mirrored != other.answer.mirrored
-        for one, image in zip(states, mirrored, strict=True):
-            assert (one.state, one.label, one.strange) == (
-                image.state,
-                image.label,
-                image.strange,
-            )
-            np.testing.assert_allclose(one.posterior, image.posterior, rtol=1e-9)
-            assert one.since_contact < 0 or one.mirrored != image.mirrored
-        assert mirrored[-1].mirrored == other.answer.mirrored
-
-
 @pytest.mark.parametrize(("step", "jitter"), [(1.0, 0.0), (2.0, 0.0), (2.4, 0.2)])
 def test_what_is_said_last_is_what_classify_says_however_fast_the_sender(trained, step, jitter):
     felt = [one for touches in trained[2] for one in touches.recordings]

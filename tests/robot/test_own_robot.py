@@ -7,7 +7,6 @@ import re
 import threading
 from dataclasses import replace
 from time import monotonic, sleep
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,7 +34,7 @@ from feeler.robot import (
     touch_robots,
     write_robot,
 )
-from feeler.robot.classify import _judge_touch, judge_recording
+from feeler.robot.classify import judge_recording
 from feeler.robot.fit import make_posture
 from feeler.robot.recordings import Recording
 from feeler.robot.stream import read_samples
@@ -219,53 +218,6 @@ def reader():
     """The paper's robot and four touches, learned from six surrogates."""
     trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
     return make_classifier(trials=trials, robots=6), make_robot(), trials
-
-
-def test_a_touch_is_known_where_one_class_is_all_that_the_notes_say():
-    """A ball was trained, and that speed too, but no ball of that speed."""
-    classes = [("ball", 0.6, 0.27), ("box", 0.9, 0.135)]
-    some = SimpleNamespace(
-        classes_=classes,
-        predict_proba=lambda tensors, until: np.array([[0.3, 0.7]]),
-        measure_strangeness=lambda tensors, until: np.array([0.1]),
-    )
-
-    def judge(**notes):
-        return _judge_touch(some, np.zeros((2, 3)), notes)
-
-    assert judge(feature="ball", speed=0.27).known
-    assert judge(feature="ball").known
-    assert not judge(feature="ball", speed=0.135).known
-    plain = judge(feature="ball").to_plain()
-    for name, label in (("label", classes[1]), ("runner_up", classes[0])):
-        assert tuple(plain[name].values()) == label
-
-
-def test_the_second_likeliest_has_a_probability_of_its_own():
-    """Of three, so that it is not all the rest."""
-    classes = [("ball", 0.5, 0.1), ("box", 0.6, 0.1), ("ball", 0.9, 0.1)]
-    planted = SimpleNamespace(
-        classes_=classes,
-        predict_proba=lambda *_: np.array([[0.2, 0.5, 0.3]]),
-        measure_strangeness=lambda *_: np.array([0.4]),
-    )
-    answer = _judge_touch(planted, np.zeros((2, 3)), {})
-    assert (answer.label, answer.probability) == (classes[1], 0.5)
-    assert (answer.runner_up, answer.runner_up_probability) == (classes[2], 0.3)
-
-
-def test_an_answer_compares_itself_with_the_notes(reader):
-    classifier, _, trials = reader
-    touched = touch_robots(draw_robots(0.0, 1, 5), trials=trials)[0]
-    answer = _judge_touch(classifier, touched.values[0], {"feature": "box", "speed": 0.27})
-    assert answer.label == ("ball", 0.6, 0.27)
-    assert answer.right == {"feature": False, "speed": True} and answer.known
-    assert "WRONG: feature" in str(answer)
-    assert "no such class" in str(
-        _judge_touch(classifier, touched.values[0], {"feature": "cone"})
-    )
-    still = _judge_touch(classifier, np.full(touched.values[0].shape, np.nan), {})
-    assert str(still) == "no contact" and still.to_plain()["probability"] is None
 
 
 @pytest.mark.parametrize("share", [1.0, 0.8, 0.6, 0.45])

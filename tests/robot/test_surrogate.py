@@ -18,7 +18,7 @@ from feeler.robot import (
 )
 from feeler.robot.recordings import load_recording, save_recording
 from feeler.robot.surrogate import _draw_sensing, draw_antenna, draw_trial, play, subtract_rest
-from feeler.robot.touches import _choose_duration, compute_tip, make_touches
+from feeler.robot.touches import make_touches
 
 FAST = [trial for trial in make_tip_touches() if trial.speed == 0.27]
 
@@ -159,29 +159,6 @@ def test_draws_have_the_stated_spread():
     trials = [draw_trial(FAST[0], gap, rng) for _ in range(400)]
     assert np.std([t.location for t in trials]) == pytest.approx(gap.location, rel=0.15)
     assert np.std([t.speed for t in trials]) == pytest.approx(gap.speed * 0.27, rel=0.15)
-
-
-@pytest.mark.parametrize(
-    ("location", "speed", "reach", "ms"),
-    [(0.5, 0.027, 1, 2643), (0.9, 0.27, 1, 583), (0.75, 0.135, 2, 1161)],
-)
-def test_a_duration_by_hand(location, speed, reach, ms):
-    """20 ms, the sweep of 60 mm (at the middle) less 40 mm per length beyond at that speed, 400 ms;
-    the next whole ms.
-    """
-    assert (
-        _choose_duration(make_touches(locations=(location,), speeds=(speed,))[0], reach) == ms
-    )
-
-
-def test_duration_lets_the_slow_touch_finish():
-    slow = make_touches(locations=(0.9,), speeds=(0.027,))[0]
-    motion = simulate_touches(make_robot(), [slow])[0]
-    assert motion.shape[1] == _choose_duration(slow)
-    tip = compute_tip(make_robot(), motion)
-    assert (
-        np.argmax(tip) < motion.shape[1] - 300 and tip[-400:].min() < -5
-    )  # released, and swung through
 
 
 def test_resting_level_is_subtracted_and_said():

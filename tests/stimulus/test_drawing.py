@@ -184,34 +184,6 @@ def test_straight_edges_get_no_corners_of_their_own(tmp_path):
         assert len(outline.vertices) == 7
 
 
-@pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
-def test_a_curve_gets_no_more_corners_than_halving_needs(tmp_path, tolerance):
-    """A circle's polygon needs π / arccos(1 − tolerance / r) corners; halving an arc takes up to
-    twice as many.
-    """
-    outline = Outline.from_file(write_svg(tmp_path / "a.svg", CIRCLE), tolerance=tolerance)
-    needed = np.pi / np.arccos(1 - tolerance / 3.0)
-    assert needed <= len(outline.vertices) <= 2 * needed
-
-
-def test_what_stands_for_no_number_is_a_corner_that_is_not_finite(tmp_path):
-    path = write_svg(tmp_path / "a.svg", '<path d="M 0 0 L 1e309 0 L 3 4 Z"/>')
-    with pytest.raises(InvalidInput, match="a corner that is not finite"):
-        Outline.from_file(path)
-
-
-@pytest.mark.parametrize("box", ["0 0 0 40", "0 0 nan 40"])
-def test_a_page_without_width_has_no_unit(tmp_path, box):
-    path = write_svg(tmp_path / "a.svg", RECTANGLE, f'width="50mm" viewBox="{box}"')
-    with pytest.raises(InvalidInput, match=r"cannot be read as a SVG|its unit is nan mm"):
-        Outline.from_file(path)
-
-
-def test_corners_that_repeat_the_one_before_are_not_counted(tmp_path):
-    path = write_svg(tmp_path / "a.svg", f'<path d="M 0 0 {"L 8 0 " * 1500} L 8 4 Z"/>')
-    assert len(Outline.from_file(path).vertices) == 3
-
-
 def test_a_drawing_is_looked_at_to_the_first_corner_too_many(tmp_path):
     """A curve that turns wildly would be halved into 65,536 pieces."""
     wild = "M 0 0" + " C 900000 100000 2 -1000000 3 0" * 500 + " Z"

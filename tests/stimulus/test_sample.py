@@ -13,7 +13,6 @@ from feeler.antenna import sample_antennas
 from feeler.draw import LogRange, draw_shares, spread_out
 from feeler.errors import InvalidInput
 from feeler.objects import place, sample_trials
-from feeler.objects.sampling import _fits_surely
 
 ANTENNA = feeler.presets.cockroach()
 
@@ -193,14 +192,6 @@ def test_sampled_touches_of_sampled_antennas_carry_every_parameter(tmp_path):
         feeler.touch(antennas, sample_trials(20, antenna=small, sizes=(0.5, 0.9)), **options)
 
 
-def test_a_part_of_a_part_says_which_of_the_touches_it_holds():
-    drawn = sample_trials(60, base={"x": (-0.1, 0.1), "turn": 0.01}, seed=2)
-    part = drawn[10:40:3][2:7:2]
-    assert (part.recipe["first"], part.recipe["step"]) == (16, 6)
-    assert [*part] == [drawn[16], drawn[22], drawn[28]]
-    assert (drawn[-5:].recipe["first"], drawn[-5:].recipe["step"]) == (55, 1)
-
-
 def test_a_touch_has_the_numbers_of_its_row():
     drawn = sample_trials(40, base={"x": (-0.1, 0.1), "y": 0.05, "turn": (0.0, 0.01)}, seed=2)
     for k in (0, 13, 39):
@@ -217,17 +208,3 @@ def test_a_touch_has_the_numbers_of_its_row():
         )
     assert {trial.side for trial in drawn} == {"left", "right"}
     assert {trial.side for trial in sample_trials(20, sides=("left",))} == {"left"}
-
-
-@pytest.mark.parametrize(
-    ("change", "surely"),
-    [
-        ({}, True),
-        ({"radius": np.r_[0.3, np.full(139, 0.2)]}, False),
-        ({"rest_angle": np.r_[np.zeros(139), 0.1]}, False),
-    ],
-    ids=["even", "tapered", "bent"],
-)
-def test_only_straight_antennas_of_one_radius_are_not_looked_at(change, surely):
-    drawn = sample_trials(20, sizes=(0.2, 3.0), seed=1)
-    assert (_fits_surely(drawn, ANTENNA.replace(**change)) == surely).all()

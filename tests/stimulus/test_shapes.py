@@ -13,7 +13,7 @@ from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
 from feeler.objects import SHAPES, Feature, make_feature, parse_feature, place
 from feeler.objects.distance import compute_clearance
-from feeler.objects.shapes import _is_convex, _order, measure_area, trace_rim
+from feeler.objects.shapes import _is_convex, measure_area, trace_rim
 
 from ._capsule import Capsule
 
@@ -89,20 +89,6 @@ def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle(
             Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach)
 
 
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_a_dent_is_one_at_any_size(size):
-    def order(dent):
-        return _order(
-            size
-            * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0 - dent), (0.0, 1.0)]),
-            "dented",
-        )
-
-    assert len(order(1e-11)) == 5  # rounding errors are none
-    with pytest.raises(InvalidInput, match="not convex"):
-        order(1e-7)
-
-
 @pytest.mark.parametrize(
     "feature", [EXAMPLES[0], EXAMPLES[1], EXAMPLES[3], EXAMPLES[6]], ids=lambda f: f.kind
 )
@@ -121,14 +107,6 @@ def test_a_rim_runs_round_a_part_at_its_rounding(rounding):
     np.testing.assert_allclose(
         ends, [part.min(axis=0) - rounding, part.max(axis=0) + rounding], atol=1e-2 * rounding
     )
-
-
-@pytest.mark.parametrize("n", [3, 4, 7])
-def test_corners_of_a_part_go_round_to_the_left_whichever_way_they_came(n):
-    turn = 2 * np.pi * np.arange(n) / n
-    left = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    np.testing.assert_array_equal(_order(left, "ring"), left)
-    np.testing.assert_array_equal(_order(left[::-1], "ring"), left)
 
 
 def test_boxes_and_triangles_are_as_deep_and_wide_as_they_say():
@@ -312,24 +290,3 @@ def test_a_hook_is_no_crossing_line_however_small_and_a_bow_is_one_however_large
                 ]
             )
         )
-
-
-def test_the_sign_of_zero_names_no_other_outline():
-    one, other = (
-        Outline(vertices=[(zero, zero), (-2.0, 1.0), (-2.0, -1.0)]) for zero in (0.0, -0.0)
-    )
-    assert one.name == other.name
-    assert one == other
-
-
-def test_a_crossing_edge_is_named_by_the_corner_from_which_it_comes():
-    """The third edge, from corner 3, is crossed by the one from corner 5."""
-    corners = [(0, 0), (6, 0), (6, 6), (0, 2), (2, 6), (2, 1)]
-    with pytest.raises(InvalidInput, match="the edge from corner 3 crosses another"):
-        Outline(vertices=corners)
-
-
-def test_a_touch_by_a_wall_without_end_has_no_size_in_its_title():
-    of = {"location": 0.5, "speed": 0.3}
-    assert Trial(feature=Wall(), **of).label == "wall at 0.5 L, 0.3 m/s"
-    assert Trial(feature=Ball(radius=1.5), **of).label == "ball 1.5 mm at 0.5 L, 0.3 m/s"

@@ -104,27 +104,6 @@ def test_bad_outlines_are_refused(vertices, message):
         Outline(vertices=vertices)
 
 
-@pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
-def test_a_trial_s_picture_has_the_feature_on_its_way_to_the_antenna(monkeypatch, side, sign):
-    """The antenna points up; the way begins 0.4 reaches (of 3 half-widths) before it and ends 0.1
-    before it.
-    """
-    seen = []
-    monkeypatch.setattr(
-        "feeler.objects.trials.make_picture", lambda *given: seen.append(given) or ""
-    )
-    Trial(
-        feature=Ball(radius=1.5), location=0.5, speed=0.3, approach=90.0, side=side
-    )._repr_html_()
-    label, ((antenna, _), (way, _)), (rim,) = seen[0]
-    assert label == "ball 1.5 mm at 0.5 L, 0.3 m/s"
-    np.testing.assert_allclose(antenna, [[0.0, -4.5], [0.0, 4.5]])
-    np.testing.assert_allclose(way, [[-1.8 * sign, 0.0], [-0.45 * sign, 0.0]], atol=1e-12)
-    np.testing.assert_allclose(
-        np.hypot(*(rim - [-1.8 * sign - 1.5 * sign, 0.0]).T), 1.5, atol=1e-6
-    )
-
-
 def test_unknown_feature_lists_the_valid_ones():
     with pytest.raises(InvalidInput, match="ball, box, triangle, outline, wall"):
         make_feature("cube", 1.0)

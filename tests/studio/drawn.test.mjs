@@ -309,30 +309,6 @@ test("probabilities stand over their own milliseconds and at their own height, w
   }
 });
 
-test("bases say how long they are and are drawn base below; each activation is its own component's", () => {
-  const app = makeApp({ studies: { A: study() }, duration: () => 5, time: 2 });
-  app.records.A.reading = makeReading(1);
-  const panel = makeCodePanel(app), ink = panel.element.find("code").getContext("2d");
-  panel.redraw();
-  assert.deepEqual(ink.texts.map((one) => one.words), ["bases, 7 ms", "when each is played"]);
-  checkInside(ink, [...ink.strokes, ...ink.fills]);
-  ink.pictures.forEach(({ picture }, m) => {
-    const values = app.studies.A.bases.data.slice(21 * m, 21 * m + 21), top = Math.max(...values);
-    assert.deepEqual([picture.width, picture.height], [7, 3]);
-    for (const { ink: colour, x, y } of picture.getContext("2d").rects) assert.equal(colour, pick(HOT, values[(2 - y) * 7 + x] / top));
-  });
-  const right = ink.strokes[0].points[1][0], areas = ink.fills.map((one) => one.points);
-  areas.forEach((points, m) => {
-    const [left, floor] = points[0], rises = points.slice(1, 6), wide = right - left;
-    all(rises.map(([x]) => x), [0, 1, 2, 3, 4].map((k) => left + (wide * k) / 5));
-    all(points.at(-1), [right, floor]);
-    const tall = areas[0][0][1] - areas[0][3][1]; // the greatest of all is the first component's third
-    rises.forEach(([, y], k) => near((floor - y) / tall, [[0, 1, 4, 2, 0], [3, 0, 1, 1, 2]][m][k] / 4));
-  });
-  const cursor = ink.strokes.find((one) => one.ink === "accent").points;
-  near((cursor[0][0] - areas[0][0][0]) / (right - areas[0][0][0]), 2 / 5);
-});
-
 test("a pair of the set is named, coloured, drawn and valued as what it is, under each index", () => {
   const app = makeApp({ studies: { A: study() } }, { touch: { kind: "box", size: 1.5, location: 0.7 } }), panel = makeSetPanel(app);
   const map = panel.element.find("matrix"), caption = panel.element.find("caption"), buttons = panel.element.find("choice").children;
@@ -454,58 +430,4 @@ test("handles and curves of the editor stand at their values, and a handle that 
     }
     made.element.tell("pointerup", {});
   }
-});
-
-test("an antenna of one's own says its samples a second, live or recorded, and what was lost", () => {
-  const app = makeApp({ ports: { "/dev/x": "a board" }, listening: "/dev/x" }), panel = makeBoardPanel(app), said = () => { panel.update(); return panel.element.find("facts").words; };
-  Object.assign(app.records.A, { live: true, missing: 7, damaged: 3 });
-  assert.equal(said(), "samples a second|250|missing|7|lines that are none|3");
-  Object.assign(app.records.A, { live: false, name: "run.csv", rate: 31.25, source: "robot" });
-  assert.equal(said(), "recording|run.csv|samples a second|31.3|source|robot");
-});
-
-test("the clock says the moment shown, to a tenth where it goes slowly, and each speed how much slower it is", () => {
-  const app = makeApp({ rate: 0.1 }), panel = makeStagePanel(app), said = (more) => { Object.assign(app, more); panel.redraw(); return panel.element.find("clock").words; };
-  assert.deepEqual([said({}), said({ time: 7.26 }), said({ rate: 0.01 })], ["18 ms", "7 ms", "7.3 ms"]);
-  const find = (one) => (one["aria-label"] === "Slow motion" ? one : one.children && one.children.map(find).find(Boolean));
-  assert.deepEqual(find(panel.element).children.map((one) => one.words), ["100 × slower", "33 × slower", "10 × slower", "3.3 × slower", "real time"]);
-});
-
-test("of touches alike in kind and place, the row of the one of the same size is outlined", () => {
-  for (const size of [3, 1.5, 2]) {
-    const sizes = [3, 1.5, 2], labels = sizes.map((one) => ["box", one, 0.7]);
-    const panel = makeSetPanel(makeApp({ studies: { A: { ...study(), labels } } }, { touch: { kind: "box", size, location: 0.7 } }));
-    panel.redraw?.();
-    panel.element.find("choice").children[0].heard.click({});
-    near(panel.element.find("matrix").getContext("2d").boxes.at(-1).y, (sizes.indexOf(size) * 400) / 3);
-  }
-});
-
-test("where total compliance is kept, a handle that is pressed and not moved stays as it was", () => {
-  const original = { stiffness: [100, 20, 5, 1], damping: [40, 20, 10, 4], handles: { stiffness: [[0, 100], [0.5, 10], [1, 1]], damping: [[0, 40], [1, 4]] } };
-  const wish = { preset: "x", matched: true, stiffness: [[0, 300], [0.4, 30], [1, 9]] };
-  const app = makeApp({ slot: "A", editing: "stiffness", findOriginal: () => original, root: { querySelector: () => new Element() } }, { A: structuredClone(wish) }), { made, ink } = paint(makeEditor, app);
-  const grips = ink.fills.filter((one) => one.ink === "card").map((one) => one.points[0].slice(0, 2));
-  assert.equal(grips.length, 3);
-  const [x, y] = grips[1];
-  made.element.tell("pointerdown", { clientX: x, clientY: y, pointerId: 1 });
-  made.element.tell("pointermove", { clientX: x, clientY: y });
-  made.element.tell("pointerup", {});
-  all(app.store.state.A.stiffness, wish.stiffness, 1e-6);
-});
-
-test("another gain makes the spikes of the same touch anew", () => {
-  const record = makeRecord(4, 6, { ...ANTENNA, sensors: [1, 2, 4] }), app = makeApp({ records: { A: record, B: makeRecord() }, refresh() {} }), panel = makeSpikePanel(app);
-  panel.element.children.at(-1).open = true;
-  panel.redraw();
-  const heard = (gain) => { const nerve = new Nerve(3, 4, gain); for (let k = 0; k < N; k++) nerve.push((sensor) => record.angle(sensor, k)); return nerve; };
-  const inputs = [], seek = (one) => { if (one.heard?.input) inputs.push(one); (one.children || []).forEach(seek); };
-  seek(panel.element);
-  assert.equal(inputs.length, 1);
-  for (const value of [6, 90]) {
-    Object.assign(inputs[0], { value: String(Math.log10(value)) }).heard.input({ target: inputs[0] });
-    panel.redraw();
-    assert.equal(panel.element.find("raster").getContext("2d").rects.length - 2, heard(value).spikes.length);
-  }
-  assert.ok(heard(90).spikes.length > heard(6).spikes.length);
 });

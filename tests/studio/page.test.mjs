@@ -20,13 +20,6 @@ const given = JSON.parse(readFileSync(new URL("./given.json", import.meta.url)))
 const near = (a, b, off = 1e-6) => assert.ok(Math.abs(a - b) <= off * Math.max(1, Math.abs(b)), `${a} is not ${b}`);
 const read = (text) => { const raw = Buffer.from(text, "base64"); return raw.buffer.slice(raw.byteOffset, raw.byteOffset + raw.length); };
 
-test("numbers are written with their digits, powers raised, and no number as a dash", () => {
-  for (const [value, digits, words] of [[0, 3, "0"], [12.345, 3, "12.3"], [-0.0123456, 2, "-0.012"], [99.96, 3, "100"],
-    [123456, 3, "1.23·10⁵"], [-0.000456, 2, "-4.6·10⁻⁴"], [0.001, 3, "0.001"], [NaN, 3, "–"], [Infinity, 3, "–"]])
-    assert.equal(write(value, digits), words);
-  assert.equal(raise(-10), "⁻¹⁰");
-});
-
 test("a message is unpacked as Python packed it", () => {
   const [header, arrays] = unpack(read(given.packed.content));
   assert.equal(header.part, "piece");
@@ -129,17 +122,6 @@ test("a live record drops its oldest samples and keeps the order and the clock o
   assert.equal(record.judge(-1).noticed, -1);
 });
 
-test("a wall's record begins anew with each run", () => {
-  const record = new WallRecord();
-  const piece = { body: { shape: [2, 3], data: new Float32Array([1, 2, 3, 4, 5, 6]) }, angle: { shape: [2, 2], data: new Float32Array([7, 8, 9, 10]) } };
-  record.take({ part: "begin", id: 1 }, {});
-  record.take({ part: "piece" }, piece);
-  record.take({ part: "end", error: 0.5 }, { distance: { data: [1] }, estimate: { data: [2] } });
-  assert.deepEqual([record.n, record.body, [...record.angle[1]], record.end.error], [2, [1, 2, 3, 4, 5, 6], [9, 10], 0.5]);
-  record.take({ part: "begin", id: 2 }, {});
-  assert.deepEqual([record.n, record.body.length, record.end], [0, 0, null]);
-});
-
 test("a state travels in an address, is undone and redone, and makes its own wish", async () => {
   const state = makeState({ preset: "linear" });
   Object.assign(state, { mode: "wall", B: { preset: "matched" }, unsure: 0.1 });
@@ -173,13 +155,6 @@ test("a standalone page draws each object at its own size", () => {
   const host = Object.assign(Object.create(Host.prototype), { config: { shapes: { ball: unit, box: unit } } });
   const said = host.describe({ drawn: ANTENNA }, { kind: "ball", size: 2, objects: [{ kind: "box", size: 3 }, { kind: "ball", size: 5 }] });
   assert.deepEqual(said.rims, [2, 3, 5].map((size) => [[[size, 0], [0, size]]]));
-});
-
-test("a number's source is that of its own antenna", () => {
-  assert.equal(findTag({ preset: "linear" }, "stiffness", 1), "linear_stiffness_tip");
-  assert.equal(findTag({ preset: "linear", stiffness: [] }, "stiffness", 1), "own");
-  assert.equal(findTag({ toml: "x" }, "length", 0), "file");
-  assert.deepEqual([findTag({}, "sensors", 0), findTag({ preset: "robot" }, "length", 0)], ["n_sensors", "robot length"]);
 });
 
 test("a decoder judges as feeler's does: a touch, one between two kinds, its mirror image, one like none and nothing", async () => {

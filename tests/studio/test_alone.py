@@ -195,41 +195,6 @@ def test_the_page_is_dragged_from_a_file_and_shows_feeler_s_tensor(browser, quie
     assert bad == []
 
 
-def test_every_switch_and_key_of_the_page_works(browser, quiet_page):
-    open_page(browser, quiet_page)
-    for name, words in (
-        ("uniform", "app.records.A.antenna.name == 'matched'"),
-        ("fast", "app.store.state.touch.speed == 0.6"),
-        ("box", "app.store.state.touch.kind == 'box'"),
-        ("graded", "app.records.A.antenna.name == 'exponential'"),
-    ):
-        browser.execute_script(
-            "[...document.querySelectorAll('header button')].find(b => b.textContent == "
-            "arguments[0] || b.ariaLabel == arguments[0]).click()",
-            name,
-        )
-        wait_for(browser, f"app.status == 'here' && app.records.A.ended && {words}")
-        assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)
-    stage = browser.find_element("css selector", "canvas.stage")
-    stage.send_keys("\ue012\ue012")  # twice to the base
-    wait_for(browser, "app.store.state.touch.location == 0.68 && app.status == 'here'")
-    stage.send_keys("+")
-    wait_for(browser, "app.store.state.touch.size == 1.65 && app.status == 'here'")
-    assert read_shown(browser) == pytest.approx(expect(browser).values[0], abs=1e-7)
-    browser.find_element("xpath", "//button[text()='by hand']").click()
-    wait_for(browser, "app.root.dataset.mode == 'hand' && app.status == 'here'")
-    before = ask(browser, "app.records.A.data.place[0]")
-    for _ in range(12):
-        stage.send_keys("\ue015")  # down: against the antenna
-    wait_for(
-        browser,
-        "app.records.A.hand && app.records.A.data.place[3 * app.records.A.filled - 3] > "
-        f"{before + 5}",
-    )
-    stage.send_keys("\ue00c")
-    wait_for(browser, "!app.handOn && app.records.A.ended")
-
-
 def test_an_exported_page_computes_and_says_what_it_is(browser, tmp_path, monkeypatch):
     monkeypatch.setattr(alone, "_teach_all", lambda *_: None)
     mine = {"preset": "linear", "length": 50.0, "name": "mine </script>"}
@@ -271,39 +236,6 @@ def test_a_run_by_hand_is_computed_again(browser, tmp_path, monkeypatch):
     sensed = np.asarray(TouchRequest.from_plain(wish).antenna.make().sensors) - 1
     assert np.abs(again["angle"][:, sensed]).max() > 1e-3
     assert read_shown(browser) == pytest.approx(again["angle"][:, sensed].T, abs=1e-7)
-
-
-def test_printing_shows_the_tensor(browser, quiet_page, tmp_path):
-    from pypdf import PdfReader
-
-    open_page(browser, quiet_page)
-    stop_at(browser, 100)
-    printed = browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})["data"]
-    path = tmp_path / "page.pdf"
-    path.write_bytes(base64.b64decode(printed))
-    pages = PdfReader(path).pages
-    assert len(pages) <= 3
-    pictures = [
-        np.asarray(image.image.convert("RGB")) for page in pages for image in page.images
-    ]
-    magma = [picture[:, :, 0].astype(int) - picture[:, :, 1] > 80 for picture in pictures]
-    assert max(hot.mean() for hot in magma) > 0.02  # a bright band, which no other picture has
-
-
-def test_a_level_antenna_keeps_compliance_and_damping_ratio():
-    from feeler.antenna.modes import compute_modes
-
-    wish = AntennaRequest(preset="linear", length=30.0)
-    (_, first), (_, level) = alone._choose(wish, None)
-    first, level = first.make(), level.make()
-    assert np.ptp(level.stiffness) < 1e-12 * level.stiffness[0]
-    assert np.sum(1 / level.stiffness) == pytest.approx(np.sum(1 / first.stiffness))
-    ratio = [compute_modes(one, 1).damping_ratio[0] for one in (first, level)]
-    assert ratio[0] == pytest.approx(ratio[1], rel=1e-6)
-    assert [name for name, _ in alone._choose(AntennaRequest(preset="matched"), None)] == [
-        "graded",
-        "uniform",
-    ]
 
 
 @pytest.mark.slow

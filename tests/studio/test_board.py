@@ -9,8 +9,6 @@ from threading import Event
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
@@ -21,11 +19,9 @@ from feeler.robot import (
     save_calibration,
 )
 from feeler.robot.description import get_example
-from feeler.robot.stream import frame_sample
 from feeler.studio import Boards, study
-from feeler.studio import live as opening
 from feeler.studio.decoder import ANSWERS
-from feeler.studio.live import _LEAST_STEP, _PATIENCE, _WINDOW, Judge, listen
+from feeler.studio.live import _LEAST_STEP, _WINDOW, Judge, listen
 
 from .test_session import Page
 
@@ -91,42 +87,6 @@ def test_what_is_missing_is_held_and_counted():
     assert heard[-1][0]["damaged"] == 1
 
 
-def test_samples_lost_at_the_very_beginning_do_not_slow_the_clock():
-    times = np.delete(np.arange(40.0), [4, 5])
-    heard, _ = hear(write_lines(np.tile(HALF, (38, 1)), times))
-    assert heard[0][0]["interval"] == 1.0
-    assert heard[-1][0]["missing"] == 2
-
-
-def test_numbered_lines_are_read_as_the_sketch_sends_them():
-    rows, times = HALF * np.linspace(0, 1, 40)[:, None], 2.0 * np.arange(40)
-    lines = [
-        b"3*00\n",
-        *(
-            frame_sample(k, times[k], rows[k]).encode() + b"\n"
-            for k in range(40)
-            if k not in (20, 21)
-        ),
-    ]
-    lines[30] = lines[30].replace(b"*", b"1*")  # broken on the way, so it is lost too
-    lines.insert(35, lines[34])  # doubled
-    heard, _ = hear(lines)
-    lost = [20, 21, 31]
-    expected = rows.copy()
-    for k in lost:
-        expected[k] = expected[k - 1]
-    assert join(heard) == pytest.approx(expected, abs=1e-6)
-    assert heard[0][0]["interval"] == 2.0
-    assert [heard[-1][0][name] for name in ("missing", "damaged")] == [3, 1]
-
-
-def test_a_board_that_begins_anew_goes_on():
-    times = np.concatenate([np.arange(30.0), np.arange(30.0), 9e6 + np.arange(30.0)])
-    heard, _ = hear(write_lines(np.tile(HALF, (90, 1)), times))
-    assert len(join(heard)) == 90
-    assert heard[-1][0]["missing"] == 0
-
-
 def make_lines(n):
     ones = np.ones(n)
     return SensorCalibration(
@@ -158,26 +118,6 @@ def studied():
     return study.make_study(ROBOT, 0.3, lambda doing, share: None, Event())
 
 
-CELLS = st.sampled_from(
-    ["nan", "inf", "-1e300", "1e300", "0", "0.1", "7", "x", "", "1_0", "\udcff"]
-)
-
-
-@pytest.mark.long
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.lists(CELLS, min_size=6, max_size=10).map(";".join), max_size=30))
-def test_no_line_brings_a_listener_down(studied, lines):
-    noise = [line.encode("utf-8", "surrogateescape") + b"\n" for line in lines]
-    good = write_lines(np.zeros((20, 8)), np.arange(20.0))
-    heard, error = hear([*good[:13], *noise, *good[13:]], find=lambda antenna: studied)
-    assert "is silent" in error or "fell silent" in error or "no angle" in error
-    assert all(
-        np.isfinite(arrays["angle"]).all()
-        for header, arrays in heard
-        if header["part"] == "piece"
-    )
-
-
 @pytest.mark.parametrize(
     ("lines", "words"),
     [
@@ -196,13 +136,6 @@ def test_no_line_brings_a_listener_down(studied, lines):
 def test_what_is_wrong_with_a_board_is_said(lines, words):
     _, error = hear(lines, antenna=make_preset("exponential"))
     assert re.search(words, error), error
-
-
-def test_a_calibration_of_other_hinges_is_refused():
-    assert (
-        "for 5 hinges, the board has 8"
-        in hear(write_lines(np.zeros((20, 8))), calibration=make_lines(5))[1]
-    )
 
 
 def test_touches_are_judged_one_after_the_other_as_each_alone(studied):
@@ -238,19 +171,6 @@ def test_a_fast_board_is_judged_at_the_pace_of_what_was_learned(studied):
     )
     assert fast[0] == 2 * slow[0] + 1
     np.testing.assert_allclose(fast[1], slow[1], atol=1e-9)
-
-
-def test_the_contact_of_a_long_recording_is_that_of_what_is_shown(studied, monkeypatch):
-    monkeypatch.setattr(opening, "_MAX_SHOWN", 150)
-    rows = np.concatenate([np.zeros((60, 8)), studied.tensors[25].T])
-    rows += 1e-6 * np.sin(np.arange(len(rows)))[:, None]  # a channel that rests is alive
-    head = ",".join(["time_ms", *(f"hinge{n}_rad" for n in range(1, 9))])
-    lines = [",".join([str(k), *(f"{v:.9g}" for v in row)]) for k, row in enumerate(rows)]
-    message = {"name": "r.csv", "text": "\n".join([head, *lines])}
-    header, _ = opening.open_text(message, None, lambda antenna: studied)
-    every = -(-len(rows) // 150)
-    assert header["interval"] == every > 1
-    assert header["contact"] == find_contact(studied, rows)[0] // every
 
 
 def test_the_verdict_comes_once_there_is_a_study(studied):
@@ -325,23 +245,3 @@ def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(
     assert arrays["posterior"].shape == (header["total"], len(ANSWERS))
     page.ask({"type": "open", "name": "c.json", "text": json.dumps({"format": "other"})}).wait()
     assert "no sensor calibration" in page.find("error")[-1][0]["message"]
-
-
-def test_of_a_long_recording_every_so_many_samples_are_shown():
-    rows = "\n".join(f"{k}," + ",".join([f"{1e-6 * k:.6f}"] * 8) for k in range(20_000))
-    text = "time_ms," + ",".join(f"hinge{n}_rad" for n in range(1, 9)) + "\n" + rows
-    page = Page().ask({"type": "open", "name": "r.csv", "text": text})
-    page.wait()
-    header, arrays = page.find("opened")[0]
-    assert header["interval"] == 3.0
-    assert header["total"] == len(arrays["angle"]) == -(-20_000 // 3)
-
-
-@pytest.mark.parametrize("at_once", [1, _PATIENCE - 1])
-def test_any_number_of_damaged_lines_between_good_ones_is_counted_and_passed_over(at_once):
-    good = write_lines(HALF * np.linspace(0, 1, 80)[:, None], np.arange(80.0))
-    between = [line for one in good[20:] for line in (*at_once * [b"noise\n"], one)]
-    heard, error = hear([*good[:20], *between])
-    assert "fell silent" in error
-    assert heard[-1][0]["damaged"] == at_once * len(good[20:]) > _PATIENCE
-    assert "in a row" in hear([*good[:20], *_PATIENCE * [b"noise\n"], *good[20:]])[1]

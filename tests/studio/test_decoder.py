@@ -53,15 +53,6 @@ def test_a_touch_from_the_right_is_read_as_the_mirror_image_of_one_from_the_left
         assert at == noticed >= 0
 
 
-def test_each_object_from_the_right_has_the_verdict_that_it_has_from_the_left(trained):
-    decoder = trained[0]
-    for kind in KINDS:
-        wish = TouchRequest(kind=kind, speed=SPEED, location=0.63, size=2.2)
-        sides = [wish.make_trial(), wish.replace(side="right").make_trial()]
-        left, right = (decoder.decode(one)[0] for one in simulate(WISH.make(), sides))
-        np.testing.assert_allclose(right, left, atol=1e-9)
-
-
 def test_a_touch_sample_by_sample_is_read_as_the_whole_of_it(trained):
     decoder, *_, angle, _ = trained
     for touch in angle[:6]:
@@ -171,16 +162,6 @@ class _Encoder:
 
     def transform(self, values, code):
         return values
-
-
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_the_code_of_a_touch_from_the_right_is_that_of_its_mirror_image(side):
-    angle = np.array([[0.0, 0.2, -0.05], [0.0, 0.4, 0.1]]) * (1 if side == "left" else -1)
-    made = study.AntennaStudy(
-        antenna=WISH.make(), speed=SPEED, labels=(), tensors=angle[None], similarity={},
-        encoder=_Encoder(), peak=1.0, decoder=None, range=None, scores={},
-    )  # fmt: skip
-    np.testing.assert_array_equal(made.encode(angle), [[0, 0.2, 0], [0, 0.4, 0.1]])
 
 
 def test_an_antenna_that_feels_nothing_teaches_nothing(trained):

@@ -18,13 +18,6 @@ from ._page import ask, press, stop_at, wait_for
 
 pytestmark = pytest.mark.long
 
-SIZES = [
-    (1280, 720),
-    pytest.param(1366, 768, marks=pytest.mark.long),
-    pytest.param(1440, 900, marks=pytest.mark.long),
-    pytest.param(1920, 1080, marks=pytest.mark.long),
-]
-
 
 @pytest.fixture(scope="module")
 def studio():
@@ -69,47 +62,6 @@ def test_an_object_taken_by_hand_stays_under_the_pointer(studio, browser, width)
     ask(browser, "app.endHand()")
     wait_for(browser, "!app.handOn && app.records.A.ended")
     assert away <= 0.5
-
-
-OVERLAP = """(() => { const a = document.querySelector('.tour').getBoundingClientRect();
-    const over = (e) => { const b = e.getBoundingClientRect();
-        return Math.max(0, Math.min(a.right, b.right) - Math.max(a.left, b.left))
-            * Math.max(0, Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top)); };
-    const lit = document.querySelector('.lit'), tensor = document.querySelector('canvas.tensor');
-    const box = lit.getBoundingClientRect();
-    return [over(lit), over(tensor), box.top >= -1, box.top < window.innerHeight - 60]; })()"""
-
-
-@pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_tour_covers_nothing_and_shows_what_it_speaks_of(studio, browser, width, height):
-    open_page(browser, studio.address, width, height)
-    browser.find_element("xpath", "//button[text()='Tour']").click()
-    for step in range(5):
-        time.sleep(0.4)
-        lit, tensor, below_top, in_view = ask(browser, OVERLAP)
-        assert (lit, tensor) == (0, 0), f"step {step + 1}"
-        assert below_top and in_view, f"step {step + 1}"
-        assert browser.find_element("css selector", ".tour .strong").is_displayed()
-        browser.find_element("css selector", ".tour .strong").click()
-    assert not browser.find_element("css selector", ".tour").is_displayed()
-
-
-def test_the_tour_puts_the_speed_beside_the_words_that_ask_for_it(studio, browser):
-    open_page(browser, studio.address, 1280, 720)
-    browser.find_element("xpath", "//button[text()='Tour']").click()
-    for _ in range(3):
-        browser.find_element("css selector", ".tour .strong").click()
-    assert ask(browser, "app.store.state.touch.speed") == 0.6
-    browser.find_element("xpath", "//*[@class='tour']//button[text()='0.06 m/s']").click()
-    assert ask(browser, "app.store.state.touch.speed") == 0.06
-
-
-def test_the_first_demo_leans_to_what_it_touches_within_a_quarter_of_a_second(studio, browser):
-    open_page(browser, studio.address)
-    wait_for(browser, "app.studies.A && app.records.A.reading")
-    stop_at(browser, 250)
-    said = browser.find_element("css selector", ".verdict-panel .verdict").text
-    assert ask(browser, "app.store.state.touch.kind") in said, said
 
 
 def test_a_cut_address_says_so(studio, browser):

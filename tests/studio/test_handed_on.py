@@ -7,23 +7,11 @@ import pytest
 from awkward_touches import make_antenna
 
 import feeler
-from feeler.studio import export as leaving
 from feeler.studio import session as running
-from feeler.studio import study
-from feeler.studio.export import _write_objects, read_shown
-from feeler.studio.requests import ObjectRequest, TouchRequest, describe_antenna
+from feeler.studio.export import read_shown
+from feeler.studio.requests import TouchRequest, describe_antenna
 
 BALL = {"kind": "ball", "size": 2.2, "x": -3.1, "y": 17.0, "heading": 40.0, "speed": 0.2}
-
-
-def test_objects_of_a_script_are_those_of_the_page():
-    wishes = (
-        ObjectRequest(**BALL, friction=0.37),
-        ObjectRequest(kind="box", size=1.3, x=6.0, y=9.0, heading=-70.0, friction=0.81),
-    )
-    told = {"feeler": feeler}
-    exec("\n".join(_write_objects(wishes)), told)
-    assert told["objects"] == [wish.make(number) for number, wish in enumerate(wishes)]
 
 
 def test_an_antenna_is_drawn_as_thick_as_it_is_in_the_mean():
@@ -32,39 +20,6 @@ def test_an_antenna_is_drawn_as_thick_as_it_is_in_the_mean():
     assert told["radius"] == pytest.approx(antenna.radius.mean()) != antenna.radius[0]
     assert told["sensors"] == antenna.sensors.tolist()
     np.testing.assert_array_equal(told["segments"], antenna.segment_length)
-
-
-def test_a_page_that_leaves_knows_what_the_one_knew_that_it_left(monkeypatch):
-    told = {}
-    monkeypatch.setattr(
-        leaving,
-        "write_touch_page",
-        lambda *given, **named: told.update(named, given=given) or "",
-    )
-    wish = {"antenna": {"preset": "linear"}, "speed": 0.37, "location": 0.61, "objects": [BALL]}
-    other = {**wish, "antenna": {"preset": "constant"}}
-    commands = [[3, 0, 0.1, 0.2, 0.0]]
-    asked = {"what": "html", "wish": wish, "other": other, "unsure": 0.1}
-    leaving.make_file({**asked, "commands": commands, "samples": 31})
-    made = TouchRequest.from_plain(wish), TouchRequest.from_plain(other).antenna
-    assert told == {
-        "given": made,
-        "unsure": 0.1,
-        "commands": [(3, 0, 0.1, 0.2, 0.0)],
-        "samples": 31,
-    }
-
-
-def test_of_many_studies_the_newest_are_kept(monkeypatch):
-    made = []
-    monkeypatch.setattr(study, "_kept", type(study._kept)())
-    monkeypatch.setattr(study, "_make", lambda *asked: made.append(asked[1]) or asked[1])
-    antenna, speeds = make_antenna(), [0.1 + 0.01 * k for k in range(study._KEPT + 2)]
-    for speed in speeds:
-        study.make_study(antenna, speed, lambda *_: None, threading.Event())
-    kept = [study.find_study(antenna, speed) for speed in speeds]
-    assert kept == [None, None, *speeds[2:]] and made == speeds
-    assert study.find_study(antenna, speeds[-1], unsure=0.3) is None
 
 
 def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):

@@ -10,7 +10,6 @@ import pytest
 
 import feeler
 from feeler.analysis import find_closest
-from feeler.antenna.modes import compute_modes
 from feeler.objects.trials import trials as list_ninety
 from feeler.spikes import place_sensilla
 from feeler.studio import Studio, study
@@ -250,53 +249,6 @@ def test_the_force_is_that_of_all_objects_together(page, touched):
         page.change("s.touch.objects = [];")
 
 
-def test_facts_of_the_antenna(page, touched):
-    antenna = make_antenna()
-    page.draw()
-    terms = page.ask(
-        "[...document.querySelectorAll('.antenna-panel dt')].map(e => e.textContent)"
-    )
-    said = page.ask(
-        "[...document.querySelectorAll('.antenna-panel dd')].map(e => e.textContent)"
-    )
-    facts = dict(zip(terms, said, strict=True))
-    modes = compute_modes(antenna, 1)
-    ratio = modes.damping_ratio[0]
-    damped = 1e3 * modes.frequency[0] * np.sqrt(1 - ratio**2)
-    assert damped < 0.95e3 * modes.frequency[0]
-    expected = {
-        "stiffest": (antenna.stiffness.max(), "N·mm/rad"),
-        "softest": (antenna.stiffness.min(), "N·mm/rad"),
-        "compliance Σ 1/k": ((1 / antenna.stiffness).sum(), "rad/(N·mm)"),
-        "first mode, damped": (damped, "Hz"),
-        "damping ratio": (ratio, ""),
-    }
-    assert facts.keys() == expected.keys()
-    for name, (value, unit) in expected.items():
-        number, _, rest = facts[name].partition(" ")
-        assert (read(number), rest) == ([shown(value)], unit), name
-    tags = page.ask(
-        "[...document.querySelectorAll('.antenna-panel dd')].map(e => e.dataset.tag)"
-    )
-    assert tags[:2] == ["linear_stiffness_base", "linear_stiffness_tip"]
-
-
-def test_sliders_say_what_was_asked_for_with_its_unit(page, touched):
-    page.draw()
-    names = "[...document.querySelectorAll('.slider')].filter(e => e.offsetParent)"
-    said = dict(
-        page.ask(
-            names + ".map(e => [e.querySelector('.name').textContent,"
-            " e.querySelector('output').textContent])"
-        )
-    )
-    assert said["Length"] == "33 mm" and said["Sensors"] == "23"
-    assert said["Half-width"] == "2.2 mm" and said["Place"] == "0.83 of the length"
-    assert said["Speed"] == "0.37 m/s"
-    k = make_antenna().stiffness
-    assert read(said["Stiffness gradient"])[0] == shown(k[0] / k[-1], 2)
-
-
 def test_of_two_antennae_each_number_is_its_own(page, touched):
     page.change("s.B = { preset: 'exponential' };")
     page.wait("app.records.B.ended")
@@ -357,25 +309,6 @@ def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touche
     assert {"0 ms", "380"} <= {*page.drawn("chart")}
 
 
-def test_the_verdict_s_lines_are_dashed_as_its_legend_says(page, learned):
-    page.seek(200)
-    marks = page.ask(
-        "[...document.querySelectorAll('.verdict-panel .legend i')].map(e =>"
-        " [e.parentNode.textContent, e.style.borderTopStyle, e.style.borderTopColor])"
-    )
-    drawn = {one["ink"]: one["dash"] for one in page.drawn("chart", "strokes")}
-    looks = {
-        "solid": lambda dash: not dash,
-        "dashed": lambda dash: dash and dash[0] > dash[1],
-        "dotted": lambda dash: dash and dash[0] < dash[1],
-    }
-    assert [kind for kind, *_ in marks] == ["ball", "box", "triangle"]
-    assert len({style for _, style, _ in marks}) == 3
-    for kind, style, colour in marks:
-        ink = "#" + "".join(f"{int(part):02x}" for part in re.findall(r"\d+", colour))
-        assert looks[style](drawn[ink]), kind
-
-
 def test_the_set_s_numbers_are_those_of_thirty_touches(page, learned):
     made = list_ninety(speeds=[SPEED])
     tensors = scale_common(rectify(feeler.touch(make_antenna(), made)["angle"].values))
@@ -405,21 +338,6 @@ def aim(page, row, column):
     c.dispatchEvent(new PointerEvent('pointermove', { clientX: b.left + (column + 0.5) * size,
         clientY: b.top + (row + 0.5) * size, bubbles: true }));"""
     page.browser.execute_script(script, row, column)
-
-
-def test_nothing_is_kept_from_an_earlier_speed_or_antenna(page, learned):
-    page.change("s.touch.speed = 0.21;")
-    page.seek(300)
-    assert read(page.text(".verdict-panel .verdict")) == []
-    assert page.text(".set-panel .numbers") == "closest match, mean A: –"
-    page.change("s.A.length = 44;")
-    page.run("app.store.change(s => { s.A.length = 50; }, false)")  # while it is dragged
-    page.wait("app.records.A.preview && app.records.A.ended")
-    page.draw()
-    assert page.text(".antenna-panel .facts").endswith("first mode, damped – damping ratio –")
-    page.change("s.touch.speed = 0.37; s.A.length = 33;", learn=True)
-    page.seek(340)
-    assert read(page.text(".verdict-panel .verdict")) != []
 
 
 @pytest.mark.parametrize("speed", [0.7, 0.2])

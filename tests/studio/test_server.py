@@ -4,7 +4,6 @@ else.
 
 import contextlib
 import http.client
-import re
 import socket
 import time
 
@@ -14,7 +13,7 @@ from websockets.sync.client import connect
 
 from feeler.errors import InvalidInput
 from feeler.studio import Studio
-from feeler.studio.export import PAGE, SPACE_SCRIPT, _bundle, read_page
+from feeler.studio.export import PAGE, SPACE_SCRIPT
 from feeler.studio.server import _MAX_PAGES, FILES
 
 from ._messages import unpack
@@ -104,17 +103,6 @@ def test_a_page_too_many_is_told_why_and_may_come_when_another_has_gone(studio):
             assert unpack(late.recv(timeout=60))[0]["type"] == "catalogue"
 
 
-def test_noise_on_the_port_is_survived(studio):
-    for noise in (
-        b"\0\xff\0",
-        b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 1000,
-        b"POST / HTTP/1.1\r\nHost: x\r\n\r\n",
-    ):
-        with socket.create_connection(("127.0.0.1", studio.port)) as connection:
-            connection.sendall(noise)
-    assert get(studio, f"/{studio.token}/")[0].status == 200
-
-
 def test_two_pages_and_one_that_leaves(studio):
     with open_live(studio) as first, open_live(studio) as second:
         for page in (first, second):
@@ -134,40 +122,3 @@ def test_two_pages_and_one_that_leaves(studio):
 def test_a_taken_port_is_said(studio):
     with pytest.raises(InvalidInput, match=f"port {studio.port} is taken"):
         Studio(port=studio.port)
-
-
-def test_an_impossible_port_is_said():
-    with pytest.raises(InvalidInput, match="cannot listen on port 70000"):
-        Studio(port=70000)
-
-
-def test_the_modules_as_one_have_each_thing_once():
-    text = _bundle()
-    assert "import " not in "\n".join(
-        line for line in text.splitlines() if line.startswith("import")
-    )
-    assert "\nexport " not in text
-    names = [
-        line.split()[1].split("(")[0]
-        for line in text.splitlines()
-        if line.startswith(("const ", "function ", "class "))
-    ]
-    assert len(names) == len(set(names)) > 50
-
-
-def follow(name, known):
-    """Every module that one imports, and they in turn."""
-    if name not in known:
-        known.add(name)
-        for other in re.findall(r'from "\./([\w-]+\.js)"', read_page(name)):
-            follow(other, known)
-    return known
-
-
-def test_the_page_is_small():
-    """What the studio loads; the engine in plain JavaScript belongs to exported pages alone."""
-    import gzip
-
-    loaded = follow("main.js", {"index.html", "studio.css"})
-    assert {"scene.js", "tensor.js"} <= loaded and "chain.js" not in loaded
-    assert sum(len(gzip.compress(read_page(name).encode())) for name in loaded) < 64_000

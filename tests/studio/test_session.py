@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import feeler
 from feeler.studio import Session, study
-from feeler.studio.live import _apply, _hold_all, replay
+from feeler.studio.live import replay
 from feeler.studio.requests import Readings, TouchRequest, hash_tensor, make_simulation
 
 from ._messages import unpack
@@ -152,14 +152,6 @@ def test_objects_are_shown_turned_as_they_face():
     facing = np.stack([np.sin(turn), np.cos(turn)], axis=1)
     np.testing.assert_allclose(facing, simulation.state.forward[0], atol=1e-12)
     assert np.degrees(turn[1:]) == pytest.approx([-60.0, 80.0])
-
-
-def test_by_hand_nothing_moves_by_itself():
-    wish, simulation, _ = make_read(objects=OBJECTS)
-    before = simulation.state.place.copy()
-    _apply(simulation, _hold_all(wish))
-    simulation.step(20.0)
-    np.testing.assert_array_equal(simulation.state.place, before)
 
 
 def test_a_diverging_antenna_is_said_and_the_next_wish_goes_on():

@@ -14,7 +14,6 @@ from feeler.studio.requests import (
     AntennaRequest,
     TouchRequest,
     _compute_compliance,
-    _sample_handles,
     describe_original,
 )
 from feeler.studio.session import _read_message, pack
@@ -24,11 +23,6 @@ from ._messages import unpack
 
 def test_an_unchanged_wish_is_the_preset_itself():
     assert AntennaRequest(preset="linear").make() == feeler.presets.make_preset("linear")
-
-
-def test_handles_of_an_exponential_are_an_exponential():
-    values = _sample_handles([(0.0, 10.0), (1.0, 0.1)], 11)
-    assert values == pytest.approx(10.0 ** np.linspace(1, -1, 11))
 
 
 @pytest.mark.parametrize("end", ['"', '""', '"""', '""""', "\\", '\\"', 'a"""b\n', "'", ""])

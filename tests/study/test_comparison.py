@@ -1,18 +1,15 @@
 """Antennas side by side: each measure is the library's own, and the page says it in its unit."""
 
-import re
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import feeler
 from feeler.analysis import bootstrap_difference, compute_dispersion
-from feeler.comparison import compare_antennas, plot, write_comparison
+from feeler.comparison import compare_antennas, plot
 from feeler.decoding import list_groups, make_lda, make_svm
 from feeler.encoding import LABELS, compute_histogram_entropy
 from feeler.objects.trials import trials
-from feeler.report import Section
 from paper.scale import SCALES
 
 
@@ -67,42 +64,6 @@ def test_measures_are_those_of_the_library(sets, compared):
             robot, other = compared.curves.find(kind, noise).values()
             found = compared.differences[f"accuracy, {LABELS[kind]}, {noise} noise", "constant"]
             assert found == bootstrap_difference(robot.area, other.area, rng)
-
-
-def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(
-    compared, tmp_path, monkeypatch
-):
-    rows = {title: cells for title, *cells in compared.list_rows()}
-    numbers = {
-        title: [float(re.match(r"-?[\d.]+", cell)[0]) for cell in cells]
-        for title, cells in rows.items()
-    }
-    names = compared.names
-    assert numbers["greatest angle (°)"] == pytest.approx(
-        [180 / np.pi * compared.peak[n] for n in names], abs=6e-3
-    )
-    assert numbers["entropy of the bases (bits)"] == pytest.approx(
-        [compared.entropy[n] for n in names], abs=6e-3
-    )
-    hoyer = numbers["Hoyer sparseness of the tensors"]
-    assert hoyer == pytest.approx([compared.sparseness[n] for n in names], abs=6e-3)
-    shares = {title: cells for title, cells in numbers.items() if title.startswith("accuracy")}
-    assert len(shares) == 2 * len(compared.curves.noises) and all(
-        title.endswith("noise (%)") for title in shares
-    )
-    kinds = [(kind, noise) for kind in ("sparse", "raw") for noise in compared.curves.noises]
-    for cells, (kind, noise) in zip(shares.values(), kinds, strict=True):
-        found = compared.curves.find(kind, noise)
-        assert cells == pytest.approx([100 * found[n].noisy.mean() for n in names], abs=0.06)
-    monkeypatch.setattr(Section, "figure", lambda *_, **__: None)
-    page = write_comparison(compared, tmp_path / "c.html").read_text(encoding="utf-8")
-    words = " ".join(re.sub("<[^>]+>", " ", page).split())
-    for (measure, name), one in compared.differences.items():
-        row = f"{name} {100 * one.estimate:+.1f} {100 * one.low:+.1f} to {100 * one.high:+.1f}"
-        row = f"{row} {one.effect:.2f}".replace("-0.0 ", "+0.0 ").replace("-0.00", "0.00")
-        assert f"{measure.removeprefix('accuracy, ')} {row}" in words
-    for title, cells in rows.items():
-        assert f"{title} {' '.join(cells)}" in words
 
 
 def test_the_picture_is_in_per_cent(compared):

@@ -2,7 +2,6 @@
 unit.
 """
 
-import csv
 import re
 
 import numpy as np
@@ -15,7 +14,6 @@ import feeler
 from feeler.plotting.style import style
 from feeler.report import Section
 from feeler.tradeoff import (
-    average_sets,
     fill_section,
     find_best,
     load_declared,
@@ -90,23 +88,6 @@ def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, 
         ("last contact [ms]", "release"),
     ):
         assert said[name] == pytest.approx(measured[field].values.mean(axis=0), rel=1e-3)
-
-
-@pytest.mark.long
-def test_the_table_of_numbers_has_means_and_half_intervals(declared, measured, tmp_path):
-    write_tradeoff({"toy": measured}, declared, tmp_path)
-    with (tmp_path / "tradeoff.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == len(SPEEDS) * measured.sizes["level"] * measured.sizes["window"]
-    for row in rows[:: len(rows) // 9]:
-        at = {"speed": float(row["speed"]), "level": row["level"], "window": row["window"]}
-        for field in ("accuracy", "bits"):
-            found = average_sets(measured[field]).sel(at)
-            assert float(row[field]) == pytest.approx(float(found["mean"]), rel=1e-5)
-            assert float(row[f"{field}_half"]) == pytest.approx(float(found["half"]), rel=1e-5)
-        assert float(row["work"]) == pytest.approx(
-            float(measured["work"].sel(speed=at["speed"]).mean()), rel=1e-5
-        )
 
 
 def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, measured):

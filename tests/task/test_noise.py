@@ -83,13 +83,6 @@ def test_copies_are_fresh_and_in_turn(codes):
     assert np.abs(np.corrcoef(noisy[0].ravel(), noisy[4].ravel())[0, 1]) < 0.2
 
 
-def test_the_draws_of_a_seed_are_these():
-    """Sweeps that were published rest on them."""
-    added = Common(1.0).add(np.zeros((1, 1, 3)), np.random.default_rng(5))
-    expected = np.random.default_rng(5).standard_normal((1, 1, 1, 3), dtype=np.float32)
-    np.testing.assert_array_equal(added, expected[0].astype(float))
-
-
 def test_the_sd_of_a_model_that_only_draws_is_measured(codes):
     sd = Dropout(0.3).sd(codes)
     np.testing.assert_allclose(sd.mean(), np.sqrt(0.3) * codes.mean(), rtol=0.02)

@@ -112,11 +112,6 @@ def test_convert_keeps_everything(tmp_path, tensors):
     )
 
 
-@pytest.mark.parametrize("verb", ["info", "validate", "convert", "antenna"])
-def test_help_has_examples(verb):
-    assert f"feeler {verb}" in call(verb, "--help").output
-
-
 class Terminal(io.StringIO):
     def isatty(self):
         return True

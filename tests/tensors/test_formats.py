@@ -4,7 +4,6 @@ harm.
 
 import json
 import os
-import sys
 from datetime import UTC, datetime
 
 import h5netcdf
@@ -14,8 +13,7 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from feeler.errors import InvalidInput, MissingDependencyError
-from feeler.sandbox import Limits
+from feeler.errors import InvalidInput
 from feeler.tensors.formats import (
     FORMATS,
     Format,
@@ -184,12 +182,6 @@ def test_a_series_of_another_rate_and_beginning_keeps_its_times(tmp_path, whole)
     np.testing.assert_allclose(load(tmp_path / "set.nwb")["time"], time, rtol=1e-12)
 
 
-def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pynwb", None)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[nwb\]'"):
-        save(whole, tmp_path / "set.nwb", **NWB)
-
-
 @pytest.mark.parametrize(
     ("name", "options", "words"),
     [
@@ -306,12 +298,6 @@ def test_limits_come_from_the_environment(tmp_path, whole, monkeypatch):
     monkeypatch.setenv("FEELER_MAX_GIB", "much")
     with pytest.raises(InvalidInput, match="FEELER_MAX_GIB must be a number"):
         load(tmp_path / "set.mat")
-
-
-@pytest.mark.parametrize("field", ["max_bytes", "max_seconds"])
-def test_limits_are_positive(field):
-    with pytest.raises(InvalidInput, match=f"{field} must be > 0"):
-        Limits(**{field: 0})
 
 
 MODEL = Model(

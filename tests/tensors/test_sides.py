@@ -12,7 +12,7 @@ import feeler
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects import Ball, Triangle
 from feeler.tensors import fold_signs, measure_peak, mirror_to_left, rectify
-from feeler.tensors.transforms import compute_bend, get_bending
+from feeler.tensors.transforms import get_bending
 from tests.tensors._touches import antenna
 
 SIDES = ("left", "right", "left", "right")
@@ -57,25 +57,6 @@ def make_random(planes=False, seed=0, sides=SIDES, dtype=float):
     return xr.DataArray(
         rng.normal(size=shape).astype(dtype), coords, dims, "angle", {"units": "rad"}
     )
-
-
-@pytest.mark.parametrize("quantity", ["angle", "curvature"])
-def test_touches_from_both_sides_are_one_touch_once_mirrored(touches, quantity):
-    given = touches[quantity]
-    found = mirror_to_left(given)
-    top = measure_peak(given)
-    np.testing.assert_array_equal(found[::2], given[::2])
-    np.testing.assert_allclose(found[1::2], given[::2], atol=1e-9 * top)
-    assert found["side"].values.tolist() == ["left"] * 4
-    assert found.attrs == given.attrs and found.dims == given.dims
-    for k in range(4):
-        assert measure_peak(given[k]) == pytest.approx(measure_peak(given[k - k % 2]), rel=1e-9)
-        one = touches.isel(trial=[k])
-        np.testing.assert_allclose(
-            compute_bend(one, antenna),
-            compute_bend(touches.isel(trial=[k - k % 2]), antenna),
-            atol=1e-9,
-        )
 
 
 @pytest.mark.long

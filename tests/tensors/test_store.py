@@ -26,9 +26,7 @@ from feeler.provenance import to_jsonable
 from feeler.tensors import store as module
 from feeler.tensors.formats import load, save
 from feeler.tensors.store import (
-    INNER,
     find_damage,
-    find_inner,
     open_store,
     read_store,
     save_store,
@@ -232,76 +230,6 @@ def test_killed_at_random_moments_a_fresh_process_resumes(fast, n_kills):
     code += f"from tensors._sets import fill; fill({str(path)!r}, n_trials=60)"
     subprocess.run([sys.executable, "-c", code], check=True)
     xr.testing.assert_identical(read_store(path), whole)
-
-
-FULL = """
-import sys; sys.path.insert(0, {tests!r})
-from tensors._sets import make_trial, make_set, CONFIGURATION
-from feeler.tensors.store import open_store, read_store
-from feeler.errors import StoreError
-import xarray, pathlib
-try:
-    with open_store("{folder}/set.zarr", CONFIGURATION, 8, group_size=1) as store:
-        for index in range(8):
-            store.append(index, make_trial(index, 2000))
-            print("stored", index, flush=True)
-except StoreError as error:
-    print(error)
-finished = read_store("{folder}/set.zarr")
-print("readable", finished.sizes["trial"])
-pathlib.Path("{folder}/ballast").unlink()
-with open_store("{folder}/set.zarr", CONFIGURATION, 8) as store:
-    for index in range(8):
-        if not store.finished[index]:
-            store.append(index, make_trial(index, 2000))
-    whole = [store.read().angle[n].equals(make_trial(n, 2000).angle[0]) for n in range(8)]
-    print("complete", all(whole))
-"""
-
-
-@pytest.mark.long
-def test_a_small_file_system_fills_up_and_nothing_is_lost(tmp_path):
-    script = tmp_path / "full.py"
-    script.write_text(
-        FULL.format(tests=str(Path(__file__).parents[1]), folder=tmp_path / "disk")
-    )
-    (tmp_path / "disk").mkdir()
-    steps = (
-        f"mount -t tmpfs -o size=2m none {tmp_path}/disk && head -c 1000000 /dev/zero >"
-        f" {tmp_path}/disk/ballast"
-    )
-    command = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c"]
-    if subprocess.run([*command, steps], capture_output=True).returncode:
-        pytest.skip("no right to mount a small file system here")
-    run = subprocess.run(
-        [*command, f"{steps} && {sys.executable} {script}"], capture_output=True, text=True
-    )
-    stored = len(re.findall(r"^stored \d", run.stdout, re.MULTILINE))
-    assert 0 < stored < 8, run.stderr
-    assert "no room left for the store" in run.stdout
-    assert f"readable {stored}" in run.stdout
-    assert "complete True" in run.stdout
-
-
-def test_a_limit_on_file_sizes_stops_the_writer_by_name_and_nothing_is_lost(fast):
-    path, chunk = fast / "set.zarr", make_trial(0, 2000).angle.nbytes
-
-    def child():
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_FSIZE, (chunk // 2, chunk // 2))
-        with (
-            pytest.raises(StoreError, match=r"no room left.*Free some space"),
-            open_store(path, CONFIGURATION, 8) as store,
-        ):
-            store.append(0, make_trial(0, 2000))
-
-    _, status = os.waitpid(in_child(child), 0)
-    assert status == 0
-    assert {*find_finished(path)} == set()
-    with open_store(path, CONFIGURATION, 8) as store:
-        store.append(0, make_trial(0, 2000))
-        assert store.read().angle.equals(make_trial(0, 2000).angle)
 
 
 @pytest.mark.long
@@ -547,29 +475,6 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
     xr.testing.assert_identical(read_store(path.with_name("copy.zarr")).load(), make_set())
 
 
-def test_labels_of_many_trials_are_read_when_they_are_used(path, monkeypatch):
-    with open_store(path, CONFIGURATION, 9, group_size=2) as store:
-        store.append([7, *range(6)], make_set(9).isel(trial=[7, *range(6)]))
-        monkeypatch.setattr(module, "_EAGER", 4)
-        lazy = read_store(path)
-    assert not lazy["speed"].variable._in_memory and not lazy["feature"].variable._in_memory
-    xr.testing.assert_identical(lazy.load(), make_set(9).isel(trial=[*range(6), 7]))
-
-
-def test_a_thousand_labels_lie_in_few_files_and_each_stays_with_its_trial(fast):
-    """Chunks of labels are written again and again, by groups that come in any order."""
-    n, rng = 9_000, np.random.default_rng(3)
-    labels = {"feature": ("trial", [f"ö{k}" * (k % 3) for k in range(n)])}
-    numbers = {"angle": (("trial", "sensor"), rng.normal(size=(n, 2)))}
-    tensors = xr.Dataset(numbers | {"error": ("trial", rng.normal(size=n))}, labels)
-    with open_store(fast / "a.zarr", CONFIGURATION, n) as store:
-        groups = np.split(np.arange(n), range(500, n, 500))
-        for number in rng.permutation(len(groups)):
-            store.append(groups[number], tensors.isel(trial=groups[number]))
-    xr.testing.assert_identical(read_store(fast / "a.zarr").load(), tensors)
-    assert len([*(fast / "a.zarr" / "feature").glob("c.*")]) == 3
-
-
 @pytest.mark.long
 def test_reading_in_the_same_process_keeps_the_lock(path):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
@@ -627,12 +532,6 @@ def test_groups_may_have_any_size(fast, group_size):
     np.testing.assert_array_equal(read_store(fast / "a.zarr").angle, tensors.angle)
 
 
-@pytest.mark.parametrize("n", [1, 400, 1_000, 8_000, 1_000_000])
-def test_groups_by_default_are_whole_chunks(n, fast):
-    with open_store(fast / "a.zarr", CONFIGURATION, n) as store:
-        assert find_inner(store.group_size) == min(store.group_size, INNER)
-
-
 def make_old(path, n_finished):
     """A store as feeler 0.3 left it when it was killed: records name what is finished, and labels
     for other readers were copied earlier.
@@ -670,8 +569,3 @@ def test_an_earlier_store_without_a_finished_trial_says_so(path):
     make_old(path, 0)
     with pytest.raises(InvalidInput, match="no finished trial yet"):
         load(path)
-
-
-def test_names_that_a_store_uses_itself_are_refused(path):
-    with pytest.raises(InvalidInput, match=r"keeps 'finished' itself; leave it out"):
-        save(make_set().assign(finished=("trial", np.ones(N_TRIALS, bool))), path)

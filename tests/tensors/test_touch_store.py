@@ -37,16 +37,6 @@ def tmp_path():
     shutil.rmtree(folder)
 
 
-def test_a_stored_run_is_identical(tmp_path, undisturbed):
-    xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
-    xr.testing.assert_identical(load(tmp_path / "a.zarr"), undisturbed)
-    counted = []
-    xr.testing.assert_identical(
-        run(store=tmp_path / "a.zarr", progress=lambda *n: counted.append(n)), undisturbed
-    )
-    assert counted == []
-
-
 @pytest.mark.further
 @pytest.mark.parametrize(
     "make",
@@ -182,33 +172,3 @@ def test_a_disk_too_small_is_said_before_anything_is_simulated(tmp_path, monkeyp
     ):
         run(store=tmp_path / "a.zarr")
     assert not list((tmp_path / "a.zarr").rglob("c.*"))
-
-
-def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
-    from feeler.experiments import runner as module
-
-    real = module.run_lanes
-
-    def sabotage(scenes, *how):
-        outcomes = real(scenes, *how)
-        return [
-            SimulationDivergedError(s.label, 3.0) if "0.56 L" in s.label else o
-            for s, o in zip(scenes, outcomes, strict=True)
-        ]
-
-    class Told:
-        told = counted = None
-
-        def tell(self, **state):
-            Told.told = state
-
-        def __call__(self, *counted):
-            Told.counted = counted
-
-    monkeypatch.setattr(module, "run_lanes", sabotage)
-    with pytest.raises(SimulationDivergedError):
-        run(store=tmp_path / "a.zarr", progress=Told())
-    shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*.0"))
-    assert Told.told["failed"] == {"SimulationDivergedError": 1}
-    assert Told.counted == (24, 24)  # what failed is over too
-    assert Told.told["stored"] == shards

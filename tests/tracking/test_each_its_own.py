@@ -2,9 +2,6 @@
 a tracker's file has its numbers.
 """
 
-from pathlib import Path
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -17,11 +14,9 @@ from feeler.tracking import (
     make_synthetic_tracks,
     measure_exploration,
     measure_posture,
-    trackers,
     tracks,
 )
 from feeler.tracking import kinematics as exploration
-from feeler.tracking import tracks as files
 from feeler.tracking.trackers import Found
 
 NAMES = ("nose", "left_tip", "elbow")
@@ -120,19 +115,6 @@ def test_a_rate_that_cannot_be_is_asked_for_by_the_file_s_name(read, found, matc
         read(make_found(**found))
 
 
-def test_a_camera_says_which_of_how_many_it_is(tmp_path):
-    cameras = (1, 2, 5)
-    head = ",".join(f"pt{p}_cam{c}_{a}" for p in (1, 2) for c in cameras for a in "XY")
-    row = ",".join(
-        str(100 * p + 10 * c + (a == "Y")) for p in (1, 2) for c in cameras for a in "XY"
-    )
-    (tmp_path / "t.csv").write_text(f"{head}\n{row}\n{row}\n")
-    loaded = load_tracks(tmp_path / "t.csv", frame_rate=100, camera=5, origin="bottom-left")
-    assert loaded.notes["camera"] == "5 of 3 (--camera chooses)"
-    assert loaded.landmarks == ("pt1", "pt2") and loaded.notes["software"] == "DLTdv"
-    np.testing.assert_array_equal(loaded.position[0], [[149, 150], [249, 250]])
-
-
 def test_a_film_cut_from_the_middle_says_its_first_frame_and_each_animal_has_its_own(tmp_path):
     head = "track,frame_idx,nose.x,nose.y,nose.score,tip.x,tip.y,tip.score"
     rows = [
@@ -148,53 +130,6 @@ def test_a_film_cut_from_the_middle_says_its_first_frame_and_each_animal_has_its
         np.testing.assert_allclose(loaded.of("nose")[:, 1], np.array(kept) + 0.1)
     with pytest.raises(InvalidInput, match=r"s\.csv has no individual 'c'; choose one of b, a"):
         load_tracks(tmp_path / "s.csv", individual="c", **how)
-
-
-def test_what_all_animals_share_belongs_to_each_of_them():
-    """DeepLabCut calls it ``single``; a likelihood counts where every part has one."""
-    parts = [("a", "nose"), ("b", "nose"), ("single", "corner"), ("b", "tip"), ("a", "tip")]
-    labels = [(*part, axis) for part in parts for axis in ("x", "y", "likelihood")]
-    values = np.arange(30.0).reshape(2, 15)
-    for animal, columns in (("a", [0, 6, 12]), ("b", [3, 6, 9])):
-        found = trackers._gather(labels, values, np.arange(2), "f.csv", individual=animal)
-        order = [found.names.index(name) for name in ("nose", "corner", "tip")]
-        wanted = [[[row[c], row[c + 1]] for c in columns] for row in values]
-        np.testing.assert_array_equal(found.position[:, order], wanted)
-        np.testing.assert_array_equal(
-            found.likelihood[:, order], [[row[c + 2] for c in columns] for row in values]
-        )
-        assert found.individuals == ("a", "b") and found.software == "DeepLabCut"
-    with pytest.raises(
-        InvalidInput, match=r"f\.csv holds several individuals; choose one of a, b"
-    ):
-        trackers._gather(labels, values, np.arange(2), "f.csv", individual=None)
-    bare = [label for label in labels if label != ("b", "tip", "likelihood")]
-    kept = [k for k, label in enumerate(labels) if label in bare]
-    found = trackers._gather(bare, values[:, kept], np.arange(2), "f.csv", individual="b")
-    assert found.likelihood is None
-
-
-def test_of_a_file_with_two_animals_each_has_its_own_frames_likelihood_and_source(monkeypatch):
-    position = np.arange(2 * 5 * 3 * 2.0).reshape(2, 5, 3, 2)
-    score = np.linspace(0, 1, 30).reshape(2, 5, 3)
-    about = {
-        "kind": "ndx-pose",
-        "names": [*NAMES],
-        "individuals": ["one", "two"],
-        "frames": [4, 3],
-        "sources": ["tracked", "synthetic"],
-        "flat": ["elbow", "nose"],
-        "frame_rate": 40.0,
-        "unit": "mm",
-    }
-    arrays = {"position": position, "likelihood": score}
-    monkeypatch.setattr(trackers, "open_guarded", lambda reader, path: (about, arrays))
-    for k, (animal, n) in enumerate((("one", 4), ("two", 3))):
-        found = trackers._read_hdf5_file(Path("a.nwb"), animal)
-        np.testing.assert_array_equal(found.position, position[k, :n])
-        np.testing.assert_array_equal(found.likelihood, score[k, :n])
-        assert found.notes == {"source": about["sources"][k], "without z": "elbow, nose"}
-        assert (found.frame_rate, found.unit, found.software) == (40.0, "mm", "ndx-pose")
 
 
 def make_walk(speed=1.0, source="tracked", seed=0):
@@ -257,66 +192,6 @@ def test_a_posture_has_its_own_joints_pieces_and_units():
         measure_posture(walk, ("base", "tip"))
 
 
-def tell(monkeypatch, found):
-    monkeypatch.setattr(files, "read_tracker", lambda path, individual, first: found)
-    return files._load(Path("folder/film.h5"), None, False)
-
-
-def test_what_info_says_of_tracks_is_of_the_animal_that_it_names(monkeypatch):
-    """Its spans, the share that was seen, and of those the share that is doubted."""
-    likelihood = np.array(
-        [[0.9, 0.7, 0.95], [0.9, 0.5, 0.95], [0.1, 0.5, 0.3], [0.9, 0.9, 0.3]]
-    )
-    found = make_found(likelihood=likelihood, individuals=("b", "a"), notes={"clock": "odd"})
-    found.position[0, 2] = found.position[3, 1] = np.nan
-    lines = tell(monkeypatch, found)
-    assert lines == [
-        "by          x",
-        "landmarks   nose, left_tip, elbow",
-        "frames      4, frame rate 250 frames/s, as the file claims (--frame-rate mends it)",
-        "animals     b, a (--individual chooses); said of b:",
-        "x           1 … 321 [px]",
-        "y           2 … 322 [px]",
-        "seen        83.3% of places",
-        "doubted     50.0% of them (likelihood below 0.6)",
-        "clock       odd",
-        "next        feeler tracks film.h5 --tips left_tip, --body HEAD,ABDOMEN --individual b",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ({"names": ("a", "b", "c")}, "--tips LEFT,RIGHT --body HEAD,ABDOMEN"),
-        ({"names": ("head", "right_tip", "abdomen")}, "--tips ,right_tip"),
-        ({"names": ("left_tip", "right_tip", "head"), "frame_rate": 2.0},
-         "--body HEAD,ABDOMEN --frame-rate RATE"),
-        ({"names": ("left_tip", "right_tip", "head"), "frame_rate": 2.5}, "--body HEAD,ABDOMEN"),
-        ({"names": ("left_tip", "right_tip", "head"), "axes": 3, "frame_rate": None},
-         "--body HEAD,ABDOMEN --frame-rate RATE --plane space"),
-    ],
-)  # fmt: skip
-def test_the_next_command_asks_for_what_it_needs_and_no_more(monkeypatch, more, words):
-    made = make_found(axes=more.get("axes", 2))
-    found = Found(
-        names=more["names"], position=made.position, frame_rate=more.get("frame_rate", 250.0)
-    )
-    lines = tell(monkeypatch, found)
-    assert lines[-1] == f"next        feeler tracks film.h5 {words}"
-    assert lines[0] == "by          no tracker that is named"
-    missing = "frame rate not in the file (--frame-rate)"
-    assert lines[2].endswith(missing) is (found.frame_rate is None)
-
-
-def test_a_file_without_a_frame_names_what_it_would_hold(monkeypatch):
-    found = SimpleNamespace(
-        position=np.empty((0, 13, 2)), names=tuple(f"p{k}" for k in range(13))
-    )
-    words = r"film\.h5 names p0, .*p11, … \(13 in all\), but holds no frame"
-    with pytest.raises(InvalidInput, match=words):
-        tell(monkeypatch, found)
-
-
 def test_one_frame_that_stretches_a_piece_bends_no_other_frame():
     """Lengths are medians over frames, so that curvature is the bend over what pieces are long."""
     pieces = np.array([[2.0, 0.0], [0.0, 3.0]])
@@ -326,28 +201,3 @@ def test_one_frame_that_stretches_a_piece_bends_no_other_frame():
     found = measure_posture(walk, NAMES)
     np.testing.assert_allclose(found["piece_length"], [2.0, 3.0])
     np.testing.assert_allclose(found["curvature"], (np.pi / 2) / 2.5)
-
-
-def test_a_trial_s_bridged_and_missing_frames_are_those_of_both_sides():
-    from feeler.cli.tracks import _describe
-
-    rest = {"cutoff": 0.01, "unmeasured": 0}
-    sides = [
-        SimpleNamespace(bridged=3, missing=1, **rest),
-        SimpleNamespace(bridged=4, missing=7, **rest),
-    ]
-    result = SimpleNamespace(
-        mean_peak=np.ones((1, 2)),
-        error=np.ones((1, 2)),
-        n_peaks=np.ones((1, 2)),
-        sweeps=[sides],
-        mean=1.0,
-        lateral_speed=0.7,
-        length=40.0,
-        source="x",
-        left_out=[{}],
-        remarks=[()],
-    )
-    trial = SimpleNamespace(doubted=0, n_frames=9, interval=10.0, notes={})
-    said = _describe([Path("a.csv")], [trial], result, {"tips": ("a", "b")})
-    assert (said["trials"][0]["bridged"], said["trials"][0]["missing"]) == ([3, 4], [1, 7])

@@ -144,13 +144,6 @@ def test_one_trial_is_measured_alone_as_among_others():
         np.testing.assert_array_equal(alone.error[0], together.error[k])
 
 
-def test_a_mirrored_film_has_its_sides_exchanged():
-    position = film(2, 100)
-    mirrored = position[:, [1, 0, 2, 3]] * [-1.0, 1.0]
-    one, other = (measure_exploration([make(p, 100)]).mean_peak for p in (position, mirrored))
-    np.testing.assert_allclose(one, other[:, ::-1], rtol=1e-9)
-
-
 def test_names_that_contradict_the_geometry_are_asked_about():
     tracks = make(film(2, 100), 100)
     with pytest.warns(

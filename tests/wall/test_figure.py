@@ -15,10 +15,7 @@ from feeler.wall.distance import SETUP_CHOICES
 from paper import fig3
 from paper.fig3_family import (
     Family,
-    _describe_nearest,
-    _list_offsets,
     _list_readings,
-    _list_values,
     compute,
     list_readings,
     list_setups,
@@ -96,9 +93,6 @@ def test_shares_are_of_the_set_ups_in_which_everything_is_defined(r2, share):
     }
 
 
-TARGETS = {"exponential": 0.985, "linear": 0.924, "constant": 0.704}
-
-
 def make_whole_family(r2_of):
     """Every declared set-up, with R² as a function of its choices."""
     postures, measures = list_setups()
@@ -131,27 +125,6 @@ def test_what_is_said_by_reading_is_counted_from_the_family():
     assert values["wall.order.rubbing"] == {"value": 0.5, "n": 36}
     assert values["wall.order.slippery"] == {"value": 0.0, "n": 18}
     assert not {"wall.order.narrow", "wall.order.narrower"} & {*values}
-
-
-def test_the_nearest_set_up_is_the_one_nearest_in_its_worst_value():
-    """By what R² leaves unexplained; where it lies is said with the choices that vary alone."""
-
-    def measure(choice):
-        if (choice["friction"], choice["tip_heading"]) != (0.3, 165.0):
-            return (0.985, 0.924, 0.1)  # two values met, the third far off
-        return (0.98, 0.91, 0.704 if choice["method"] == "hinge" else 0.6)
-
-    family = make_whole_family(measure)
-    tolerances = dict.fromkeys(TARGETS, 1.5)
-    values = _list_values(family, tolerances, TARGETS)
-    assert [values[f"wall.nearest.{name}"] for name in TARGETS] == [0.98, 0.91, 0.704]
-    words = _describe_nearest(family, TARGETS, tolerances)
-    assert (
-        "friction 0.3, hook share 0.25, tip heading 165, quantity bend, method hinge" in words
-    )
-    assert "R² 0.980 / 0.910 / 0.704" in words and "In 36 of 324 configurations" in words
-    assert "prebend" not in words
-    assert _describe_nearest(make_family([[np.nan] * 3]), TARGETS, tolerances) == ""
 
 
 def test_where_too_little_is_defined_nothing_is_judged():
@@ -229,16 +202,6 @@ def test_how_far_the_peak_is_from_the_contact_counts_every_standing_distance():
     )
     assert case.map.used.sum() == 0 and sweep.inverted.sum() == 4
     assert case.offset == pytest.approx(np.median(sweep.contact_position), abs=0.2)
-
-
-def test_offsets_are_counted_where_they_are_known_only():
-    offset = np.array([[0.05, 0.5, np.nan], [0.2, np.nan, np.nan], [0.09, 0.01, np.nan]])
-    family = replace(make_family(np.full((3, 3), 0.5)), offset=offset)
-    values = _list_offsets(family)
-    assert values["wall.near.exponential"] == {"value": pytest.approx(2 / 3), "n": 3}
-    assert values["wall.apart.exponential"]["value"] == 0.09
-    assert values["wall.near.linear"] == {"value": 0.5, "n": 2}
-    assert "no set-up" in values["wall.near.constant"]["undefined"]
 
 
 def test_the_family_is_drawn_with_its_medians():

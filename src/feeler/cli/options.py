@@ -108,11 +108,15 @@ _CALLED = {
     "inter_antennal_angle": "angle",
     "readers": "reader",
 }
-_PLAINLY = {
-    r"Input should be a valid number.*": "give a number",
-    r"Input should be a valid integer.*": "give a whole number",
-    r"Input should be greater than or equal to (.+)": r"give at least \1",
-    r"Input should be less than or equal to (.+)": r"give at most \1",
+_PLAINLY = {  # the words of Typer from 0.29, and of Click, which it showed before
+    r"Input should be a valid number.*|.* is not a valid float.*": "give a number",
+    r"Input should be a valid integer.*|.* is not a valid int.*": "give a whole number",
+    r"(?:Input should be greater than or equal to |.* is not in the range x>=)(.+?)\.?": (
+        r"give at least \1"
+    ),
+    r"(?:Input should be less than or equal to |.* is not in the range x<=)(.+?)\.?": (
+        r"give at most \1"
+    ),
 }
 # what the command line has in the place of an argument
 _INSTEAD = {

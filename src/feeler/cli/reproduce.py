@@ -17,7 +17,7 @@ from typing import Annotated
 import typer
 
 import feeler
-from feeler.errors import MissingDependencyError
+from feeler.errors import MissingDependencyError, require_extra
 from feeler.execute.processes import USUAL, prepare_workers
 
 _PREPARED = (
@@ -72,6 +72,8 @@ def reproduce(
     From the mechanics up, with a verdict on every claim.
     """
     _find_paper()
+    for library in ("filelock", "pebble", "pypdf"):
+        require_extra(library, "all", "the reproduction of the paper")
     if workers != 1:
         prepare_workers([*USUAL, *_PREPARED])  # while this process imports what it needs itself
     from paper.command import run

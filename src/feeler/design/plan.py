@@ -9,13 +9,12 @@ from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Len
-from filelock import FileLock
 
 from feeler.antenna.files import Source, load_antenna, save_antenna
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.design.search import SEARCHES, Constraints, DesignProblem, Optimum, Space, optimise
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import (
     ensure_folder,
     make_record,
@@ -342,7 +341,10 @@ def run_plan(
     ------
     InvalidInput
         As :func:`feeler.design.optimise`, which looks at the task before minutes are spent.
+    MissingDependencyError
+        The extra ``design`` is not installed.
     """
+    require_extra("filelock", "design", "a design's journal")
     out = Path(out)
     ensure_folder(out)
     asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
@@ -372,6 +374,8 @@ def _count_looks(path: Path, task: DesignTask, antenna: Antenna) -> int:
     damaged = InvalidInput(
         f"{path} is damaged; remove it, and take another final seed in the task."
     )
+    from filelock import FileLock
+
     with FileLock(path.with_name(f".{path.name}.lock")):  # another search in the same folder
         try:
             known = parse_json(read_bytes(path, _MAX_BYTES), str(path)) if path.exists() else {}

@@ -52,7 +52,7 @@ Share = tuple[Sequence[int], Sequence[Trial], Path | None]
 
 
 @dataclass(kw_only=True)
-class ShareResult:
+class _ShareResult:
     """What became of a share.
 
     Attributes
@@ -100,7 +100,7 @@ class WorkerTask:
             self.antenna if self.variants is None else self.variants[index % len(self.variants)]
         )
 
-    def perform(self, share: Share) -> ShareResult:
+    def perform(self, share: Share) -> _ShareResult:
         """Simulate the trials of a share, keep what the sensors felt, and write it to the store
         where there is one.
         """
@@ -108,7 +108,7 @@ class WorkerTask:
         if store is not None:
             check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
         readings, errors = self.simulate(indices, trials)
-        done = ShareResult(readings=readings, errors=errors)
+        done = _ShareResult(readings=readings, errors=errors)
         if store is not None and readings:
             from feeler.tensors.store import write_group
 
@@ -117,7 +117,7 @@ class WorkerTask:
                 sorted(readings), [own[index] for index in sorted(readings)], readings
             )
             done.n_bytes = write_group(store, sorted(readings), self.drop_derived(tensors))
-            done.readings, done.labels = {}, drop_numbers(tensors)
+            done.readings, done.labels = {}, _drop_numbers(tensors)
         return done
 
     def simulate(
@@ -213,7 +213,7 @@ class WorkerTask:
         return {"antenna": [f"{self.antenna.name} {number}" for number in numbers], **columns}
 
 
-def drop_numbers(tensors: xr.Dataset) -> xr.Dataset:
+def _drop_numbers(tensors: xr.Dataset) -> xr.Dataset:
     """Of a Dataset only what each trial has one value of."""
     return tensors.drop_vars([n for n, v in tensors.variables.items() if v.dims != ("trial",)])
 
@@ -305,7 +305,7 @@ def run_trials(
         check_room(path, need, f"{len(trials) - done:,} trials")
         store.create(job.drop_derived(job.make_tensors([0], [trials[0]], {0: blank})))
         n_bytes = measure_folder(path) if done else 0
-        groups = list_missing(store.finished, store.group_size)
+        groups = _list_missing(store.finished, store.group_size)
 
     def pick(group: Sequence[int]) -> Share:
         if isinstance(group, range):
@@ -316,7 +316,7 @@ def run_trials(
         if isinstance(found, StoreError):
             raise found
         if isinstance(found, Exception):
-            found = ShareResult(errors=dict.fromkeys(group, found))
+            found = _ShareResult(errors=dict.fromkeys(group, found))
         if store is not None and found.labels is not None:
             store.admit(found.labels["trial"].values.tolist(), found.labels)
         readings |= found.readings
@@ -329,7 +329,7 @@ def run_trials(
     return readings, errors
 
 
-def list_missing(finished: np.ndarray, size: int) -> list[Sequence[int]]:
+def _list_missing(finished: np.ndarray, size: int) -> list[Sequence[int]]:
     """For each group of ``size`` trials those that are not finished; all of a group as a range."""
     groups: list[Sequence[int]] = []
     for start in range(0, len(finished), size):

@@ -254,9 +254,9 @@ class TouchDecoder:
         found[noticed + len(rows) :] = rows[-1]
         return found, noticed
 
-    def start(self) -> "TouchStream":
+    def start(self) -> "_TouchStream":
         """A stream that takes a sample at a time."""
-        return TouchStream(self)
+        return _TouchStream(self)
 
     def _notice(self, angle: np.ndarray) -> tuple[int, np.ndarray]:
         finder = OnsetFinder(self.onset, _CONFIRM, angle.shape[0])
@@ -294,7 +294,7 @@ class TouchDecoder:
         return kinds / kinds.sum(axis=0)
 
 
-class TouchStream(Stream):
+class _TouchStream(Stream):
     """One stream of samples for a :class:`TouchDecoder`; missing channels carry no evidence."""
 
     def reset(self) -> None:

@@ -357,7 +357,7 @@ _ZARR = (
 HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def guarded(
+def _guarded(
     function: str, library: str = "", extra: str = ""
 ) -> Callable[[Path, Limits, bool], xr.Dataset]:
     """A loader that lets the guard call ``function`` (``"module:name"``), which gives what
@@ -443,27 +443,27 @@ STORE = Format(
 ZARR = Format(
     words="Zarr v3 group",
     detect=lambda path, start: any((path / name).exists() for name in _ZARR),
-    load=guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
+    load=_guarded("feeler.tensors.readers:read_zarr", "zarr", "store"),
 )
 NWB = Format(
     words="NWB file (HDF5)",
     suffix=".nwb",
     detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() == ".nwb",
-    load=guarded("feeler.tensors.readers:read_hdf5"),
+    load=_guarded("feeler.tensors.readers:read_hdf5"),
     save=save_nwb,
 )
 NETCDF = Format(
     words="NetCDF-4 file (HDF5)",
     suffix=".nc",
     detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
-    load=guarded("feeler.tensors.readers:read_hdf5"),
+    load=_guarded("feeler.tensors.readers:read_hdf5"),
     save=save_netcdf,
 )
 MAT = Format(
     words="MATLAB 5 file",
     suffix=".mat",
     detect=_starts(b"MATLAB 5.0 MAT-file"),
-    load=guarded("feeler.tensors.readers:read_mat"),
+    load=_guarded("feeler.tensors.readers:read_mat"),
     save=save_mat,
 )
 CSV = Format(
@@ -477,7 +477,7 @@ CSV = Format(
 
 def _load_parquet(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
     require_pyarrow()
-    return guarded("feeler.tensors.readers:read_parquet")(path, limits, trusted)
+    return _guarded("feeler.tensors.readers:read_parquet")(path, limits, trusted)
 
 
 PARQUET = Format(

@@ -243,7 +243,7 @@ def find_dims(name: str, spatial: bool) -> tuple[str, ...]:
     return IN_SPACE.get(name, dims) if spatial else dims
 
 
-def list_required(dim: str) -> tuple[str, ...]:
+def _list_required(dim: str) -> tuple[str, ...]:
     """Names of the coordinates along ``dim`` that each Dataset must have."""
     return tuple(
         name
@@ -315,7 +315,7 @@ def _make_tensors(
     dtype: str,
     quantities: Mapping[str, np.ndarray | None],
 ) -> xr.Dataset:
-    required = list_required("trial")
+    required = _list_required("trial")
     if missing := [name for name in required if name not in trials]:
         raise InvalidInput(
             f"trials lacks {', '.join(missing)}; each trial needs {', '.join(required)}."

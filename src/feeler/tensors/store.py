@@ -220,7 +220,7 @@ class Store:
 
     def _resume(self) -> None:
         about, n_trials = _read_about(self.path), len(self.finished)
-        differences = find_differences(about["configuration"], self._configuration)
+        differences = _find_differences(about["configuration"], self._configuration)
         arrays = _open_arrays(self.path, consolidated=False)
         n_stored = arrays[_FLAGS].shape[0]
         if n_stored > n_trials:
@@ -264,7 +264,7 @@ class Store:
                 asked = write_plain(to_jsonable(self._made[start + row]))
                 if (text := str(stored[row])) not in ("", asked):
                     old, new = json.loads(text), json.loads(asked)
-                    self._refuse(find_differences(old, new, f"trial {start + row}"))
+                    self._refuse(_find_differences(old, new, f"trial {start + row}"))
 
     def create(self, like: xr.Dataset) -> None:
         """Make the arrays for trials like these, which workers can then write; nothing where there
@@ -402,7 +402,7 @@ def _create_array(
     shape = (n_trials, *item.shape[1:]) if of_trials else item.shape
     chunk, shard = shape, None
     if of_trials and item.ndim > 1:
-        chunk, shard = (find_inner(group_size), *shape[1:]), (group_size, *shape[1:])
+        chunk, shard = (_find_inner(group_size), *shape[1:]), (group_size, *shape[1:])
     elif of_trials:
         chunk = (_LABELS,)
     array = zarr.create_array(
@@ -423,7 +423,7 @@ def _create_array(
         array[...] = item.values
 
 
-def find_inner(group_size: int) -> int:
+def _find_inner(group_size: int) -> int:
     """Trials in one chunk: as many as INNER at most, and a whole part of the group."""
     return max(n for n in range(1, min(INNER, group_size) + 1) if group_size % n == 0)
 
@@ -481,7 +481,7 @@ def _name_type(item: xr.Variable) -> str:
     return "numbers" if item.ndim == 1 else item.dtype.str
 
 
-def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
+def _find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
     """Up to five places where two configurations differ, as ``name: stored → asked``."""
     if isinstance(stored, dict) and isinstance(asked, dict):
         pairs = [
@@ -497,7 +497,7 @@ def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
     found: list[str] = []
     for place, a, b in pairs:
         if len(found) < _MAX_DIFFERENCES and a != b:
-            found += find_differences(a, b, place)
+            found += _find_differences(a, b, place)
     return found[:_MAX_DIFFERENCES]
 
 
