@@ -4,7 +4,8 @@ import errno
 import re
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -79,6 +80,12 @@ class OutOfMemory(FeelerError, MemoryError):
 
 class MissingDependencyError(FeelerError, ImportError):
     """An optional dependency is not installed; the message holds the install command."""
+
+
+def suggest(word: object, valid: Iterable[str]) -> str:
+    """`` Did you mean '…'?`` of the nearest valid word, or nothing where none is near."""
+    near = get_close_matches(str(word), list(valid), n=1, cutoff=0.7)
+    return f" Did you mean {near[0]!r}?" if near else ""
 
 
 def require_extra(module: str, extra: str, what: str) -> None:

@@ -22,7 +22,7 @@ from typing import (
 import numpy as np
 from annotated_types import Ge, Gt, Le, Len, Lt, MultipleOf
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, suggest
 from feeler.validation import (
     ALLOW_NAN,
     Choice,
@@ -92,6 +92,7 @@ class Registry(Mapping[str, T], Generic[T]):
         if not isinstance(name, str) or name not in self._entries:
             raise InvalidInput(
                 f"unknown {self.noun} {name!r}; valid: {', '.join(self._entries)}."
+                + suggest(name, self._entries)
             )
         if name in self._waiting:
             self._entries[name] = resolve_name(self._entries[name])  # type: ignore[arg-type]

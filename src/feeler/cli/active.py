@@ -65,6 +65,8 @@ def active(
     contest = load_contest(sets=sets, copies=copies, noise=noise)
     names = policy or [*contest.fixed, *contest.steered]
     chosen = choose_antenna(antenna)
+    for name in names:
+        parse_policy(name)  # a wrong name leaves no folder
     out.mkdir(parents=True, exist_ok=True)
     journal = out / "policies.jsonl"
     with (

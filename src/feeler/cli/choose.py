@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from feeler.antenna.segments import Antenna
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, suggest
 from feeler.presets import PRESETS, make_preset
 
 _SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
@@ -29,7 +29,7 @@ def choose_antenna(name: str) -> Antenna:
         return load_antenna(Path(name))
     raise InvalidInput(
         f"unknown antenna {name!r}; give a preset ({', '.join(PRESETS)}) or the path of a TOML"
-        " file."
+        f" file.{suggest(name, PRESETS)}"
     )
 
 

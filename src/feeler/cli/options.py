@@ -100,7 +100,7 @@ _SHOWN_FIRST = {
 _ARGUMENT = re.compile(
     r"(?<![\w-])(?P<name>[a-z][a-z0-9_]*)=(?:['\"](?P<word>[^'\"]*)['\"]|(?P<bare>[\w.]*\w)?)"
 )
-_FIELD = re.compile(r"^[A-Z]\w+\.(?P<name>[a-z_]+)(?= must )")
+_FIELD = re.compile(r"^(?:[A-Z]\w+\.|[a-z_]+: )(?P<name>[a-z_]+)(?= must )")
 # what a verb calls a field that has another name in the library
 _CALLED = {
     "radius": "size",
