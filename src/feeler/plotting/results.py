@@ -3,6 +3,7 @@
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -440,8 +441,9 @@ def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int =
 
 def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     """Distance against the peak's position, lines and R²; peaks at the base as open marks."""
-    for mark, (name, found) in zip("os^D", maps.items(), strict=False):
-        colour = PROFILE_COLOURS.get(name, PALETTE[0])
+    marks = zip(cycle("os^D"), cycle(PALETTE), strict=False)
+    for (mark, usual), (name, found) in zip(marks, maps.items(), strict=False):
+        colour = PROFILE_COLOURS.get(name, usual)
         r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
         ax.plot(
             found.position[found.used],
@@ -465,11 +467,14 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
                 [np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])]
             )
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
+    low, high = np.array([(one.distance.min(), one.distance.max()) for one in maps.values()]).T
+    low, high = low.min(), high.max()
+    far = 1.68 * high
     ax.set(
         xlabel="point of greatest curvature [mm from base]",
         ylabel="wall distance [mm]",
-        ylim=(3, 56),
-        xlim=(-1.5, 43),
+        ylim=(0.6 * low, 2.24 * high),
+        xlim=(-0.036 * far, 1.024 * far),
     )
     ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
     ax.legend(loc="upper center", ncols=2, columnspacing=1.0)
@@ -563,6 +568,22 @@ def draw_optimum(end: Any) -> Picture:
 def draw_outcome(outcome: Any) -> Picture:
     """The best end of a plan that was carried out."""
     return draw_optimum(outcome.ends[0])
+
+
+def draw_run(run: Any) -> Picture:
+    """A run along a wall, from above and by its distances."""
+    from feeler.plotting.walls import plot_run
+
+    figure = _open(7.2, 3.6)
+    plot_run(run, figure)
+    return figure
+
+
+def draw_map(found: Any) -> Picture:
+    """The wall's distance against the point of greatest curvature."""
+    figure = _open(4.5, 3.2)
+    plot_maps({"map": found}, figure.subplots())
+    return figure
 
 
 def draw_encoder(encoder: Any) -> Picture:
