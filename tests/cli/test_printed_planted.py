@@ -23,8 +23,8 @@ from feeler.antenna.files import load_antenna
 from feeler.cli.app import app
 from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
-from feeler.cli.tracks import _plot
 from feeler.physics.engine import get_engine
+from feeler.plotting.results import plot_exploration
 from feeler.presets import cockroach
 from feeler.progress import ProgressBar
 from feeler.provenance import describe_versions
@@ -139,7 +139,8 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
     assert [
         known[name] for name in ("duration", "error", "nearest", "estimate_error", "r2")
     ] == (pytest.approx([123.4, *numbers[1:]], abs=0.006))
-    assert units == dict.fromkeys(known, "mm") | {"duration": "ms", "r2": "1"}
+    lengths = ("error", "nearest", "estimate_error")
+    assert {units[name] for name in lengths} == {"mm"} and units["duration"] == "ms"
 
 
 def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch):
@@ -308,7 +309,7 @@ def test_the_picture_of_tracks_is_in_degrees_over_seconds():
     path = Path(str(files("feeler.tracking"))) / "data" / "synthetic_tracks_xypts.csv"
     tracks = feeler.tracking.load_tracks(path, frame_rate=30)
     result = feeler.tracking.measure_exploration([tracks])
-    _plot(figure := Figure(), [path], [tracks], result)
+    plot_exploration(result, figure := Figure(), [path.name])
     angle, speed = figure.axes
     assert (angle.get_xlabel(), angle.get_ylabel()) == ("time [s]", "angle [°]")
     assert (speed.get_xlabel(), speed.get_ylabel()) == ("time [s]", "|speed| [°/s]")

@@ -331,7 +331,8 @@ def test_one_frame_that_stretches_a_piece_bends_no_other_frame():
 def test_a_trial_s_bridged_and_missing_frames_are_those_of_both_sides():
     from feeler.cli.tracks import _describe
 
-    rest = {"cutoff": 0.01, "unmeasured": 0}
+    still = {"frequency": np.nan, "angle": np.full(9, np.nan)}
+    rest = {"cutoff": 0.01, "unmeasured": 0} | still
     sides = [
         SimpleNamespace(bridged=3, missing=1, **rest),
         SimpleNamespace(bridged=4, missing=7, **rest),

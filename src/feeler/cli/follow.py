@@ -106,7 +106,7 @@ def _make_plain(run: Any, known: Any) -> dict[str, Any]:
         "bending": "" if known is None else known.bending,
     }
     lengths = ("error", "nearest", "estimate_error")
-    units = dict.fromkeys(lengths, "mm") | {"duration": "ms", "r2": "1", "touching": "1"}
+    units = {"r2": "1"}
     if run is not None:
         plain |= {name: getattr(run, name) for name in (*lengths, "collided", "touching")}
         outcome = "collided" if run.collided else "passed"
@@ -116,6 +116,7 @@ def _make_plain(run: Any, known: Any) -> dict[str, Any]:
             "settings.timestep": "ms",
             "settings.penetration": "mm",
         }
+        units |= dict.fromkeys(lengths, "mm") | {"duration": "ms", "touching": "1"}
     return plain | {"units": units}
 
 

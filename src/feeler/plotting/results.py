@@ -570,6 +570,51 @@ def draw_outcome(outcome: Any) -> Picture:
     return draw_optimum(outcome.ends[0])
 
 
+def plot_exploration(
+    result: Any,
+    figure: Figure,
+    titles: Sequence[str] = (),
+    touched: Sequence[Any] | None = None,
+) -> None:
+    """Draw angle and absolute speed of both sides, a row per film; ``touched`` are its contacts."""
+    axes = figure.subplots(len(result.sweeps), 2, squeeze=False, sharex="row")
+    titles = titles or [f"film {k + 1}" for k in range(len(axes))]
+    for k, (row, title, pair) in enumerate(zip(axes, titles, result.sweeps, strict=True)):
+        for side, sweeps in zip(("left", "right"), pair, strict=True):
+            time = sweeps.time * 1e-3
+            row[0].plot(time, np.rad2deg(sweeps.angle), lw=0.8, label=side)
+            row[1].plot(time, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
+            peak = np.rad2deg(sweeps.peak_speed) * 1e3
+            row[1].plot(sweeps.peak_time * 1e-3, peak, "k.", ms=3)
+        for span in (
+            [] if touched is None else touched[k][["on_ms", "off_ms"]].to_numpy() * 1e-3
+        ):
+            row[0].axvspan(*span, color="0.85", lw=0, zorder=0)
+        row[0].set(title=title[:40], xlabel="time [s]", ylabel="angle [°]")
+        row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+
+
+def draw_exploration(result: Any) -> Picture:
+    """Angles and speeds of an exploration."""
+    figure = _open(6.0, 1.2 + 1.5 * len(result.sweeps))
+    plot_exploration(result, figure)
+    return figure
+
+
+def draw_tracks(tracks: Any) -> Picture:
+    """Where every landmark was, as the film shows it, and x against time."""
+    figure = _open(7.0)
+    path, trace = figure.subplots(1, 2)
+    for name, place in zip(tracks.landmarks, np.moveaxis(tracks.position, 1, 0), strict=True):
+        path.plot(place[:, 0], place[:, 1], ".", ms=2, label=name)
+        trace.plot(tracks.time * 1e-3, place[:, 0], lw=0.8)
+    path.set(xlabel=f"x [{tracks.unit}]", ylabel=f"y upwards [{tracks.unit}]", aspect="equal")
+    trace.set(xlabel="time [s]", ylabel=f"x [{tracks.unit}]")
+    path.legend(fontsize=7)
+    return figure
+
+
 def draw_run(run: Any) -> Picture:
     """A run along a wall, from above and by its distances."""
     from feeler.plotting.walls import plot_run

@@ -6,13 +6,15 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from datetime import datetime
+from difflib import get_close_matches
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.records import ALLOW_NAN, Gt, Len, Record, Unit
+from feeler.records import ALLOW_NAN, Gt, Len, Record, Unit, show_html
 from feeler.sandbox import Limits
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
@@ -107,6 +109,22 @@ class Tracks(Record):
         """Time (frame,) since the first frame [ms]."""
         return np.arange(self.n_frames) * self.interval
 
+    def plot(self) -> Any:
+        """A matplotlib Figure of where every landmark was."""
+        return resolve_name("feeler.plotting.results:draw_tracks")(self)
+
+    def _repr_html_(self) -> str:
+        """Picture and short table, as a notebook shows them."""
+        seen = np.isfinite(self.position).all(axis=2).mean(axis=0)
+        rows = [
+            ("frames", f"{self.n_frames}, {1e3 / self.interval:.4g} per second"),
+            ("landmarks", ", ".join(self.landmarks)),
+            ("seen", ", ".join(f"{share:.1%}" for share in seen)),
+            ("unit", self.unit),
+            *self.notes.items(),
+        ]
+        return show_html("Tracks", rows, self.plot())
+
     def scaled(self, pixels_per_mm: float) -> "Tracks":
         """The same tracks in mm."""
         if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit == "mm":
@@ -119,8 +137,10 @@ class Tracks(Record):
     def of(self, landmark: str) -> np.ndarray:
         """Positions (frame, axis) of one landmark; the error lists the names there are."""
         if landmark not in self.landmarks:
+            near = get_close_matches(landmark, self.landmarks, n=2)
+            hint = f" Nearest: {', '.join(near)}." if near else ""
             raise InvalidInput(
-                f"no landmark {landmark!r}; the tracks hold {', '.join(self.landmarks)}."
+                f"no landmark {landmark!r}; the tracks hold {', '.join(self.landmarks)}.{hint}"
             )
         return self.position[:, self.landmarks.index(landmark)]
 
