@@ -570,6 +570,29 @@ def draw_outcome(outcome: Any) -> Picture:
     return draw_optimum(outcome.ends[0])
 
 
+def plot_psth(drawn: xr.Dataset, psth: xr.DataArray, figure: Figure) -> None:
+    """Draw trains trial by trial, a block for each unit, above the rates over all trials."""
+    raster, rate = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    times = drawn["spike_time"].transpose("unit", "trial", "event").values
+    lead = drawn["lead"].values if "lead" in drawn.coords else np.zeros(times.shape[1])
+    own = times - np.asarray(lead, dtype=float).reshape(1, -1, 1)
+    for k, unit in enumerate(own):
+        rows = k * own.shape[1] + np.arange(own.shape[1])
+        colour = PALETTE[k % len(PALETTE)]
+        raster.eventplot(
+            [row[np.isfinite(row)] for row in unit], lineoffsets=rows, color=colour
+        )
+        rate.plot(
+            psth["time"], psth.values[k], color=colour, lw=1, label=f"{psth['unit'].values[k]}"
+        )
+    for ax in (raster, rate):
+        ax.axvline(0.0, color="0.6", lw=0.8)
+    raster.set(ylabel="trial, by unit", yticks=[])
+    rate.set(xlabel="time since contact [ms]", ylabel="rate [Hz]")
+    if len(own) <= 10:
+        rate.legend(title="unit", fontsize=7)
+
+
 def plot_exploration(
     result: Any,
     figure: Figure,
