@@ -51,8 +51,8 @@ class _TrackOptions:
         list[Path],
         typer.Argument(
             help=(
-                "DeepLabCut CSV or H5, SLEAP analysis H5, Anipose CSV, movement netCDF, DLTdv, or"
-                " NAME_x, NAME_y"
+                "DeepLabCut CSV or H5, SLEAP project or analysis H5, Anipose, movement, DLTdv, long"
+                " tables, Motive, TRex, idtracker.ai, FicTrac …, or NAME_x, NAME_y"
             )
         ),
     ]
