@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from calibration._fits import make_fit
+from matplotlib.figure import Figure
 from tensors._sets import make_set
 from typer.testing import CliRunner
 
@@ -18,6 +19,7 @@ import feeler
 from feeler import calibration, wall
 from feeler.cli.app import app
 from feeler.cli.choose import change_antenna
+from feeler.plotting.results import plot_exploration
 from feeler.presets import cockroach
 from feeler.robot.classify import Answer, name_touch
 from feeler.robot.description import get_example
@@ -128,7 +130,8 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
     assert [
         known[name] for name in ("duration", "error", "nearest", "estimate_error", "r2")
     ] == (pytest.approx([123.4, *numbers[1:]], abs=0.006))
-    assert units == dict.fromkeys(known, "mm") | {"duration": "ms", "r2": "1"}
+    lengths = ("error", "nearest", "estimate_error")
+    assert {units[name] for name in lengths} == {"mm"} and units["duration"] == "ms"
 
 
 def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch):
@@ -291,6 +294,27 @@ def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
     np.testing.assert_allclose(
         left["speed_deg_per_s"], per_second * sweeps.speed, rtol=1e-4, atol=1e-3
     )
+
+
+def test_the_picture_of_tracks_is_in_degrees_over_seconds():
+    path = Path(str(files("feeler.tracking"))) / "data" / "synthetic_tracks_xypts.csv"
+    tracks = feeler.tracking.load_tracks(path, frame_rate=30)
+    result = feeler.tracking.measure_exploration([tracks])
+    plot_exploration(result, figure := Figure(), [path.name])
+    angle, speed = figure.axes
+    assert (angle.get_xlabel(), angle.get_ylabel()) == ("time [s]", "angle [°]")
+    assert (speed.get_xlabel(), speed.get_ylabel()) == ("time [s]", "|speed| [°/s]")
+    for k, sweeps in enumerate(result.sweeps[0]):
+        np.testing.assert_allclose(
+            angle.lines[k].get_data(), [tracks.time / 1e3, sweeps.angle * 180 / np.pi]
+        )
+        fast, peaks = speed.lines[2 * k : 2 * k + 2]
+        np.testing.assert_allclose(
+            fast.get_data(), [tracks.time / 1e3, np.abs(sweeps.speed) * 180e3 / np.pi]
+        )
+        np.testing.assert_allclose(
+            peaks.get_data(), [sweeps.peak_time / 1e3, sweeps.peak_speed * 180e3 / np.pi]
+        )
 
 
 def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):

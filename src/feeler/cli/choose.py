@@ -2,11 +2,13 @@
 computes.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Any
+
+import typer
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, suggest
@@ -33,7 +35,18 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
-def name_antennas(names: Sequence[str]) -> dict[str, Antenna]:
+def choose_planar(name: str) -> Antenna:
+    """As :func:`choose_antenna`; of an antenna in space its planar twin, which is said."""
+    antenna = choose_antenna(name)
+    if not antenna.spatial:
+        return antenna
+    typer.echo(f"{name}: its planar twin, since walls are met in the plane", err=True)
+    return antenna.flatten()
+
+
+def name_antennas(
+    names: Sequence[str], choose: Callable[[str], Antenna] = choose_antenna
+) -> dict[str, Antenna]:
     """The chosen antennas by what a page calls them: a file by its name without ending, but with it
     where something else has that name, and so a colour, already.
     """
@@ -42,8 +55,7 @@ def name_antennas(names: Sequence[str]) -> dict[str, Antenna]:
     taken = {*PRESETS, *SPEEDS, *(feature.kind for feature in make_features())}
     short = {name: Path(name).stem for name in names}
     return {
-        Path(name).name if short[name] in taken else short[name]: choose_antenna(name)
-        for name in names
+        Path(name).name if short[name] in taken else short[name]: choose(name) for name in names
     }
 
 

@@ -10,7 +10,11 @@ Examples:
 
   feeler spikes --touches set.zarr --session-start 2026-01-31T10:00:00+01:00 --identifier model-1
 
-The last one also writes spikes.nwb, whose table of units pynwb and pynapple read.
+  feeler spikes --recorded spikes.csv --onsets contacts.csv         your own units: rates, PSTH
+
+  feeler spikes --recorded phy/ --onsets contacts.csv --touches set.zarr    beside the model
+
+The fourth also writes spikes.nwb, whose table of units pynwb and pynapple read.
 """
 
 from dataclasses import dataclass
@@ -60,6 +64,26 @@ class _SpikeOptions:
         float,
         typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain"),
     ] = 400.0
+    recorded: Annotated[
+        Path | None,
+        typer.Option(
+            help="your own spikes: a table (unit, time_s), an NWB file with units, or a folder of"
+            " Phy or Kilosort; with --touches, beside the model's"
+        ),
+    ] = None
+    onsets: Annotated[
+        Path | None,
+        typer.Option(
+            help="with --recorded: table with a column onset_s or onset_ms, when contact began;"
+            " default: the trials of an NWB file, else the whole session"
+        ),
+    ] = None
+    time_unit: Annotated[
+        str | None,
+        typer.Option(help="with --recorded: s, ms or us, where the file does not say"),
+    ] = None
+    before: Annotated[float, typer.Option(help="with --recorded: ms before each onset")] = 50.0
+    after: Annotated[float, typer.Option(help="with --recorded: ms after each onset")] = 400.0
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
     ] = 1
@@ -90,6 +114,11 @@ def spikes(said: _SpikeOptions) -> None:
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
 
+    if said.recorded is not None:
+        from feeler.cli.spikes_recorded import tell_recorded
+
+        tell_recorded(said)
+        return
     if bool(said.session_start) != bool(said.identifier):
         raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
     start = parse_start(said.session_start) if said.session_start else None

@@ -20,11 +20,14 @@ Examples:
 
   feeler tracks out/walks/tracks.nwb --individual trial_000001
 
+  feeler tracks walk.csv --frame-rate 200 --contact 310,80,310,400 --within 4     a wall [px]
+
+  feeler tracks walks/*.csv --frame-rate 200 --sheet animals.csv    columns file, animal, group
+
   feeler tracks walk.csv --frame-rate 60 --origin bottom-left --landmarks \
 left_tip,right_tip,head,abdomen
 """
 
-import csv
 import json
 import warnings
 from dataclasses import dataclass
@@ -36,37 +39,8 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Json, list_options, say_in_shell, say_json
-from feeler.files import write_text, writing
 
 _SIDES = ("left", "right")
-_HEADER = (
-    "trial",
-    *(f"{side} [°/s] (peaks)" for side in _SIDES),
-    "frames bridged (left, right)",
-    "frames missing (left, right)",
-)
-_COLUMNS = (
-    "trial",
-    "side",
-    "time_ms",
-    "angle_deg",
-    "speed_deg_per_s",
-    "frame",
-    "bridged",
-    "frame_rate",
-    "cutoff_hz",
-    "cutoff_choice",
-)
-_CONSTANT = (
-    "tip",
-    "base",
-    "head",
-    "abdomen",
-    "min_likelihood",
-    "max_gap",
-    "outliers",
-    "feeler",
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +51,8 @@ class _TrackOptions:
         list[Path],
         typer.Argument(
             help=(
-                "DeepLabCut CSV or H5, SLEAP analysis H5, Anipose CSV, movement netCDF, DLTdv, or"
-                " NAME_x, NAME_y"
+                "DeepLabCut CSV or H5, SLEAP project or analysis H5, Anipose, movement, DLTdv, long"
+                " tables, Motive, TRex, idtracker.ai, FicTrac …, or NAME_x, NAME_y"
             )
         ),
     ]
@@ -154,6 +128,28 @@ class _TrackOptions:
             )
         ),
     ] = ""
+    contact: Annotated[
+        str,
+        typer.Option(
+            help=(
+                "what is touched: a landmark, X,Y, the ends of a wall X,Y,X,Y, the corners of a"
+                " region X,Y,X,Y,X,Y… [px, as in the film], or bend, with --points"
+            )
+        ),
+    ] = ""
+    within: Annotated[
+        float | None,
+        typer.Option(
+            help="with --contact: greatest distance that is contact [px; mm with --scale]; for"
+            " bend: degrees beyond the median posture"
+        ),
+    ] = None
+    sheet: Annotated[
+        Path | None,
+        typer.Option(
+            help="table (CSV) with columns file, animal and group: compares the groups"
+        ),
+    ] = None
     length: Annotated[
         float | None, typer.Option(help="antenna length [mm], for the tip's lateral speed")
     ] = None
@@ -181,6 +177,7 @@ def tracks(said: _TrackOptions) -> None:
     Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
+    from feeler.cli.tracks_pages import compare_animals, list_contacts, read_sheet, save_pages
     from feeler.errors import ModelValidityWarning
     from feeler.tracking import measure_exploration
 
@@ -193,6 +190,7 @@ def tracks(said: _TrackOptions) -> None:
         "plane": said.plane,
         "camera": said.camera,
     }
+    owners = None if said.sheet is None else read_sheet(said.sheet, said.files)
     trials = [_load(file, how) for file in said.files]
     if said.scale is not None:
         trials = [trial.scaled(said.scale) for trial in trials]
@@ -221,12 +219,28 @@ def tracks(said: _TrackOptions) -> None:
             landmarks={"tips": tips, "bases": bases, "head": head, "abdomen": abdomen},
         )
     found = _describe(said.files, trials, result, settings)
+    ends = [
+        (side, [base or head, tip])
+        for side, base, tip in zip(_SIDES, bases or (head, head), tips, strict=True)
+        if tip
+    ]
+    touched = list_contacts(said, trials, ends)
+    if touched is not None:
+        for row, one in zip(found["trials"], touched, strict=True):
+            row["contacts"] = one.to_dict("records")
+    groups = None if owners is None else compare_animals(owners, result)
+    if groups is not None:
+        found["groups"] = {
+            "table": groups.table.to_dict("records"),
+            "animals": groups.animals.to_dict("records"),
+            **{name: getattr(groups, name) for name in ("test", "p", "difference")},
+        }
     if said.as_json:
         say_json(found)
     else:
         typer.echo(_write_words(found))
     if said.out is not None:
-        _save(said.out, said.files, trials, result, found)
+        save_pages(said.out, said.files, trials, result, found, touched)
 
 
 def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
@@ -263,6 +277,8 @@ def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
         "plane": said.plane,
         "individual": said.individual,
         "scale": said.scale,
+        "contact": said.contact or None,
+        "within": said.within,
         "length": said.length,
         "feeler": feeler.__version__,
     }
@@ -353,6 +369,7 @@ def _describe(
                 "doubted": trial.doubted,
                 "left_out": result.left_out[k],
                 "notes": trial.notes,
+                "rhythm": describe_rhythm(result.sweeps[k], trial.interval),
                 "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
             }
         )
@@ -372,10 +389,43 @@ def _describe(
             "length": "mm",
             "frame_rate": "1/s",
             "cutoff": "Hz",
+            "frequency": "Hz",
+            "amplitude": "deg, half of peak to peak",
+            "offset": "deg",
+            "phase": "deg",
+            "lag": "ms",
             "max_gap": "frames",
             "scale": "px/mm",
         },
     }
+
+
+def describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
+    """Amplitude, frequency and offset of each side, and left against right; angles in degrees."""
+    from feeler.tracking import compare_sides, measure_rhythm
+
+    plain: dict[str, Any] = {}
+    for side, sweeps in zip(_SIDES, pair, strict=True):
+        if not 0 < sweeps.frequency * 2 * interval < 0.5:
+            continue
+        one = measure_rhythm(sweeps.angle, interval, sweeps.frequency)
+        if np.isfinite(one.frequency):
+            plain[side] = {
+                "frequency": one.frequency * 1e3,
+                "amplitude": float(np.rad2deg(one.mean_amplitude)),
+                "offset": float(np.rad2deg(np.nanmedian(one.offset))),
+            }
+    if all(np.isfinite(sweeps.angle).any() for sweeps in pair):
+        left, right = pair
+        both = compare_sides(left, right, interval)
+        plain["left against right"] = {
+            "correlation": both.correlation,
+            "phase": float(np.rad2deg(both.phase)),
+            "locking": both.locking,
+            "lag": both.lag,
+            "best_correlation": both.best_correlation,
+        }
+    return plain
 
 
 def _get_group() -> Any:
@@ -403,17 +453,75 @@ def _write_words(found: dict[str, Any]) -> str:
             for value, n in zip(mean, count, strict=True)
         )
         bridged, missing = (
-            _pair_counts([row[name][k] for k in asked]) for name in ("bridged", "missing")
+            pair_counts([row[name][k] for k in asked]) for name in ("bridged", "missing")
         )
         lines.append(f"{row['file'][:32]:32}{cells} {bridged:>15} {missing:>12}")
         errors = ["none" if value is None else f"{value:.2g}" for value in error]
         both = ", ".join(f"{side} {one}" for side, one in zip(sides, errors, strict=True))
         lines.append(f"  standard error: {both} °/s")
-        lines += [f"  {words}" for words in _list_settings(row, found["settings"])]
-    return "\n".join([*lines, _write_mean(found)])
+        lines += [f"  {words}" for words in _list_rhythms(row)]
+        lines += [f"  {words}" for words in _list_contacts(row)]
+        lines += [f"  {words}" for words in list_settings(row, found["settings"])]
+    return "\n".join([*lines, write_mean(found), *list_groups(found)])
 
 
-def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
+def _list_rhythms(row: dict[str, Any]) -> list[str]:
+    """How the antennae swing, and left against right."""
+    lines = [
+        f"{side} swings at {one['frequency']:.3g} Hz by ± {one['amplitude']:.3g}° about"
+        f" {one['offset']:.3g}°"
+        for side, one in row["rhythm"].items()
+        if side in _SIDES
+    ]
+    lines = ["; ".join(lines)] if lines else []
+    both = row["rhythm"].get("left against right")
+    if both and np.isfinite(both["correlation"]):
+        words = f"left against right, outward angles: r = {both['correlation']:.2f}"
+        if np.isfinite(both["phase"]):
+            words += f", phase {both['phase']:.0f}° (locking {both['locking']:.2f})"
+        lines.append(
+            f"{words}; r = {both['best_correlation']:.2f} with the right one"
+            f" {both['lag']:.3g} ms later"
+        )
+    return lines
+
+
+def _list_contacts(row: dict[str, Any]) -> list[str]:
+    """How often and how long each side touches."""
+    lines = []
+    if "contacts" in row and not row["contacts"]:
+        lines.append("no contact")
+    for side in dict.fromkeys(one["side"] for one in row.get("contacts", ())):
+        mine = [one for one in row["contacts"] if one["side"] == side]
+        whole = [one["duration_ms"] for one in mine if one["whole"]]
+        words = f"{side}: {len(mine)} contact(s) with {mine[0]['target']}"
+        if whole:
+            words += f", {np.mean(whole):.4g} ms in the mean over {len(whole)} whole ones"
+        lines.append(
+            f"{words}, at {np.median([one['place'] for one in mine]):.0%} of the length"
+        )
+    return lines
+
+
+def list_groups(found: dict[str, Any]) -> list[str]:
+    """The groups of animals and their test."""
+    if "groups" not in found:
+        return []
+    groups = found["groups"]
+    lines = ["means of animals, with 95 % intervals (t):"]
+    for row in groups["table"]:
+        ends = "" if np.isnan(row["low"]) else f" ({row['low']:.2f} to {row['high']:.2f})"
+        lines.append(f"  {row['group']}: {row['mean']:.2f} °/s{ends}, {row['n']} animal(s)")
+    if groups["test"]:
+        words = f"  {groups['test']} test: p = {groups['p']:.3g}"
+        if np.isfinite(groups["difference"][0]):
+            apart, low, high = groups["difference"]
+            words += f"; difference {apart:.2f} °/s ({low:.2f} to {high:.2f})"
+        return [*lines, words]
+    return [*lines, "  no test: that needs two groups of two animals"]
+
+
+def list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
     """What was done to a trial before its speeds were measured, and what is to be asked of it."""
     whence = {"auto": "from the spectrum", "paper": "as in the paper's measure"}
     cutoffs = ", ".join(
@@ -443,12 +551,17 @@ def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
     ]
     if any(row["unmeasured"]):
         lines.append(
-            f"peaks in bridged gaps, not counted: {_pair_counts(row['unmeasured'])} (left, right)"
+            f"peaks in bridged gaps, not counted: {pair_counts(row['unmeasured'])} (left, right)"
         )
     return lines + [f"note: {words}" for words in row["remarks"]]
 
 
-def _write_mean(found: dict[str, Any]) -> str:
+def pair_counts(counts: list[int | None]) -> str:
+    """Frames of the left and the right antenna."""
+    return ", ".join("-" if count is None else str(count) for count in counts)
+
+
+def write_mean(found: dict[str, Any]) -> str:
     """The mean over trials and sides, or why there is none."""
     if found["mean"] is None:
         worst, side, file = max(
@@ -469,110 +582,6 @@ def _write_mean(found: dict[str, Any]) -> str:
             f" {found['lateral_speed'] * 100:.2f} cm/s sideways"
         )
     return f"{words}. Tracks: synthetic." if found["source"] == "synthetic" else f"{words}."
-
-
-def _list_cells(row: dict[str, Any]) -> list[object]:
-    """A trial's row of the page."""
-    speeds = [
-        "none" if mean is None else f"{mean:.1f}{_show_error(error)} ({count})"
-        for mean, error, count in zip(
-            row["mean_peak"], row["error"], row["n_peaks"], strict=True
-        )
-    ]
-    return [row["file"], *speeds, _pair_counts(row["bridged"]), _pair_counts(row["missing"])]
-
-
-def _show_error(error: float | None) -> str:
-    return "" if error is None else f" ± {error:.2g}"
-
-
-def _pair_counts(counts: list[int | None]) -> str:
-    """Frames of the left and the right antenna."""
-    return ", ".join("-" if count is None else str(count) for count in counts)
-
-
-def _save(
-    out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]
-) -> None:
-    """tracks.html, .csv (a row for each trial, side and frame), .json, .png and .svg."""
-    from matplotlib.figure import Figure
-
-    from feeler.plotting import style
-    from feeler.report import Section, write_page
-
-    out.mkdir(parents=True, exist_ok=True)
-    _save_table(out / "tracks.csv", trials, result, found)
-    write_text(out / "tracks.json", json.dumps(found, indent=1) + "\n")
-    height = 1.2 + 1.5 * len(trials)
-
-    def draw(figure: Any) -> None:
-        _plot(figure, files, trials, result)
-
-    with style():
-        draw(figure := Figure(figsize=(6.0, height), layout="constrained"))
-        figure.savefig(out / "tracks.svg")
-    section = Section(name="tracks", title="Angles and speeds", folder=out, vector=False)
-    section.figure(
-        "tracks",
-        "Left: angle of each antenna to the body. Right: its absolute speed (line) and the peaks"
-        " that are averaged (black dots).",
-        draw,
-        height=height,
-    )
-    section.table(
-        _HEADER,
-        [_list_cells(row) for row in found["trials"]],
-        "Mean of the peak speeds ± standard error.",
-    )
-    section.text(_write_mean(found))
-    section.heading("How it was measured")
-    for row in found["trials"]:
-        section.text(f"{row['file']}: {'. '.join(_list_settings(row, found['settings']))}.")
-    section.table(
-        ["setting", "value"],
-        [[name, _show(value)] for name, value in found["settings"].items()],
-    )
-    write_page(
-        out / "tracks.html",
-        "How fast the antennae move",
-        ", ".join(file.name for file in files),
-        section,
-    )
-    typer.echo(
-        f"wrote {out}/tracks.html, tracks.csv, tracks.json, tracks.png, tracks.svg", err=True
-    )
-
-
-def _show(value: Any) -> str:
-    """A setting in words."""
-    if isinstance(value, tuple | list):
-        return ", ".join(map(str, value))
-    return "not given" if value is None else str(value)
-
-
-def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) -> None:
-    """A row for each trial, side and frame, with what it was measured with."""
-    settings = found["settings"]
-    head, abdomen = settings["body"]
-    bases = settings["bases"] or (head, head)
-    with writing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow((*_COLUMNS, *_CONSTANT))
-        for row, trial, pair in zip(found["trials"], trials, result.sweeps, strict=True):
-            for k, side in enumerate(_SIDES):
-                if not settings["tips"][k]:
-                    continue
-                same = {**settings, "tip": settings["tips"][k], "base": bases[k] or head}
-                same |= {"head": head, "abdomen": abdomen}
-                choice = settings["cutoff"] if isinstance(settings["cutoff"], str) else "given"
-                last = [f"{row['frame_rate']:g}", f"{row['cutoff'][k]:.6g}", choice]
-                last += [same[name] for name in _CONSTANT]
-                angle, speed = np.rad2deg(pair[k].angle), np.rad2deg(pair[k].speed) * 1e3
-                columns = trial.time, angle, speed, pair[k].is_bridged
-                table.writerows(
-                    [row["file"], side, f"{t:.6g}", f"{a:.6g}", f"{v:.6g}", n, int(b), *last]
-                    for n, (t, a, v, b) in enumerate(zip(*columns, strict=True))
-                )
 
 
 def _save_poses(
@@ -600,20 +609,6 @@ def _save_poses(
     typer.echo(f"wrote {said.out}/tracks.nwb", err=True)
 
 
-def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
-    axes = figure.subplots(len(trials), 2, squeeze=False, sharex="row")
-    for row, file, trial, pair in zip(axes, files, trials, result.sweeps, strict=True):
-        for side, sweeps in zip(_SIDES, pair, strict=True):
-            row[0].plot(trial.time * 1e-3, np.rad2deg(sweeps.angle), lw=0.8, label=side)
-            row[1].plot(trial.time * 1e-3, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
-            row[1].plot(
-                sweeps.peak_time * 1e-3, np.rad2deg(sweeps.peak_speed) * 1e3, "k.", ms=3
-            )
-        row[0].set(title=file.name[:40], xlabel="time [s]", ylabel="angle [°]")
-        row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-
-
 def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]) -> None:
     """Say how a flagellum bends, and save it as netCDF."""
     from feeler.tracking import measure_posture
@@ -638,8 +633,25 @@ def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]
             said.out.mkdir(parents=True, exist_ok=True)
             posture.to_netcdf(said.out / f"{file.stem}.posture.nc", engine="h5netcdf")
             typer.echo(f"wrote {said.out}/{file.stem}.posture.nc", err=True)
+    _say_touches(said, trials, found)
     if said.as_json:
         say_json(found)
+
+
+def _say_touches(said: _TrackOptions, trials: list, found: list[dict[str, Any]]) -> None:
+    """When the flagellum touches, where that was asked."""
+    from feeler.cli.tracks_pages import list_contacts, save_contacts
+
+    points = [*(_split(said.points) or ())]
+    touched = list_contacts(said, trials, [("antenna", points)])
+    if touched is None:
+        return
+    for row, one in zip(found, touched, strict=True):
+        row["contacts"] = one.to_dict("records")
+        if not said.as_json:
+            typer.echo("\n".join(f"  {words}" for words in _list_contacts(row)))
+    if said.out is not None:
+        save_contacts(said.out, said.files, touched)
 
 
 def _describe_posture(file: Path, trial: Any, posture: Any) -> dict[str, Any]:

@@ -4,6 +4,8 @@ Examples:
 
   feeler wall exponential linear constant --out out/wall
 
+  feeler wall own.toml --prebend none --friction 0                  a straight antenna
+
   feeler wall exponential --reading total --friction 0 --prebend none --near 5 --far 16
 """
 
@@ -18,8 +20,10 @@ from feeler.errors import InvalidInput
 
 
 def wall(
-    antennas: Annotated[list[str] | None, typer.Argument(help="preset names")] = None,
-    angle: Annotated[float, typer.Option(help="inter-antennal angle [degrees]")] = 30.0,
+    antennas: Annotated[
+        list[str] | None, typer.Argument(help="presets or antenna files (TOML)")
+    ] = None,
+    angle: Annotated[float, typer.Option(help="inter-antennal angle [degrees]")] = 35.0,
     reading: Annotated[
         str, typer.Option(help="angle from the midline, or total between both antennae")
     ] = "midline",
@@ -29,13 +33,28 @@ def wall(
             help="how the J comes about: rest (its slack shape), placed, rotation or none"
         ),
     ] = "rest",
+    hook: Annotated[
+        float, typer.Option(help="share of the length that the J takes, with --prebend rest")
+    ] = 1.0,
+    tip: Annotated[
+        float, typer.Option(help="heading of the J's tip [degrees]; 180 is straight backward")
+    ] = 150.0,
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 0.3,
-    near: Annotated[float, typer.Option(help="nearest distance [mm]")] = 5.0,
-    far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
+    near: Annotated[
+        float | None,
+        typer.Option(help="nearest distance [mm]; default 5 for an antenna of 42 mm"),
+    ] = None,
+    far: Annotated[
+        float | None, typer.Option(help="farthest distance [mm]; default 25 likewise")
+    ] = None,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
     out: Annotated[
-        Path | None, typer.Option(help="folder for page (HTML), figures and numbers (JSON)")
+        Path | None,
+        typer.Option(
+            help="folder for page (HTML), figures, movie, table (CSV) and numbers (JSON)"
+        ),
     ] = None,
+    movie: Annotated[bool, typer.Option(help="with --out: write the movie as well")] = True,
     as_json: Json = False,
 ) -> None:
     """Map wall distance from antenna curvature.
@@ -43,26 +62,63 @@ def wall(
     Let a wall approach each antenna, and fit the wall's distance to the place of greatest
     curvature.
     """
-    from feeler.cli.choose import name_antennas
+    from feeler.cli.choose import choose_planar, name_antennas
     from feeler.wall import Posture, approach, map_distance
+    from feeler.wall.following import measure_scale
 
-    if not near <= far:
+    if near is not None and far is not None and not near <= far:
         raise InvalidInput(f"--near must not exceed --far, got {near:g} and {far:g} mm.")
-    said: dict[str, Any] = {"reading": reading, "prebend": prebend}
-    posture = Posture(inter_antennal_angle=angle, friction=friction, **said)
-    distances = np.linspace(far, near, steps) if steps > 1 else np.array([near])
-    names = antennas or ["exponential", "linear", "constant", "matched"]
-    sweeps = {
-        name: approach(antenna, posture, distances)
-        for name, antenna in name_antennas(names).items()
-    }
+    said: dict[str, Any] = {"reading": reading, "prebend": prebend, "tip_heading": tip}
+    posture = Posture(inter_antennal_angle=angle, friction=friction, hook_share=hook, **said)
+    sweeps = {}
+    chosen = name_antennas(
+        antennas or ["exponential", "linear", "constant", "matched"], choose_planar
+    )
+    for name, antenna in chosen.items():
+        last = measure_scale(antenna) * _FAR if far is None else far
+        first = min(measure_scale(antenna) * _NEAR, last) if near is None else near
+        if first > last:
+            raise InvalidInput(
+                f"--near {first:g} mm exceeds the {last:g} mm from which {name} is tried; give"
+                " --far too."
+            )
+        sweeps[name] = approach(
+            antenna, posture, np.linspace(last, first, steps) if steps > 1 else [first]
+        )
     maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
+    words = _describe_posture(posture)
     if as_json:
-        say_json({name: _make_plain(sweeps[name], found) for name, found in maps.items()})
+        plain = {name: _make_plain(sweeps[name], found) for name, found in maps.items()}
+        say_json(plain | {"posture": posture.to_plain()})
     else:
         _tell(sweeps, maps)
+        typer.echo(words)
     if out is not None:
-        _save(out, sweeps, maps)
+        _save(out, sweeps, maps, words, movie)
+
+
+def _describe_posture(posture: Any) -> str:
+    """The configuration, which changes the numbers, and whence it is."""
+    from feeler.wall import NEAREST
+
+    shape = {
+        "rest": f"a J over {posture.hook_share:.0%} of the length, tip at {posture.tip_heading:g}°",
+        "none": "a straight antenna",
+    }.get(posture.prebend, f"a J that is {posture.prebend}")
+    words = (
+        f"posture: {shape}, base {np.degrees(posture.base_angle):g}° from the midline, friction"
+        f" {posture.friction:g}"
+    )
+    if posture == NEAREST:
+        words += (
+            "\n  the paper states none of these; of 324 configurations that were declared"
+            " beforehand this is the nearest to its R² of 0.985, 0.924 and 0.704, and others give"
+            " another order (docs/guide/wall.md)"
+        )
+    return words
+
+
+_NEAR, _FAR = 5.0, 25.0  # [C] mm, for the cockroach's 42 mm
 
 
 def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
@@ -77,6 +133,7 @@ def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
         "monotone",
         "undefined",
         "told_apart",
+        "bending",
     )
     return {
         "contact": sweep.contact,
@@ -100,6 +157,7 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
                 f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base"
                 " hinge)"
             )
+            typer.echo(f"  {name} {getattr(found, 'bending', '')}")
             continue
         low, high = found.told_apart
         apart = "none" if np.isnan(low) else f"{low:.1f} to {high:.1f}"
@@ -116,13 +174,21 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
             )
 
 
-def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
-    """wall.html with the antennae beside the wall and the maps, their pictures, and wall.json."""
+def _save(
+    out: Path, sweeps: dict[str, Any], maps: dict[str, Any], words: str, movie: bool
+) -> None:
+    """wall.html with the antennae beside the wall, the maps and a movie, wall.csv and JSON."""
+    import pandas as pd
+
+    from feeler.errors import MissingDependencyError
+    from feeler.files import write_text
     from feeler.plotting.results import Shapes, plot_maps, plot_shapes
+    from feeler.plotting.walls import write_sweeps_movie
     from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="wall", title="Antennae beside a wall", folder=out, vector=False)
+    section.text(words)
     shapes = {name: Shapes.of_sweep(sweep) for name, sweep in sweeps.items()}
     caption = "Each antenna beside the wall, farthest first, in equilibrium."
     height = 0.8 + 1.2 * len(shapes)
@@ -147,10 +213,27 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
             found.intercept,
             found.error,
             found.undefined or "defined",
+            found.bending,
         ]
         for name, found in maps.items()
     ]
-    section.table(["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is"], rows)
+    section.table(
+        ["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is", "it"], rows
+    )
+    if movie and next(iter(sweeps.values())).distance.size > 1:
+        try:
+            path = write_sweeps_movie(sweeps, out / "wall.mp4")
+            section.movie(
+                path, "A wall comes nearer; colours: curvature beyond rest, on one scale."
+            )
+        except MissingDependencyError as missing:
+            typer.echo(f"no movie: {missing}", err=True)
+    tables = [
+        found.to_frame().assign(contact=sweeps[name].contact, inverted=sweeps[name].inverted)
+        for name, found in maps.items()
+    ]
+    table = pd.concat(dict(zip(maps, tables, strict=True)), names=["antenna"])
+    write_text(out / "wall.csv", table.reset_index(level=0).to_csv(index=False))
     for name, found in maps.items():
         section.numbers(name, distance=found.distance, position=found.position, r2=found.r2)
     write_page(
@@ -160,6 +243,7 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
         section,
     )
     typer.echo(
-        f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON",
+        f"wrote {out}/wall.html, wall.csv, shapes.png, maps.png, the movie wall.mp4 and each"
+        " antenna's numbers as JSON",
         err=True,
     )

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -440,8 +441,9 @@ def plot_approach(rows: Mapping[str, Shapes], axes: Sequence[Axes], every: int =
 
 def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     """Distance against the peak's position, lines and R²; peaks at the base as open marks."""
-    for mark, (name, found) in zip("os^D", maps.items(), strict=False):
-        colour = PROFILE_COLOURS.get(name, PALETTE[0])
+    marks = zip(cycle("os^D"), cycle(PALETTE), strict=False)
+    for (mark, usual), (name, found) in zip(marks, maps.items(), strict=False):
+        colour = PROFILE_COLOURS.get(name, usual)
         r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
         ax.plot(
             found.position[found.used],
@@ -465,11 +467,14 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
                 [np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])]
             )
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
+    low, high = np.array([(one.distance.min(), one.distance.max()) for one in maps.values()]).T
+    low, high = low.min(), high.max()
+    far = 1.68 * high
     ax.set(
         xlabel="point of greatest curvature [mm from base]",
         ylabel="wall distance [mm]",
-        ylim=(3, 56),
-        xlim=(-1.5, 43),
+        ylim=(0.6 * low, 2.24 * high),
+        xlim=(-0.036 * far, 1.024 * far),
     )
     ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
     ax.legend(loc="upper center", ncols=2, columnspacing=1.0)
@@ -563,6 +568,90 @@ def draw_optimum(end: Any) -> Picture:
 def draw_outcome(outcome: Any) -> Picture:
     """The best end of a plan that was carried out."""
     return draw_optimum(outcome.ends[0])
+
+
+def plot_psth(drawn: xr.Dataset, psth: xr.DataArray, figure: Figure) -> None:
+    """Draw trains trial by trial, a block for each unit, above the rates over all trials."""
+    raster, rate = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    times = drawn["spike_time"].transpose("unit", "trial", "event").values
+    lead = drawn["lead"].values if "lead" in drawn.coords else np.zeros(times.shape[1])
+    own = times - np.asarray(lead, dtype=float).reshape(1, -1, 1)
+    for k, unit in enumerate(own):
+        rows = k * own.shape[1] + np.arange(own.shape[1])
+        colour = PALETTE[k % len(PALETTE)]
+        raster.eventplot(
+            [row[np.isfinite(row)] for row in unit], lineoffsets=rows, color=colour
+        )
+        rate.plot(
+            psth["time"], psth.values[k], color=colour, lw=1, label=f"{psth['unit'].values[k]}"
+        )
+    for ax in (raster, rate):
+        ax.axvline(0.0, color="0.6", lw=0.8)
+    raster.set(ylabel="trial, by unit", yticks=[])
+    rate.set(xlabel="time since contact [ms]", ylabel="rate [Hz]")
+    if len(own) <= 10:
+        rate.legend(title="unit", fontsize=7)
+
+
+def plot_exploration(
+    result: Any,
+    figure: Figure,
+    titles: Sequence[str] = (),
+    touched: Sequence[Any] | None = None,
+) -> None:
+    """Draw angle and absolute speed of both sides, a row per film; ``touched`` are its contacts."""
+    axes = figure.subplots(len(result.sweeps), 2, squeeze=False, sharex="row")
+    titles = titles or [f"film {k + 1}" for k in range(len(axes))]
+    for k, (row, title, pair) in enumerate(zip(axes, titles, result.sweeps, strict=True)):
+        for side, sweeps in zip(("left", "right"), pair, strict=True):
+            time = sweeps.time * 1e-3
+            row[0].plot(time, np.rad2deg(sweeps.angle), lw=0.8, label=side)
+            row[1].plot(time, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
+            peak = np.rad2deg(sweeps.peak_speed) * 1e3
+            row[1].plot(sweeps.peak_time * 1e-3, peak, "k.", ms=3)
+        for span in (
+            [] if touched is None else touched[k][["on_ms", "off_ms"]].to_numpy() * 1e-3
+        ):
+            row[0].axvspan(*span, color="0.85", lw=0, zorder=0)
+        row[0].set(title=title[:40], xlabel="time [s]", ylabel="angle [°]")
+        row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+
+
+def draw_exploration(result: Any) -> Picture:
+    """Angles and speeds of an exploration."""
+    figure = _open(6.0, 1.2 + 1.5 * len(result.sweeps))
+    plot_exploration(result, figure)
+    return figure
+
+
+def draw_tracks(tracks: Any) -> Picture:
+    """Where every landmark was, as the film shows it, and x against time."""
+    figure = _open(7.0)
+    path, trace = figure.subplots(1, 2)
+    for name, place in zip(tracks.landmarks, np.moveaxis(tracks.position, 1, 0), strict=True):
+        path.plot(place[:, 0], place[:, 1], ".", ms=2, label=name)
+        trace.plot(tracks.time * 1e-3, place[:, 0], lw=0.8)
+    path.set(xlabel=f"x [{tracks.unit}]", ylabel=f"y upwards [{tracks.unit}]", aspect="equal")
+    trace.set(xlabel="time [s]", ylabel=f"x [{tracks.unit}]")
+    path.legend(fontsize=7)
+    return figure
+
+
+def draw_run(run: Any) -> Picture:
+    """A run along a wall, from above and by its distances."""
+    from feeler.plotting.walls import plot_run
+
+    figure = _open(7.2, 3.6)
+    plot_run(run, figure)
+    return figure
+
+
+def draw_map(found: Any) -> Picture:
+    """The wall's distance against the point of greatest curvature."""
+    figure = _open(4.5, 3.2)
+    plot_maps({"map": found}, figure.subplots())
+    return figure
 
 
 def draw_encoder(encoder: Any) -> Picture:

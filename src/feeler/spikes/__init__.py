@@ -1,5 +1,16 @@
 """Spikes: from bending to what a nerve says. Sensilla, their trains, and who reads them."""
 
+from feeler.spikes.recordings import (
+    SensillumFit,
+    compare_trains,
+    compute_psth,
+    cut_trains,
+    fit_sensillum,
+    measure_trains,
+    measure_van_rossum,
+    read_onsets,
+    read_trains,
+)
 from feeler.spikes.sensilla import (
     CAMPANIFORM,
     HAIR,
@@ -31,11 +42,20 @@ __all__ = [
     "Population",
     "SensillaStream",
     "Sensillum",
+    "SensillumFit",
     "SpikeReader",
     "attach_trains",
+    "compare_trains",
+    "compute_psth",
     "count_spikes",
+    "cut_trains",
     "draw_spikes",
     "find_gain",
+    "fit_sensillum",
+    "measure_trains",
+    "measure_van_rossum",
     "place_sensilla",
+    "read_onsets",
+    "read_trains",
     "thin_spikes",
 ]

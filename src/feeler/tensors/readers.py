@@ -296,6 +296,7 @@ TRAINING_LABELS = (
     "these are DeepLabCut training labels (pictures and the places that a person marked in them),"
     " not tracks of a film. analyze_videos writes the tracks."
 )
+_MAX_PLACES = 6_000_000  # [C] of landmarks in all frames
 _MAX_LABELS = 2**20  # [C] bytes of a DeepLabCut file's column names
 
 
@@ -314,9 +315,25 @@ def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
             return _take_ndx_pose(file)
         if list(file) == ["tracks"] and file["tracks"].ndim == 4:
             return _take_triangulated(file["tracks"])
-        for group in file.values():
-            if isinstance(group, h5py.Group) and "table" in group:
-                return _take_deeplabcut(group["table"])
+        if "trajectories" in file and file["trajectories"].ndim == 3:
+            return _take_idtracker(file)
+        if {"metadata", "frames", "instances", "tracks_json"} <= file.keys():
+            return _take_sleap_project(file)
+        tables = {
+            name: group
+            for name, group in file.items()
+            if isinstance(group, h5py.Group) and ("table" in group or "axis0_label0" in group)
+        }
+        for name, group in tables.items():
+            if "table" in group:
+                about, arrays = _take_deeplabcut(group["table"])
+            else:
+                about, arrays = _take_fixed(group)
+            if others := [other for other in tables if other != name]:
+                about["notes"] = {
+                    "dataset": f"{name} taken; the file also holds {', '.join(others)}"
+                }
+            return about, arrays
         raise InvalidInput(_name_hdf5(file))
 
 
@@ -324,15 +341,15 @@ def _name_hdf5(file: Any) -> str:
     """What an open HDF5 file is that holds neither tensors nor tracks, and what to do."""
     if {"metadata", "frames", "instances"} <= file.keys():
         name = os.path.basename(file.filename)
+        stem = os.path.splitext(name)[0]
         return (
-            "it is a SLEAP project, which holds labels and tracks of whole films. Write its tracks"
-            f" with sleap-io: pip install sleap-io; sio convert {name} -o"
-            f" {os.path.splitext(name)[0]}.analysis.h5 --to analysis_h5"
+            "it is a SLEAP project of another make than is read. Write its tracks with sleap-io:"
+            f" pip install sleap-io; sio convert {name} -o {stem}.analysis.h5 --to analysis_h5"
         )
     if any("axis0" in group for group in file.values() if hasattr(group, "keys")):
         return (
-            "it is a pandas table in fixed form; DeepLabCut keeps training labels so, which are no"
-            " tracks. For tracks write it with to_hdf(…, format='table') or to_csv."
+            "it is a pandas table whose columns are not DeepLabCut's (scorer, bodyparts, coords)."
+            " Write it with to_csv, with columns NAME_x and NAME_y."
         )
     held = [
         f"the group {name}" if hasattr(item, "keys") else f"{name} of shape {item.shape}"
@@ -533,6 +550,105 @@ def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         "frame": rows["index"].astype(float),
     }
     return {"kind": "DeepLabCut", "labels": plain}, arrays
+
+
+def _take_fixed(group: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """DeepLabCut's table in pandas' fixed form: levels and codes of the column names, and blocks of
+    numbers.
+    """
+    depth = int(group.attrs["axis0_nlevels"])
+    levels = [[_decode(one) for one in group[f"axis0_level{k}"][...]] for k in range(depth)]
+    codes = [group[f"axis0_label{k}"][...].astype(int) for k in range(depth)]
+    if any(level and level[0].startswith("\x80") for level in levels):
+        raise InvalidInput(
+            "its column names are pickled, which is not read. Write it with to_csv."
+        )
+    names = list(
+        zip(
+            *([level[c] for c in code] for level, code in zip(levels, codes, strict=True)),
+            strict=True,
+        )
+    )
+    if depth < 3 or "x" not in levels[-1]:
+        raise InvalidInput(
+            "it is a pandas table whose columns are not DeepLabCut's (scorer, bodyparts, coords)."
+            " Write it with to_csv, with columns NAME_x and NAME_y."
+        )
+    if "axis1" not in group or group["axis1"].dtype.kind not in "iuf":
+        raise InvalidInput(TRAINING_LABELS)
+    values = np.full((group["axis1"].shape[0], len(names)), np.nan)
+    for k in range(int(group.attrs["nblocks"])):
+        owners = [group[f"block{k}_items_label{n}"][...].astype(int) for n in range(depth)]
+        items = [
+            [_decode(one) for one in group[f"block{k}_items_level{n}"][...]]
+            for n in range(depth)
+        ]
+        block = group[f"block{k}_values"][...]
+        for column, place in enumerate(zip(*owners, strict=True)):
+            name = tuple(items[n][c] for n, c in enumerate(place))
+            values[:, names.index(name)] = block[:, column]
+    plain = [["" if depth == 3 else name[1], name[-2], name[-1]] for name in names]
+    return {"kind": "DeepLabCut", "labels": plain}, {
+        "values": values,
+        "frame": group["axis1"][...].astype(float),
+    }
+
+
+def _take_idtracker(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """idtracker.ai's trajectories (frame, animal, axis), one place for each animal."""
+    places = file["trajectories"][...].astype(float)
+    arrays = {"position": places.transpose(1, 0, 2)[:, :, None, :]}
+    about: dict[str, Any] = {"kind": "idtracker.ai", "names": ["body"]}
+    about["individuals"] = [str(k + 1) for k in range(places.shape[1])]
+    if "frames_per_second" in file.attrs:
+        about["frame_rate"] = float(file.attrs["frames_per_second"])
+    return about, arrays
+
+
+def _take_sleap_project(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A SLEAP project of one film: its predictions, or, in frames without them, its labels."""
+    about = json.loads(file["metadata"].attrs["json"])
+    skeleton = about["skeletons"][0]
+    skeleton = skeleton.get("nx_graph", skeleton)
+    names = [about["nodes"][int(node["id"])]["name"] for node in skeleton["nodes"]]
+    animals = [json.loads(one)[1] for one in file["tracks_json"][...]] or ["track_0"]
+    frames, instances = file["frames"][...], file["instances"][...]
+    if len({*frames["video"].tolist()}) > 1:
+        raise InvalidInput(
+            "it is a SLEAP project of several films; write each one's tracks with sleap-io:"
+            f" sio convert {os.path.basename(file.filename)} -o NAME.analysis.h5 --to analysis_h5"
+        )
+    first = int(frames["frame_idx"].min()) if frames.size else 0
+    n = int(frames["frame_idx"].max()) - first + 1 if frames.size else 0
+    if n * len(names) * len(animals) > _MAX_PLACES:
+        raise InvalidInput(f"its {n:,} frames of {len(animals)} animals are too many at once.")
+    position = np.full((len(animals), n, len(names), 2), np.nan)
+    likelihood = np.full(position.shape[:3], np.nan)
+    half = 0.5 if float(file["metadata"].attrs["format_id"]) < 1.1 else 0.0
+    points = {0: file["points"][...], 1: file["pred_points"][...]}
+    for frame in frames:
+        own = instances[int(frame["instance_id_start"]) : int(frame["instance_id_end"])]
+        for one in sorted(own, key=lambda one: -int(one["instance_type"])):
+            animal = int(one["track"]) if one["track"] >= 0 else 0
+            if animal >= len(animals):
+                raise InvalidInput("an instance is of a track that the project does not name.")
+            kind = int(one["instance_type"])
+            place = points[kind][int(one["point_id_start"]) : int(one["point_id_end"])]
+            row = int(frame["frame_idx"]) - first
+            seen = place["visible"].astype(bool)
+            position[animal, row, : len(place)][seen, 0] = place["x"][seen] - half
+            position[animal, row, : len(place)][seen, 1] = place["y"][seen] - half
+            sure = place["score"] if kind else np.ones(len(place))
+            likelihood[animal, row, : len(place)] = np.where(seen, sure, np.nan)
+    found: dict[str, Any] = {
+        "kind": "SLEAP",
+        "names": names,
+        "individuals": animals,
+        "frames": [n] * len(animals),
+    }
+    if first:
+        found["notes"] = {"first frame": f"{first} of the film"}
+    return found, {"position": position, "likelihood": likelihood}
 
 
 def _decode(name: Any) -> str:

@@ -147,7 +147,7 @@ def _find_delimiter(line: str) -> str:
 
 def _differ(names: list[str], cells: list[str]) -> bool:
     """Whether a row has another number of cells; either may end in a delimiter."""
-    return abs(len(names) - len(cells)) > ("" in (names[-1], cells[-1]))
+    return abs(len(names) - len(cells)) > ("" in (*names[-1:], *cells[-1:]))
 
 
 def _are_units(cells: list[str], below: list[str]) -> bool:

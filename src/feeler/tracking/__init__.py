@@ -3,6 +3,7 @@ explores.
 """
 
 from feeler.tensors.table import Table, parse_table, read_table
+from feeler.tracking.contacts import find_contacts, measure_clearance
 from feeler.tracking.kinematics import (
     SIDES,
     Exploration,
@@ -13,21 +14,39 @@ from feeler.tracking.kinematics import (
     measure_posture,
 )
 from feeler.tracking.quality import make_synthetic_tracks, save_dltdv
+from feeler.tracking.rhythm import (
+    Groups,
+    Rhythm,
+    Sides,
+    compare_groups,
+    compare_sides,
+    measure_base,
+    measure_rhythm,
+)
 from feeler.tracking.tracks import LANDMARKS, Tracks, load_tracks, save_poses
 
 __all__ = [
     "LANDMARKS",
     "SIDES",
     "Exploration",
+    "Groups",
+    "Rhythm",
+    "Sides",
     "Sweeps",
     "Table",
     "Tracks",
+    "compare_groups",
+    "compare_sides",
     "compute_antenna_angle",
+    "find_contacts",
     "find_sweeps",
     "load_tracks",
     "make_synthetic_tracks",
+    "measure_base",
+    "measure_clearance",
     "measure_exploration",
     "measure_posture",
+    "measure_rhythm",
     "parse_table",
     "read_table",
     "save_dltdv",

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.records import Choice
+from feeler.records import Choice, Shown
 from feeler.tracking.quality import find_doubts, leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
@@ -239,6 +239,8 @@ class Sweeps:
     unmeasured : int
         Peaks left out of ``peak_speed`` because they lie in a bridged gap that is long beside the
         motion's period.
+    interval : float
+        Between frames [ms].
     """
 
     angle: np.ndarray
@@ -252,6 +254,12 @@ class Sweeps:
     lost: tuple[float, float]
     frequency: float
     unmeasured: int = 0
+    interval: float = float("nan")
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time (frame,) [ms]."""
+        return np.arange(self.angle.size) * self.interval
 
     @property
     def bridged(self) -> int:
@@ -413,6 +421,7 @@ def find_sweeps(
         lost=spectrum.find_loss(cutoff),
         frequency=spectrum.frequency,
         unmeasured=int((~measured).sum()),
+        interval=interval,
     )
 
 
@@ -569,7 +578,7 @@ _SHIFT = 0.1  # [C] of the body's length, by which it may have moved meanwhile
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Exploration:
+class Exploration(Shown):
     """Average maximum angular speeds of several trials.
 
     Attributes
@@ -595,6 +604,8 @@ class Exploration:
     missing : np.ndarray
         (trial, side) share of frames without an angle; NaN of a side that was not asked for.
     """
+
+    DRAWN: ClassVar[str] = "draw_exploration"
 
     mean_peak: np.ndarray
     n_peaks: np.ndarray

@@ -16,6 +16,7 @@ from feeler.sandbox import open_guarded
 from feeler.tensors.formats import HDF5
 from feeler.tensors.readers import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table, split_line
+from feeler.tracking.exports import name_twice, read_fictrac, read_motive, spread_long
 
 # The clock of a film: frame rate from times, and frames that a file leaves out.
 
@@ -204,7 +205,13 @@ def read_tracker(
     text = read_text(path, MAX_BYTES)
     if re.match(r"\s*\"?scorer\"?[,;\t]", text):
         return _read_deeplabcut(text, source, individual, first)
-    table = parse_table(text, source=source, words=True)
+    try:
+        taken = _take_export(text, source, individual, first)
+    except (InvalidInput, ValueError) as error:
+        raise InvalidInput(f"{source}: {error}") from None
+    if taken is not None:
+        return taken
+    table = parse_table(name_twice(text), source=source, words=True)
     if {"track", "frame_idx"} <= {*table.columns}:
         return _read_sleap(table, text, individual=individual, first=first)
     if individual is not None:
@@ -214,6 +221,50 @@ def read_tracker(
     if any(name.endswith("_ncams") for name in table.columns) and "fnum" in table.columns:
         return _read_anipose(table)
     return table
+
+
+def _take_export(
+    text: str, source: str, individual: str | None, first: bool
+) -> Found | Table | None:
+    """What FicTrac, Motive or a long table hold; None where a text is none of these."""
+    if fictrac := read_fictrac(text):
+        rate, timed = None, ""
+        if fictrac["time"] is not None:
+            counted, step, _ = _count_frames(fictrac["time"])
+            if counted is not None:
+                rate, timed = 1e3 / step, "its timestamps"
+        (position,), notes = spread_frames(fictrac["frame"], source, fictrac["position"])
+        notes |= {"ahead": "a landmark one ball's radius ahead of the body"}
+        return Found(
+            names=fictrac["names"],
+            position=position,
+            frame_rate=rate,
+            timed=timed,
+            software="FicTrac",
+            unit="ball radii",
+            notes=notes,
+        )
+    if motive := read_motive(text):
+        (position,), notes = spread_frames(motive["frame"], source, motive["position"])
+        return Found(
+            names=motive["names"],
+            position=position,
+            frame_rate=motive["rate"],
+            timed="",
+            software="Motive",
+            unit="mm",
+            notes=notes,
+        )
+    spread = spread_long(text, individual)
+    if spread is None:
+        return None
+    wide, animals = spread
+    if animals != [""]:
+        _choose(animals, source, individual=individual, first=first)
+    table = parse_table(wide, source=source)
+    others = f"{', '.join(animals)} ({individual or animals[0]} taken)"
+    notes = table.notes | ({"animals": others} if len(animals) > 1 else {})
+    return Table(**vars(table) | {"notes": notes})
 
 
 def _has_hdf5(path: str | os.PathLike) -> bool:
@@ -395,7 +446,8 @@ def _read_hdf5_file(
                 f"{source}: {len(labels)} columns are named, the table has shape"
                 f" {arrays['values'].shape}."
             )
-        return _gather(labels, arrays["values"], arrays["frame"], source, **asked)
+        found = _gather(labels, arrays["values"], arrays["frame"], source, **asked)
+        return replace(found, notes=found.notes | about.get("notes", {}))
     position, score = (
         arrays["position"].astype(float),
         arrays.get("likelihood"),
@@ -435,6 +487,7 @@ def _read_hdf5_file(
 def _take_notes(about: Mapping[str, Any], animal: int) -> dict[str, str]:
     """What the file says beside the numbers, and what is odd about it."""
     notes = {"source": about["sources"][animal]} if "sources" in about else {}
+    notes |= about.get("notes", {})
     if about.get("flat"):
         notes["without z"] = ", ".join(about["flat"])
     return notes

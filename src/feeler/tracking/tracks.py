@@ -6,18 +6,21 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from datetime import datetime
+from difflib import get_close_matches
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.records import ALLOW_NAN, Gt, Len, Record, Unit
+from feeler.records import ALLOW_NAN, Gt, Len, Record, Unit, show_html
 from feeler.sandbox import Limits
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
 from feeler.tensors.table import Table, find_heading
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
+from feeler.tracking.exports import LENGTHS, find_boxes, find_landmarks, is_export
 from feeler.tracking.trackers import (
     OWN_UNIT,
     PLACEHOLDER,
@@ -107,6 +110,22 @@ class Tracks(Record):
         """Time (frame,) since the first frame [ms]."""
         return np.arange(self.n_frames) * self.interval
 
+    def plot(self) -> Any:
+        """A matplotlib Figure of where every landmark was."""
+        return resolve_name("feeler.plotting.results:draw_tracks")(self)
+
+    def _repr_html_(self) -> str:
+        """Picture and short table, as a notebook shows them."""
+        seen = np.isfinite(self.position).all(axis=2).mean(axis=0)
+        rows = [
+            ("frames", f"{self.n_frames}, {1e3 / self.interval:.4g} per second"),
+            ("landmarks", ", ".join(self.landmarks)),
+            ("seen", ", ".join(f"{share:.1%}" for share in seen)),
+            ("unit", self.unit),
+            *self.notes.items(),
+        ]
+        return show_html("Tracks", rows, self.plot())
+
     def scaled(self, pixels_per_mm: float) -> "Tracks":
         """The same tracks in mm."""
         if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit == "mm":
@@ -119,8 +138,10 @@ class Tracks(Record):
     def of(self, landmark: str) -> np.ndarray:
         """Positions (frame, axis) of one landmark; the error lists the names there are."""
         if landmark not in self.landmarks:
+            near = get_close_matches(landmark, self.landmarks, n=2)
+            hint = f" Nearest: {', '.join(near)}." if near else ""
             raise InvalidInput(
-                f"no landmark {landmark!r}; the tracks hold {', '.join(self.landmarks)}."
+                f"no landmark {landmark!r}; the tracks hold {', '.join(self.landmarks)}.{hint}"
             )
         return self.position[:, self.landmarks.index(landmark)]
 
@@ -138,11 +159,14 @@ def load_tracks(
     individual: str | None = None,
     plane: str | None = None,
 ) -> Tracks:
-    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV),
-    sleap-anipose (H5), movement (netCDF), ndx-pose (NWB), DLTdv, or a table.
+    """Read landmark tracks of DeepLabCut (CSV, H5 in either form of pandas), SLEAP (project,
+    analysis H5, CSV), Anipose (CSV), sleap-anipose (H5), movement (netCDF), ndx-pose (NWB), DLTdv,
+    Motive, TRex, idtracker.ai, AnimalTA, FicTrac, Bonsai, or a table.
 
-    A table has columns ``NAME_x, NAME_y`` per landmark, in space ``NAME_z`` too, and, if it likes,
-    ``NAME_likelihood``.
+    A table has columns ``NAME_x, NAME_y`` per landmark (or ``NAME/X``, ``NAME:x``, ``x1, y1``), in
+    space ``NAME_z`` too, and, if it likes, ``NAME_likelihood``; or, a long one, a row for each
+    landmark in each frame: ``frame`` or ``time``, ``keypoint``, ``x``, ``y``, and perhaps
+    ``individual`` and ``confidence``.
     Places whose likelihood is below ``min_likelihood`` become NaN and are counted in ``doubted``,
     and so do places at exactly (0, 0) that are far from those before and after, by which some
     programs mark a lost point (``notes``). Frames that the file leaves out, by its frame numbers or
@@ -392,11 +416,8 @@ def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[
 
 
 def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
-    found = {}
-    for index, column in enumerate(table.columns):
-        match = re.fullmatch(r"(.{1,200}?)[_. ]([xyzXYZ])", column)
-        if match:
-            found[match[1], match[2].upper()] = index
+    table, notes = find_boxes(table)
+    found, stated = find_landmarks(table.columns)
     names = (
         tuple(dict.fromkeys(name for name, _ in found))
         if landmarks is None
@@ -411,11 +432,14 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
     for name in names:
         _require_axes(table, found, name, name, axes)
     position = table.values[:, [[found[name, axis] for axis in axes] for name in names]]
+    unit = "px" if axes == "XY" else OWN_UNIT
+    if stated in LENGTHS:
+        position, unit = position * LENGTHS[stated], "mm"
     sure = [
         [
             c
             for c in table.columns
-            if re.fullmatch(rf"{re.escape(n)}[_. ](likelihood|score|confidence)", c)
+            if re.fullmatch(rf"{re.escape(n)}[_. :/](likelihood|score|confidence)", c)
         ]
         for n in names
     ]
@@ -425,8 +449,8 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
         names=names,
         position=position,
         likelihood=np.stack(seen, axis=1) if any(sure) else None,
-        notes=table.notes,
-        unit="px" if axes == "XY" else OWN_UNIT,
+        notes=table.notes | notes,
+        unit=unit,
     )
 
 
@@ -578,10 +602,12 @@ def _is_tracks(path: Path, start: bytes) -> bool:
         return True
     if b"\0" in start:
         return False
-    heading = find_heading(enumerate(start.decode("utf-8-sig", "ignore").split("\n"), 1))
-    names = [] if heading is None else [name.lower() for name in heading.names]
-    points = [name[:-1] for name in names if re.search(r"[_. ]x$", name)]
-    return any(f"{point}y" in names for point in points)
+    text = start.decode("utf-8-sig", "ignore")
+    if is_export(text):
+        return True
+    heading = find_heading(enumerate(text.split("\n"), 1))
+    found = find_landmarks([] if heading is None else heading.names)[0]
+    return any((name, "Y") in found and len(name) > 1 and name != "body" for name, _ in found)
 
 
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:

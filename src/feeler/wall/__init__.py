@@ -4,6 +4,7 @@ it.
 
 from feeler.wall.approach import (
     DISTANCES,
+    NEAREST,
     Approach,
     Peak,
     Posture,
@@ -19,9 +20,11 @@ from feeler.wall.distance import (
     bootstrap_median,
     compare,
     count_orderings,
+    explain_bending,
     fit_distance,
     make_postures,
     map_distance,
+    predict_peak,
     summarise,
 )
 from feeler.wall.following import (
@@ -38,6 +41,7 @@ from feeler.wall.sliding import WallTouch, drive, slide
 __all__ = [
     "DISTANCES",
     "FOLLOWING",
+    "NEAREST",
     "Approach",
     "Case",
     "Controller",
@@ -55,6 +59,7 @@ __all__ = [
     "compute_smooth_curvature",
     "count_orderings",
     "drive",
+    "explain_bending",
     "find_peak",
     "find_sweep_peak",
     "fit_distance",
@@ -62,6 +67,7 @@ __all__ = [
     "make_postures",
     "make_turn",
     "map_distance",
+    "predict_peak",
     "slide",
     "summarise",
 ]

@@ -3,16 +3,18 @@ depends.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+import pandas as pd
 
-from feeler.antenna.segments import Antenna
+from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
+from feeler.records import Shown
 from feeler.validation import Count, checked
 from feeler.wall.approach import DISTANCES, Approach, Peak, Posture, approach, find_sweep_peak
 
@@ -23,7 +25,7 @@ FEWEST_DISTANCES = 3  # a line through two points always fits
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DistanceMap:
+class DistanceMap(Shown):
     """A straight line distance = ``slope`` · position + ``intercept`` and how well it does.
 
     Attributes
@@ -55,7 +57,11 @@ class DistanceMap:
     told_apart : tuple[float, float]
         Nearest and farthest distance [mm] of the longest run in which neighbours are discriminated;
         NaN without one.
+    bending : str
+        Where the antenna bends, and why (:func:`explain_bending`).
     """
+
+    DRAWN: ClassVar[str] = "draw_map"
 
     distance: np.ndarray
     position: np.ndarray
@@ -69,10 +75,23 @@ class DistanceMap:
     error: float
     monotone: bool
     told_apart: tuple[float, float]
+    bending: str = ""
 
     def predict(self, position: float | np.ndarray) -> float | np.ndarray:
         """Distance [mm] from the position of the peak [mm]; NaN in, NaN out."""
         return self.slope * np.asarray(position) + self.intercept
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row per distance: the peak's place, whether it was fitted, and what is read from it."""
+        return pd.DataFrame(
+            {
+                "distance_mm": self.distance,
+                "peak_mm": self.position,
+                "at_base": self.at_base,
+                "fitted": self.used,
+                "estimate_mm": self.predict(self.position),
+            }
+        )
 
 
 @checked
@@ -134,6 +153,62 @@ def _fit_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float,
     return slope, intercept, r2, float(np.sqrt(np.mean(left_out**2))), ""
 
 
+# Where an antenna bends, by its stiffness alone: over its length, or at its base.
+
+_PUSHED = np.linspace(0.3, 0.9, 13)  # [C] shares of the length
+_BASE = 0.05  # [C] of the length, which counts as the base
+
+
+@checked
+def predict_peak(
+    antenna: Antenna, contact: Annotated[np.ndarray, "place"]
+) -> Annotated[np.ndarray, "place"]:
+    """Arc lengths (place,) [mm] at which an antenna bends most when it is pushed lightly aside at
+    arc lengths ``contact`` (place,) [mm].
+
+    The moment of a push at c is proportional to c − s, so the bend peaks where (c − s) / (k ℓ) is
+    greatest, over hinges at s of stiffness k behind segments of length ℓ: with k ℓ falling as
+    exp(−s/λ) at c − λ, or at the base if c < λ; with that of a cone of length L, (1 − s/L)⁴, at
+    (4 c − L)/3.
+
+    Raises
+    ------
+    InvalidInput
+        An antenna in space.
+    """
+    require_plane(antenna, "a wall")
+    push = np.asarray(contact, dtype=float)[:, None]
+    place = antenna.hinge_position
+    bend = np.maximum(push - place, 0.0) / (antenna.stiffness * antenna.segment_length)
+    return place[bend.argmax(axis=1)]
+
+
+def explain_bending(antenna: Antenna) -> str:
+    """In words, whether an antenna bends over its length, so that a wall's distance can be read
+    from where, or at its base, and why.
+    """
+    peak = predict_peak(antenna, _PUSHED * antenna.length) / antenna.length
+    along = peak > _BASE
+    stiffness = antenna.stiffness * antenna.segment_length
+    falls = float(
+        np.log(
+            stiffness[0]
+            / stiffness[np.searchsorted(antenna.hinge_position, antenna.length / 2)]
+        )
+    )
+    fall = f"{np.exp(max(falls, 0.0)):.3g}-fold from base to middle"
+    if along.mean() >= 0.5:
+        return (
+            f"bends over its length: pushed at 30 to 90 % of its length it bends most at"
+            f" {peak[0]:.0%} to {peak[-1]:.0%}, since its stiffness falls {fall}"
+        )
+    return (
+        f"bends most at its base wherever it is pushed, since its stiffness falls too little,"
+        f" {fall}; over its length bends one whose stiffness falls by more than a factor e between"
+        " base and wall"
+    )
+
+
 def _longest_run(
     distance: np.ndarray, position: np.ndarray, resolution: float
 ) -> tuple[float, float]:
@@ -162,13 +237,14 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     """
     peak = peak or find_sweep_peak(sweep, **options)
     used = _list_standing(sweep) & ~peak.at_base
-    return fit_distance(
+    found = fit_distance(
         sweep.distance,
         peak.position,
         used,
         peak.at_base,
         float(sweep.antenna.segment_length.max()),
     )
+    return replace(found, bending=explain_bending(sweep.antenna))
 
 
 def _list_standing(sweep: Approach) -> np.ndarray:

@@ -2,11 +2,12 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+import pandas as pd
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
@@ -14,10 +15,11 @@ from feeler.objects.bodies import Object
 from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Feature
 from feeler.physics.contact import get_contact
-from feeler.physics.engine import choose_timestep
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.rod.stepper import find_slips
 from feeler.physics.scene import Scene
 from feeler.physics.simulation import Simulations
-from feeler.records import Ge, Gt, Lt, Record, Unit, freeze
+from feeler.records import Ge, Gt, Lt, Record, Shown, Unit, freeze
 from feeler.validation import checked
 from feeler.wall.approach import (
     Approach,
@@ -27,13 +29,13 @@ from feeler.wall.approach import (
     make_kernel,
     make_wall_scene,
 )
-from feeler.wall.distance import DistanceMap, fit_distance
+from feeler.wall.distance import DistanceMap, explain_bending, fit_distance
 
 # Courses: a wall of straight faces with angled turns, on the right of a body that runs along
 # it.
 
-_RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
-_MARGIN = 100.0  # mm; the first and the last face go on by this
+RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
+_MARGIN = 100.0  # mm; the first and the last face go on by this, or by 2/3 of a longer one
 _THICK = 10.0  # mm; from a face to the back of its block
 # mm; a block goes on by this behind the next face where the wall turns towards the body
 _OVERLAP = 5.0
@@ -103,7 +105,7 @@ class Course(Record):
         No face, a face that is too short for a corner, or a turn of 80 degrees and more.
     """
 
-    lengths: tuple[Annotated[float, Gt(10), Unit("mm")], ...] = (_RUN_UP, _RUN_UP)
+    lengths: tuple[Annotated[float, Gt(10), Unit("mm")], ...] = (RUN_UP, RUN_UP)
     turns: tuple[Annotated[float, Gt(-80), Lt(80), Unit("degrees")], ...] = (30.0,)
 
     def _check(self) -> None:
@@ -151,11 +153,12 @@ class Course(Record):
 
 
 def _prolong(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    return end + _MARGIN * (end - start) / np.hypot(*(end - start))
+    length = np.hypot(*(end - start))
+    return end + max(_MARGIN, 2 / 3 * length) * (end - start) / length
 
 
 @checked
-def make_turn(angle: float, lengths: Sequence[float] = (_RUN_UP, _RUN_UP)) -> Course:
+def make_turn(angle: float, lengths: Sequence[float] = (RUN_UP, RUN_UP)) -> Course:
     """A wall with one turn of ``angle`` degrees, positive towards the body."""
     return Course(lengths=tuple(lengths), turns=(float(angle),))
 
@@ -163,9 +166,10 @@ def make_turn(angle: float, lengths: Sequence[float] = (_RUN_UP, _RUN_UP)) -> Co
 # A body that follows a wall by where its antenna bends most.
 
 _ENGINE = "rod-inertia"
-_PERIOD = (
-    1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
-)
+# [C] ms; how often a body feels and steers, or once per timestep where that is longer
+_PERIOD = 1.0
+_SPEED = 0.45  # [C] mm/ms
+_LENGTH = 42.0  # [D] mm; the flagellum to which speed, course, target and distances were chosen
 Watch = Callable[[np.ndarray, np.ndarray], None]
 """Called after each period with the body (3,) and the antenna's hinge angles (segment,); what it
 raises ends the run.
@@ -215,6 +219,11 @@ class Controller(Record):
     max_turn: Annotated[float, Gt(0), Unit("rad/ms")] = 0.03
     smoothing: Annotated[float, Gt(0), Unit("ms")] = 5.0
 
+    @classmethod
+    def for_antenna(cls, antenna: Antenna, **fields: Any) -> "Controller":
+        """The defaults with the target at the same share of the antenna's length, 12 of 42 mm."""
+        return cls(**{"target": 12.0 * measure_scale(antenna)} | fields)
+
     def begin(
         self, speed: float, period: float, first: float | None = None
     ) -> Callable[[float], float]:
@@ -239,7 +248,7 @@ class Controller(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Run:
+class Run(Shown):
     """One run along a course.
 
     Attributes
@@ -256,7 +265,18 @@ class Run:
         Whether the body ran into the wall; the run ends there.
     map : DistanceMap | None
         The map in use; None for a body that is told the true distance.
+    antenna : Antenna | None
+        The antenna with its slack shape.
+    angle : np.ndarray | None
+        Hinge angles (sample, segment) [rad].
+    course : Course | None
+        The wall.
+    settings : dict
+        What was chosen: speed [mm/ms], engine, timestep [ms], posture, controller; and the greatest
+        ``penetration`` of a contact [mm].
     """
+
+    DRAWN: ClassVar[str] = "draw_run"
 
     time: np.ndarray
     body: np.ndarray
@@ -265,6 +285,10 @@ class Run:
     target: float
     collided: bool
     map: DistanceMap | None
+    antenna: Antenna | None = None
+    angle: np.ndarray | None = None
+    course: Course | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
 
     @property
     def error(self) -> float:
@@ -282,24 +306,54 @@ class Run:
         """Least true distance [mm]."""
         return float(self.distance.min())
 
+    @property
+    def touching(self) -> float:
+        """Share of the samples with contact; NaN for a body that is told the distance."""
+        return float("nan" if self.map is None else np.isfinite(self.estimate[1:]).mean())
+
+    @property
+    def posture(self) -> Posture:
+        """How the antenna is held."""
+        return Posture.from_plain(self.settings["posture"])
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row per sample: time, the body's place and heading, true and estimated distance."""
+        x, y, heading = self.body.T
+        return pd.DataFrame(
+            {
+                "time_ms": self.time,
+                "x_mm": x,
+                "y_mm": y,
+                "heading_deg": np.degrees(heading),
+                "distance_mm": self.distance,
+                "estimate_mm": self.estimate,
+            }
+        )
+
 
 @checked
 def calibrate(
     antenna: Antenna,
     posture: Posture | None = None,
-    distances: Sequence[float] | np.ndarray = CALIBRATION,
+    distances: Sequence[float] | np.ndarray | None = None,
     *,
-    speed: float = 0.45,
-    engine: str = _ENGINE,
+    speed: float | None = None,
+    engine: str | None = None,
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> DistanceMap:
-    """The map read while the body runs parallel to a straight wall at known distances.
+    """The map read while the body runs parallel to a straight wall at known distances, by default
+    6 to 22 mm for an antenna of 42 mm, and in proportion for others.
 
     It differs from the quasi-static map by the wall's drag. Distances without contact, or with the
-    peak at the base hinge, are not fitted.
+    peak at the base hinge, are not fitted. ``speed``, ``engine`` and ``timestep`` as for
+    :func:`follow`.
     """
     posture = (posture or FOLLOWING).replace(side="right")
+    if distances is None:
+        distances = measure_scale(antenna) * np.array(CALIBRATION)
+    speed = choose_speed(antenna) if speed is None else speed
+    engine, timestep = _choose_steps(antenna, None, speed, engine, timestep)
     distances = np.sort(np.atleast_1d(np.asarray(distances, dtype=float)))[::-1]
     sweep = approach(antenna, posture, distances, substep=RUN_SUBSTEP)
     listened = []
@@ -319,9 +373,42 @@ def calibrate(
     position = np.array([np.median(p) if np.isfinite(p).all() else np.nan for p in listened])
     at_base = position < _GRID / 2
     used = np.isfinite(position) & ~at_base
-    return fit_distance(
+    found = fit_distance(
         sweep.distance, position, used, at_base, float(antenna.segment_length.max())
     )
+    return replace(found, bending=explain_bending(antenna))
+
+
+def measure_scale(antenna: Antenna) -> float:
+    """How many times as long as a cockroach's 42 mm an antenna is, to three digits."""
+    return float(f"{antenna.length / _LENGTH:.3g}")
+
+
+def choose_speed(antenna: Antenna) -> float:
+    """The default speed [mm/ms]: 0.45, or less for an antenna shorter than the cockroach's, which
+    then runs past as many of its lengths in a second.
+    """
+    return _SPEED * min(1.0, measure_scale(antenna))
+
+
+def _choose_steps(
+    antenna: Antenna,
+    course: Course | None,
+    speed: float,
+    engine: str | None,
+    timestep: float | None,
+) -> tuple[str, float]:
+    """Engine and timestep [ms]: the rod with inertia where no corner of the course can slip in
+    between two of the antenna's hinges, and 1 ms or the longest part of it that follows the base.
+    """
+    if engine is None:
+        walls = [] if course is None else [course.make_object()]
+        engine = DEFAULT_ENGINE if find_slips(antenna, walls) else _ENGINE
+    if timestep is not None:
+        return engine, timestep
+    usual = choose_timestep(None, engine, get_contact(None, antenna))
+    far = get_engine(engine).stride * float(antenna.radius.min())
+    return engine, _PERIOD / np.ceil(_PERIOD / min(usual, far / speed) - 1e-9)
 
 
 @checked
@@ -331,11 +418,11 @@ def follow(
     *,
     posture: Posture | None = None,
     controller: Controller | None = None,
-    speed: Annotated[float, Gt(0)] = 0.45,
+    speed: Annotated[float, Gt(0)] | None = None,
     start: Annotated[float, Gt(0)] | None = None,
     distance_map: DistanceMap | None = None,
     oracle: bool = False,
-    engine: str = _ENGINE,
+    engine: str | None = None,
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> Run:
@@ -348,8 +435,12 @@ def follow(
 
     Parameters
     ----------
+    course, controller
+        By default a turn of 30° after 150 mm, and 12 mm to keep, for an antenna of 42 mm; for
+        others in proportion to their length.
     speed
-        [mm/ms]; cockroaches follow walls at 0.3 to 0.6.
+        [mm/ms]; cockroaches follow walls at 0.3 to 0.6. By default 0.45, and less in proportion for
+        an antenna shorter than 42 mm.
     start
         Distance at which it begins, running along the wall [mm]; default: the controller's target.
     distance_map
@@ -358,7 +449,8 @@ def follow(
         Steer by the true distance: what steering alone can reach.
     engine, timestep
         As for :func:`feeler.touch`; by default the rod with inertia, whose implicit steps may be 1
-        ms long.
+        ms long, or, where a corner of the course could slip in between two hinges, the chain; and
+        the longest timestep that divides 1 ms and follows the base.
     watch
         Called after each period, with the body (3,) and the hinge angles (segment,).
 
@@ -370,15 +462,18 @@ def follow(
     ------
     InvalidInput
         The target or the start lies beyond the antenna's length, or the map is undefined (the
-        antenna's peak does not move with distance), so that there is nothing to steer by.
+        antenna's peak does not move with distance), so that there is nothing to steer by; the
+        message says why.
     """
     posture = (posture or FOLLOWING).replace(side="right")
-    controller, course = controller or Controller(), course or Course()
+    controller = controller or Controller.for_antenna(antenna)
+    course = course or make_turn(30.0, [RUN_UP * measure_scale(antenna)] * 2)
+    speed = choose_speed(antenna) if speed is None else speed
     start = controller.target if start is None else start
     if not 0 < max(controller.target, start) <= antenna.length:
         raise InvalidInput(
             f"the wall must be within the antenna's reach of {antenna.length:g} mm: the target is"
-            f" {controller.target:g} mm, the start {start:g} mm."
+            f" {controller.target:g} mm, the start {start:g} mm. Give a nearer target=."
         )
     if not oracle:
         distance_map = distance_map or calibrate(
@@ -387,11 +482,18 @@ def follow(
         if distance_map.undefined:
             raise InvalidInput(
                 f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}."
-                " Use another antenna or posture, or oracle=True."
+                f" It {distance_map.bending or explain_bending(antenna)}. Use another antenna, or"
+                " oracle=True."
             )
     sweep = approach(antenna, posture, [start], substep=RUN_SUBSTEP)
+    engine, timestep = _choose_steps(antenna, course, speed, engine, timestep)
     runner = _Runner(make_course_scene(sweep, 0, course), speed, engine, timestep, watch)
-    return _run(runner, course, controller, None if oracle else distance_map)
+    run = _run(runner, course, controller, None if oracle else distance_map)
+    chosen = {"posture": posture.to_plain(), "controller": controller.to_plain()}
+    sunk = float(runner.simulation.state.sink[0] * antenna.radius.min())
+    settings = {"speed": speed, "engine": engine, "timestep": timestep, "penetration": sunk}
+    settings |= chosen
+    return replace(run, antenna=sweep.antenna, course=course, settings=settings)
 
 
 def make_course_scene(sweep: Approach, row: int, course: Course) -> Scene:
@@ -413,12 +515,14 @@ def _run(
     steer, turn = controller.begin(runner.speed, runner.period, -runner.body[0]), 0.0
     used = np.zeros(1) if known is None else known.distance[known.used]
     near, far = used.min(), used.max()
-    body, estimate = [runner.body], [np.nan]
+    body, estimate, angle = [runner.body], [np.nan], [runner.angle]
     distance = [course.measure(runner.body[None, :2])[0]]
-    n_periods = max(1, round((sum(course.lengths) - 20.0) / runner.speed / runner.period))
+    whole = sum(course.lengths)
+    n_periods = max(1, round((whole - max(20.0, whole / 15)) / runner.speed / runner.period))
     while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST):
         runner.go(turn)
         body.append(runner.body)
+        angle.append(runner.angle)
         distance.append(course.measure(runner.body[None, :2])[0])
         seen = float(
             distance[-1] if known is None else np.clip(known.predict(runner.feel()), near, far)
@@ -433,6 +537,7 @@ def _run(
         target=controller.target,
         collided=bool(distance[-1] <= BODY_LOST),
         map=known,
+        angle=np.array(angle),
     )
 
 
@@ -466,6 +571,11 @@ class _Runner:
     def body(self) -> np.ndarray:
         """x, y [mm] and heading [rad] (3,)."""
         return self.simulation.state.base[0] - [0.0, 0.0, self._base_angle]
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Hinge angles (segment,) [rad]."""
+        return self.simulation.state.angle[0].copy()
 
     def go(self, turn: float) -> None:
         """Run on for one period with a turn rate [rad/ms], straight ahead as it looks in the middle

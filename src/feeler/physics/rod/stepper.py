@@ -191,8 +191,31 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
     they stand beyond the corner's arc, by ρ (1 − cos τ/2) + (a − ρ sin τ/2) tan τ/2. It must not
     exceed r.
     """
+    needed = _measure_slip(antenna, item, rim)
+    if needed is not None:
+        raise InvalidInput(
+            "the rod engine feels at the hinges and the tip only, up to"
+            f" {antenna.segment_length.max():.3g} mm apart, and the corners of {item.name!r} are"
+            f" sharp enough to slip in between. Give it a rounding ≥ {needed:.3g} mm, the antenna"
+            " shorter segments, or use engine='chain-consistent'."
+        )
+
+
+def find_slips(antenna: Antenna, objects: Sequence[Object]) -> bool:
+    """Whether a corner of these objects could slip in between two hinges, so that the rod refuses
+    them.
+    """
+    return any(
+        _measure_slip(antenna, item, rim) is not None
+        for item in objects
+        for rim in _list_rims(item.feature)
+    )
+
+
+def _measure_slip(antenna: Antenna, item: Object, rim: np.ndarray) -> float | None:
+    """The least rounding [mm] of a rim whose corners could slip in; None where none can."""
     if item.feature.unbounded:
-        return
+        return None
     half, radius = antenna.segment_length / 2, antenna.radius
     reach = radius + item.feature.rounding
     turn = np.append(rim[1:, f.F_TURN], 2 * np.pi) - rim[:, f.F_TURN]
@@ -200,14 +223,9 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
     beyond = reach * (1 - np.cos(bow)) + (half - reach * np.sin(bow)) * np.tan(bow)
     arc = reach - np.sqrt(np.maximum(reach**2 - half**2, 0.0))
     sag = np.where(half <= reach * np.sin(bow), arc, beyond)
-    if np.any(sag > radius):
-        needed = np.max((half**2 - radius**2) / (2 * radius))
-        raise InvalidInput(
-            f"the rod engine feels at the hinges and the tip only, up to {2 * half.max():.3g} mm"
-            f" apart, and the corners of {item.name!r} are sharp enough to slip in between. Give it"
-            f" a rounding ≥ {needed:.3g} mm, the antenna shorter segments, or use"
-            " engine='chain-consistent'."
-        )
+    if not np.any(sag > radius):
+        return None
+    return float(np.max((half**2 - radius**2) / (2 * radius)))
 
 
 def _make_rod_lane(scene: Scene, model: _RodModel) -> _RodLane:

@@ -1,0 +1,294 @@
+"""What ``feeler tracks`` writes: page, table, figure, numbers; contacts; groups of animals."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from feeler.cli.tracks import list_groups, list_settings, pair_counts, write_mean
+from feeler.errors import InvalidInput
+from feeler.files import write_text, writing
+
+_SIDES = ("left", "right")
+_HEADER = (
+    "trial",
+    *(f"{side} [°/s] (peaks)" for side in _SIDES),
+    "frames bridged (left, right)",
+    "frames missing (left, right)",
+)
+_COLUMNS = (
+    "trial",
+    "side",
+    "time_ms",
+    "angle_deg",
+    "speed_deg_per_s",
+    "frame",
+    "bridged",
+    "tip_x",
+    "tip_y",
+    "unit",
+    "phase_deg",
+    "contact",
+    "frame_rate",
+    "cutoff_hz",
+    "cutoff_choice",
+)
+_CONSTANT = (
+    "tip",
+    "base",
+    "head",
+    "abdomen",
+    "min_likelihood",
+    "max_gap",
+    "outliers",
+    "feeler",
+)
+
+
+def _list_cells(row: dict[str, Any]) -> list[object]:
+    """A trial's row of the page."""
+    speeds = [
+        "none" if mean is None else f"{mean:.1f}{_show_error(error)} ({count})"
+        for mean, error, count in zip(
+            row["mean_peak"], row["error"], row["n_peaks"], strict=True
+        )
+    ]
+    return [row["file"], *speeds, pair_counts(row["bridged"]), pair_counts(row["missing"])]
+
+
+def _show_error(error: float | None) -> str:
+    return "" if error is None else f" ± {error:.2g}"
+
+
+def save_pages(
+    out: Path,
+    files: list[Path],
+    trials: list,
+    result: Any,
+    found: dict[str, Any],
+    touched: list[Any] | None,
+) -> None:
+    """tracks.html, .csv (a row for each trial, side and frame), .json, .png and .svg, and
+    contacts.csv.
+    """
+    from matplotlib.figure import Figure
+
+    from feeler.plotting import style
+    from feeler.plotting.results import plot_exploration
+    from feeler.report import Section, write_page
+
+    out.mkdir(parents=True, exist_ok=True)
+    _save_table(out / "tracks.csv", trials, result, found)
+    if touched is not None:
+        save_contacts(out, files, touched)
+    write_text(out / "tracks.json", json.dumps(found, indent=1) + "\n")
+    height = 1.2 + 1.5 * len(trials)
+
+    def draw(figure: Any) -> None:
+        plot_exploration(result, figure, [file.name for file in files], touched)
+
+    with style():
+        draw(figure := Figure(figsize=(6.0, height), layout="constrained"))
+        figure.savefig(out / "tracks.svg")
+    section = Section(name="tracks", title="Angles and speeds", folder=out, vector=False)
+    section.figure(
+        "tracks",
+        "Left: angle of each antenna to the body. Right: its absolute speed (line) and the peaks"
+        " that are averaged (black dots). Grey: contact.",
+        draw,
+        height=height,
+    )
+    section.table(
+        _HEADER,
+        [_list_cells(row) for row in found["trials"]],
+        "Mean of the peak speeds ± standard error.",
+    )
+    section.text(write_mean(found))
+    for words in list_groups(found):
+        section.text(words.strip())
+    section.heading("How it was measured")
+    for row in found["trials"]:
+        section.text(f"{row['file']}: {'. '.join(list_settings(row, found['settings']))}.")
+    section.table(
+        ["setting", "value"],
+        [[name, _show(value)] for name, value in found["settings"].items()],
+    )
+    write_page(
+        out / "tracks.html",
+        "How fast the antennae move",
+        ", ".join(file.name for file in files),
+        section,
+    )
+    typer.echo(
+        f"wrote {out}/tracks.html, tracks.csv, tracks.json, tracks.png, tracks.svg", err=True
+    )
+
+
+def _show(value: Any) -> str:
+    """A setting in words."""
+    if isinstance(value, tuple | list):
+        return ", ".join(map(str, value))
+    return "not given" if value is None else str(value)
+
+
+def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) -> None:
+    """A row for each trial, side and frame, with what it was measured with."""
+    settings = found["settings"]
+    head, abdomen = settings["body"]
+    bases = settings["bases"] or (head, head)
+    with writing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow((*_COLUMNS, *_CONSTANT))
+        for row, trial, pair in zip(found["trials"], trials, result.sweeps, strict=True):
+            for k, side in enumerate(_SIDES):
+                if not settings["tips"][k]:
+                    continue
+                same = {**settings, "tip": settings["tips"][k], "base": bases[k] or head}
+                same |= {"head": head, "abdomen": abdomen}
+                choice = settings["cutoff"] if isinstance(settings["cutoff"], str) else "given"
+                last = [f"{row['frame_rate']:g}", f"{row['cutoff'][k]:.6g}", choice]
+                last += [same[name] for name in _CONSTANT]
+                angle, speed = np.rad2deg(pair[k].angle), np.rad2deg(pair[k].speed) * 1e3
+                tip = trial.of(settings["tips"][k])
+                columns = trial.time, angle, speed, *tip.T[:2], _measure_phase(pair[k], trial)
+                marks = pair[k].is_bridged, _mark_contact(row, side, trial.n_frames)
+                for n, values in enumerate(zip(*columns, strict=True)):
+                    t, a, v, x, y, phase = (f"{value:.6g}" for value in values)
+                    b, c = (int(mark[n]) for mark in marks)
+                    table.writerow(
+                        [row["file"], side, t, a, v, n, b, x, y, trial.unit, phase, c, *last]
+                    )
+
+
+def _measure_phase(sweeps: Any, trial: Any) -> np.ndarray:
+    """(frame,) [degrees], NaN without a rhythm."""
+    from feeler.tracking import measure_rhythm
+
+    if not 0 < sweeps.frequency * 2 * trial.interval < 0.5:
+        return np.full(trial.n_frames, np.nan)
+    return np.rad2deg(measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase)
+
+
+def _mark_contact(row: dict[str, Any], side: str, n_frames: int) -> np.ndarray:
+    """Whether (frame,) a side is in contact."""
+    touching = np.zeros(n_frames, dtype=bool)
+    for one in row.get("contacts", ()):
+        if one["side"] == side:
+            touching[one["first_frame"] : one["last_frame"] + 1] = True
+    return touching
+
+
+# Contacts and groups, as the command line asks for them.
+
+
+def list_contacts(
+    said: Any, trials: list, antennae: list[tuple[str, list[str]]]
+) -> list[Any] | None:
+    """Per trial a table of contacts of ``antennae`` (side, landmarks base to tip); None where
+    nothing was asked.
+    """
+    import pandas as pd
+
+    from feeler.tracking import find_contacts
+
+    if not said.contact:
+        if said.within is not None:
+            raise InvalidInput("--within is for --contact, which names what is touched.")
+        return None
+    target, within = _read_target(said), said.within
+    if target is None:
+        if len(antennae[0][1]) < 3:
+            raise InvalidInput(
+                "--contact bend needs --points, three or more along the antenna."
+            )
+        within = None if within is None else float(np.deg2rad(within))
+    elif within is None:
+        raise InvalidInput(
+            "--contact needs --within, the greatest distance that counts as contact [px, or mm"
+            " with --scale]."
+        )
+    found = []
+    for trial in trials:
+        parts = [
+            find_contacts(
+                trial, points, target, within=within, max_gap=said.max_gap or 0
+            ).assign(side=side, target=said.contact)
+            for side, points in antennae
+        ]
+        found.append(
+            pd.concat([one for one in parts if len(one)] or parts[:1], ignore_index=True)
+        )
+    return found
+
+
+def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
+    """A landmark, places as tracks have them, or None for bending."""
+    if said.contact == "bend":
+        return None
+    parts = said.contact.split(",")
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        if len(parts) > 1:
+            raise InvalidInput(
+                f"--contact takes one landmark, or numbers X,Y,X,Y,…; got {said.contact!r}."
+            ) from None
+        return said.contact
+    if len(numbers) % 2 or len(numbers) < 2:
+        raise InvalidInput(
+            f"--contact takes pairs X,Y of pixels, got {len(numbers)} numbers: {said.contact}."
+        )
+    places = np.reshape(numbers, (-1, 2)) / (said.scale or 1.0)
+    places[:, 1] *= -1.0 if said.origin == "top-left" else 1.0
+    return [(float(x), float(y)) for x, y in places]
+
+
+def save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
+    """contacts.csv: a row for each contact."""
+    import pandas as pd
+
+    out.mkdir(parents=True, exist_ok=True)
+    tables = [one.assign(trial=file.name) for file, one in zip(files, touched, strict=True)]
+    write_text(out / "contacts.csv", pd.concat(tables).to_csv(index=False))
+    typer.echo(f"wrote {out}/contacts.csv", err=True)
+
+
+def read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
+    """Animal and group of each file, by a table with columns file, animal and group."""
+    import pandas as pd
+
+    try:
+        table = pd.read_csv(path, sep=None, engine="python", dtype=str, skipinitialspace=True)
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"--sheet {path}: {error}") from None
+    if missing := [name for name in ("file", "group") if name not in table]:
+        raise InvalidInput(
+            f"--sheet {path} has no column {missing[0]!r}, but"
+            f" {', '.join(map(str, table.columns))}; it needs file and group, and animal where an"
+            " animal has several films."
+        )
+    owner = table["animal"] if "animal" in table else table["file"]
+    known = {
+        Path(name).name: (str(animal), str(group))
+        for name, animal, group in zip(table["file"], owner, table["group"], strict=True)
+    }
+    if lacking := [file.name for file in files if file.name not in known]:
+        raise InvalidInput(
+            f"--sheet {path} names no animal for {lacking[0]}; it names {', '.join(known)}."
+        )
+    return [known[file.name] for file in files]
+
+
+def compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
+    """The groups' average maximum angular speeds, an animal's both sides and all films together."""
+    from feeler.tracking import compare_groups
+
+    value = [
+        float(np.nanmean(row)) if np.isfinite(row).any() else float("nan")
+        for row in np.rad2deg(result.mean_peak) * 1e3
+    ]
+    animals, groups = zip(*owners, strict=True)
+    return compare_groups(value, animals, groups)

@@ -1,0 +1,205 @@
+"""Contacts of a tracked antenna with an object, a wall or a region: when, how long, and where along
+it.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
+
+from feeler.errors import InvalidInput
+from feeler.records import Gt
+from feeler.tracking.kinematics import measure_posture
+from feeler.tracking.tracks import Tracks
+from feeler.validation import checked
+
+_N_PLACES = 101  # places along an antenna at which its distance is measured
+_SPREADS = 5.0  # [C] median absolute deviations by which an antenna bends more than when free
+
+
+@checked
+def measure_clearance(
+    tracks: Tracks, points: Sequence[str], target: str | Sequence[Sequence[float]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distance of an antenna from a target, and where along the antenna it is nearest.
+
+    Parameters
+    ----------
+    tracks
+        In px, or in mm after ``Tracks.scaled``; in a plane.
+    points
+        Landmarks along the antenna, base to tip, at least one; between them it is straight.
+    target
+        A landmark by name; or places (corner, 2) in the tracks' own coordinates (y upwards): one is
+        a point, two are the ends of a wall, and more are the corners of a region, within which the
+        distance is 0.
+
+    Returns
+    -------
+    distance, place : np.ndarray
+        (frame,) in the tracks' unit, and as a share of the antenna's length from base 0 to tip 1;
+        NaN where a landmark is missing. Of a single point the place is 1.
+
+    Raises
+    ------
+    InvalidInput
+        Unknown landmarks, places in space, or a target without corners.
+    """
+    line = np.stack([tracks.of(name) for name in points], axis=1)
+    if line.shape[2] != 2:
+        raise InvalidInput("contacts are found in a plane; give plane='xy' to load_tracks.")
+    shares, places = _spread(line)
+    if isinstance(target, str):
+        away = np.linalg.norm(places - tracks.of(target)[:, None], axis=2)
+    else:
+        corners = np.asarray(target, dtype=float)
+        if corners.ndim != 2 or corners.shape[1:] != (2,) or not np.isfinite(corners).all():
+            raise InvalidInput(
+                "a target is a landmark, or places (corner, 2): one for a point, two for a wall,"
+                f" three or more for a region; got shape {corners.shape}."
+            )
+        away = _measure_away(places, corners)
+    lost = ~np.isfinite(away).all(axis=1)
+    nearest = np.where(lost[:, None], 0.0, away).argmin(axis=1)
+    row = np.arange(len(away))
+    return np.where(lost, np.nan, away[row, nearest]), np.where(lost, np.nan, shares[nearest])
+
+
+def _spread(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shares of the length (place,) and places (frame, place, 2) along lines (frame, point, 2)."""
+    if line.shape[1] == 1:
+        return np.ones(1), line
+    piece = np.nanmedian(np.linalg.norm(np.diff(line, axis=1), axis=2), axis=0)
+    arc = np.concatenate([[0.0], np.cumsum(piece)]) / piece.sum()
+    shares = np.linspace(0.0, 1.0, _N_PLACES)
+    after = np.clip(np.searchsorted(arc, shares), 1, len(arc) - 1)
+    part = (shares - arc[after - 1]) / (arc[after] - arc[after - 1])
+    start, end = line[:, after - 1], line[:, after]
+    return shares, start + part[:, None] * (end - start)
+
+
+def _measure_away(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distances (frame, place) from a point, a wall or a region."""
+    closed = np.concatenate([corners, corners[:1]]) if len(corners) > 2 else corners
+    if len(closed) == 1:
+        return np.linalg.norm(places - closed[0], axis=2)
+    found = np.full(places.shape[:2], np.inf)
+    inside = np.zeros(places.shape[:2], dtype=bool)
+    for start, end in pairwise(closed):
+        along = end - start
+        share = np.clip((places - start) @ along / max(along @ along, 1e-300), 0.0, 1.0)
+        foot = start + share[..., None] * along
+        found = np.minimum(found, np.linalg.norm(places - foot, axis=2))
+        x, y = places[..., 0], places[..., 1]
+        crossed = (start[1] > y) != (end[1] > y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside ^= crossed & (x < start[0] + (y - start[1]) * along[0] / along[1])
+    found = np.where(np.isfinite(places).all(axis=2), found, np.nan)
+    return np.where(inside, 0.0, found) if len(corners) > 2 else found
+
+
+@checked
+def find_contacts(
+    tracks: Tracks,
+    points: Sequence[str],
+    target: str | Sequence[Sequence[float]] | None = None,
+    *,
+    within: Annotated[float, Gt(0)] | None = None,
+    min_duration: float = 0.0,
+    max_gap: int = 0,
+) -> pd.DataFrame:
+    """Contacts of one antenna, one a row: by its distance from a target, or by how it bends.
+
+    Parameters
+    ----------
+    tracks
+        In px, or in mm after ``Tracks.scaled``.
+    points
+        Landmarks along the antenna, base to tip; three or more where contact is seen from bending.
+    target
+        As for :func:`measure_clearance`; None: contact is where the antenna bends, in sum over its
+        joints, by more than ``within`` [rad] beyond its median posture, by default by five median
+        absolute deviations [C].
+    within
+        Greatest distance that counts as contact, in the tracks' unit.
+    min_duration
+        Shorter contacts [ms] are left out.
+    max_gap
+        A contact goes on over at most so many frames without contact, or that are missing.
+
+    Returns
+    -------
+    DataFrame
+        ``on_ms``, ``off_ms`` (the end of the last frame in contact), ``duration_ms``,
+        ``first_frame``, ``last_frame``, ``place`` (share of the length, median over the contact),
+        and ``whole``: False where the film, or a gap in it, begins or ends during the contact, so
+        that the duration is too short. ``attrs`` hold the threshold.
+
+    Raises
+    ------
+    InvalidInput
+        A target without ``within``, too few points, or an antenna that is never seen.
+    """
+    if target is None:
+        strength, place, least = _measure_bending(tracks, points, within)
+    else:
+        if within is None:
+            raise InvalidInput(
+                f"contact by distance needs within=, the greatest distance [{tracks.unit}] that"
+                " counts as contact."
+            )
+        distance, place = measure_clearance(tracks, points, target)
+        strength, least = -distance, -within
+    if not np.isfinite(strength).any():
+        raise InvalidInput(f"{', '.join(points)} are never seen together: there is no contact.")
+    touching = strength >= least  # False where it is not known
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], touching, [0]])))
+    spans = edges.reshape(-1, 2).tolist()
+    joined: list[list[int]] = []
+    for start, stop in spans:
+        if joined and start - joined[-1][1] <= max_gap:
+            joined[-1][1] = stop
+        else:
+            joined.append([start, stop])
+    known = np.isfinite(strength)
+    step, n = tracks.interval, tracks.n_frames
+    rows: list[dict[str, Any]] = []
+    for start, stop in joined:
+        if (stop - start) * step < min_duration:
+            continue
+        whole = start > 0 and stop < n and bool(known[start - 1] and known[stop])
+        rows.append(
+            {
+                "on_ms": start * step,
+                "off_ms": stop * step,
+                "duration_ms": (stop - start) * step,
+                "first_frame": start,
+                "last_frame": stop - 1,
+                "place": float(np.nanmedian(place[start:stop])),
+                "whole": whole,
+            }
+        )
+    names = ["on_ms", "off_ms", "duration_ms", "first_frame", "last_frame", "place", "whole"]
+    table = pd.DataFrame(rows, columns=names)
+    table.attrs = {"within": abs(least), "unit": "rad" if target is None else tracks.unit}
+    return table
+
+
+def _measure_bending(
+    tracks: Tracks, points: Sequence[str], within: float | None
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Bend beyond the median posture (frame,) [rad], where it is greatest, and the threshold."""
+    posture = measure_posture(tracks, points)
+    bend = posture["bend"].values
+    off = np.abs(bend - np.nanmedian(bend, axis=0))
+    strength = off.sum(axis=1)
+    length = posture["piece_length"].values
+    joints = np.cumsum(length)[:-1] / length.sum()
+    lost = ~np.isfinite(strength)
+    place = np.where(lost, np.nan, joints[np.where(lost[:, None], 0.0, off).argmax(axis=1)])
+    if within is None:
+        middle = np.nanmedian(strength)
+        within = float(middle + _SPREADS * np.nanmedian(np.abs(strength - middle)))
+    return strength, place, within
