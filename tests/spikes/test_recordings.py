@@ -239,3 +239,10 @@ def test_the_command_reads_one_s_own_units_and_writes_tables(tmp_path):
     table = pd.read_csv(out / "recorded.csv", dtype={"unit": str}).set_index("unit")
     assert table.loc["3", "latency_ms"] == 7.0 and "3 trial(s)" in said.output
     assert (out / "recorded.png").exists() and (out / "psth.csv").exists()
+
+
+@pytest.mark.parametrize("write", [write_csv, write_words, write_phy, write_nwb])
+def test_info_names_the_command_that_reads_spikes(tmp_path, write):
+    said = CliRunner().invoke(app, ["info", str(write(tmp_path))])
+    assert "trains of spikes" in said.output and "17, 5 to 12 of a unit" in said.output
+    assert "feeler spikes --recorded" in said.output

@@ -102,11 +102,12 @@ def list_rooms() -> dict[str, Any]:
     """
     from feeler.design.plan import DESIGN_FILES
     from feeler.robot.recordings import ROBOT_FILES
+    from feeler.spikes.recordings import SPIKE_FILES
     from feeler.tensors.formats import PLAIN_TABLES
     from feeler.tracking.tracks import TRACK_FILES
 
     named = {**_name_traces(), **_name_results(), **PLAIN_TABLES}
-    return {**DESIGN_FILES, **ROBOT_FILES, **TRACK_FILES, **named}
+    return {**DESIGN_FILES, **SPIKE_FILES, **ROBOT_FILES, **TRACK_FILES, **named}
 
 
 def _name_traces() -> dict[str, Any]:

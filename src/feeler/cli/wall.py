@@ -218,7 +218,16 @@ def _save(
         for name, found in maps.items()
     ]
     section.table(
-        ["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is", "it"], rows
+        [
+            "antenna",
+            "R²",
+            "slope",
+            "intercept [mm]",
+            "error [mm]",
+            "R² is",
+            "straight and pushed lightly it",
+        ],
+        rows,
     )
     if movie and next(iter(sweeps.values())).distance.size > 1:
         try:

@@ -24,7 +24,7 @@ from feeler.records import Gt, Shown
 from feeler.sandbox import open_guarded
 from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, find_step
 from feeler.spikes.trains import attach_trains, count_spikes
-from feeler.tensors.formats import HDF5
+from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
 from feeler.tensors.table import MAX_BYTES, parse_table
 from feeler.tensors.transforms import in_unit
@@ -38,6 +38,7 @@ _COLUMN = re.compile(
     r"(?:[_ .]?[(\[]?(?P<unit>s|sec|seconds?|ms|us|µs)[)\]]?)?",
     re.IGNORECASE,
 )
+_OWNERS = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
 _WORDS = {"sec": "s", "second": "s", "seconds": "s", "µs": "us"}
 _FASTEST = 2.0  # [C] spikes per ms of one unit in the median interval, above any nerve fibre's
 _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
@@ -118,8 +119,7 @@ def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
             " the column."
         )
     time = table.column(column) * _MS[said or unit or ""]
-    names = ("unit", "unit_id", "cluster", "cluster_id", "neuron", "id")
-    owner = next((name for name in table.columns if name.lower() in names), None)
+    owner = next((name for name in table.columns if name.lower() in _OWNERS), None)
     if owner is None:
         labels = np.array(["1"] * time.size)
     elif owner in table.words:
@@ -163,7 +163,7 @@ def read_onsets(path: str | os.PathLike, *, unit: str | None = None) -> np.ndarr
     ``onset_s`` or ``onset_ms``, or the starts of an NWB file's trials.
     """
     if read_start(path, len(HDF5)) != HDF5:
-        return np.concatenate([*_read_table(Path(path), unit).values()])
+        return np.sort(np.concatenate([*_read_table(Path(path), unit).values()]))
     _, arrays = open_guarded(f"{__name__}:read_units", path)
     if "starts" not in arrays:
         raise InvalidInput(f"{Path(path).name} has no table of trials; give the onsets.")
@@ -183,7 +183,7 @@ def _read_phy(folder: Path) -> dict[str, np.ndarray]:
     owner = arrays.get("spike_clusters", arrays.get("spike_templates"))
     if "spike_times" not in arrays or owner is None:
         raise InvalidInput(
-            f"{folder.name} is no folder of Phy or Kilosort: it lacks spike_times.npy or"
+            f"{folder.resolve().name} is no folder of Phy or Kilosort: it lacks spike_times.npy or"
             " spike_clusters.npy."
         )
     if owner.size != arrays["spike_times"].size:
@@ -214,6 +214,39 @@ def _read_phy(folder: Path) -> dict[str, np.ndarray]:
         for name in np.unique(owner).tolist()
         if str(name) not in noise
     }
+
+
+# What ``feeler info`` says of such files.
+
+
+def _is_spikes(path: Path, start: bytes) -> bool:
+    if path.is_dir():
+        return (path / "spike_times.npy").exists()
+    if start.startswith(HDF5):
+        return path.suffix == ".nwb"
+    head = start.split(b"\n", 1)[0].decode("utf-8", "ignore")
+    names = [cell.strip().strip('"') for cell in re.split("[,;\t]", head)]
+    timed = any(_COLUMN.fullmatch(name) for name in names)
+    return timed and len(names) <= 4 and any(name.lower() in _OWNERS for name in names)
+
+
+def _tell_spikes(path: Path, limits: Any, trusted: bool) -> list[str]:
+    trains = read_trains(path)
+    sizes = [train.size for train in trains.values()]
+    last = max(float(train[-1]) for train in trains.values() if train.size)
+    return [
+        f"units       {len(trains)}: {', '.join([*trains][:12])}",
+        f"spikes      {sum(sizes)}, {min(sizes)} to {max(sizes)} of a unit",
+        f"last        {last / 1e3:.4g} s",
+        f"next        feeler spikes --recorded {path.name} --onsets CONTACTS.csv",
+    ]
+
+
+SPIKE_FILES = {
+    "spikes": Format(
+        words="trains of spikes", kind="spikes", detect=_is_spikes, load=_tell_spikes, tell=list
+    )
+}
 
 
 # Trials cut from a session.
