@@ -297,7 +297,7 @@ def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
 
 
 def test_the_picture_of_tracks_is_in_degrees_over_seconds():
-    path = Path(str(files("feeler.tracking"))) / "data" / "synthetic_tracks_xypts.csv"
+    path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
     tracks = feeler.tracking.load_tracks(path, frame_rate=30)
     result = feeler.tracking.measure_exploration([tracks])
     plot_exploration(result, figure := Figure(), [path.name])
