@@ -17,14 +17,16 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from feeler.plotting.style import style
 from feeler.studio import write_touch_page
+from paper.table import Results
 
 ROOT = Path(__file__).parent.parent
-RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
-OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
 KEPT = ROOT / "paper" / "kept"
+MEASURED = ROOT / "benchmarks" / "results"
+OTHERS = {room: MEASURED / f"{room}.json" for room in ("design", "presets")}
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
@@ -58,8 +60,7 @@ def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: 
     ``{{ key:±.1f }}`` has its interval too; a key that was not measured is a KeyError, which ends
     the build.
     """
-    sections = json.loads(RESULTS.read_text())["paper"]["values"].values()
-    values = {key: value for section in sections for key, value in section.items()} | more
+    results, values = Results.read(KEPT / "results.csv"), dict(more)
     for room, path in OTHERS.items():
         values |= {
             f"{room}.{key}": value
@@ -67,7 +68,8 @@ def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: 
         }
 
     def show(found: re.Match) -> str:
-        one, form = values[found["key"]], found["form"].removeprefix("±")
+        known, form = results.get(found["key"]), found["form"].removeprefix("±")
+        one: Any = known._asdict() if known else values[found["key"]]
         value = one["value"] if isinstance(one, dict) else one
         words = format(int(value) if form == "d" else value, form)
         return words + (write_interval(one, form) if form != found["form"] else "")

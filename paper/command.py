@@ -15,7 +15,8 @@ from feeler.physics.engine import choose_timestep, get_engine
 from feeler.progress import ProgressBar
 from paper.context import Context
 from paper.reproduce import STAGES, reproduce
-from paper.verdicts import count_verdicts, judge_claims, summarise_counts
+from paper.table import RESULTS
+from paper.verdicts import count_verdicts, judge_statements, summarise_counts
 
 
 def run(
@@ -107,14 +108,14 @@ def _make_bars(log_json: bool):
 
 
 def _summarise(context, made, seconds: float, log_json: bool) -> None:
-    judged = judge_claims(made, context) if context.is_cockroach else []
+    judged = judge_statements(made, context) if context.is_cockroach else []
     report, figures = context.out / "report.html", context.out / "figures"
     if log_json:
         counts = {whose: count_verdicts(judged, whose) for whose in ("paper", "ours")}
         event = {
             "event": "report",
             "path": str(report),
-            "claims": counts,
+            "verdicts": counts,
             "seconds": round(seconds, 1),
         }
         print(json.dumps(event), file=sys.stderr, flush=True)
@@ -122,4 +123,7 @@ def _summarise(context, made, seconds: float, log_json: bool) -> None:
     if judged:
         typer.echo(summarise_counts(judged))
     pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
-    typer.echo(f"report: {report}   figures: {figures}{pdf}   ({seconds:.1f} s)")
+    results = context.out / RESULTS
+    typer.echo(
+        f"report: {report}   results: {results}   figures: {figures}{pdf}   ({seconds:.1f} s)"
+    )

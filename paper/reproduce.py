@@ -14,9 +14,15 @@ from paper.context import Context
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
 from paper.stage import Stage, find_kept, run_stage
-from paper.verdicts import judge_claims
+from paper.verdicts import judge_statements
 
 STAGES = (
+    Stage(
+        name="front",
+        title="Which touch was it? Accuracy against noise",
+        figures=("front",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
     Stage(
         name="antenna",
         title="The antenna",
@@ -133,8 +139,8 @@ _COCKROACH_ONLY = (
 def reproduce(
     context: Context, report: Callable[[str, Section | None], None] = lambda *_: None
 ) -> list[Section]:
-    """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the
-    sections.
+    """Run every stage, judge every statement, write ``report.html`` and ``results.csv``; returns
+    the sections.
 
     Stages run side by side in ``context.workers`` processes (default one per core); the numbers do
     not depend on it. ``report(title, section)`` is called when a stage starts (section None) and
@@ -161,7 +167,7 @@ def reproduce(
         if len(made) < len(STAGES):
             _write_meanwhile(context, waiting | made)
     ordered = [made[stage.name] for stage in STAGES]
-    write_report(context, ordered, judge_claims(ordered, context))
+    write_report(context, ordered, judge_statements(ordered, context))
     return ordered
 
 
@@ -169,7 +175,7 @@ def _write_meanwhile(context: Context, found: dict[str, Section]) -> None:
     """The page as far as it is known, where kept sections have something to show."""
     ordered = [found[stage.name] for stage in STAGES if stage.name in found]
     if any(section.kept for section in ordered):
-        write_page(context, ordered, judge_claims(ordered, context))
+        write_page(context, ordered, judge_statements(ordered, context))
 
 
 def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:

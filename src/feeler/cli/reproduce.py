@@ -93,7 +93,7 @@ def _find_paper() -> None:
     that feeler is imported from, or else the one that is the current folder.
     """
     for root in (Path(feeler.__file__).parents[2], Path.cwd()):
-        if (root / "paper" / "claims.toml").is_file():
+        if (root / "paper" / "statements.toml").is_file():
             break
     else:
         raise MissingDependencyError(
