@@ -90,7 +90,7 @@ peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratben
 	@bash benchmarks/peers/run.sh
 
 docs: $(BIN)/.docs  ## the documentation site in site/
-	@$(BIN)/python docs/build.py
+	@$(BIN)/python -m docs.build
 
 notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
 	@$(BIN)/python docs/notebooks.py $(NAME)

@@ -1,7 +1,7 @@
 """Make the pages ready in build/docs (numbers, equations, tutorials, guides and examples run) and
 let Zensical set them in site/.
 
-python docs/build.py
+python -m docs.build
 """
 
 import ast

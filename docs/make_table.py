@@ -2,7 +2,7 @@
 home show: views of the table of the cached run, paper/kept/results.csv, and of the times in
 benchmarks/results/reproduce.json.
 
-python docs/make_table.py    writes them.
+python -m docs.make_table    writes them.
 """
 
 import json

@@ -2,7 +2,7 @@
 known and for held-out touches, by a linear classifier and by the best observer.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -115,32 +115,42 @@ def _measure_set(
     return np.array(rows)
 
 
-def plot(found: xr.DataArray, asked: Mapping[str, Any], figure: Figure) -> None:
+def list_values(found: xr.DataArray) -> dict[str, dict[str, float]]:
+    """Mean accuracy and its 95 % interval over sets, by name."""
+    row = ("case", "level", "antenna", "speed")
+    mean = average_sets(found).stack(row=row)
+    return {
+        _name(case, level, antenna, speed): make_interval(*one, n=found.sizes["set"])
+        for (case, level, antenna, speed), *one in zip(
+            mean["row"].values, mean["mean"].values, mean["half"].values, strict=True
+        )
+    }
+
+
+def _name(case: str, level: str, antenna: str, speed: str) -> str:
+    return f"front.accuracy.{case}, {level} {_UNITS[level.split()[0]]}.{antenna}.{speed}"
+
+
+def plot(
+    values: Mapping[str, Any], antennas: Sequence[str], asked: Mapping[str, Any], figure: Figure
+) -> None:
     """Accuracy of slow touches against noise: a row per kind of noise, a column per case."""
     chance = 100 / (len(asked["locations"]) * 2 * len(asked["shapes"]))
     axes = figure.subplots(len(_KINDS), len(CASES), sharey=True, sharex="row")
-    mean = average_sets(100 * found.isel(speed=0))
-    colours = pick_colours(found["antenna"].values)
+    colours = pick_colours(antennas)
     for row, kind in zip(axes, _KINDS, strict=True):
         levels = [f"{kind} {size:g}" for size in asked[kind]]
         for ax, case in zip(row, CASES, strict=True):
-            for name in found["antenna"].values:
-                one = mean.sel(antenna=name, case=case, level=levels)
-                ax.errorbar(
-                    asked[kind],
-                    one["mean"],
-                    one["half"],
-                    color=colours[name],
-                    marker="o",
-                    ms=3,
-                    capsize=2,
-                    label=name,
-                )
+            for name in antennas:
+                own = [values[_name(case, level, name, "slow")] for level in levels]
+                mean = 100 * np.array([one["value"] for one in own])
+                half = 100 * np.array([one["high"] for one in own]) - mean
+                look = {"marker": "o", "ms": 3, "ls": "-", "lw": 1, "capsize": 2}
+                ax.errorbar(asked[kind], mean, half, color=colours[name], label=name, **look)
             ax.axhline(chance, color="#888888", ls=":", lw=0.8)
             ax.set(xscale="log", ylim=(0, 103))
-        row[0].set_ylabel(f"accuracy [%]\n{kind} noise")
-        for ax in row:
             ax.set_xlabel(f"SD [{'rad' if kind == 'absolute' else 'of the peak'}]")
+        row[0].set_ylabel(f"accuracy [%]\n{kind} noise")
     for ax, case in zip(axes[0], CASES, strict=True):
         ax.set_title(case.replace(", ", ",\n"), fontsize=8)
     handles, names = axes[0, 0].get_legend_handles_labels()
@@ -157,6 +167,8 @@ def show(context: Context, section: Section) -> None:
     found = compute(antennas, {"slow": SPEEDS["slow"]}, asked, **context.physics)
     few = asked | {kind: [shown[kind]] for kind in _KINDS}
     fast = compute({first: antennas[first]}, {"fast": SPEEDS["fast"]}, few, **context.physics)
+    values = list_values(found) | list_values(fast)
+    section.values.update(values)
     section.figure(
         "front",
         f"Accuracy of slow touches (0.06 m/s) against noise on every sample, {asked['sets']} sets"
@@ -165,32 +177,23 @@ def show(context: Context, section: Section) -> None:
         " antenna (above), or in proportion to each touch's own peak (below). Linear classifier:"
         " LDA on 30 principal components; the ideal observer knows every touch and the noise; the"
         f" quadratic classifier learned {asked['train']} other draws of each class.",
-        lambda figure: plot(found, asked, figure),
+        lambda figure: plot(values, [*antennas], asked, figure),
         height=4.4,
-        numbers={
-            f"{name}, {case}": found.sel(antenna=name, case=case).mean("set").values[0]
-            for name in antennas
-            for case in CASES
-        },
+        numbers=values,
     )
-    rows = []
-    for data in (found, fast):
-        mean = average_sets(data)
-        for (antenna, speed, level, case), one in _iterate(mean):
-            key = f"front.accuracy.{case}, {level} {_UNITS[level.split()[0]]}.{antenna}.{speed}"
-            section.values[key] = make_interval(*one, n=asked["sets"])
-            if any(level == f"{kind} {size:g}" for kind, size in shown.items()):
-                rows.append([antenna, speed, level, case, f"{one[0]:.3f} ± {one[1]:.3f}"])
+    levels = [f"{kind} {size:g}" for kind, size in shown.items()]
     section.table(
-        ["antenna", "speed", "noise", "touches, observer", "accuracy"],
-        rows,
+        ["antenna", "speed", "touches, observer", *levels],
+        [
+            [name, speed, case, *(_say(values, case, level, name, speed) for level in levels)]
+            for speed, names in (("slow", antennas), ("fast", [first]))
+            for name in names
+            for case in CASES
+        ],
         "Accuracy at the declared levels; ± is half the 95 % confidence interval over sets.",
     )
 
 
-def _iterate(mean: xr.Dataset):
-    """Names (antenna, speed, level, case) with mean and half-width."""
-    stacked = mean.stack(row=("antenna", "speed", "level", "case"))
-    for row in stacked["row"].values:
-        one = stacked.sel(row=row)
-        yield row, (float(one["mean"]), float(one["half"]))
+def _say(values: Mapping[str, Any], *name: str) -> str:
+    one = values[_name(*name)]
+    return f"{one['value']:.3f} ± {one['high'] - one['value']:.3f}"

@@ -396,7 +396,6 @@ _SMOKE = QUICK.replace(
     front={
         "sets": 2,
         "train": 2,
-        "copies": 1,
         "draws": 5,
         "absolute": [0.03],
         "relative": [0.3],

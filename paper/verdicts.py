@@ -25,7 +25,7 @@ published, this run did not compute it, or the intervals do not decide it.
 """
 _OURS = {
     OWN_WORDS: "holds",
-    ANOTHER: "holds only under another reading",
+    ANOTHER: "holds under some readings only",
     NOT: "does not hold",
     NEVER: "cannot be decided",
 }
@@ -66,12 +66,18 @@ class Judged:
     @property
     def word(self) -> str:
         """The verdict as it is said of a statement of the paper or of ours."""
-        return _OURS[self.verdict] if self.statement.whose == "ours" else self.verdict
+        return _OURS[self._shown] if self.statement.whose == "ours" else self.verdict
 
     @property
     def mark(self) -> str:
         """What kind of verdict it is, for a page's colours."""
-        return _MARKS[self.verdict]
+        return _MARKS[self._shown]
+
+    @property
+    def _shown(self) -> str:
+        """Of a statement of ours, whose readings are its conditions, each has to hold."""
+        ours = self.statement.whose == "ours" and self.holds
+        return ANOTHER if ours and not all(one.holds for one in self.readings) else self.verdict
 
     @property
     def holds(self) -> bool:
