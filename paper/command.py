@@ -14,6 +14,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.progress import ProgressBar
 from paper.context import Context
+from paper.inputs import read_inputs
 from paper.reproduce import STAGES, reproduce
 from paper.table import RESULTS
 from paper.verdicts import count_verdicts, judge_statements, summarise_counts
@@ -32,11 +33,14 @@ def run(
     log_json: bool,
     show: bool,
     fresh: bool,
+    inputs: Path | None = None,
 ) -> None:
     """Run the paper as the options of the command line ask, and say what is going on."""
     get_engine(engine)
     chosen = change_antenna(choose_antenna(antenna), change)
     is_cockroach = antenna in ("cockroach", "exponential") and not change
+    if inputs:
+        read_inputs(inputs)  # refuses what it cannot use before anything is computed
     out.mkdir(parents=True, exist_ok=True)
     context = Context(
         scale=scale,
@@ -48,6 +52,7 @@ def run(
         is_cockroach=is_cockroach,
         out=out,
         fresh=fresh,
+        inputs=inputs,
         progress=_make_bars(log_json),
     )
     if not log_json:

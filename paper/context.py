@@ -36,6 +36,8 @@ class Context:
     ----------
     timestep : float
         [ms]; default: the engine's own.
+    inputs : Path | None
+        File of what the paper does not publish; see inputs.toml.
     started : float
         When the run began [s since 1970]: a ``fresh`` run uses only what was made since.
     progress : Callable[[int, int], None] | None
@@ -51,6 +53,7 @@ class Context:
     is_cockroach: bool = True
     out: Path = Path("out")
     fresh: bool = False
+    inputs: Path | None = None
     started: float = field(default_factory=time.time, compare=False)
     progress: Callable[[int, int], None] | None = field(default=None, compare=False)
 

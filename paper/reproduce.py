@@ -11,6 +11,7 @@ from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.page import Section
 from paper.context import Context
+from paper.inputs import make_section
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
 from paper.stage import Stage, find_kept, run_stage
@@ -167,6 +168,8 @@ def reproduce(
         if len(made) < len(STAGES):
             _write_meanwhile(context, waiting | made)
     ordered = [made[stage.name] for stage in STAGES]
+    if context.inputs:
+        ordered.append(make_section(context.inputs, context))
     write_report(context, ordered, judge_statements(ordered, context))
     return ordered
 

@@ -88,6 +88,8 @@ class Statement(Record):
         Further values that are shown, and not judged.
     why : str
         Why it cannot be compared.
+    given : tuple[str, ...]
+        Tests by which it is judged all the same once ``--inputs`` gives what is not published.
     note : str
         What explains the verdict where it is not reproduced.
     """
@@ -106,6 +108,7 @@ class Statement(Record):
     null: tuple[str, ...] = ()
     shows: tuple[str, ...] = ()
     why: str = ""
+    given: tuple[str, ...] = ()
     note: str = ""
 
     def _check(self) -> None:
@@ -132,6 +135,10 @@ class Statement(Record):
     def parse_tests(self) -> list[Criterion]:
         """Its tests, with ``{reading}`` in their names."""
         return [Criterion.parse(text) for text in self.tests]
+
+    def judge_given(self) -> "Statement":
+        """The statement as it is judged with what its authors have given."""
+        return self.replace(tests=self.given, shows=(), given=(), why="", of="nothing")
 
     def read_as(self, reading: str) -> "Statement":
         """The statement under one reading alone."""

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -111,6 +111,12 @@ def judge(
     statement: Statement, results: Results, scale: str, is_cockroach: bool = True
 ) -> Judged:
     """Hold one statement against our values."""
+    if statement.given and is_cockroach:
+        asked = statement.judge_given()
+        if all(results.get(key) for key in asked.list_keys()):
+            return replace(
+                judge(asked, results, scale), statement=statement.replace(of=asked.of)
+            )
     names = statement.readings or ("",)
     found = tuple(
         _judge_reading(one, name, results, scale)

@@ -66,6 +66,10 @@ def reproduce(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="compute everything again, whatever the cache holds")
     ] = False,
+    inputs: Annotated[
+        Path | None,
+        typer.Option(help="file of what the paper does not publish, like paper/inputs.toml"),
+    ] = None,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
     _find_paper()
@@ -85,6 +89,7 @@ def reproduce(
         log_json=log_json,
         show=open_,
         fresh=fresh,
+        inputs=inputs,
     )
 
 
