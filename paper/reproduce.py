@@ -42,20 +42,20 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1_animal", "fig3", "fig3_family", "movieS3"),
+        figures=("fig1_animal", "fig3", "fig3_family", "movieS3", "readings"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        figures=("fig4a", "fig4", "fig5f", "figS5"),
+        figures=("fig4a", "fig4", "fig5f", "figS5", "readings"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         figures=(
             *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
-            *("fig5_bending", "fig5_codes", "fig5_new", "choices"),
+            *("fig5_bending", "fig5_codes", "fig5_new", "choices", "readings"),
         ),
     ),
     Stage(
@@ -161,7 +161,12 @@ def reproduce(
         if len(made) < len(STAGES):
             _write_meanwhile(context, waiting | made)
     ordered = [made[stage.name] for stage in STAGES]
-    write_report(context, ordered, judge_claims(ordered, context))
+    judged = judge_claims(ordered, context)
+    if context.is_cockroach:
+        from paper.readings import make_section
+
+        ordered.append(make_section(ordered, context))
+    write_report(context, ordered, judged)
     return ordered
 
 
