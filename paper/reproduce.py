@@ -42,20 +42,20 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1_animal", "fig3", "fig3_family", "movieS3", "readings"),
+        figures=("fig1_animal", "fig3", "fig3_family", "movieS3", "readings_computed"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        figures=("fig4a", "fig4", "fig5f", "figS5", "readings"),
+        figures=("fig4a", "fig4", "fig5f", "figS5", "readings_computed"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         figures=(
             *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
-            *("fig5_bending", "fig5_codes", "fig5_new", "choices", "readings"),
+            *("fig5_bending", "fig5_codes", "fig5_new", "choices", "readings_computed"),
         ),
     ),
     Stage(
