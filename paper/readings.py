@@ -323,21 +323,26 @@ def _spread(found: Any) -> tuple[float, float, float, int]:
 def _share_draws(
     sentence: Sentence, starts: list[np.ndarray], chosen: Mapping[str, str]
 ) -> float:
-    """Share of draws in which the sentence holds: of one start for each group, or of the best of
-    as many as there are, drawn with replacement; starts stand best first.
+    """Share of draws in which the sentence holds.
+
+    Starts of a fit stand best first. Where all groups are read from one fit (speeds), a draw is one
+    of its starts; otherwise one start for each group, or of the choice ``best of all starts`` the
+    best of as many as there are, drawn with replacement.
     """
-    weights = []
-    for found in starts:
-        n = len(found)
-        if chosen.get("fit") == "one start":
-            weights.append(np.full(n, 1 / n))
-        else:
-            left = ((n - np.arange(n + 1)) / n) ** n
-            weights.append(left[:-1] - left[1:])
-    total = 0.0
-    for drawn in product(*(range(len(found)) for found in starts)):
+    weights, fit = [], chosen.get("fit")
+    for n in map(len, starts):
+        left = ((n - np.arange(n + 1)) / n) ** n
+        weights.append(
+            left[:-1] - left[1:] if fit == "best of all starts" else np.full(n, 1 / n)
+        )
+    draws = product(*(range(len(found)) for found in starts))
+    if fit is None and "slow" in sentence.groups:
+        draws = iter([(k,) * len(starts) for k in range(len(starts[0]))])
+        weights = [weights[0], *(np.ones_like(w) for w in weights[1:])]
+    total, threshold = 0.0, find_threshold(sentence)
+    for drawn in draws:
         values = [found[k] for found, k in zip(starts, drawn, strict=True)]
-        if measure_effect(sentence, values) >= sentence.least:
+        if measure_effect(sentence, values) >= threshold:
             total += float(np.prod([w[k] for w, k in zip(weights, drawn, strict=True)]))
     return total
 

@@ -390,10 +390,7 @@ def _classify(
     alone = _score(context, chosen, null, fitted)
     for k, test in enumerate(("noisy copies", "clean originals")):
         values = {name: np.array([one[name][k] for one in found]) for name in real}
-        spreads = {
-            name: (one[0], one.min(), one.max(), len(one)) if len(one) > 1 else float(one[0])
-            for name, one in values.items()
-        }
+        spreads = {name: one if len(one) > 1 else float(one[0]) for name, one in values.items()}
         yield {**chosen, "test": test}, spreads, {name: alone[name][k] for name in alone}
 
 
@@ -539,7 +536,8 @@ def _compute_dispersion(
     for chosen, by_index in _disperse(context, comparison, data):
         if "detail" in sentence.main or chosen.get("detail") in (None, _DETAILS[0]):
             own = {k: v for k, v in chosen.items() if k in sentence.main}
-            yield own, by_index[0][sentence.index], by_index[1][sentence.index]
+            real, same = (found[sentence.index] for found in by_index)
+            yield own, real, {name: value for name, (value, *_) in same.items()}
 
 
 _DETAILS = ("256 bins, whole picture", "32 bins, without borders")

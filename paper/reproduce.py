@@ -32,7 +32,7 @@ STAGES = (
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "movieS2"),
+        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "fig2e_contact", "movieS2"),
     ),
     Stage(
         name="axes",
