@@ -23,7 +23,7 @@ from feeler.studio import write_touch_page
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
-OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
+OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets", "readings")}
 KEPT = ROOT / "paper" / "kept"
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
@@ -45,12 +45,24 @@ PAGES = (
     "space.md",
     "spikes.md",
     "guide/robot.md",
+    "readings.md",
+    "known.md",
 )
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (
     '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'
     " markdown>\n"
 )
+
+
+def insert_findings(markdown: str) -> str:
+    """Each sentence of the paper with its verdict and what it depends on, in place of
+    ``<!-- table -->``.
+    """
+    found = json.loads(OTHERS["readings"].read_text())["findings"]
+    lines = ["| figure | sentence | verdict | on what it depends |", "|---|---|---|---|"]
+    lines += ["| {figure} | {says} | {verdict} | {line} |".format(**one) for one in found]
+    return markdown.replace("<!-- table -->", "\n".join(lines))
 
 
 def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: B006
@@ -171,7 +183,9 @@ def make_ready() -> None:
         KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*")
     )
     for page in READY.rglob("*.md"):
-        words = set_equations(page.read_text()).replace("../paper/kept", "kept")
+        words = set_equations(insert_findings(page.read_text())).replace(
+            "../paper/kept", "kept"
+        )
         if page.parent.name in RUN:
             words = run_pieces(words, page.parent)
         page.write_text(

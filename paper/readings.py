@@ -8,10 +8,12 @@ follows.
 """
 
 import json
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import combinations, product
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -27,6 +29,7 @@ from feeler.files import make_record
 from feeler.plotting.style import PALETTE
 from feeler.records import Record
 from feeler.report import Section
+from feeler.report.page import to_json
 from paper.context import Context
 from paper.declared import read_declared
 
@@ -869,14 +872,64 @@ def _show_strips(section: Section, members: list[Finding]) -> None:
     )
     if first.choice:
         section.table(
-            ["choice", "what it asks", "options, nearest to the words first", "why the first"],
+            [
+                "choice",
+                "what it asks",
+                "options, nearest first; how many agree",
+                "why the first",
+            ],
             [
                 [
                     one.name,
                     one.asks,
-                    ", ".join(f"{option} ({word})" for option, word in one.options.items()),
+                    ", ".join(
+                        f"{option} ({word}; {_count_option(members, one.name, option)})"
+                        for option, word in one.options.items()
+                    ),
                     one.why,
                 ]
                 for one in first.choice
             ],
         )
+
+
+def _count_option(members: list[Finding], name: str, option: str) -> str:
+    """How many readings with one option agree, of those that decide."""
+    rows = pd.concat([one.rows for one in members])
+    rows = rows.drop_duplicates(["sentence", "reading"]).dropna(subset="agrees")
+    own = rows[[chosen.get(name) == option for chosen in rows["choices"]]]
+    return f"{int(own['agrees'].sum())} of {len(own)}"
+
+
+def write_results(sections: Sequence[Section], context: Context) -> str:
+    """What the documentation shows, as JSON: values, and every sentence with its finding."""
+    section = make_section(sections, context)
+    findings = judge_sentences(collect(sections))
+    more = {
+        key: value
+        for one in sections
+        for key, value in one.values.items()
+        if key.startswith("contact.")
+    }
+    values = {key.removeprefix("readings."): value for key, value in section.values.items()}
+    lines = [
+        {"figure": one.sentence.figure, "says": one.sentence.says}
+        | {"verdict": one.verdict, "note": one.note, "line": one.line, "moves": one.moves}
+        for one in findings.values()
+    ]
+    plain = to_json(values | more | {"sentences": len(findings)})
+    return json.dumps({"values": plain, "findings": lines}, indent=1, sort_keys=True) + "\n"
+
+
+def main() -> None:
+    """Keep the results of a finished run: ``python -m paper.readings out``."""
+    from benchmarks.kept import ROOT, write_kept
+    from paper.reproduce import reproduce
+
+    context = Context(out=Path(sys.argv[1]))
+    text = write_results(reproduce(context)[:-1], context)
+    write_kept(ROOT / "benchmarks" / "results" / "readings.json", text)
+
+
+if __name__ == "__main__":
+    main()

@@ -387,7 +387,9 @@ def _classify(
     if chosen["components"] == "noisy copies":
         sets = sets[:1]
     found = [_score(context, chosen, codes, fitted) for codes in sets]
-    alone = _score(context, chosen, null, fitted)
+    alone = {name: (1 / len(code),) * 2 for name, code in null.items()}  # of one code: chance
+    if chosen["code"] == "joint":
+        alone = _score(context, chosen, null, fitted)
     for k, test in enumerate(("noisy copies", "clean originals")):
         values = {name: np.array([one[name][k] for one in found]) for name in real}
         spreads = {name: one if len(one) > 1 else float(one[0]) for name, one in values.items()}
@@ -442,7 +444,7 @@ def _sweep_noisy(
         labels,
         ratios=ratios,
         n_copies=plan.n_copies,
-        n_repeats=min(plan.n_repeats, 2),
+        n_repeats=1,  # of 300 tests at each of six ratios
         noise=noise,
         rotate=noise.is_even(code),
         estimator=make_fitting_lda(len(labels), plan.n_copies),
