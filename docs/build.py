@@ -26,7 +26,7 @@ from paper.table import Results
 ROOT = Path(__file__).parent.parent
 KEPT = ROOT / "paper" / "kept"
 MEASURED = ROOT / "benchmarks" / "results"
-OTHERS = {room: MEASURED / f"{room}.json" for room in ("design", "presets")}
+OTHERS = {room: MEASURED / f"{room}.json" for room in ("design", "presets", "readings")}
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
@@ -47,12 +47,24 @@ PAGES = (
     "space.md",
     "spikes.md",
     "guide/robot.md",
+    "readings.md",
+    "known.md",
 )
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (
     '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'
     " markdown>\n"
 )
+
+
+def insert_findings(markdown: str) -> str:
+    """Each sentence of the paper with its verdict and what it depends on, in place of
+    ``<!-- table -->``.
+    """
+    found = json.loads(OTHERS["readings"].read_text())["findings"]
+    lines = ["| figure | sentence | verdict | on what it depends |", "|---|---|---|---|"]
+    lines += ["| {figure} | {says} | {verdict} | {line} |".format(**one) for one in found]
+    return markdown.replace("<!-- table -->", "\n".join(lines))
 
 
 def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: B006
@@ -173,7 +185,9 @@ def make_ready() -> None:
         KEPT, READY / "kept", ignore=shutil.ignore_patterns("*.json", "fig*", "movie*")
     )
     for page in READY.rglob("*.md"):
-        words = set_equations(page.read_text()).replace("../paper/kept", "kept")
+        words = set_equations(insert_findings(page.read_text())).replace(
+            "../paper/kept", "kept"
+        )
         if page.parent.name in RUN:
             words = run_pieces(words, page.parent)
         page.write_text(

@@ -10,8 +10,8 @@ from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.page import Section
+from paper import inputs, readings
 from paper.context import Context
-from paper.inputs import make_section
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
 from paper.stage import Stage, find_kept, run_stage
@@ -39,7 +39,7 @@ STAGES = (
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "movieS2"),
+        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "fig2e_contact", "movieS2"),
     ),
     Stage(
         name="axes",
@@ -49,20 +49,20 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1_animal", "fig3", "fig3_family", "movieS3"),
+        figures=("fig1_animal", "fig3", "fig3_family", "movieS3", "readings_computed"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        figures=("fig4a", "fig4", "fig5f", "figS5"),
+        figures=("fig4a", "fig4", "fig5f", "figS5", "readings_computed"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         figures=(
             *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
-            *("fig5_bending", "fig5_codes", "fig5_new", "choices"),
+            *("fig5_bending", "fig5_codes", "fig5_new", "choices", "readings_computed"),
         ),
     ),
     Stage(
@@ -169,8 +169,11 @@ def reproduce(
             _write_meanwhile(context, waiting | made)
     ordered = [made[stage.name] for stage in STAGES]
     if context.inputs:
-        ordered.append(make_section(context.inputs, context))
-    write_report(context, ordered, judge_statements(ordered, context))
+        ordered.append(inputs.make_section(context.inputs, context))
+    judged = judge_statements(ordered, context)
+    if context.is_cockroach:
+        ordered.append(readings.make_section(ordered, context))
+    write_report(context, ordered, judged)
     return ordered
 
 

@@ -1,6 +1,6 @@
 """The verdict on every statement, by tests that were declared before the results were looked at."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -10,16 +10,12 @@ import numpy as np
 from feeler.analysis import INDICES
 from feeler.report.page import Section
 from paper.context import Context
+from paper.readings import WORDS, Finding, collect, judge_sentences
 from paper.scale import SCALES
 from paper.statements import Criterion, Statement, load_statements
 from paper.table import Results, Value, find_unit, split_key
 
-OWN_WORDS, ANOTHER, NOT, NEVER = WORDS = (
-    "reproduced under the paper's own words",
-    "reproduced only under another reading",
-    "not reproduced under any reading",
-    "cannot be compared",
-)
+OWN_WORDS, ANOTHER, NOT, NEVER = WORDS
 """The four verdicts on a statement of the paper. The last: it is an input, its data are not
 published, this run did not compute it, or the intervals do not decide it.
 """
@@ -29,6 +25,7 @@ _OURS = {
     NOT: "does not hold",
     NEVER: "cannot be decided",
 }
+_WORSE = (OWN_WORDS, ANOTHER, NEVER, NOT)
 _MARKS = dict(zip(WORDS, ("good", "half", "bad", "none"), strict=True))
 _SHARE = 0.05
 """The least effect in units for which statements.toml declares none, as a share of the greater."""
@@ -98,13 +95,36 @@ def decide(agrees: Sequence[bool | None]) -> str:
 
 
 def judge_statements(sections: Sequence[Section], context: Context) -> list[Judged]:
-    """The verdict on every statement, also where a section is missing."""
+    """The verdict on every statement, also where a section is missing; where the readings of its
+    sentences were computed, from these.
+    """
     results = Results.collect(sections)
     made = {section.name: section.scale or context.scale for section in sections}
-    return [
-        judge(one, results, made.get(one.section, context.scale), context.is_cockroach)
-        for one in load_statements()
-    ]
+    found = defaultdict(list)
+    for finding in judge_sentences(collect(sections)).values():
+        for name in finding.statements if len(finding.rows) else ():
+            found[name].append(finding)
+    judged = []
+    for statement in load_statements():
+        scale = made.get(statement.section, context.scale)
+        one = judge(statement, results, scale, context.is_cockroach)
+        ready = _is_enough(scale, statement) and context.is_cockroach
+        judged.append(_follow(one, found[one.statement.id]) if ready else one)
+    return judged
+
+
+def _follow(judged: Judged, findings: Sequence[Finding]) -> Judged:
+    """The verdict from the readings of its sentences: the worst of them."""
+    if not findings or judged.statement.why:
+        return judged
+    verdict = max((one.verdict for one in findings), key=_WORSE.index)
+    why = " ".join(f"{one.line} {one.note}" for one in findings)
+    return replace(judged, verdict=verdict, why=why)
+
+
+def _is_enough(scale: str, statement: Statement) -> bool:
+    """Whether a scale computes enough to judge a statement."""
+    return [*SCALES].index(scale) >= [*SCALES].index(statement.scale)
 
 
 def judge(
@@ -158,7 +178,7 @@ def _name_tests(tests: Sequence[Criterion]) -> list[str]:
 
 
 def _judge_test(test: Criterion, one: Statement, results: Results, scale: str) -> Outcome:
-    if [*SCALES].index(scale) < [*SCALES].index(one.scale):
+    if not _is_enough(scale, one):
         return Outcome(None, f"too little is computed at {scale} scale; {one.scale} judges it")
     nulls = [one.make_null(key) for key in test.keys] if one.null else []
     found = [results.get(key) for key in (*test.keys, *nulls)]
