@@ -19,6 +19,8 @@ from paper.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""
+OWN = "this antenna"
+"""What another antenna than the paper's is called in a run, whatever its own name."""
 _THROUGH = {
     "effort": ("scale",),
     "profiles": ("antenna",),
@@ -88,7 +90,7 @@ class Context:
         matched-compliance one.
         """
         if not self.is_cockroach:
-            return {self.antenna.name: self.antenna}
+            return {OWN: self.antenna}
         return {
             "exponential": self.antenna,
             **{name: cockroach(name) for name in ("linear", "constant", "matched")},

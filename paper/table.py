@@ -16,6 +16,7 @@ import pandas as pd
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped
 from feeler.report import Section
+from paper.context import OWN
 
 COLUMNS = (
     *("quantity", "figure", "statement", "reading", "group"),
@@ -29,7 +30,7 @@ KEPT = Path(__file__).parent / "kept" / RESULTS
 _POINT = re.compile(r"(?<!\d)\.|\.(?!\d)")
 _GROUPS = {
     *("slow", "medium", "fast", "slowest", "middle", "fastest", "exponential", "linear"),
-    *("constant", "matched", "graded", "rival", "contact"),
+    *("constant", "matched", "graded", "rival", "contact", OWN),
 }
 _GROUP = re.compile(r"-?\d[\d.]*|M\d|every \d+|stiffness x [\d.]+|\d+ Hz|.+ over .+")
 _NOISES = {"common", "relative"}
@@ -182,6 +183,7 @@ def _make_row(key: str, value: Any, statement: str) -> tuple[Any, ...]:
 
 def compare(first: pd.DataFrame, second: pd.DataFrame, tolerance: float) -> pd.DataFrame:
     """Rows whose values differ by more than a share ``tolerance``, or that one table lacks.
+    Another antenna than the paper's is compared with the paper's exponential one.
 
     Returns
     -------
@@ -189,6 +191,9 @@ def compare(first: pd.DataFrame, second: pd.DataFrame, tolerance: float) -> pd.D
         ``first`` and ``second`` value by quantity, reading and group; ``apart``: their intervals do
         not overlap.
     """
+    first, second = (
+        one.assign(group=one["group"].str.replace(OWN, "exponential")) for one in (first, second)
+    )
     both = pd.merge(
         first, second, on=_INDEX, how="outer", suffixes=("_first", "_second"), indicator=True
     )

@@ -118,8 +118,18 @@ def _follow(judged: Judged, findings: Sequence[Finding]) -> Judged:
     if not findings or judged.statement.why:
         return judged
     verdict = max((one.verdict for one in findings), key=_WORSE.index)
-    why = " ".join(f"{one.line} {one.note}" for one in findings)
-    return replace(judged, verdict=verdict, why=why)
+    held = {OWN_WORDS: True, ANOTHER: False, NOT: False}
+    readings = tuple(
+        Reading(
+            name=one.sentence.says if len(findings) > 1 else "",
+            ours=one.note,
+            holds=held.get(one.verdict),
+            why=one.line,
+        )
+        for one in findings
+    )
+    lines = dict.fromkeys(one.line.rstrip(".") for one in findings if one.line)
+    return replace(judged, verdict=verdict, why="; ".join(lines), readings=readings)
 
 
 def _is_enough(scale: str, statement: Statement) -> bool:

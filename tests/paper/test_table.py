@@ -111,3 +111,12 @@ def test_a_file_that_is_no_table_is_refused(tmp_path):
     (path := tmp_path / "x.csv").write_text("a,b\n1,2\n")
     with pytest.raises(InvalidInput, match="lacks the columns figure, group, high"):
         Results.read(path)
+
+
+def test_another_antenna_is_compared_with_the_exponential_one():
+    mine = Results.make({"complete.peak.this antenna": 0.08, "wall.defined": 122})
+    theirs = Results.make({"complete.peak.exponential": 0.079, "wall.defined": 122})
+    found = compare(theirs.table, mine.table, 1e-6)
+    assert found[["quantity", "group", "first", "second"]].values.tolist() == [
+        ["complete.peak", "exponential", 0.079, 0.08]
+    ]
