@@ -897,7 +897,7 @@ def _count_option(members: list[Finding], name: str, option: str) -> str:
     """How many readings with one option agree, of those that decide."""
     rows = pd.concat([one.rows for one in members])
     rows = rows.drop_duplicates(["sentence", "reading"]).dropna(subset="agrees")
-    own = rows[[chosen.get(name) == option for chosen in rows["choices"]]]
+    own = rows[rows["choices"].map(lambda chosen: chosen.get(name) == option).astype(bool)]
     return f"{int(own['agrees'].sum())} of {len(own)}"
 
 

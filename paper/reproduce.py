@@ -62,7 +62,7 @@ STAGES = (
         title="Dispersion and classification",
         figures=(
             *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
-            *("fig5_bending", "fig5_codes", "fig5_new", "choices", "readings_computed"),
+            *("fig5_bending", "fig5_codes", "fig5_new", "readings_computed"),
         ),
     ),
     Stage(

@@ -71,8 +71,6 @@ class Scale(Record):
         What the noise sweeps change of ``feeler.decoding.sweeps.Plan``.
     jitters : bool
         Whether touches shifted in place and speed are simulated and tested.
-    choices : bool
-        Whether the orders are judged under every choice that the paper leaves open.
     network : Mapping[str, Any]
         Training of the network [C], which takes half a minute of one core each; several, since one
         is no sample; empty leaves the network out.
@@ -157,7 +155,6 @@ class Scale(Record):
         }
     )
     jitters: bool = True
-    choices: bool = True
     network: Mapping[str, Any] = field(
         default_factory=lambda: {
             "ratios": (0.1, 0.2, 0.3),
@@ -287,7 +284,6 @@ _PUBLISHED = _PAPER.replace(
         "twins": "ends",
     },
     jitters=False,
-    choices=False,
     network={},
     **_BEYOND,
 )
@@ -340,7 +336,6 @@ QUICK = Scale(
         "twins": "ends",
     },
     jitters=False,
-    choices=False,
     network={},
     **_BEYOND,
     gaps=(0.0, 1.0, 2.0),

@@ -192,7 +192,8 @@ def compare(first: pd.DataFrame, second: pd.DataFrame, tolerance: float) -> pd.D
         not overlap.
     """
     first, second = (
-        one.assign(group=one["group"].str.replace(OWN, "exponential")) for one in (first, second)
+        one.assign(group=one["group"].str.replace(OWN, "exponential"))
+        for one in (first, second)
     )
     both = pd.merge(
         first, second, on=_INDEX, how="outer", suffixes=("_first", "_second"), indicator=True

@@ -75,9 +75,9 @@ def test_a_section_of_other_physics_says_so(folder, monkeypatch):
     assert found.kept.endswith("Its settings or the physics have changed since.")
 
 
-def test_a_kept_section_is_judged_at_its_own_scale():
+def test_a_kept_section_is_judged_at_its_own_scale(tmp_path):
     statement = next(one for one in load_statements() if one.scale == "paper")
-    section = Section(name=statement.section, title="", folder=None)
+    section = Section(name=statement.section, title="", folder=tmp_path)
     judged = {
         scale: next(
             one
