@@ -163,7 +163,7 @@ def reproduce(
     ordered = [made[stage.name] for stage in STAGES]
     judged = judge_claims(ordered, context)
     if context.is_cockroach:
-        from paper.readings import make_section
+        from paper.readings_page import make_section
 
         ordered.append(make_section(ordered, context))
     write_report(context, ordered, judged)
