@@ -10,7 +10,7 @@ from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.page import Section
-from paper import inputs, readings
+from paper import inputs, readings_page
 from paper.context import Context
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
@@ -172,7 +172,7 @@ def reproduce(
         ordered.append(inputs.make_section(context.inputs, context))
     judged = judge_statements(ordered, context)
     if context.is_cockroach:
-        ordered.append(readings.make_section(ordered, context))
+        ordered.append(readings_page.make_section(ordered, context))
     write_report(context, ordered, judged)
     return ordered
 
