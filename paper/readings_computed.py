@@ -682,7 +682,11 @@ _MEASURES: dict[str, Callable[[Sentence, Context, Section], Iterator[Reading]]] 
 
 
 def show(context: Context, section: Section) -> None:
-    """Compute the readings of the sentences that belong to this stage, into its folder."""
+    """Compute the readings of the sentences that belong to this stage, into its folder; they speak
+    of the paper's antennae alone.
+    """
+    if not context.is_cockroach:
+        return
     rows = [
         row
         for sentence in load_sentences()
