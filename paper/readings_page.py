@@ -40,9 +40,9 @@ def plot(finding: Finding, ax: Axes) -> None:
         ax.plot(main, [place] * len(main), "D", ms=6, mfc="none", mec="#000000", mew=1.2)
         if group in nulls.groups:
             null = nulls.get_group(group).dropna().unique()
-            ax.plot(
-                null, np.full(len(null), place - 0.36), "|", ms=5, color=PALETTE[3], alpha=0.6
-            )
+            if null.size:
+                look = {"ms": 5, "color": PALETTE[3], "alpha": 0.6}
+                ax.plot(null, np.full(len(null), place - 0.36), "|", **look)
         if sentence.target:
             ax.plot(sentence.target[place], place, "x", ms=7, color="#C00000", mew=1.5)
     ax.set_yticks(range(len(sentence.groups)), sentence.groups)
@@ -60,7 +60,7 @@ def plot_findings(findings: Sequence[Finding], figure: Figure) -> None:
     for colour, label in zip(_COLOURS.values(), ("agrees", "does not", "open"), strict=True):
         axes[0].plot([], [], ".", color=colour, label=label)
     axes[0].plot([], [], "D", mfc="none", mec="#000000", label="main reading")
-    if findings[0].sentence.identical == "order":
+    if any(one.rows["null"].notna().any() for one in findings):
         axes[0].plot([], [], "|", color=PALETTE[3], label="identical touches")
     if findings[0].sentence.target:
         axes[0].plot(
@@ -142,6 +142,10 @@ def _show_strips(section: Section, members: list[Finding]) -> None:
         f"{words}: {n} reading{'s' * (n > 1)}. The paper: {first.paper}.",
         lambda figure: plot_findings(members, figure),
         height=1.0 + 0.36 * len(first.groups),
+        numbers={
+            one.sentence.id: one.rows[["reading", "group", "value", "agrees"]].to_dict("list")
+            for one in members
+        },
     )
     section.table(
         ["verdict", "main reading", "on what it depends", "threshold"],

@@ -60,7 +60,7 @@ def test_what_is_due_is_computed(sections):
 
 def test_every_section_is_made_and_on_the_page(whole, sections):
     page = (whole / "report.html").read_text()
-    assert [name for name in sections] == [stage.name for stage in STAGES]
+    assert [*sections] == [*(stage.name for stage in STAGES), "readings"]
     assert "could not be made" not in page
     for section in sections.values():
         assert f'<section id="section-{section.name}">' in page
@@ -116,7 +116,7 @@ def test_every_figure_has_its_numbers(whole):
 def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not_read_it(
     sections,
 ):
-    assert all(section.cached for section in sections.values())
+    assert all(section.cached for name, section in sections.items() if name != "readings")
     changed = {
         stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))
     }
@@ -168,7 +168,11 @@ def test_no_figure_compares_profiles_in_the_paper_s_window_alone(whole, sections
         if not numbers.exists():
             continue
         section = next(s.name for s in sections.values() if name in s.list_figures())
-        if section in ("space", "spikes"):  # of whole touches; windows count from contact
+        if section in (
+            "front",
+            "space",
+            "spikes",
+        ):  # of whole touches; windows count from contact
             continue
         keys = {f"{section}.{path}" for path in list_paths(json.loads(numbers.read_text()))}
         assert not find_one_sided(keys) or "omplete touches" in captions[name], name
