@@ -56,7 +56,7 @@ $(BIN)/.check: $(BIN)/.core
 check: $(BIN)/.check  ## style, types and spelling; pre-commit runs it
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
 	@$(BIN)/codespell README.md CONTRIBUTING.md $(filter-out tests,$(CODE))  # tests misspell on purpose
-	@$(BIN)/python docs/measured.py --check
+	@$(BIN)/python -m docs.measured --check
 	@$(MAKE) --no-print-directory words
 
 words:  ## expressions that docs/words.md replaces, in README, docs, help, report and studio
@@ -91,10 +91,10 @@ peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratben
 	@bash benchmarks/peers/run.sh
 
 docs: $(BIN)/.docs  ## the documentation site in site/
-	@$(BIN)/python docs/build.py
+	@$(BIN)/python -m docs.build
 
 numbers: $(BIN)/.core  ## measured numbers into README and docs, from benchmarks/results
-	@$(BIN)/python docs/measured.py && $(BIN)/python docs/make_table.py
+	@$(BIN)/python -m docs.measured && $(BIN)/python -m docs.make_table
 
 notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
 	@$(BIN)/python docs/notebooks.py $(NAME)

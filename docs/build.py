@@ -1,7 +1,7 @@
 """Make the pages ready in build/docs (equations, tutorials, guides and examples run) and
 let Zensical set them in site/.
 
-python docs/build.py
+python -m docs.build
 """
 
 import ast
@@ -18,9 +18,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from measured import PLACE
 from PIL import Image
 
+from docs.measured import PLACE
 from feeler.plotting.style import style
 from feeler.studio import write_touch_page
 

@@ -1,12 +1,15 @@
 """The table of docs/figures.md (figure → command → seconds → headline), and the result that README
-and the docs' home show, made from benchmarks/results/reproduce.json.
+and the docs' home show: views of the table of the cached run, paper/kept/results.csv, and of the
+times in benchmarks/results/reproduce.json.
 
-python docs/make_table.py    writes them.
+python -m docs.make_table    writes them.
 """
 
 import json
 import re
 from pathlib import Path
+
+from paper.table import KEPT, PLACE, Results, read_declared
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
@@ -102,113 +105,54 @@ AT_PAPER_SCALE = (
     *("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
 )
 """What the default run shows from the kept one."""
-PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 SCALES = ("smoke", "quick", "published", "paper")
-_TOLD = ("reproduced", "partly", "not reproduced", "depends on a definition", "no evidence")
 MARKS = re.compile(r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)", re.S)
-ANTENNAS = {
-    "exponential": "stiff base, soft tip (exponential)",
-    "linear": "stiffness falls linearly",
-    "constant": "same stiffness everywhere (constant)",
-}
-CHANCE = 1 / 30
 RESULT_MARKS = re.compile(r"(<!-- result: .*? -->\n).*(<!-- end of result -->)", re.S)
 RESULT_PAGES = ("README.md", "docs/index.md")
 """Where the one result stands."""
 
 
-def make_result(results: dict) -> str:
-    """The one result, from the run at paper scale: accuracy of each antenna in both kinds of noise,
-    what the absolute one is a share of, and what follows for the gradient.
-    """
-    values = _collect(results["paper"])
-    peaks = {name: values[f"complete.peak.{name}"] for name in ANTENNAS}
-    loudest = max(peaks, key=peaks.__getitem__)
-    rows = {
-        "common": f"absolute: 5 to 30 % of {peaks[loudest]:.3f} rad, on every antenna",
-        "relative": "relative: 5 to 30 % of each touch's own peak (the paper's kind)",
-    }
-    lines = [
-        f"| noise | {' | '.join(ANTENNAS.values())} | chance |",
-        "|---" * (len(ANTENNAS) + 2) + "|",
-    ]
-    for noise, words in rows.items():
-        cells = [
-            fill(f"{{complete.{noise}.{name}:{'.0%' if noise == 'common' else '.1%'}}}", values)
-            for name in ANTENNAS
-        ]
-        lines.append(f"| {words} | {' | '.join(cells)} | {CHANCE:.0%} |")
-    shares = " and ".join(
-        f"{0.05 * peaks[loudest] / peak:.0%} to {0.3 * peaks[loudest] / peak:.0%} of the {name}"
-        " antenna's"
-        for name, peak in peaks.items()
-        if name != loudest
-    )
-    gains = {
-        noise: values[f"complete.{noise}.exponential"]["low"]
-        > values[f"complete.{noise}.constant"]["high"]
-        for noise in rows
-    }
-    said = {True: "the gradient of stiffness helps", False: "no advantage can be shown"}
-    return "\n".join(
-        [
-            *lines,
-            "",
-            f"The absolute noise is a share of the largest angle of any antenna, the {loudest}"
-            " one's:",
-            f"{shares} own largest angle. In absolute noise {said[gains['common']]};",
-            f"in noise relative to each touch {said[gains['relative']]}"
-            " over constant stiffness.",
-            "",
-        ]
-    )
+def make_result(results: Results) -> str:
+    """The one result: the sentence with which the report begins."""
+    return "\n" + results.fill(read_declared("statements.toml")["front"]) + "\n"
 
 
-def _collect(found: dict) -> dict:
-    return {key: value for part in found["values"].values() for key, value in part.items()}
-
-
-def make_table(results: dict) -> str:
+def make_table(times: dict, results: Results) -> str:
     """The table's lines, all from the run at paper scale, and a line for every scale."""
-    found = results["paper"]
-    values = _collect(found)
+    found = times["paper"]
     lines = ["| figure | command | seconds | headline |", "|---|---|---|---|"]
     for title, (figures, words) in HEADLINES.items():
         keys = {key for key, _ in PLACE.findall(words)}
         beyond = {key.partition(".")[0] for key in keys} & {*AT_PAPER_SCALE}
         seconds = found["stages"].get(title)
-        whole = keys <= {key for key, value in values.items() if value is not None}
+        whole = all(results.get(key) for key in keys)
         lines.append(
             f"| {figures} | {_name_command('paper' if beyond else 'published')} |"
             f" {'–' if seconds is None else f'{seconds:.0f}'} |"
-            f" {fill(words, values) if whole else '–'} |"
+            f" {fill(words, results) if whole else '–'} |"
         )
-    totals = [_make_total(scale, results[scale]) for scale in SCALES if scale in results]
+    totals = [_make_total(scale, times[scale]) for scale in SCALES if scale in times]
     return "\n".join(lines + totals) + "\n"
 
 
-def fill(words: str, values: dict) -> str:
-    """The words with each number and, behind it, ± half its spread, or of how many it is one."""
+def fill(words: str, results: Results) -> str:
+    """The words with each number and, behind it, ± half its interval, or of how many it is one."""
 
     def show(found: re.Match) -> str:
-        value, form = values[found[1]], found[2]
-        if not isinstance(value, dict):
-            return format(value, form)
-        number = format(value["value"], form)
-        if value.get("low") is not None:
-            return f"{number} ± {format((value['high'] - value['low']) / 2, form)}"
-        return f"{number} (n = {value['n']})" if "n" in value else number
+        one, form = results.get(found[1]), found[2]
+        assert one is not None
+        number = format(one.value, form)
+        if one.low < one.high:
+            return f"{number} ± {format((one.high - one.low) / 2, form)}"
+        return f"{number} (n = {one.n:.0f})" if one.n > 1 else number
 
     return PLACE.sub(show, words)
 
 
 def _make_total(scale: str, found: dict) -> str:
-    claims = found["claims"]["paper"]
-    told = [f"{claims[word]} {word}" for word in _TOLD if claims.get(word)]
-    rest = sum(claims.values()) - sum(claims.get(word, 0) for word in _TOLD)
-    headline = (
-        f"of {sum(claims.values())} statements {', '.join(told)}; {rest} without a verdict"
-    )
+    counts = found.get("verdicts", {"paper": {}})["paper"]
+    told = [f"{n} {word}" for word, n in counts.items() if n]
+    headline = f"of {sum(counts.values())} statements {', '.join(told)}" if counts else "–"
     headline += f" ({found['note']})" if "note" in found else ""
     return (
         f"| all of it, {found['cores']} cores | {_name_command(scale)} | {found['seconds']:.0f} |"
@@ -221,8 +165,8 @@ def _name_command(scale: str) -> str:
 
 
 def main() -> None:
-    results = json.loads(RESULTS.read_text())
-    _write("docs/figures.md", MARKS, make_table(results))
+    results = Results.read(KEPT)
+    _write("docs/figures.md", MARKS, make_table(json.loads(RESULTS.read_text()), results))
     for page in RESULT_PAGES:
         _write(page, RESULT_MARKS, make_result(results))
 

@@ -1,8 +1,8 @@
 """Measured numbers in the pages, each between marks: ``<!-- key:.1f -->23.5<!-- / -->``.
 
-python docs/measured.py             fills every page of docs/ from the results
-python docs/measured.py --check     exit code 1 if a page differs from the results
-python docs/measured.py --examples  runs the examples that measure something, and fills
+python -m docs.measured             fills every page of docs/ from the results
+python -m docs.measured --check        exit code 1 if a page differs from the results
+python -m docs.measured --examples  runs the examples that measure something, and fills
 """
 
 import contextlib
@@ -14,26 +14,42 @@ import runpy
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
+
+from paper.table import Results
 
 ROOT = Path(__file__).parent.parent
-RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
-OTHERS = ("design", "examples", "presets")  # more files of results, beside that
+TABLE = ROOT / "paper" / "kept" / "results.csv"
+MEASURED = ROOT / "benchmarks" / "results"
+OTHERS = ("design", "examples", "presets", "readings")  # more results
 MEASURING = ("rat_whiskers", "where_was_i_touched")  # examples whose numbers stand in a page
+FINDINGS = re.compile(r"(<!-- findings -->\n).*(<!-- end of findings -->)", re.S)
 PLACE = re.compile(r"<!-- (?P<key>[\w.+-]+?):(?P<form>[^ ]*) -->(?P<text>.*?)<!-- / -->")
 
 
-def read_values() -> dict[str, float | dict[str, float]]:
-    """All measured numbers by key, those of another file than the paper's by ``file.key``."""
-    sections = json.loads(RESULTS.read_text())["paper"]["values"].values()
-    values = {key: value for section in sections for key, value in section.items()}
+def read_values() -> dict[str, Any]:
+    """All measured numbers by key, those of another file than the paper's table by ``file.key``."""
+    results = Results.read(TABLE)
+    pages = "".join(page.read_text(encoding="utf-8") for page in list_pages())
+    keys = {place["key"] for place in PLACE.finditer(pages)}
+    known = {key: results.get(key) for key in keys}
+    values: dict[str, Any] = {key: one._asdict() for key, one in known.items() if one}
     for name in OTHERS:
-        own = json.loads(RESULTS.with_name(f"{name}.json").read_text())["values"]
+        own = json.loads((MEASURED / f"{name}.json").read_text())["values"]
         prefix = "" if name == "examples" else f"{name}."
         values |= {prefix + key: value for key, value in own.items()}
     return values
 
 
-def fill(markdown: str, values: dict[str, float | dict[str, float]]) -> str:
+def write_findings() -> str:
+    """A table of the paper's sentences: figure, sentence, verdict, on what it depends."""
+    found = json.loads((MEASURED / "readings.json").read_text())["findings"]
+    lines = ["| figure | sentence | verdict | on what it depends |", "|---|---|---|---|"]
+    lines += ["| {figure} | {says} | {verdict} | {line} |".format(**one) for one in found]
+    return "\n".join(lines)
+
+
+def fill(markdown: str, values: dict[str, Any]) -> str:
     """The page with each number between marks put there anew; a ``±`` before the format gives its
     interval too. A key that was not measured is a KeyError.
     """
@@ -45,7 +61,8 @@ def fill(markdown: str, values: dict[str, float | dict[str, float]]) -> str:
         words += write_interval(one, form) if form != found["form"] else ""
         return f"<!-- {found['key']}:{found['form']} -->{words}<!-- / -->"
 
-    return PLACE.sub(show, markdown)
+    found = FINDINGS.sub(lambda found: f"{found[1]}{write_findings()}\n{found[2]}", markdown)
+    return PLACE.sub(show, found)
 
 
 def write_interval(one: dict[str, float], form: str) -> str:
@@ -67,7 +84,7 @@ def run_examples() -> None:
         with tempfile.TemporaryDirectory() as place, contextlib.redirect_stdout(io.StringIO()):
             own = runpy.run_path(str(ROOT / "examples" / f"{name}.py"))["main"](Path(place))
         found |= {f"{name}.{key}": float(f"{value:.6g}") for key, value in own.items()}
-    path = RESULTS.with_name("examples.json")
+    path = MEASURED / "examples.json"
     path.write_text(json.dumps({"values": found}, indent=1, sort_keys=True) + "\n")
 
 

@@ -14,8 +14,10 @@ from feeler.physics.contact import get_contact
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.progress import ProgressBar
 from paper.context import Context
+from paper.inputs import read_inputs
 from paper.reproduce import STAGES, reproduce
-from paper.verdicts import count_verdicts, judge_claims, summarise_counts
+from paper.table import RESULTS
+from paper.verdicts import count_verdicts, judge_statements, summarise_counts
 
 
 def run(
@@ -31,11 +33,14 @@ def run(
     log_json: bool,
     show: bool,
     fresh: bool,
+    inputs: Path | None = None,
 ) -> None:
     """Run the paper as the options of the command line ask, and say what is going on."""
     get_engine(engine)
     chosen = change_antenna(choose_antenna(antenna), change)
     is_cockroach = antenna in ("cockroach", "exponential") and not change
+    if inputs:
+        read_inputs(inputs)  # refuses what it cannot use before anything is computed
     out.mkdir(parents=True, exist_ok=True)
     context = Context(
         scale=scale,
@@ -47,6 +52,7 @@ def run(
         is_cockroach=is_cockroach,
         out=out,
         fresh=fresh,
+        inputs=inputs,
         progress=_make_bars(log_json),
     )
     if not log_json:
@@ -107,14 +113,14 @@ def _make_bars(log_json: bool):
 
 
 def _summarise(context, made, seconds: float, log_json: bool) -> None:
-    judged = judge_claims(made, context) if context.is_cockroach else []
+    judged = judge_statements(made, context) if context.is_cockroach else []
     report, figures = context.out / "report.html", context.out / "figures"
     if log_json:
         counts = {whose: count_verdicts(judged, whose) for whose in ("paper", "ours")}
         event = {
             "event": "report",
             "path": str(report),
-            "claims": counts,
+            "verdicts": counts,
             "seconds": round(seconds, 1),
         }
         print(json.dumps(event), file=sys.stderr, flush=True)
@@ -122,4 +128,7 @@ def _summarise(context, made, seconds: float, log_json: bool) -> None:
     if judged:
         typer.echo(summarise_counts(judged))
     pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
-    typer.echo(f"report: {report}   figures: {figures}{pdf}   ({seconds:.1f} s)")
+    results = context.out / RESULTS
+    typer.echo(
+        f"report: {report}   results: {results}   figures: {figures}{pdf}   ({seconds:.1f} s)"
+    )

@@ -19,6 +19,8 @@ from paper.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""
+OWN = "this antenna"
+"""What another antenna than the paper's is called in a run, whatever its own name."""
 _THROUGH = {
     "effort": ("scale",),
     "profiles": ("antenna",),
@@ -36,6 +38,8 @@ class Context:
     ----------
     timestep : float
         [ms]; default: the engine's own.
+    inputs : Path | None
+        File of what the paper does not publish; see inputs.toml.
     started : float
         When the run began [s since 1970]: a ``fresh`` run uses only what was made since.
     progress : Callable[[int, int], None] | None
@@ -51,6 +55,7 @@ class Context:
     is_cockroach: bool = True
     out: Path = Path("out")
     fresh: bool = False
+    inputs: Path | None = None
     started: float = field(default_factory=time.time, compare=False)
     progress: Callable[[int, int], None] | None = field(default=None, compare=False)
 
@@ -85,7 +90,7 @@ class Context:
         matched-compliance one.
         """
         if not self.is_cockroach:
-            return {self.antenna.name: self.antenna}
+            return {OWN: self.antenna}
         return {
             "exponential": self.antenna,
             **{name: cockroach(name) for name in ("linear", "constant", "matched")},

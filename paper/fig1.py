@@ -26,8 +26,8 @@ from feeler.tensors import in_unit, rectify
 from paper import fig1_compliance
 from paper.context import Context
 from paper.data import COMPLETE, list_profiles, list_touches, load_complete
-from paper.declared import read_declared
 from paper.drawn import find_touch
+from paper.table import read_declared
 from paper.window import keep_whole
 
 _Spread = dict[str, float]

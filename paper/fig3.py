@@ -28,8 +28,8 @@ from feeler.wall import (
 )
 from paper.context import Context
 from paper.data import list_profiles
-from paper.declared import read_declared
 from paper.scale import Scale
+from paper.table import read_declared
 
 LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm

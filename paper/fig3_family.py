@@ -16,10 +16,10 @@ from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.distance import SETUP_CHOICES
-from paper.claims import load_claims
 from paper.context import Context
-from paper.declared import CLAIMED, read_declared
+from paper.declared import CLAIMED
 from paper.fig3 import load
+from paper.table import read_declared
 
 _LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
@@ -211,14 +211,10 @@ def show(context: Context, section: Section) -> None:
     family = compute(antennas, part=context.effort.wall_part, known=known)
     if len(family.names) < 2:
         return
-    claims = {
-        claim.id.removeprefix("wall-"): claim
-        for claim in load_claims()
-        if claim.section == "wall"
-    }
-    targets = {name: claims[name].target for name in CLAIMED}
+    said = read_declared("declared.toml")["wall_paper"]
+    targets = {name: said[name] for name in CLAIMED}
     section.heading("What R² depends on")
-    tolerances = {name: claims[name].tolerance for name in CLAIMED}
+    tolerances = dict.fromkeys(CLAIMED, said["factor"])
     section.text(_count(family) + " " + _describe_nearest(family, targets, tolerances))
     section.figure(
         "fig3_family",

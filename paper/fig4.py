@@ -40,7 +40,7 @@ def _as_rows(activations: np.ndarray) -> np.ndarray:
     return activations.transpose(1, 0, 2).reshape(activations.shape[1], -1)
 
 
-_ENTROPIES: dict[str, Callable[[np.ndarray], float]] = {
+ENTROPIES: dict[str, Callable[[np.ndarray], float]] = {
     "mean of rows": lambda found: float(np.nanmean(compute_entropies(_as_rows(found)))),
     "sum of rows": lambda found: float(np.nansum(compute_entropies(_as_rows(found)))),
     "mass of all rows": lambda found: compute_mass_entropy(_as_rows(found)),
@@ -66,7 +66,7 @@ def compute(
     -------
     SimpleNamespace
         By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
-        ``entropy`` of each restart's activations [bits], by definition (``_ENTROPIES``): (rank,
+        ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
         restart); ``stability`` and ``stability_in_place``, how alike the restarts' bases are with
         and without shifts, (rank,); ``encoders``.
         ``starts``: the bases of every start (:func:`.fig4_map.compute`); ``ranked``: how they
@@ -103,7 +103,7 @@ def compute(
                     for encoder in encoders.values()
                 ]
             )
-            for definition, measure in _ENTROPIES.items()
+            for definition, measure in ENTROPIES.items()
         },
         stability=np.array([encoder.stability_ for encoder in encoders.values()]),
         stability_in_place=np.array([e.stability_in_place_ for e in encoders.values()]),

@@ -17,7 +17,6 @@ from feeler.report import Section, make_spread
 from paper.context import Context
 from paper.fig5_data import (
     MAIN,
-    list_verdicts,
     load,
     name_speeds,
     spread_accuracy,
@@ -124,12 +123,6 @@ def show(context: Context, section: Section) -> None:
         },
     )
     section.values |= _collect_values(data.curves, name_speeds(context), plan.n_restarts)
-    list_verdicts(
-        section,
-        data.verdicts,
-        "The order of accuracies for each kind of code and noise; profiles in the paper's window,"
-        " complete touches below.",
-    )
     section.table(
         [
             "by",

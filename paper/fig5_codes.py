@@ -3,6 +3,7 @@ paper's window cuts the profiles differently.
 """
 
 from dataclasses import replace
+from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -30,7 +31,8 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        ``dispersion`` of the codes and of their nulls, by part; ``curves`` of accuracy.
+        ``groups``, each profile's tensors and codes; ``dispersion`` of the codes and of their
+        nulls, by part; ``curves`` of accuracy.
     """
     arrays, labels = complete_arrays(tensors)
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
@@ -51,7 +53,18 @@ def compute(
         "activation": compute_dispersion(codes, random_state=random_state),
         "null": disperse_null(groups, curves.fits, random_state),
     }
-    return SimpleNamespace(dispersion=dispersion, curves=curves)
+    return SimpleNamespace(groups=groups, dispersion=dispersion, curves=curves)
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> SimpleNamespace:
+    """What this run shows, computed once."""
+    return compute(
+        {name: load_complete(context, name) for name in list_profiles(context)},
+        context.effort.make_encoder(),
+        plan=context.effort.plan,
+        random_state=context.seed,
+    )
 
 
 def show(context: Context, section: Section) -> None:
@@ -59,9 +72,7 @@ def show(context: Context, section: Section) -> None:
     names, plan = list_profiles(context), context.effort.plan
     if len(names) < 2:
         return
-    tensors = {name: load_complete(context, name) for name in names}
-    encoder = context.effort.make_encoder()
-    data = compute(tensors, encoder, plan=plan, random_state=context.seed)
+    data = load(context)
     rows = []
     for name, sweep in data.curves.find("joint").items():
         cells = []

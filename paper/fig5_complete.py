@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from feeler.analysis import INDICES, Dispersion, compute_dispersion
 from feeler.decoding import NOISES, Sweep, compute_sweep
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.curves import Verdict, judge_order
 from feeler.decoding.sweeps import Plan
 from feeler.experiments.tactile import DURATION
 from feeler.plotting.results import plot_sweep
@@ -22,8 +21,7 @@ from feeler.report import Section, make_spread
 from feeler.tensors import rectify
 from paper.context import Context
 from paper.data import COMPLETE, list_profiles, load_complete
-from paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
-from paper.fig5_data import list_verdicts, load, spread_accuracy
+from paper.fig5_data import load, spread_accuracy
 from paper.window import (
     SAME,
     WINDOWS,
@@ -132,29 +130,6 @@ def show(context: Context, section: Section) -> None:
         },
     )
     _keep_values(section, data, cut)
-    list_verdicts(section, _judge(data), f"The order of profiles, {WINDOWS[1]}, tensors.")
-
-
-def _judge(data: SimpleNamespace) -> list[Verdict]:
-    """The order of the paper's profiles in dispersion and in accuracy, as in the paper's window."""
-    names = [name for name in CLAIMED if name in data.windows]
-    spread = [
-        judge_order(
-            {name: data.dispersion.values(index, name) for name in names},
-            claim=SPREADS_MORE["profile"],
-            measure=known.label,
-            greater=not known.is_similarity,
-        )
-        for index, known in INDICES.items()
-    ]
-    return spread + [
-        judge_order(
-            {name: sweeps[name].area for name in names},
-            claim=READ_BETTER["profile"],
-            measure=f"accuracy, {noise} noise",
-        )
-        for noise, sweeps in data.sweeps.items()
-    ]
 
 
 def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str, np.ndarray]]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.analysis import INDICES, compute_dispersion
+from feeler.analysis import compute_dispersion
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import (
     CODES,
@@ -25,17 +25,13 @@ from feeler.decoding import (
 )
 from feeler.decoding.curves import (
     Curves,
-    Verdict,
     compute_curves,
-    compute_explained,
-    judge_order,
 )
 from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS
-from feeler.report import Section, make_spread
+from feeler.report import make_spread
 from paper.context import Context
 from paper.data import list_profiles, list_speeds, load_tensors
-from paper.declared import CLAIMED, READ_BETTER, SPREADS_MORE
 
 MAIN = ("joint", "raw")
 """The paper's two data sets: activations and tensors."""
@@ -68,17 +64,13 @@ def compute(
     SimpleNamespace
         By comparison (``speed``, ``profile``): ``groups``, each group's tensors and codes;
         ``dispersions`` by kind of code, groups in the claimed order, most dispersed first, controls
-        after; ``curves`` of accuracy. ``spread_verdicts`` on dispersion, ``verdicts`` on accuracy.
-        ``confused``: what is confused at the noisiest level, by group and code.
+        after; ``curves`` of accuracy. ``confused``: what is confused at the noisiest level, by
+        group and code.
     """
     groups = group_tensors(
         tensors, encoder, plan, reference=reference, random_state=random_state
     )
     report("encoded " + ", ".join(name for members in groups.values() for name in members))
-    claimed = {
-        c: tuple(n for n in g if c == "speed" or n in (reference, *CLAIMED))
-        for c, g in groups.items()
-    }
     dispersions = {
         comparison: {
             kind: compute_dispersion(
@@ -100,9 +92,7 @@ def compute(
     return SimpleNamespace(
         groups=groups,
         dispersions=dispersions,
-        spread_verdicts=_judge_dispersions(dispersions, claimed),
         curves=curves,
-        verdicts=_judge_curves(curves, claimed),
         confused=_explain_all(curves, tensors[reference]),
     )
 
@@ -136,54 +126,6 @@ def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]
     repeats = sweep.noisy.shape[1]
     one = bootstrap_mean(sweep.area, np.random.default_rng(0))
     return make_spread(one.estimate, one.low, one.high, n=min(repeats, starts or repeats))
-
-
-def list_verdicts(section: Section, verdicts: list[Verdict], caption: str) -> None:
-    """One line each, if there are any."""
-    if verdicts:
-        section.table(["verdict"], [[verdict.describe()] for verdict in verdicts], caption)
-
-
-def _judge_dispersions(
-    dispersions: Mapping[str, Mapping[str, Any]], claimed: Mapping[str, tuple[str, ...]]
-) -> list[Verdict]:
-    """The verdict on every index: similar tensors have high Pearson, SSIM, NMI, and low MSE."""
-    return [
-        judge_order(
-            {name: found.values(index, name) for name in claimed[comparison]},
-            claim=SPREADS_MORE[comparison],
-            measure=f"{known.label} of {LABELS[kind]}",
-            greater=not known.is_similarity,
-        )
-        for comparison, kinds in dispersions.items()
-        if len(claimed[comparison]) > 1  # nothing is claimed of a lone group
-        for kind, found in kinds.items()
-        for index, known in INDICES.items()
-    ]
-
-
-def _judge_curves(
-    curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, ...]]
-) -> list[Verdict]:
-    """The verdict on every accuracy curve, with what the null explains of the best group's."""
-    verdicts = []
-    for comparison, found in curves.items():
-        names = claimed[comparison]
-        if len(names) < 2:
-            continue
-        for kind, noise in product(CODES, found.noises):
-            sweeps, null = found.find(kind, noise), found.find_null(kind, noise, group=names[0])
-            verdicts.append(
-                judge_order(
-                    {name: sweeps[name].area for name in names},
-                    claim=READ_BETTER[comparison],
-                    measure=f"accuracy, {LABELS[kind]}, {noise} noise",
-                    explained=np.nan
-                    if null is None
-                    else compute_explained(sweeps[names[0]], null),
-                )
-            )
-    return verdicts
 
 
 def _explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:

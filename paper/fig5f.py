@@ -3,6 +3,7 @@ location.
 """
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -40,7 +41,7 @@ def _measure_unscaled(basis: np.ndarray) -> float:
     return compute_histogram_entropy(basis, scale="none")
 
 
-_READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "histogram of [0, 1]": compute_entropies,
     "histogram of unit length": _each(_measure_unscaled),
     "histogram, together of unit length": lambda bases: _each(_measure_unscaled)(
@@ -111,7 +112,7 @@ def compute(
             name: np.array([measure(bases) for bases in encoder.restart_components_])
             for name, encoder in encoders.items()
         }
-        for definition, measure in _READINGS.items()
+        for definition, measure in READINGS.items()
     }
     sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
     return SimpleNamespace(
@@ -179,17 +180,26 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     right.suptitle("G", x=0.02, ha="left")
 
 
+@lru_cache(maxsize=1)
+def load(context: Context) -> dict[str, SimpleNamespace]:
+    """What this run shows, fitted once, by window."""
+    names = list_profiles(context)
+    options: dict[str, Any] = {"effort": context.effort, "random_state": context.seed}
+    sets = {WINDOWS[0]: {name: load_tensors(context, name) for name in names}}
+    if len(names) > 1:
+        sets[WINDOWS[1]] = {
+            name: complete_tensors(load_complete(context, name)) for name in names
+        }
+    return {window: compute(tensors, **options) for window, tensors in sets.items()}
+
+
 def show(context: Context, section: Section) -> None:
     """The bases of each profile, and their entropies, in the paper's window and of complete
     touches.
     """
-    names = list_profiles(context)
-    options: dict[str, Any] = {"effort": context.effort, "random_state": context.seed}
-    data = compute({name: load_tensors(context, name) for name in names}, **options)
-    found = {WINDOWS[0]: data.entropy}
-    if len(names) > 1:
-        whole = {name: complete_tensors(load_complete(context, name)) for name in names}
-        found[WINDOWS[1]] = compute(whole, **options).entropy
+    fitted = load(context)
+    data = fitted[WINDOWS[0]]
+    found = {window: one.entropy for window, one in fitted.items()}
     section.heading("Bases by stiffness profile")
     section.figure(
         "fig5f_bases",

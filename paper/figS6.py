@@ -10,7 +10,7 @@ from feeler.encoding import LABELS
 from feeler.plotting.results import plot_kinds
 from feeler.report import Section, make_spread
 from paper.context import Context
-from paper.fig5_data import list_verdicts, load, name_speeds
+from paper.fig5_data import load, name_speeds
 
 _KINDS = {"raw": "tensor", "joint": "activation"}
 """What the values of the paper's two data sets are called."""
@@ -49,7 +49,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
 
 
 def show(context: Context, section: Section) -> None:
-    """Every closest match, by speed and by profile, and the verdicts."""
+    """Every closest match, by speed and by profile."""
     data, speeds = load(context), name_speeds(context)
     values = {
         f"dispersion.{_KINDS[kind]}.{index}.{speeds.get(group, group)}": make_spread(
@@ -75,9 +75,3 @@ def show(context: Context, section: Section) -> None:
         numbers=values,
     )
     section.values |= values
-    list_verdicts(
-        section,
-        data.spread_verdicts,
-        "The order of groups, index by index; profiles in the paper's window, complete touches"
-        " below.",
-    )

@@ -13,8 +13,9 @@ from PIL import Image
 
 from feeler.report.page import MARKER, Section
 from paper.context import KEYED, Context
+from paper.report import OPENING_MOVIE
 from paper.stage import Stage
-from paper.story import OPENING_MOVIE
+from paper.table import RESULTS, Results
 
 SHIPPED = Path(__file__).parent / "kept"
 _SCALE = "paper"
@@ -45,7 +46,7 @@ def keep_sections(
     """Keep these sections of a run, with the day, the seed and the key of what they were made with.
 
     Pictures become small, a movie its still, but the first screen's stays a movie; their numbers
-    stay with the run that made them.
+    stay with the run that made them. The folder's table of results is that of all its sections.
     """
     for stage, section in sections:
         shutil.rmtree(target := folder / stage.name, ignore_errors=True)
@@ -59,6 +60,13 @@ def keep_sections(
             "key": stage.key(context),
         }
         (target / KEPT_LABEL).write_text(json.dumps(label, sort_keys=True) + "\n")
+    write_table(folder)
+
+
+def write_table(folder: Path = SHIPPED) -> None:
+    """Write the table of the cached run, of which README's and the docs' numbers are views."""
+    found = (Section.load(path.parent) for path in sorted(folder.glob(f"*/{MARKER}")))
+    Results.collect(found).write(folder / RESULTS)
 
 
 def _keep_block(block: dict[str, object], source: Path, target: Path) -> dict[str, object]:

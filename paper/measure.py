@@ -1,5 +1,5 @@
-"""Time of ``feeler reproduce`` by stage, and what it finds: benchmarks/results/reproduce.json, from
-which README's table is made (docs/make_table.py).
+"""Time of ``feeler reproduce`` by stage, and its verdicts: benchmarks/results/reproduce.json; at
+paper scale its sections are kept in paper/kept, with their table of results.
 
     python -m paper.measure smoke quick        # paper needs the extra cnn
 """
@@ -24,8 +24,8 @@ RESULTS = Path(__file__).parents[1] / "benchmarks" / "results" / "reproduce.json
 def run(
     scale: str, out: Path, *options: str
 ) -> tuple[float, list[dict], dict[str, dict[str, int]]]:
-    """Seconds of one run as a user waits for them, its stages, and how many claims (paper, ours)
-    got which verdict.
+    """Seconds of one run as a user waits for them, its stages, and how many statements (paper,
+    ours) got which verdict.
     """
     command = [
         sys.executable,
@@ -42,7 +42,7 @@ def run(
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     seconds = time.perf_counter() - start
     events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
-    counts = next(event["claims"] for event in events if event["event"] == "report")
+    counts = next(event["verdicts"] for event in events if event["event"] == "report")
     print(scale, *options, f"{seconds:.1f} s;", counts)
     return (
         seconds,
@@ -66,14 +66,13 @@ def measure_yardstick() -> float:
 
 
 def measure(scale: str) -> dict[str, object]:
-    """Warm run, second run from the cache, seconds of each stage, headline numbers; the yardstick
+    """Warm run, second run from the cache, seconds of each stage, verdicts; the yardstick
     just before.
     """
     with TemporaryDirectory() as folder:
         out, yardstick = Path(folder), measure_yardstick()
-        first, stages, claims = run(scale, out)
+        first, stages, verdicts = run(scale, out)
         second, *_ = run(scale, out)
-        values = json.loads((out / "numbers.json").read_text())["values"]
         if scale == "paper":
             _keep(out)
     return {
@@ -81,9 +80,8 @@ def measure(scale: str) -> dict[str, object]:
         "seconds_cached": round(second, 1),
         "cores": os.cpu_count(),
         "yardstick": round(yardstick, 2),
-        "claims": claims,
+        "verdicts": verdicts,
         "stages": {stage["title"]: stage["seconds"] for stage in stages},
-        "values": values,
     }
 
 

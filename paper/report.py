@@ -1,11 +1,13 @@
-"""The report of a run: one self-contained page, the figures as one PDF and one by one, and the
-numbers.
+"""The report of a run: one self-contained page, the figures as one PDF and one by one, the table of
+results and the verdicts.
 """
 
 import json
 import os
 import platform
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,27 +21,28 @@ from feeler.report.page import (
     PAGES,
     Part,
     Section,
+    embed,
     open_templates,
     render_page,
-    to_json,
 )
 from paper.context import Context
-from paper.declared import read_declared
-from paper.findings import list_findings
-from paper.story import open_report, tell_story
-from paper.verdicts import EVIDENCE, OTHERS, ClaimResult, count_verdicts
+from paper.table import RESULTS, Results, read_declared
+from paper.verdicts import NOT, Judged, count_intervals, count_verdicts
+
+OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"
 
 
-def write_report(context: Context, sections: list[Section], claims: list[ClaimResult]) -> Path:
-    """Write ``report.html``, ``figures.pdf`` (at paper scale) and ``numbers.json``; copy each
-    figure's files and numbers to ``figures/``."""
+def write_report(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
+    """Write ``report.html``, ``figures.pdf`` (at paper scale), ``results.csv`` and
+    ``verdicts.json``; copy each figure's files and numbers to ``figures/``."""
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
-    _write_numbers(context.out / "numbers.json", context, sections, claims)
-    return write_page(context, sections, claims)
+    Results.collect(sections).write(context.out / RESULTS)
+    _write_verdicts(context.out / "verdicts.json", context, judged)
+    return write_page(context, sections, judged)
 
 
-def write_page(context: Context, sections: list[Section], claims: list[ClaimResult]) -> Path:
+def write_page(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
     """Write ``report.html``."""
     templates: Any = open_templates("paper").get_template("report.html").module
     made = {
@@ -48,30 +51,39 @@ def write_page(context: Context, sections: list[Section], claims: list[ClaimResu
         for block in section.blocks
         if "name" in block
     }
-    opening, story, beside = Markup(""), Markup(""), dict[str, Markup]()
-    shown: list[Section] = sections
+    results, figures = Results.collect(sections), read_declared("statements.toml")["figure"]
+    opening, story, beside, shown = Markup(""), Markup(""), dict[str, Markup](), sections
     if context.is_cockroach:
-        opening, beside = (
-            open_report(templates, sections, claims),
-            _group(templates, claims, made),
+        beside = _group(templates, judged, made)
+        pictures = _draw_pictures(sections, beside)
+        opening = templates.opening(
+            results.fill(read_declared("statements.toml")["front"]),
+            pictures.get(_FRONT, ""),
+            count_verdicts(judged),
+            [one for one in judged if "Abstract" in one.statement.where],
+            [one for one in judged if one.verdict == NOT and one.statement.whose == "paper"],
+            **_find_movie(sections),
         )
-        story, shown = tell_story(templates, sections, claims, beside)
-        findings = list_findings(
-            {key: value for section in sections for key, value in section.values.items()}
+        screens = [
+            templates.screen(one["title"], one["picture"], results.fill(one["words"]), *found)
+            for one in figures
+            if (found := pictures.get(one.get("picture", "")))
+        ]
+        told = {one["picture"] for one in figures if "picture" in one} | {_FRONT}
+        story, shown = Markup("").join(screens), [_leave(one, told) for one in sections]
+        body = templates.verdicts(
+            judged,
+            count_verdicts(judged),
+            count_verdicts(judged, "ours"),
+            count_intervals(judged),
+            made,
         )
-        first = Part(
-            name="claims",
-            title="Every claim and its verdict",
-            body=_fill_verdicts(templates, claims, findings, made),
-        )
+        first = Part(name="claims", title="Every statement and its verdict", body=body)
     else:
         title = "The paper's measures, of this antenna"
-        first = Part(name="claims", title=title, body=templates.measures(claims))
+        first = Part(name="claims", title=title, body=templates.measures(judged))
     names = [str(name).removesuffix(".mp4") for name in made]
-    body = templates.places(
-        [{"prefix": "", "note": ""} | place for place in read_declared("places.toml")["place"]],
-        names,
-    )
+    body = templates.places([{"note": ""} | one for one in figures], names)
     places = Part(name="places", title="Every figure and movie", body=body)
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
     body = templates.methods(
@@ -96,33 +108,58 @@ def write_page(context: Context, sections: list[Section], claims: list[ClaimResu
     return _write(context.out / "report.html", page)
 
 
-def _fill_verdicts(
-    templates: Any,
-    claims: list[ClaimResult],
-    findings: list[tuple[str, str]],
-    made: Mapping[str, str],
-) -> Any:
-    paper = count_verdicts(claims)
-    evidence, others = ({word: paper[word] for word in words} for words in (EVIDENCE, OTHERS))
-    ours = count_verdicts(claims, "ours")
-    return templates.verdicts(claims, evidence, others, ours, findings, made)
-
-
-def _group(
-    templates: Any, claims: list[ClaimResult], made: Mapping[str, str]
-) -> dict[str, Markup]:
-    """The claims that stand beside each figure; where a run has not made it, at the end of the
+def _group(templates: Any, judged: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:
+    """The statements that stand beside each figure; where a run has not made it, at the end of the
     section.
     """
-    groups: dict[str, list[ClaimResult]] = {}
-    for judged in claims:
-        place = (
-            judged.claim.figure
-            if judged.claim.figure in made
-            else f"section-{judged.claim.section}"
-        )
-        groups.setdefault(place, []).append(judged)
+    groups: dict[str, list[Judged]] = defaultdict(list)
+    for one in judged:
+        figure, section = one.statement.figure, one.statement.section
+        groups[figure if figure in made else f"section-{section}"].append(one)
     return {place: templates.beside(found, place) for place, found in groups.items()}
+
+
+def _draw_pictures(
+    sections: Sequence[Section], beside: Mapping[str, Markup]
+) -> dict[str, tuple[Markup, str]]:
+    """Every figure with what stands beside it, and what is said of a cached one, by name."""
+    blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
+    texts = defaultdict(Markup, beside)
+    return {
+        str(block["name"]): (
+            blocks.picture(block, _embed_from(section), texts),
+            section.say_kept(),
+        )
+        for section in sections
+        for block in section.blocks
+        if block["kind"] == "figure"
+    }
+
+
+def _embed_from(section: Section) -> Callable[[str], Any]:
+    return lambda name: embed(section.folder / name)
+
+
+def _leave(section: Section, told: set[str]) -> Section:
+    """The section with links in place of the figures of the story; a page carries each once."""
+    return replace(
+        section,
+        blocks=[
+            {"kind": "moved", "figure": block["name"]} if block.get("name") in told else block
+            for block in section.blocks
+            if block.get("name") != OPENING_MOVIE
+        ],
+    )
+
+
+def _find_movie(sections: Sequence[Section]) -> dict[str, str]:
+    for section in sections:
+        for block in section.blocks:
+            if block.get("name") == OPENING_MOVIE and block["kind"] == "movie":
+                path = section.folder / OPENING_MOVIE
+                still, caption = embed(path.with_suffix(".jpg")), str(block["caption"])
+                return {"movie": embed(path), "still": still, "caption": caption}
+    return {"movie": "", "still": "", "caption": ""}
 
 
 def _describe(context: Context) -> str:
@@ -175,16 +212,25 @@ def _write_pdf(path: Path, sections: list[Section]) -> None:
     partial.replace(path)
 
 
-def _write_numbers(
-    path: Path, context: Context, sections: list[Section], claims: list[ClaimResult]
-) -> None:
-    """Every claim with its verdict, and everything it is judged by; no times, no machine: equal
-    runs leave equal bytes.
+def _write_verdicts(path: Path, context: Context, judged: list[Judged]) -> None:
+    """What the run was made with, and every verdict; no times, no machine: equal runs leave equal
+    bytes.
     """
-    values = {section.name: to_json(section.values) for section in sections}
-    data = {"configuration": context.describe(), "versions": list_versions(), "values": values}
-    data["claims"] = [judged.describe() for judged in claims] if context.is_cockroach else []
-    _write(path, json.dumps(data, sort_keys=True, indent=1))
+    data: dict[str, Any] = {
+        "configuration": context.describe(),
+        "versions": list_versions(),
+        "verdicts": {
+            one.statement.id: {
+                "says": one.statement.says,
+                "verdict": one.word,
+                "why": one.why,
+                "readings": [vars(reading) for reading in one.readings],
+            }
+            for one in judged
+            if context.is_cockroach
+        },
+    }
+    _write(path, json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False))
 
 
 def _write(path: Path, text: str) -> Path:

@@ -10,13 +10,20 @@ from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.page import Section
+from paper import inputs, readings_page
 from paper.context import Context
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
 from paper.stage import Stage, find_kept, run_stage
-from paper.verdicts import judge_claims
+from paper.verdicts import judge_statements
 
 STAGES = (
+    Stage(
+        name="front",
+        title="Which touch was it? Accuracy against noise",
+        figures=("front",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
     Stage(
         name="antenna",
         title="The antenna",
@@ -32,7 +39,7 @@ STAGES = (
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "movieS2"),
+        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "fig2e_contact", "movieS2"),
     ),
     Stage(
         name="axes",
@@ -42,20 +49,20 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1_animal", "fig3", "fig3_family", "movieS3"),
+        figures=("fig1_animal", "fig3", "fig3_family", "movieS3", "readings_computed"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        figures=("fig4a", "fig4", "fig5f", "figS5"),
+        figures=("fig4a", "fig4", "fig5f", "figS5", "readings_computed"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         figures=(
             *("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_speed", "fig5_sparse"),
-            *("fig5_bending", "fig5_codes", "fig5_new", "choices"),
+            *("fig5_bending", "fig5_codes", "fig5_new", "readings_computed"),
         ),
     ),
     Stage(
@@ -133,8 +140,8 @@ _COCKROACH_ONLY = (
 def reproduce(
     context: Context, report: Callable[[str, Section | None], None] = lambda *_: None
 ) -> list[Section]:
-    """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the
-    sections.
+    """Run every stage, judge every statement, write ``report.html`` and ``results.csv``; returns
+    the sections.
 
     Stages run side by side in ``context.workers`` processes (default one per core); the numbers do
     not depend on it. ``report(title, section)`` is called when a stage starts (section None) and
@@ -161,7 +168,12 @@ def reproduce(
         if len(made) < len(STAGES):
             _write_meanwhile(context, waiting | made)
     ordered = [made[stage.name] for stage in STAGES]
-    write_report(context, ordered, judge_claims(ordered, context))
+    if context.inputs:
+        ordered.append(inputs.make_section(context.inputs, context))
+    judged = judge_statements(ordered, context)
+    if context.is_cockroach:
+        ordered.append(readings_page.make_section(ordered, context))
+    write_report(context, ordered, judged)
     return ordered
 
 
@@ -169,7 +181,7 @@ def _write_meanwhile(context: Context, found: dict[str, Section]) -> None:
     """The page as far as it is known, where kept sections have something to show."""
     ordered = [found[stage.name] for stage in STAGES if stage.name in found]
     if any(section.kept for section in ordered):
-        write_page(context, ordered, judge_claims(ordered, context))
+        write_page(context, ordered, judge_statements(ordered, context))
 
 
 def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:

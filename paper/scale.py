@@ -71,13 +71,13 @@ class Scale(Record):
         What the noise sweeps change of ``feeler.decoding.sweeps.Plan``.
     jitters : bool
         Whether touches shifted in place and speed are simulated and tested.
-    choices : bool
-        Whether the orders are judged under every choice that the paper leaves open.
     network : Mapping[str, Any]
         Training of the network [C], which takes half a minute of one core each; several, since one
         is no sample; empty leaves the network out.
     trade_profiles : tuple[str, ...]
         Profiles whose speeds are compared; empty: the same as in the other sections.
+    front : Mapping[str, Any]
+        What the first page's study changes of ``[front]`` in declared.toml.
     questions : tuple[str, ...]
         Runs of studies/receptor/declared.toml that are computed; of the others cached results are
         shown.
@@ -98,7 +98,16 @@ class Scale(Record):
     vector: bool = True
     kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
-        *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "receptor"),
+        *(
+            "tensors",
+            "front",
+            "tradeoff",
+            "calibration",
+            "reading",
+            "cnn",
+            "encoding",
+            "receptor",
+        ),
         *("gradient", "bounds", "unseen", "robot", "wall", "axes", "antenna", "design"),
         *("spikes", "space", "tracking"),
     )
@@ -146,7 +155,6 @@ class Scale(Record):
         }
     )
     jitters: bool = True
-    choices: bool = True
     network: Mapping[str, Any] = field(
         default_factory=lambda: {
             "ratios": (0.1, 0.2, 0.3),
@@ -161,6 +169,7 @@ class Scale(Record):
     trade: Mapping[str, Any] = field(default_factory=dict)
     gradient: Mapping[str, Any] = field(default_factory=dict)
     regression: Mapping[str, Any] = field(default_factory=dict)
+    front: Mapping[str, Any] = field(default_factory=dict)
     questions: tuple[str, ...] = ("main",)
 
     # robot
@@ -215,6 +224,7 @@ _BEYOND: dict[str, Any] = {
         "relative": (0.1, 1.0),
         "common": (0.003, 0.03),
     },
+    "front": {"sets": 2, "train": 3},
     "questions": (),
 }
 """The questions beyond the paper below paper scale, where the kept run does not answer them: for
@@ -222,14 +232,34 @@ another antenna, engine or seed.
 """
 _PAPER = Scale(name="paper")
 _REST = (
-    *("gradient", "axes", "bounds", "receptor", "unseen", "design", "antenna", "tracking"),
+    *(
+        "front",
+        "gradient",
+        "axes",
+        "bounds",
+        "receptor",
+        "unseen",
+        "design",
+        "antenna",
+        "tracking",
+    ),
     *("spikes", "space", "cnn"),
 )
 _PUBLISHED = _PAPER.replace(
     name="published",
     minutes=5.0,
     vector=False,
-    kept=("cnn", "tradeoff", "gradient", "receptor", "bounds", "design", "unseen", "spikes"),
+    kept=(
+        "front",
+        "cnn",
+        "tradeoff",
+        "gradient",
+        "receptor",
+        "bounds",
+        "design",
+        "unseen",
+        "spikes",
+    ),
     # the wall needs no tensors, and compiles another engine: no core waits for the first ones
     queue=(
         "tensors",
@@ -254,7 +284,6 @@ _PUBLISHED = _PAPER.replace(
         "twins": "ends",
     },
     jitters=False,
-    choices=False,
     network={},
     **_BEYOND,
 )
@@ -307,7 +336,6 @@ QUICK = Scale(
         "twins": "ends",
     },
     jitters=False,
-    choices=False,
     network={},
     **_BEYOND,
     gaps=(0.0, 1.0, 2.0),
@@ -359,6 +387,13 @@ _SMOKE = QUICK.replace(
         "test": 2,
         "relative": (1.0,),
         "common": (0.03,),
+    },
+    front={
+        "sets": 2,
+        "train": 2,
+        "draws": 5,
+        "absolute": [0.03],
+        "relative": [0.3],
     },
     gaps=(1.0,),
     robot_repeats=0,

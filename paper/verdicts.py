@@ -1,412 +1,346 @@
-"""The verdict on every claim, by rules fixed before looking.
+"""The verdict on every statement, by tests that were declared before the results were looked at."""
 
-Evidence: *reproduced*, *partly*, *not reproduced*; of our own claims *holds*, *partly*, *does not
-hold*. Everything else is no evidence for or against and is not counted with it: *by construction*,
-*circular*, *depends on a definition* that the paper does not give, *no evidence* (identical touches
-do as well, or the spreads do not let it be told), *not judged* (in this run: n = 1, or too small a
-scale), *not comparable*.
-
-What is counted are statements: the claims that read one effect are one statement together.
-"""
-
-import re
-from collections.abc import Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
-from feeler.report.page import Section, to_json
-from paper.claims import Claim, load_claims
+import numpy as np
+
+from feeler.analysis import INDICES
+from feeler.report.page import Section
 from paper.context import Context
+from paper.readings import WORDS, Finding, collect, judge_sentences
 from paper.scale import SCALES
+from paper.statements import Criterion, Statement, load_statements
+from paper.table import Results, Value, find_unit, split_key
 
-EVIDENCE = ("reproduced", "partly", "not reproduced")
-OTHERS = (
-    *("by construction", "circular", "depends on a definition", "no evidence"),
-    *("not judged", "not comparable"),
-)
-_VERDICTS = EVIDENCE + OTHERS
-_OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
-_MOST, _HALF = 0.75, 0.5
-"""Shares of a declared family of set-ups, or of the indices, in which a statement must hold to be
-reproduced, and partly.
+OWN_WORDS, ANOTHER, NOT, NEVER = WORDS
+"""The four verdicts on a statement of the paper. The last: it is an input, its data are not
+published, this run did not compute it, or the intervals do not decide it.
 """
+_OURS = {
+    OWN_WORDS: "holds",
+    ANOTHER: "holds under some readings only",
+    NOT: "does not hold",
+    NEVER: "cannot be decided",
+}
+_WORSE = (OWN_WORDS, ANOTHER, NEVER, NOT)
+_MARKS = dict(zip(WORDS, ("good", "half", "bad", "none"), strict=True))
+_SHARE = 0.05
+"""The least effect in units for which statements.toml declares none, as a share of the greater."""
 
-_REVERSED = "reversed: the ends stand in the opposite order"
 
-_Values = Mapping[str, Any]
-_Spread = tuple[float, float, float]
-"""Value, low, high."""
+@dataclass(frozen=True)
+class Outcome:
+    """Whether a test holds (None: the run does not decide it), why, and how that would change."""
+
+    holds: bool | None
+    why: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClaimResult:
-    """A claim with our numbers, the verdict, and a word why.
+class Reading:
+    """A statement under one reading: our numbers, and whether all of its tests hold."""
 
-    Attributes
-    ----------
-    readings : tuple[Judged, ...]
-        The verdict under each of the claim's definitions, in their order.
-    values : tuple[tuple[str, Any], ...]
-        Keys with what this run found; None where it found nothing.
+    name: str
+    ours: str
+    holds: bool | None
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """A statement with its verdict, the reason, and what was found under each of its readings, the
+    one nearest to the paper's words first.
     """
 
-    claim: Claim
-    ours: str
+    statement: Statement
     verdict: str
     why: str
-    readings: tuple["ClaimResult", ...] = ()
-    values: tuple[tuple[str, Any], ...] = ()
-
-    @property
-    def is_evidence(self) -> bool:
-        """Whether it counts in the headline of its kind, the paper's claims or ours."""
-        return self.verdict in EVIDENCE
+    readings: tuple[Reading, ...] = ()
 
     @property
     def word(self) -> str:
-        """The verdict as it is said of the paper's claim or of ours."""
-        return (
-            _OWN_WORDS.get(self.verdict, self.verdict)
-            if self.claim.whose == "ours"
-            else self.verdict
-        )
+        """The verdict as it is said of a statement of the paper or of ours."""
+        return _OURS[self._shown] if self.statement.whose == "ours" else self.verdict
 
-    def describe(self) -> dict[str, object]:
-        """Everything as plain data: what ``numbers.json`` keeps and pages draw."""
-        names = ("id", "whose", "section", "where", "says", "paper", "tag", "kind", "target")
-        claim = {name: getattr(self.claim, name) for name in (*names, "tolerance", "standing")}
-        readings = zip(self.claim.definitions, self.readings, strict=False)
-        return {
-            **claim,
-            **self._describe_reading(),
-            "evidence": self.is_evidence,
-            "definitions": [
-                {"name": name, **one._describe_reading()} for name, one in readings
-            ],
-        }
+    @property
+    def mark(self) -> str:
+        """What kind of verdict it is, for a page's colours."""
+        return _MARKS[self._shown]
 
-    def _describe_reading(self) -> dict[str, object]:
-        values = to_json(dict(self.values))
-        return {"verdict": self.word, "ours": self.ours, "why": self.why, "values": values}
+    @property
+    def _shown(self) -> str:
+        """Of a statement of ours, whose readings are its conditions, each has to hold."""
+        ours = self.statement.whose == "ours" and self.holds
+        return ANOTHER if ours and not all(one.holds for one in self.readings) else self.verdict
+
+    @property
+    def holds(self) -> bool:
+        """Whether the statement holds under the reading nearest to its words."""
+        return self.verdict == OWN_WORDS
 
 
-def judge_claims(sections: list[Section], context: Context) -> list[ClaimResult]:
-    """The verdict on every claim, also where a section is missing or the claim fails."""
-    values = {key: value for section in sections for key, value in section.values.items()}
+def decide(agrees: Sequence[bool | None]) -> str:
+    """The verdict from whether the statement holds under each reading, the main one first.
+
+    Not reproduced needs evidence against it under every reading.
+    """
+    if agrees[0]:
+        return OWN_WORDS
+    if any(agrees):
+        return ANOTHER
+    return NEVER if None in agrees else NOT
+
+
+def judge_statements(sections: Sequence[Section], context: Context) -> list[Judged]:
+    """The verdict on every statement, also where a section is missing; where the readings of its
+    sentences were computed, from these.
+    """
+    results = Results.collect(sections)
     made = {section.name: section.scale or context.scale for section in sections}
-    return [
-        judge(claim, values, replace(context, scale=made.get(claim.section, context.scale)))
-        for claim in load_claims()
-    ]
+    found = defaultdict(list)
+    for finding in judge_sentences(collect(sections)).values():
+        for name in finding.statements if len(finding.rows) else ():
+            found[name].append(finding)
+    judged = []
+    for statement in load_statements():
+        scale = made.get(statement.section, context.scale)
+        one = judge(statement, results, scale, context.is_cockroach)
+        ready = _is_enough(scale, statement) and context.is_cockroach
+        judged.append(_follow(one, found[one.statement.id]) if ready else one)
+    return judged
 
 
-def judge_statements(judged: Sequence[ClaimResult], whose: str = "paper") -> dict[str, str]:
-    """The verdict on every statement of the paper, or of ours.
-
-    An effect that several claims read is reproduced where all of them are, partly where some are
-    (or are partly), else not reproduced where one is not. It is not judged while one of them is
-    not judged in this run. A statement in which none is evidence has the first claim's verdict.
-    """
-    found: dict[str, list[str]] = {}
-    for one in judged:
-        if one.claim.whose == whose:
-            found.setdefault(one.claim.statement, []).append(one.verdict)
-    return {statement: _join(verdicts) for statement, verdicts in found.items()}
-
-
-def _join(verdicts: Sequence[str]) -> str:
-    if "not judged" in verdicts:
-        return "not judged"
-    if set(verdicts) == {"reproduced"}:
-        return "reproduced"
-    if {"reproduced", "partly"} & set(verdicts):
-        return "partly"
-    return "not reproduced" if "not reproduced" in verdicts else verdicts[0]
-
-
-def count_verdicts(judged: Sequence[ClaimResult], whose: str = "paper") -> dict[str, int]:
-    """How many statements of the paper, or of ours, got which verdict; evidence first."""
-    found = list(judge_statements(judged, whose).values())
-    return {
-        _OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict: found.count(verdict)
-        for verdict in _VERDICTS
-    }
-
-
-def summarise_counts(judged: list[ClaimResult]) -> str:
-    """Both counts of statements in a line: those with evidence, those without, our own."""
-    paper, ours = count_verdicts(judged), count_verdicts(judged, "ours")
-    parts = [
-        ("statements of the paper with evidence", paper, EVIDENCE),
-        ("without", paper, OTHERS),
-    ]
-    if any(ours.values()):
-        parts.append(
-            ("statements of our own", ours, tuple(word for word, n in ours.items() if n))
+def _follow(judged: Judged, findings: Sequence[Finding]) -> Judged:
+    """The verdict from the readings of its sentences: the worst of them."""
+    if not findings or judged.statement.why:
+        return judged
+    verdict = max((one.verdict for one in findings), key=_WORSE.index)
+    held = {OWN_WORDS: True, ANOTHER: False, NOT: False}
+    readings = tuple(
+        Reading(
+            name=one.sentence.says if len(findings) > 1 else "",
+            ours=one.note,
+            holds=held.get(one.verdict),
+            why=one.line,
         )
-    return "; ".join(
-        f"{title}: " + ", ".join(f"{counts[word]} {word}" for word in words)
-        for title, counts, words in parts
+        for one in findings
     )
+    lines = dict.fromkeys(one.line.rstrip(".") for one in findings if one.line)
+    return replace(judged, verdict=verdict, why="; ".join(lines), readings=readings)
 
 
-def judge(claim: Claim, values: _Values, context: Context) -> ClaimResult:
-    """Hold one claim against our values."""
-    if claim.definitions:
-        return _judge_definitions(claim, values, context)
-    return _judge_keys(claim, values, context)
+def _is_enough(scale: str, statement: Statement) -> bool:
+    """Whether a scale computes enough to judge a statement."""
+    return [*SCALES].index(scale) >= [*SCALES].index(statement.scale)
 
 
-def _judge_definitions(claim: Claim, values: _Values, context: Context) -> ClaimResult:
-    """The verdict that all definitions give; where they differ, that it depends on them."""
-    found = [_judge_keys(claim.read_by(name), values, context) for name in claim.definitions]
-    named = zip(claim.definitions, found, strict=True)
-    ours, keys = (
-        "; ".join(f"{name}: {one.ours}" for name, one in named),
-        sum((one.values for one in found), ()),
-    )
-    words = {one.verdict for one in found}
-    together: dict[str, Any] = {
-        "claim": claim,
-        "ours": ours,
-        "readings": tuple(found),
-        "values": keys,
-    }
-    if len(words) == 1:
-        whys = dict.fromkeys(one.why for one in found)
-        return ClaimResult(
-            verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together
-        )
-    said = "; ".join(
-        f"{one.word}{' (reversed)' * one.why.startswith(_REVERSED)} by {name}"
-        for name, one in zip(claim.definitions, found, strict=True)
-    )
-    if "not judged" in words:
-        return ClaimResult(
-            verdict="not judged", why=f"not every reading is judged: {said}", **together
-        )
-    why = f"readings that the paper leaves open differ: {said}{_name_nearest(claim, found)}"
-    return ClaimResult(verdict="depends on a definition", why=why, **together)
-
-
-def _name_nearest(claim: Claim, found: list[ClaimResult]) -> str:
-    """Which definition comes nearest to the paper's number."""
-    if claim.kind != "value":
-        return ""
-    off = {}
-    for name, one in zip(claim.definitions, found, strict=True):
-        value = one.values[0][1]
-        if value is not None and "undefined" not in (value if isinstance(value, dict) else {}):
-            off[name] = abs(_read(value)[0] - claim.target)
-    return f"; nearest: {min(off, key=off.__getitem__)}" if off else ""
-
-
-def _judge_keys(claim: Claim, values: _Values, context: Context) -> ClaimResult:
-    keys = claim.keys
-    known = tuple(
-        (key, values.get(key)) for key in (*keys, *claim.null, *claim.twin, *claim.shows)
-    )
-    found = [values[key] for key in keys if values.get(key) is not None]
-    names = (
-        _name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
-    )
-    ours = (
-        "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True))
-        if names
-        else ""
-    )
-    ours = ours or "; ".join(map(_show, found)) or "–"
-
-    def say(verdict: str, why: str) -> ClaimResult:
-        return ClaimResult(claim=claim, ours=ours, verdict=verdict, why=why, values=known)
-
-    if not context.is_cockroach:
-        return say("not comparable", "another antenna than the paper's")
-    if claim.kind == "none":
-        return say("not comparable", claim.why)
-    if why := _find_lack(claim, values, context):
-        return say("not judged", why)
-    if undefined := [
-        value["undefined"]
-        for value in found
-        if isinstance(value, dict) and "undefined" in value
-    ]:
-        return say("not comparable", f"undefined: {undefined[0]}")
-    if why := _find_single(claim, (*found, *(values[key] for key in claim.null))):
-        return say("not judged", why)
-    numbers = [_read(value) for value in found]
-    verdict, why = _RULES[claim.kind](claim, numbers)
-    if claim.standing != "evidence":
-        return say(claim.standing, f"{claim.why} ({why})")
-    if claim.null and (
-        reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])
-    ):
-        if lack := _find_single(claim, [values[key] for key in claim.twin]):
-            return say("not judged", lack)
-        twin = [_read(values[key]) for key in claim.twin]
-        if twin and twin[-1][2] < twin[0][1]:
-            shown = ", ".join(f"{number[0]:.3g}" for number in twin)
-            return say(
-                "not reproduced",
-                f"{_REVERSED} in what carries over to twins ({shown}); {reason}",
+def judge(
+    statement: Statement, results: Results, scale: str, is_cockroach: bool = True
+) -> Judged:
+    """Hold one statement against our values."""
+    if statement.given and is_cockroach:
+        asked = statement.judge_given()
+        if all(results.get(key) for key in asked.list_keys()):
+            return replace(
+                judge(asked, results, scale), statement=statement.replace(of=asked.of)
             )
-        return say("no evidence", f"{why}, but {reason}")
-    return say(verdict, why)
-
-
-def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
-    """What discriminates keys: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between
-    digits divides nothing.
-    """
-    parts = [re.split(r"(?<!\d)\.|\.(?!\d)", key) for key in keys]
-    return tuple(
-        " ".join(p for k, p in enumerate(own) if {q[k] for q in parts if len(q) > k} != {p})
-        for own in parts
+    names = statement.readings or ("",)
+    found = tuple(
+        _judge_reading(one, name, results, scale)
+        for one, name in zip(statement.list_readings(), names, strict=True)
     )
+    if statement.why or not is_cockroach:
+        why = statement.why or "another antenna than the paper's"
+        return Judged(statement=statement, verdict=NEVER, why=why, readings=found)
+    verdict = decide([one.holds for one in found])
+    shown = [f"{one.name}: {one.why}" if one.name else one.why for one in found]
+    why = shown[0] if len({one.why for one in found}) == 1 else "; ".join(shown)
+    return Judged(statement=statement, verdict=verdict, why=why, readings=found)
 
 
-def _find_lack(claim: Claim, values: _Values, context: Context) -> str:
-    """What this run did not compute; empty if it did."""
-    if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
-        lack = f"too little is computed at {context.scale} scale"
-        return f"{lack}; a run at {claim.due} scale judges it"
-    needed = (*claim.keys, *claim.null, *claim.twin)
-    missing = [key for key in needed if values.get(key) is None]
-    return (
-        f"not computed in this run (scale {context.scale}): {', '.join(missing)}"
-        if missing
-        else ""
+def _judge_reading(one: Statement, name: str, results: Results, scale: str) -> Reading:
+    tests = one.parse_tests()
+    keys = [key for test in tests for key in test.keys] or [*one.shows]
+    ours = _show_values(keys, results)
+    outcomes = [_judge_test(test, one, results, scale) for test in tests]
+    held = [outcome.holds for outcome in outcomes]
+    holds = False if False in held else None if None in held or not held else True
+    whys = dict.fromkeys(
+        f"{label}{outcome.why}"
+        for label, outcome in zip(_name_tests(tests), outcomes, strict=True)
+        if len(held) == 1 or outcome.holds is holds is not True
     )
+    why = "; ".join(whys)
+    if len(held) > 1:
+        why = f"{held.count(True)} of {len(held)} tests hold{': ' * bool(why)}{why}"
+    return Reading(name=name, ours=ours, holds=holds, why=why)
 
 
-def _find_single(claim: Claim, values: Sequence[object]) -> str:
-    """That one draw is no sample; empty if all values have more, or are not drawn."""
-    if not claim.can_fail or claim.drawn == "nothing":
-        return ""
-    least = min(
-        (value.get("n", 1) if isinstance(value, dict) else 1 for value in values), default=2
-    )
-    return f"n = 1 ({claim.drawn}): one draw has no spread" if least < 2 else ""
+def _name_tests(tests: Sequence[Criterion]) -> list[str]:
+    """What is each test's own in the names of its values, in front of what is said of it."""
+    parts = [test.keys[0].split(".") for test in tests]
+    common = set.intersection(*map(set, parts)) if parts else set()
+    own = [[part for part in one if part not in common] for one in parts]
+    return ["" if len(tests) == 1 else f"{' '.join(one)}: " for one in own]
 
 
-def _read(value: object) -> _Spread:
-    """A plain number has no spread."""
-    if not isinstance(value, dict):
-        return (float(value),) * 3  # type: ignore[arg-type]
-    ends = (value["value"] if value.get(end) is None else value[end] for end in ("low", "high"))
-    low, high = map(float, ends)
-    return float(value["value"]), low, high
+def _judge_test(test: Criterion, one: Statement, results: Results, scale: str) -> Outcome:
+    if not _is_enough(scale, one):
+        return Outcome(None, f"too little is computed at {scale} scale; {one.scale} judges it")
+    nulls = [one.make_null(key) for key in test.keys] if one.null else []
+    found = [results.get(key) for key in (*test.keys, *nulls)]
+    known = [value for value in found if value is not None]
+    if len(known) < len(found):
+        return Outcome(None, f"not computed in this run (scale {scale})")
+    if any(np.isnan(value.value) for value in known):
+        return Outcome(None, "undefined in this run")
+    if one.of != "nothing" and min(value.n for value in known) < 2:
+        return Outcome(None, f"n = 1 ({one.of}): one draw has no spread")
+    values, null = known[: len(test.keys)], known[len(test.keys) :]
+    outcome = _TESTS[test.kind](test, values)
+    if outcome.holds and null and (reason := _match_null(test, values, null)):
+        return Outcome(None, f"{outcome.why}, but {reason}: no evidence")
+    return outcome
 
 
-def _match_null(claim: Claim, numbers: list[_Spread], null: list[_Spread]) -> str:
-    """Why the null does as well: its ends stand in the order of ours, or it tells identical touches
-    apart as much.
-    """
-    sign = 1.0 if claim.apart == "greater" else -1.0
-    points, nulls = [number[0] for number in numbers], [number[0] for number in null]
-    shown = ", ".join(f"{value:.3g}" for value in nulls)
-    if any(sign * b >= sign * a for a, b in zip(points, nulls, strict=True)):
-        return f"{claim.null_says} (null {shown})"
-    if len(points) > 1 and (points[-1] - points[0]) * (nulls[-1] - nulls[0]) > 0:
-        return f"identical touches give the same order of the ends (null {shown})"
-    return ""
+def _find_least(test: Criterion, values: Sequence[Value]) -> float:
+    """The least effect that counts."""
+    least = find_unit(split_key(test.keys[0])[0])[1]
+    return _SHARE * max(abs(one.value) for one in values) if least is None else least
 
 
-def _judge_within(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
-    """Within the tolerance, or outside of it, with the whole spread."""
-    value, *ends = numbers[0]
-    margin = claim.tolerance * abs(claim.target)
-    inside = [abs(end - claim.target) <= margin for end in (value, *ends)]
-    beside = min(ends) <= claim.target <= max(ends)
-    asked = f"{claim.target - margin:.3g} to {claim.target + margin:.3g}"
-    why = f"off by {(value - claim.target) / claim.target:+.0%}; asked for were {asked}"
+def _judge_value(test: Criterion, values: Sequence[Value]) -> Outcome:
+    """Within the tolerance, or outside of it, with the whole interval."""
+    (value, low, high, _), target = values[0], test.target
+    margin = test.tolerance * abs(target)
+    inside = [abs(end - target) <= margin for end in (value, low, high)]
+    off = f"off by {(value - target) / target:+.0%}, {test.tolerance:.0%} are allowed"
     if all(inside):
-        return "reproduced", f"within {asked}"
-    if any(inside) or beside:
-        return "no evidence", f"{why}, and its spread lies on both sides of that"
-    return "not reproduced", why
+        return Outcome(True, off)
+    if any(inside) or low <= target <= high:
+        return Outcome(None, f"{off}; its interval lies on both sides")
+    return Outcome(False, off)
 
 
-def _judge_value(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
-    """The same; partly, within twice the tolerance."""
-    verdict, why = _judge_within(claim, numbers)
-    near = abs(numbers[0][0] - claim.target) <= 2 * claim.tolerance * abs(claim.target)
-    if verdict == "not reproduced" and near:
-        return "partly", f"{why}, within twice of it"
-    return verdict, why
+def _judge_order(test: Criterion, values: Sequence[Value]) -> Outcome:
+    """The ends apart in the order that is said, by more than their intervals and by the least
+    effect; those between are in order.
+    """
+    first, last, least = values[0], values[-1], _find_least(test, values)
+    rise = last.value - first.value
+    said = f"the ends differ by {rise:.3g}, {least:.2g} is the least effect"
+    if last.high < first.low:
+        return Outcome(False, f"reversed: {said}")
+    if last.low <= first.high and (first.low < first.high or last.low < last.high):
+        return Outcome(None, f"{said}; their intervals overlap")
+    if rise < least:
+        return Outcome(False, said)
+    for one, other in pairwise(values):
+        if one.value >= other.value:
+            decided = one.low > other.high
+            word = "out of order" if decided else "not told from its neighbour"
+            return Outcome(False if decided else None, f"{said}; the middle is {word}")
+    return Outcome(True, said)
 
 
-def _judge_order(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
-    """The ends apart by more than their spreads, and those between in the claimed order."""
-    (first, _, top), (last, bottom, most) = numbers[0], numbers[-1]
-    points = [number[0] for number in numbers]
-    if bottom < most < numbers[0][1]:  # said only where there is a spread
-        return "not reproduced", f"{_REVERSED}, beyond the spreads of the ends"
-    if bottom <= top and any(low < high for _, low, high in (numbers[0], numbers[-1])):
-        return "no evidence", "the spreads of the ends overlap: no order can be told"
-    if last <= first:
-        return "not reproduced", "the ends are not in the claimed order"
-    if not all(b > a for a, b in pairwise(points)):
-        return "partly", "the ends are in the claimed order, the middle is not"
-    return "reproduced", "in the claimed order"
+def _judge_dip(test: Criterion, values: Sequence[Value]) -> Outcome:
+    """The middle below both neighbours by more than the intervals; or above one by more."""
+    before, middle, after = values
+    said = f"{before.value:.3g}, {middle.value:.3g}, {after.value:.3g}"
+    if middle.low > before.high or middle.low > after.high:
+        return Outcome(False, f"{said}: above a neighbour beyond the intervals")
+    if middle.high < before.low and middle.high < after.low:
+        return Outcome(True, f"{said}: below both neighbours")
+    if before.low == before.high and middle.low == middle.high and after.low == after.high:
+        return Outcome(False, f"{said}: not below both neighbours")
+    return Outcome(None, f"{said}: the intervals overlap")
 
 
-def _judge_dip(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
-    """The middle less than both neighbours, by more than the spreads."""
-    before, middle, after = numbers
-    if not middle[0] < min(before[0], after[0]):
-        return "not reproduced", "not less than both neighbours"
-    if middle[2] >= min(before[1], after[1]) and middle[1] < middle[2]:
-        return "no evidence", "less than both neighbours, but their spreads overlap"
-    return "reproduced", "less than both neighbours"
-
-
-def _judge_bound(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
-    """Above or below the target, with the whole spread."""
-    side, (value, low, high) = f"{claim.kind} {claim.target:g}", numbers[0]
-    sign = 1.0 if claim.kind == "above" else -1.0
+def _judge_bound(test: Criterion, values: Sequence[Value]) -> Outcome:
+    """Above or below the target with the whole interval; a gain (target 0) by the least effect."""
+    (value, low, high, _), sign = values[0], 1.0 if test.kind == "above" else -1.0
     near, far = sorted((sign * low, sign * high))
-    if near > sign * claim.target:
-        return "reproduced", side if low == high else f"{side} with its whole spread"
-    if low < high and far > sign * claim.target:
-        word = side if sign * value > sign * claim.target else f"not {side}"
-        return "no evidence", f"{word}, but its spread lies on both sides"
-    return "not reproduced", f"not {side}"
+    word = "at least" if sign > 0 else "at most"
+    said = f"{value:.3g}, asked for is {word} {test.target:g}"
+    said += f"; it holds for any threshold {'up to' if sign > 0 else 'from'} {sign * near:.3g}"
+    least = 0.0 if test.target else _find_least(test, values)
+    if near < sign * test.target:
+        return Outcome(None if far > sign * test.target else False, said)
+    if not test.target and sign * value < least:
+        return Outcome(False, f"{said}; less than the least effect, {least:.2g}")
+    return Outcome(True, said)
 
 
-def _judge_share(claim: Claim, numbers: list[_Spread]) -> tuple[str, str]:
-    """In how much of what was declared (set-ups, indices) it holds."""
-    share = numbers[0][0]
-    why = f"holds in {share:.0%}; {_MOST:.0%} are asked for, {_HALF:.0%} are partly"
-    return (
-        "reproduced" if share >= _MOST else "partly" if share >= _HALF else "not reproduced",
-        why,
-    )
-
-
-_RULES = {
+_TESTS = {
     "value": _judge_value,
-    "within": _judge_within,
     "order": _judge_order,
     "dip": _judge_dip,
     "above": _judge_bound,
     "below": _judge_bound,
-    "share": _judge_share,
 }
 
 
-def _show(value: object) -> str:
-    if isinstance(value, dict):
-        if "undefined" in value:
-            return f"undefined: {value['undefined']}"
-        spread = (
-            "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
-        )
-        spread = " (n = 1)" if value.get("n") == 1 else spread
-        return f"{value['value']:.3g}{spread}"
+def _match_null(test: Criterion, values: Sequence[Value], null: Sequence[Value]) -> str:
+    """Why the null does as well: identical touches are discriminated as much in some group, or
+    reach the same order.
+    """
+    alike = any(
+        part in INDICES and INDICES[part].is_similarity for part in test.keys[0].split(".")
+    )
+    sign = -1.0 if alike else 1.0
+    shown = ", ".join(f"{one.value:.3g}" for one in null)
+    if any(sign * b.value >= sign * a.value for a, b in zip(values, null, strict=True)):
+        return f"the null does as well in at least one group (null {shown})"
+    if len(null) > 1 and null[-1].value > null[0].value:
+        return f"identical touches give the same order of the ends (null {shown})"
+    return ""
+
+
+def _show_values(keys: Sequence[str], results: Results) -> str:
+    found = [(key, value) for key in keys if (value := results.get(key)) is not None]
+    groups = [split_key(key)[2] for key, _ in found]
+    named = len({*groups}) > 1
     return (
-        f"{value:.4g}"
-        if isinstance(value, int | float) and not isinstance(value, bool)
-        else str(value)
+        "; ".join(
+            f"{group} {show(value)}" if named else show(value)
+            for group, (_, value) in zip(groups, found, strict=True)
+        )
+        or "–"
+    )
+
+
+def show(value: Value) -> str:
+    """A value with its interval."""
+    if np.isnan(value.value):
+        return "undefined"
+    if value.low < value.high:
+        return f"{value.value:.3g} ({value.low:.3g} to {value.high:.3g})"
+    return f"{value.value:.4g}"
+
+
+def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, int]:
+    """How many statements of the paper, or of ours, got which verdict."""
+    found = Counter(one.word for one in judged if one.statement.whose == whose)
+    words = tuple(_OURS.values()) if whose == "ours" else WORDS
+    return {word: found[word] for word in words}
+
+
+def summarise_counts(judged: Sequence[Judged]) -> str:
+    """Both counts in a line."""
+    return "; ".join(
+        f"{title}: " + ", ".join(f"{n} {word}" for word, n in counts.items() if n)
+        for title, whose in (("statements of the paper", "paper"), ("of our own", "ours"))
+        if any((counts := count_verdicts(judged, whose)).values())
+    )
+
+
+def count_intervals(judged: Sequence[Judged]) -> int:
+    """How many tests rest on an interval: at 95 %, one in twenty is expected to err by chance."""
+    return sum(
+        len(one.statement.tests) * len(one.readings)
+        for one in judged
+        if one.statement.tests and one.statement.of != "nothing" and one.verdict != NEVER
     )

@@ -14,7 +14,6 @@ from feeler.decoding import list_groups
 from feeler.decoding.sweeps import Plan
 from feeler.errors import InvalidInput
 from paper import fig5, fig5_data, figS6
-from paper.declared import SPREADS_MORE
 from paper.fig5_new import score_again
 from tests.pages import FOREIGN
 
@@ -75,10 +74,7 @@ def data(tensors):
     return fig5_data.compute(tensors, SumEncoder(), plan=PLAN)
 
 
-def test_planted_orders_are_found_and_put_into_words(data):
-    words = {(v.claim, v.measure): v.word for v in data.spread_verdicts}
-    assert words[SPREADS_MORE["speed"], "MSE of tensors"] == "agrees"
-    assert words[SPREADS_MORE["profile"], "MSE of tensors"] == "agrees"
+def test_confusions_are_put_into_words(data):
     for comparison, curves in data.curves.items():
         assert {row[2] for row in fig5._list_copies(comparison, curves)} == {"3", "4"}
     assert all("wrong in" in confused.describe() for confused in data.confused.values())

@@ -1,13 +1,13 @@
 """Numbers in the pages are those of the results, and none of the findings is written by hand."""
 
-import json
 import re
 from pathlib import Path
 
 import pytest
 from scripts import load_script
 
-from paper.claims import load_claims
+from paper.statements import load_statements
+from paper.table import KEPT, Results
 
 ROOT = Path(__file__).parents[2]
 FINDINGS = ("receptor_noise", "unseen", "slow_and_graded", "searched", "presets")
@@ -52,12 +52,12 @@ def test_a_key_that_was_not_measured_is_an_error(numbers):
         numbers.fill("<!-- nowhere:.1f --><!-- / -->", {})
 
 
-def test_claims_name_a_page_that_is_there():
-    pages = [ROOT / claim.where for claim in load_claims() if claim.whose == "ours"]
+def test_statements_name_a_page_that_is_there():
+    pages = [ROOT / one.where for one in load_statements() if one.whose == "ours"]
     assert pages and all(page.exists() for page in pages)
 
 
-def test_results_are_of_whole_sets(numbers):
-    values = json.loads(numbers.RESULTS.read_text())["paper"]["values"]["tradeoff"]
-    assert values["tradeoff.sets"] >= 2
-    assert values["choices.common"] > 0
+def test_results_are_of_whole_sets():
+    results = Results.read(KEPT)
+    assert results.get("tradeoff.sets").value >= 2
+    assert results.get("choices.common").value > 0

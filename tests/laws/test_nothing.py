@@ -32,11 +32,12 @@ from paper import (
     fig6_data,
     figS4,
 )
-from paper.claims import load_claims
 from paper.context import Context
 from paper.reproduce import STAGES
 from paper.scale import QUICK, SCALES
-from paper.verdicts import judge
+from paper.statements import load_statements
+from paper.table import Results, read_declared
+from paper.verdicts import NEVER, NOT, judge
 from studies.bounds import section as open_bounds
 from studies.gradient import section as open_gradient
 from studies.speed import section as open_speed
@@ -61,11 +62,12 @@ READ_TENSORS = ("encoding", "reading", "cnn", "axes")
 TOUCH = ("tradeoff", "gradient", "bounds")
 SET_UP = ("wall", "robot")
 ELSEWHERE = (
+    "front",
     "receptor",
     "unseen",
     "spikes",
     "space",
-)  # asked in tests/studies
+)  # asked in tests/studies and tests/paper/test_front.py
 SOMETHING = {
     (
         "white",
@@ -77,18 +79,18 @@ SMALL = 2e-4  # rad; so little that no observer is sure of anything
 
 
 def list_due(*sections):
-    return [c for c in load_claims() if c.can_fail and c.section in sections]
+    return [one for one in load_statements() if one.tests and one.section in sections]
 
 
 def judge_all(values):
-    return {c.id: judge(c, values, Context(scale="nothing")) for c in load_claims()}
+    results = Results.make(values)
+    return {one.id: judge(one, results, "nothing") for one in load_statements()}
 
 
-def check(found, claim):
-    judged = found[claim.id]
-    said = f"{judged.verdict}: {judged.ours}; {judged.why}"
-    assert judged.verdict not in ("not judged",), said
-    assert judged.verdict not in ("reproduced", "partly"), said
+def check(found, statement):
+    judged = found[statement.id]
+    assert judged.verdict in (NOT, NEVER), judged.why
+    assert "not computed" not in judged.why and "n = 1" not in judged.why, judged.why
 
 
 @pytest.fixture(scope="module")
@@ -128,10 +130,11 @@ def show_nothing(kind, seed, name):
     return section.values
 
 
-def is_borne_out(claim, kind, seed):
-    found = judge(claim, show_nothing(kind, seed, claim.section), Context(scale="nothing"))
-    assert found.verdict != "not judged", found.why
-    return found.verdict in ("reproduced", "partly")
+def is_borne_out(statement, kind, seed):
+    values = show_nothing(kind, seed, statement.section)
+    found = judge(statement, Results.make(values), "nothing")
+    assert "not computed" not in found.why and "n = 1" not in found.why, found.why
+    return found.verdict not in (NOT, NEVER)
 
 
 class _Torch:
@@ -143,28 +146,17 @@ class _Torch:
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", NOTHING)
-@pytest.mark.parametrize("claim", list_due(*READ_TENSORS), ids=lambda claim: claim.id)
-def test_nothing_bears_out_no_claim_that_reads_tensors(scale, kind, claim):
+@pytest.mark.parametrize("statement", list_due(*READ_TENSORS), ids=lambda one: one.id)
+def test_nothing_bears_out_no_statement_that_reads_tensors(scale, kind, statement):
     """At a level of 95 % some of so many are borne out by chance, but not by a second draw too.
 
     So a rule that passes every other time may escape one kind of nothing; that it escapes all of
     them is less likely than not.
     """
-    if (kind, claim.id) in SOMETHING:
-        pytest.skip(SOMETHING[kind, claim.id])
+    if (kind, statement.id) in SOMETHING:
+        pytest.skip(SOMETHING[kind, statement.id])
     draws = (20261123, 20261124)
-    assert not all(is_borne_out(claim, kind, seed) for seed in draws)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", NOTHING)
-@pytest.mark.parametrize("id", ["residual-falls", "bases-ordered"])
-def test_what_is_by_construction_comes_out_of_nothing_too(scale, kind, id):
-    """So that the law above is known to notice such a rule."""
-    claim = next(claim for claim in load_claims() if claim.id == id)
-    found = judge(claim, show_nothing(kind, 20261123, claim.section), Context(scale="nothing"))
-    assert found.verdict == "by construction"
-    assert "in the claimed order" in found.why
+    assert not all(is_borne_out(statement, kind, seed) for seed in draws)
 
 
 @pytest.fixture(scope="module", params=["white", "one"])
@@ -191,9 +183,9 @@ def touched(request, scale, tmp_path_factory):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("claim", list_due(*TOUCH), ids=lambda claim: claim.id)
-def test_nothing_bears_out_no_claim_on_speed_gradient_and_bounds(touched, claim):
-    check(touched, claim)
+@pytest.mark.parametrize("statement", list_due(*TOUCH), ids=lambda one: one.id)
+def test_nothing_bears_out_nothing_on_speed_gradient_and_bounds(touched, statement):
+    check(touched, statement)
 
 
 def _find_wall_values(rng):
@@ -215,13 +207,9 @@ def _find_wall_values(rng):
     family = fig3_family.Family(
         names=names, choices=(), r2=np.array(r2), offset=offset, cases=()
     )
-    claims = {claim.id: claim for claim in load_claims()}
-    asked = {name: claims[f"wall-{name}"] for name in names}
-    values = fig3_family._list_values(
-        family,
-        {name: claim.tolerance for name, claim in asked.items()},
-        {name: claim.target for name, claim in asked.items()},
-    )
+    said = read_declared("declared.toml")["wall_paper"]
+    factors = dict.fromkeys(names, said["factor"])
+    values = fig3_family._list_values(family, factors, {name: said[name] for name in names})
     for name, tensors in (("white", rng.random((9, 4, 30))), ("one", np.ones((9, 4, 30)))):
         wall = SimpleNamespace(
             contact=np.ones((9, 30), dtype=bool),
@@ -249,12 +237,12 @@ def set_up(request, scale, tmp_path_factory):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("claim", list_due(*SET_UP), ids=lambda claim: claim.id)
-def test_nothing_bears_out_no_claim_on_walls_and_the_robot(set_up, claim):
-    check(set_up, claim)
+@pytest.mark.parametrize("statement", list_due(*SET_UP), ids=lambda one: one.id)
+def test_nothing_bears_out_nothing_on_walls_and_the_robot(set_up, statement):
+    check(set_up, statement)
 
 
-def test_every_claim_that_can_fail_is_asked_here():
-    sections = {claim.section for claim in load_claims() if claim.can_fail}
+def test_every_statement_that_can_fail_is_asked_here():
+    sections = {one.section for one in load_statements() if one.tests}
     assert sections <= {*READ_TENSORS, *TOUCH, *SET_UP, *ELSEWHERE}
     assert N_SENSORS >= 8  # the robot's tensors are cut from these

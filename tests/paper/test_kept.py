@@ -8,12 +8,12 @@ from PIL import Image
 
 from feeler import provenance
 from feeler.report.page import Section
-from paper.claims import load_claims
 from paper.context import Context
 from paper.kept import find_shipped, keep_sections
+from paper.report import OPENING_MOVIE
 from paper.stage import Stage
-from paper.story import OPENING_MOVIE
-from paper.verdicts import judge_claims
+from paper.statements import load_statements
+from paper.verdicts import judge_statements
 
 
 def show(context, section):
@@ -75,16 +75,16 @@ def test_a_section_of_other_physics_says_so(folder, monkeypatch):
     assert found.kept.endswith("Its settings or the physics have changed since.")
 
 
-def test_a_kept_section_is_judged_at_its_own_scale():
-    claim = next(c for c in load_claims() if c.due == "paper" and c.kind != "none")
-    section = Section(name=claim.section, title="", folder=None)
+def test_a_kept_section_is_judged_at_its_own_scale(tmp_path):
+    statement = next(one for one in load_statements() if one.scale == "paper")
+    section = Section(name=statement.section, title="", folder=tmp_path)
     judged = {
         scale: next(
             one
-            for one in judge_claims([replace(section, scale=scale)], Context(scale="quick"))
-            if one.claim.id == claim.id
+            for one in judge_statements([replace(section, scale=scale)], Context(scale="quick"))
+            if one.statement == statement
         )
         for scale in ("", "paper")
     }
-    assert "at paper scale judges it" in judged[""].why
+    assert "paper judges it" in judged[""].why
     assert "judges it" not in judged["paper"].why

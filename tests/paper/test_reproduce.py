@@ -2,7 +2,6 @@
 what changed made anew.
 """
 
-import json
 import os
 import signal
 import time
@@ -11,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paper.table import Results
 from tests.paper_run import start
 
 
 def read_numbers(out: Path) -> dict[str, bytes]:
     """Every numbers file of a run."""
-    files = [out / "numbers.json", *sorted((out / "figures").glob("*.json"))]
+    tables = [out / "results.csv", out / "verdicts.json"]
+    files = [*tables, *sorted((out / "figures").glob("*.json"))]
     return {file.name: file.read_bytes() for file in files}
 
 
@@ -47,4 +48,4 @@ def test_another_antenna_leaves_out_what_makes_no_sense_and_says_so(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("Left out: this section compares") == 3
     assert "none is judged here" in page
-    assert json.loads((tmp_path / "out" / "numbers.json").read_text())["values"]["tensors"]
+    assert Results.read(tmp_path / "out" / "results.csv").get("tensors.count")

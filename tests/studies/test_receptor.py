@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from feeler.presets import cockroach
-from paper.claims import load_claims
-from paper.context import Context
+from paper.statements import load_statements
+from paper.table import Results
 from paper.verdicts import judge
 from studies.receptor.best import (
     PUBLISHED_RATE,
@@ -19,8 +19,7 @@ from studies.receptor.section import collect_values, compute_run
 from studies.stored import read_declared
 
 ASKED = read_declared("receptor")
-OWN = [claim for claim in load_claims() if claim.id.startswith("own-receptor")]
-PAPER = Context(scale="paper")
+OWN = [one for one in load_statements() if one.id.startswith("own-receptor")]
 
 
 def make_data(tops, rates, sets=8, noise=0.004, seed=0):
@@ -86,11 +85,11 @@ def nothing():
     return [plant_nothing(seed) for seed in (0, 100, 200)]
 
 
-@pytest.mark.parametrize("claim", OWN, ids=lambda claim: claim.id)
-def test_no_rule_is_met_by_planted_nothing(claim, nothing):
+@pytest.mark.parametrize("statement", OWN, ids=lambda one: one.id)
+def test_no_rule_is_met_by_planted_nothing(statement, nothing):
     for values in nothing:
-        assert claim.list_keys() <= set(values)
-        assert judge(claim, values, PAPER).verdict in ("no evidence", "not reproduced")
+        assert statement.list_keys() <= set(values)
+        assert not judge(statement, Results.make(values), "paper").holds
 
 
 @pytest.mark.long

@@ -66,6 +66,10 @@ def reproduce(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="compute everything again, whatever the cache holds")
     ] = False,
+    inputs: Annotated[
+        Path | None,
+        typer.Option(help="file of what the paper does not publish, like paper/inputs.toml"),
+    ] = None,
 ) -> None:
     """Reproduce the paper in one report.
 
@@ -90,6 +94,7 @@ def reproduce(
         log_json=log_json,
         show=open_,
         fresh=fresh,
+        inputs=inputs,
     )
 
 
@@ -98,7 +103,7 @@ def _find_paper() -> None:
     that feeler is imported from, or else the one that is the current folder.
     """
     for root in (Path(feeler.__file__).parents[2], Path.cwd()):
-        if (root / "paper" / "claims.toml").is_file():
+        if (root / "paper" / "statements.toml").is_file():
             break
     else:
         raise MissingDependencyError(

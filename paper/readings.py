@@ -1,0 +1,730 @@
+"""Every natural reading of the paper's sentences, computed: rows, verdicts, and on which choices
+agreement depends.
+
+``readings.toml`` declares the sentences, their choices and options; the first option of each choice
+is nearest to the paper's words, and all of these together are the main reading. The stages that
+hold what is needed compute the rows (``readings_computed``); :func:`judge_sentences` says what
+follows.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import combinations, product
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+from sklearn.tree import DecisionTreeClassifier
+
+from feeler.analysis import INDICES
+from feeler.errors import InvalidInput
+from feeler.files import make_record
+from feeler.records import Record
+from feeler.report import Section
+from paper.table import read_declared
+
+WORDS = (
+    "reproduced under the paper's own words",
+    "reproduced only under another reading",
+    "not reproduced under any reading",
+    "cannot be compared",
+)
+"""Verdicts on a sentence."""
+COLUMNS = (
+    *("sentence", "quantity", "figure", "statement", "reading", "main", "natural", "group"),
+    *("value", "low", "high", "n", "null", "unit", "share", "agrees", "identical"),
+)
+"""Of a row. ``null``: the value of identical touches. ``share``: of draws of single fits that
+agree. ``agrees``: 1, 0, or NaN where the spreads do not let it be told. ``identical``: whether
+identical touches show the same effect.
+"""
+NATURAL = ("stated", "natural", "possible", "far")
+"""How natural an option is, and a reading is as natural as its least natural option."""
+FILE = "readings.json"
+_ORDERS = ("order", "greatest", "least")
+_SURE = 0.95  # share of draws of fits that says yes; 1 - _SURE says no
+_MOST_WAYS = 2  # of each side that are said
+_MOST_LEAVES, _LEAF = 8, 0.01  # of a rule; a leaf must be worth this share of the readings
+_CLEAR = 0.9  # share of the readings that agree where a sentence comes out
+
+# What is declared.
+
+
+class Option(Record):
+    """One choice that the paper's words leave open.
+
+    Attributes
+    ----------
+    options : Mapping[str, str]
+        A word of ``NATURAL`` for each option, the one nearest to the paper's words first.
+    why : str
+        Why the first is nearest.
+    indices : tuple[str, ...]
+        Of a sentence for several indices those that have this choice; empty: all.
+    """
+
+    name: str
+    asks: str
+    why: str
+    options: Mapping[str, str]
+    indices: tuple[str, ...] = ()
+
+    def _check(self) -> None:
+        if unknown := {*self.options.values()} - {*NATURAL}:
+            raise InvalidInput(
+                f"choice {self.name!r}: unknown word {unknown.pop()!r}; valid:"
+                f" {', '.join(NATURAL)}."
+            )
+
+
+class Sentence(Record):
+    """A sentence of the paper with a number or an order, and how a reading of it is judged.
+
+    Attributes
+    ----------
+    claims : tuple[str, ...]
+        The statements of ``statements.toml`` that it answers.
+    kind : str
+        ``order`` (groups rise in this order), ``greatest`` or ``least`` (the last group is above,
+        or below, all others), ``value`` (each group within ``tolerance``, relative, of its
+        target), ``factor`` (1 − value within ``tolerance`` as a factor of 1 − target), ``dip`` (the
+        middle group is the least), ``above`` or ``below`` the target.
+    least : float
+        Smallest effect that counts.
+    ratio : bool
+        Whether effects are logarithms of ratios, not differences.
+    identical : str
+        ``order``: agreement that identical touches show too is no evidence of touch. Other words:
+        why nothing is asked of them.
+    measure : str
+        What computes it (``readings_computed``); ``values``: ``key`` of the sections' values.
+    """
+
+    id: str
+    claims: tuple[str, ...] = ()
+    figure: str
+    says: str
+    paper: str
+    section: str
+    measure: str
+    kind: Literal["order", "greatest", "least", "value", "factor", "dip", "above", "below"]
+    groups: tuple[str, ...]
+    target: tuple[float, ...] = ()
+    tolerance: float = 0.0
+    least: float = 0.0
+    ratio: bool = False
+    unit: str
+    identical: str
+    key: str = ""
+    index: str = ""
+    choice: tuple[Option, ...] = ()
+
+    @property
+    def main(self) -> dict[str, str]:
+        """The option nearest to the paper's words of every choice."""
+        return {one.name: next(iter(one.options)) for one in self.choice}
+
+    def is_main(self, chosen: Mapping[str, str]) -> bool:
+        """Whether every choice that a reading makes is the first."""
+        return all(self.main[name] == option for name, option in chosen.items())
+
+    def weigh(self, chosen: Mapping[str, str]) -> str:
+        """How natural a reading is."""
+        known = {one.name: one.options for one in self.choice}
+        words = [known[name][option] for name, option in chosen.items()]
+        return max(words, key=NATURAL.index, default=NATURAL[0])
+
+
+@cache
+def load_sentences() -> tuple[Sentence, ...]:
+    """Every sentence of ``readings.toml``; one for several indices of dispersion is several."""
+    found: dict[str, Sentence] = {}
+    for entry in read_declared("readings.toml")["sentence"]:
+        plain = dict(entry)
+        indices, same = plain.pop("indices", [""]), plain.pop("choices_of", None)
+        for index in indices:
+            own = {
+                key: value.format(index=index) if key == "id" and index else value
+                for key, value in plain.items()
+            }
+            if index:
+                own["says"] = own["says"].replace("{index}", INDICES[index].label)
+                own |= {"index": index}
+                if not INDICES[index].is_similarity:
+                    own |= {"groups": own["groups"][::-1], "ratio": True, "least": 0.1}
+            source = found[same.replace("pearson", index or "pearson")] if same else None
+            options = source.choice if source else own.get("choice", ())
+            if not source:
+                options = tuple(
+                    make_record(Option, one, f"readings.toml, {own['id']}") for one in options
+                )
+                options = tuple(
+                    one for one in options if not one.indices or index in one.indices
+                )
+            own["choice"] = options
+            found[own["id"]] = make_record(Sentence, own, f"readings.toml, {own['id']}")
+    return tuple(found.values())
+
+
+# Whether a reading agrees with the sentence.
+
+_Spread = tuple[float, float, float]
+"""Value, low, high; low and high are NaN where nothing was drawn."""
+
+
+def measure_effect(sentence: Sentence, values: Sequence[float]) -> float:
+    """By how much the groups' values agree: the least of the differences that the sentence asks
+    for, or minus the greatest deviation from the targets (relative; of ``factor`` the factor).
+    """
+    found = np.asarray(values, dtype=float)
+    if sentence.ratio:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = np.log(found)
+    match sentence.kind:
+        case "order":
+            steps = np.diff(found)
+            return (
+                float(found[-1] - found[0]) if (steps > 0).all() else float(min(steps.min(), 0))
+            )
+        case "greatest":
+            return float(found[-1] - found[:-1].max())
+        case "least":
+            return float(found[:-1].min() - found[-1])
+        case "dip":
+            return float(min(found[0], found[2]) - found[1])
+        case "above":
+            return float((found - sentence.target).min())
+        case "below":
+            return float((np.asarray(sentence.target) - found).min())
+        case "value":
+            return -float(np.abs(found / sentence.target - 1).max())
+        case _:
+            with np.errstate(divide="ignore"):
+                factors = np.abs(np.log((1 - found) / (1 - np.asarray(sentence.target))))
+            return -float(np.exp(factors.max()))
+
+
+def find_threshold(sentence: Sentence) -> float:
+    """The effect from which on a reading agrees."""
+    if sentence.kind in ("value", "factor"):
+        return -sentence.tolerance
+    return sentence.least
+
+
+def agree(
+    sentence: Sentence, spreads: Sequence[_Spread], least: float | None = None
+) -> bool | None:
+    """Whether the groups' values agree with the sentence; None where their spreads leave it open.
+
+    Evidence is asked for both ways: agreement must survive the spreads of the groups, and so must
+    its absence. ``least`` replaces the sentence's own threshold.
+    """
+    points = [value for value, *_ in spreads]
+    if not np.isfinite(points).all():
+        return None
+    threshold = find_threshold(sentence) if least is None else least
+    holds = measure_effect(sentence, points) >= threshold
+    ends = [
+        [value] if not np.isfinite([low, high]).all() else [low, high]
+        for value, low, high in spreads
+    ]
+    others = [measure_effect(sentence, chosen) for chosen in product(*ends)]
+    if sentence.kind in ("value", "factor"):
+        return True if holds else None if max(others) >= threshold else False
+    if holds:
+        return True if min(others) > 0 else None
+    return None if max(others) >= threshold else False
+
+
+def decide(agrees: Sequence[bool | None], main: bool | None) -> str:
+    """The verdict from the readings of a sentence: whether each agrees, and the main one."""
+    if main:
+        return WORDS[0]
+    if any(agrees):
+        return WORDS[1]
+    return WORDS[2] if False in agrees else WORDS[3]
+
+
+# Rows of one sentence.
+
+Reading = tuple[dict[str, str], dict[str, Any], dict[str, float]]
+"""Choices; by group a value, (value, low, high, n) or starts; by group the null's value."""
+
+
+def make_rows(
+    sentence: Sentence, readings: Iterator[Reading] | Sequence[Reading]
+) -> list[dict[str, Any]]:
+    """Rows (``COLUMNS`` and ``choices``) of the readings; a small scale has not every group of an
+    order.
+    """
+    rows = []
+    declared = sentence
+    for chosen, by_group, nulls in readings:
+        groups = tuple(group for group in declared.groups if group in by_group)
+        if len(groups) < (2 if declared.kind in _ORDERS else len(declared.groups)):
+            continue
+        sentence = declared.replace(groups=groups)
+        spreads = [_spread(by_group[group]) for group in sentence.groups]
+        share, values = np.nan, [spread[:3] for spread in spreads]
+        agrees = agree(sentence, values)
+        if isinstance(next(iter(by_group.values())), np.ndarray):
+            share = _share_draws(
+                sentence, [by_group[group] for group in sentence.groups], chosen
+            )
+            agrees = True if share >= _SURE else False if share <= 1 - _SURE else None
+        null = [nulls.get(group, np.nan) for group in sentence.groups]
+        identical = (
+            sentence.identical == "order"
+            and np.isfinite(null).all()
+            and agree(sentence, [(value, np.nan, np.nan) for value in null]) is True
+        )
+        rows += [
+            {
+                "sentence": sentence.id,
+                "quantity": sentence.measure,
+                "figure": sentence.figure,
+                "statement": sentence.says,
+                "reading": "; ".join(f"{name}: {option}" for name, option in chosen.items()),
+                "main": sentence.is_main(chosen),
+                "natural": sentence.weigh(chosen),
+                "group": group,
+                "value": spread[0],
+                "low": spread[1],
+                "high": spread[2],
+                "n": spread[3],
+                "null": beside,
+                "unit": sentence.unit,
+                "share": share,
+                "agrees": np.nan if agrees is None else float(agrees),
+                "identical": bool(identical),
+                "choices": dict(chosen),
+            }
+            for group, spread, beside in zip(sentence.groups, spreads, null, strict=True)
+        ]
+    return rows
+
+
+def _spread(found: Any) -> tuple[float, float, float, int]:
+    if isinstance(found, np.ndarray):
+        return float(found[0]), float(found.min()), float(found.max()), len(found)
+    if isinstance(found, tuple):
+        value, low, high, n = found
+        return float(value), float(low), float(high), int(n)
+    return float(found), np.nan, np.nan, 1
+
+
+def _share_draws(
+    sentence: Sentence, starts: list[np.ndarray], chosen: Mapping[str, str]
+) -> float:
+    """Share of draws in which the sentence holds.
+
+    Starts of a fit stand best first. Where all groups are read from one fit (speeds), a draw is one
+    of its starts; otherwise one start for each group, or of the choice ``best of all starts`` the
+    best of as many as there are, drawn with replacement.
+    """
+    weights, fit = [], chosen.get("fit")
+    for n in map(len, starts):
+        left = ((n - np.arange(n + 1)) / n) ** n
+        weights.append(
+            left[:-1] - left[1:] if fit == "best of all starts" else np.full(n, 1 / n)
+        )
+    draws = product(*(range(len(found)) for found in starts))
+    if fit is None and "slow" in sentence.groups:
+        draws = iter([(k,) * len(starts) for k in range(len(starts[0]))])
+        weights = [weights[0], *(np.ones_like(w) for w in weights[1:])]
+    total, threshold = 0.0, find_threshold(sentence)
+    for drawn in draws:
+        values = [found[k] for found, k in zip(starts, drawn, strict=True)]
+        if measure_effect(sentence, values) >= threshold:
+            total += float(np.prod([w[k] for w, k in zip(weights, drawn, strict=True)]))
+    return total
+
+
+# Of all sections together: rows, verdicts, and the choices on which agreement depends.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Finding:
+    """What the readings of one sentence say.
+
+    Attributes
+    ----------
+    verdict : str
+        One of ``WORDS``.
+    line : str
+        On which choices agreement depends, with the readings that this rule does not fit.
+    note : str
+        The main reading, which natural departures from it change the answer, and identical touches.
+    moves : str
+        How the verdict moves with its threshold.
+    rows : pd.DataFrame
+        ``COLUMNS`` and ``choices``.
+    """
+
+    sentence: Sentence
+    verdict: str
+    line: str
+    note: str
+    moves: str
+    rows: pd.DataFrame = field(repr=False)
+
+    @property
+    def statements(self) -> tuple[str, ...]:
+        """The statements that it answers."""
+        return self.sentence.claims
+
+
+def collect(sections: Sequence[Section]) -> pd.DataFrame:
+    """All rows of a run: of what stages left in their folders, and of values of the sections."""
+    rows: list[dict[str, Any]] = []
+    values = {key: value for section in sections for key, value in section.values.items()}
+    for section in sections:
+        path = section.folder / FILE
+        if path.exists():
+            rows += json.loads(path.read_text())["rows"]
+    for sentence in load_sentences():
+        if sentence.measure == "values":
+            rows += make_rows(sentence, _list_values(sentence, values))
+    known = [*COLUMNS, "choices"]
+    order = {one.id: place for place, one in enumerate(load_sentences())}
+    table = pd.DataFrame(rows, columns=known)
+    numbers = ["value", "low", "high", "null", "share", "agrees"]
+    table[numbers] = table[numbers].astype(float)
+    return table.sort_values("sentence", key=lambda ids: ids.map(order), kind="stable")
+
+
+def _list_values(sentence: Sentence, values: Mapping[str, Any]) -> Iterator[Reading]:
+    names = [one.name for one in sentence.choice]
+    for options in product(*(one.options for one in sentence.choice)):
+        chosen = dict(zip(names, options, strict=True))
+        found: dict[str, Any] = {}
+        for group in sentence.groups:
+            value = values.get(sentence.key.format(group=group, **chosen))
+            if isinstance(value, dict) and value.get("value") is not None:
+                ends = [value.get(end) for end in ("low", "high")]
+                low, high = (np.nan if end is None else end for end in ends)
+                found[group] = (value["value"], low, high, value.get("n", 1))
+            elif isinstance(value, int | float):
+                found[group] = float(value)
+        yield chosen, found, {}
+
+
+def judge_sentences(rows: pd.DataFrame) -> dict[str, Finding]:
+    """What follows for every sentence, by its name; also where nothing was computed."""
+    parts = dict(list(rows.groupby("sentence", sort=False)))
+    return {one.id: _judge(one, parts.get(one.id, rows.iloc[:0])) for one in load_sentences()}
+
+
+def _judge(sentence: Sentence, rows: pd.DataFrame) -> Finding:
+    computed = tuple(group for group in sentence.groups if group in {*rows["group"]})
+    whole = computed == sentence.groups
+    sentence = sentence if whole else sentence.replace(groups=computed)
+    readings = list_readings(sentence, rows)
+    agrees = [one.agrees for one in readings]
+    main = next((one for one in readings if one.main), None)
+    verdict = decide(agrees, main.agrees) if main and whole else WORDS[3]
+    line = find_rule(sentence, [(one.chosen, one.agrees) for one in readings])
+    note = _describe_main(sentence, readings, main) if main else "Not computed in this run."
+    if main and not whole:
+        note = f"Only {', '.join(computed)} were computed in this run. {note}"
+    moves = _describe_moves(sentence, readings, main) if main else ""
+    return Finding(
+        sentence=sentence, verdict=verdict, line=line, note=note, moves=moves, rows=rows
+    )
+
+
+def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespace]:
+    """Readings, in order: choices, spreads by group, whether they agree."""
+    found = []
+    for _, part in rows.groupby("reading", sort=False):
+        first = part.iloc[0]
+        by_group = part.set_index("group")
+        found.append(
+            SimpleNamespace(
+                chosen=first["choices"],
+                main=bool(first["main"]),
+                natural=first["natural"],
+                agrees=None if np.isnan(first["agrees"]) else bool(first["agrees"]),
+                identical=bool(first["identical"]),
+                share=float(first["share"]),
+                defined=bool(np.isfinite(part["value"]).all()),
+                spreads=[
+                    tuple(by_group.loc[group, ["value", "low", "high"]].astype(float))
+                    for group in sentence.groups
+                ],
+            )
+        )
+    return found
+
+
+def find_rule(
+    sentence: Sentence, readings: Sequence[tuple[Mapping[str, str], bool | None]]
+) -> str:
+    """One line that says on which choices agreement depends: a shallow decision tree over them,
+    with the readings that it does not fit. Readings that leave it open are counted apart.
+    """
+    known = [(chosen, agrees) for chosen, agrees in readings if agrees is not None]
+    if not known:
+        return "no reading decides" if readings else ""
+    yes, n = sum(agrees for _, agrees in known), len(known)
+    rest = len(readings) - n
+    counted = f"{yes} of {n} readings agree" + (f", {rest} say nothing" if rest else "")
+    if yes in (0, n):
+        word = "comes out under every reading" if yes else "comes out under no reading"
+        return f"{word} ({counted})"
+    columns, table = _tabulate(sentence, [chosen for chosen, _ in known])
+    target = np.array([agrees for _, agrees in known])
+    fits = [
+        DecisionTreeClassifier(max_depth=4, max_leaf_nodes=leaves, random_state=0).fit(
+            table, target
+        )
+        for leaves in range(2, _MOST_LEAVES + 1)
+    ]
+    wrong = [int((tree.predict(table) != target).sum()) for tree in fits]
+    best = min(range(len(fits)), key=lambda k: wrong[k] + k * max(0.5, _LEAF * n))
+    ways = _list_ways(sentence, fits[best], columns)
+    if wrong[best] >= min(yes, n - yes):  # no better than the more frequent answer
+        few = yes <= n - yes
+        shared = _find_shared(sentence, [chosen for chosen, agrees in known if agrees is few])
+        word = "agree" if few else "do not"
+        said = _say_allowed(sentence, shared) or "nothing in common"
+        return f"no simple rule over the choices; those that {word}: {said} ({counted})"
+    counts = [
+        (_say_allowed(sentence, way), *_count(known, way))
+        for side in (True, False)
+        for way in _merge(ways[side])
+    ]
+    return f"{_say_ways(counts)} ({counted}; a tree over the choices fits {n - wrong[best]} of {n})"
+
+
+def _count(known: Sequence[tuple[Mapping[str, str], bool | None]], way: "_Allowed") -> tuple:
+    """How many readings agree that have these options, and how many there are."""
+    found = [
+        agrees
+        for chosen, agrees in known
+        if all(option in way[name] for name, option in chosen.items())
+    ]
+    return sum(map(bool, found)), len(found)
+
+
+def _say_ways(counts: Sequence[tuple[str, int, int]]) -> str:
+    """Where nearly all readings agree, where nearly none does, and what is left."""
+    counts = sorted(counts, key=lambda one: -one[2])
+    yes = [one for one in counts if one[1] >= _CLEAR * one[2]][:_MOST_WAYS]
+    no = [one for one in counts if one[1] <= (1 - _CLEAR) * one[2]][:_MOST_WAYS]
+    yes = yes or [max(counts, key=lambda one: one[1] / one[2])]
+    said = [
+        f"{side} " + " or if ".join(f"{way} ({agree} of {n})" for way, agree, n in found)
+        for side, found in (("comes out if", yes), ("not if", no))
+        if found
+    ]
+    if mixed := [one for one in counts if one not in (*yes, *no)]:
+        said.append(f"otherwise in {sum(m[1] for m in mixed)} of {sum(m[2] for m in mixed)}")
+    return "; ".join(said)
+
+
+def _find_shared(
+    sentence: Sentence, chosen: Sequence[Mapping[str, str]]
+) -> dict[str, tuple[str, ...]]:
+    """The options that some readings have."""
+    shared = {}
+    for one in sentence.choice:
+        taken = {reading[one.name] for reading in chosen if one.name in reading}
+        every = all(one.name in reading for reading in chosen)
+        shared[one.name] = tuple(o for o in one.options if o in taken or not every)
+    return shared
+
+
+def _tabulate(
+    sentence: Sentence, chosen: Sequence[Mapping[str, str]]
+) -> tuple[list[tuple[str, str | None]], np.ndarray]:
+    """A column for each option, or one for a choice of numbers, with its choice and option."""
+    columns: list[tuple[str, str | None]] = []
+    table = []
+    for one in sentence.choice:
+        taken = {reading[one.name] for reading in chosen if one.name in reading}
+        if len(taken | {""} if any(one.name not in r for r in chosen) else taken) < 2:
+            continue
+        if all(_is_number(option) for option in one.options):
+            columns.append((one.name, None))
+            table.append([float(reading[one.name]) for reading in chosen])
+            continue
+        for option in one.options:
+            if option in taken:
+                columns.append((one.name, option))
+                table.append([float(reading.get(one.name) == option) for reading in chosen])
+    return columns, np.array(table).T
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+_Allowed = dict[str, tuple[str, ...]]
+"""Options of every choice."""
+
+
+def _list_ways(
+    sentence: Sentence, tree: DecisionTreeClassifier, columns: list[tuple[str, str | None]]
+) -> dict[bool, list[_Allowed]]:
+    """The options that lead to every leaf, by whether readings there agree."""
+    inner, ways = tree.tree_, {True: [], False: []}
+
+    def walk(node: int, allowed: _Allowed) -> None:
+        if inner.children_left[node] < 0:
+            ways[bool(tree.classes_[inner.value[node][0].argmax()])].append(allowed)
+            return
+        name, option = columns[inner.feature[node]]
+        for side, child in enumerate((inner.children_left[node], inner.children_right[node])):
+            limit = inner.threshold[node]
+            kept = tuple(
+                one
+                for one in allowed[name]
+                if ((float(one) > limit) if option is None else (one == option)) == bool(side)
+            )
+            walk(child, allowed | {name: kept})
+
+    walk(0, {one.name: tuple(one.options) for one in sentence.choice})
+    return ways
+
+
+def _merge(ways: list[_Allowed]) -> list[_Allowed]:
+    """Ways of which two that differ in one choice alone are one."""
+    ways = list(ways)
+    while pair := next(
+        (
+            (one, other, differing[0])
+            for one, other in combinations(ways, 2)
+            if len(differing := [name for name in one if one[name] != other[name]]) == 1
+        ),
+        None,
+    ):
+        one, other, name = pair
+        ways = [way for way in ways if way not in (one, other)]
+        ways.append(one | {name: one[name] + other[name]})
+    return ways
+
+
+def _say_allowed(sentence: Sentence, allowed: _Allowed) -> str:
+    words = []
+    for choice in sentence.choice:
+        name, every = choice.name, list(choice.options)
+        kept = [one for one in every if one in allowed[name]]
+        if len(kept) == len(every):
+            continue
+        if all(map(_is_number, every)):
+            kept = sorted(kept, key=float)
+        elif len(kept) > 1 and len(kept) == len(every) - 1:
+            (left,) = set(every) - set(kept)
+            words.append(f"{name} is not “{left}”")
+            continue
+        words.append(f"{name} is “{'” or “'.join(kept)}”")
+    return " and ".join(words)
+
+
+def _say_values(sentence: Sentence, reading: SimpleNamespace) -> str:
+    shown = zip(sentence.groups, reading.spreads, strict=True)
+    return ", ".join(f"{group} {value:.3g}" for group, (value, *_) in shown)
+
+
+_ANSWER = {True: "agrees", False: "does not agree", None: "leaves it open"}
+
+
+def _describe_main(
+    sentence: Sentence, readings: list[SimpleNamespace], main: SimpleNamespace
+) -> str:
+    words = [f"The main reading {_ANSWER[main.agrees]}: {_say_values(sentence, main)}"]
+    if np.isfinite(main.share):
+        words[0] += f" (in {main.share:.0%} of draws of the starts)"
+    if not main.defined:
+        words = ["Under the main reading the numbers are undefined"]
+    if main.identical and main.agrees:
+        words.append(
+            "identical touches show the same effect there, so it is no evidence of touch"
+        )
+        other = [one for one in readings if one.agrees and not one.identical]
+        if other:
+            words.append(f"{len(other)} other readings agree in which identical touches do not")
+    flips = [
+        f"{name} “{option}”"
+        for one in readings
+        if len(changed := _list_changes(sentence, one)) == 1
+        and one.natural in NATURAL[:2]
+        and one.defined
+        and one.agrees is not main.agrees
+        for name, option in changed.items()
+    ]
+    if flips:
+        words.append(f"as natural and with another answer: {', '.join(flips)}")
+    if main.agrees is not True and (near := [one for one in readings if one.agrees]):
+        best = min(
+            near,
+            key=lambda one: (len(_list_changes(sentence, one)), NATURAL.index(one.natural)),
+        )
+        changed = ", ".join(f"{k} “{v}”" for k, v in _list_changes(sentence, best).items())
+        words.append(f"nearest that agrees: {changed} ({_say_values(sentence, best)})")
+    if undefined := sum(not one.defined for one in readings):
+        words.append(f"undefined in {undefined} of {len(readings)} readings")
+    chance = [one for one in readings if one.agrees is None and np.isfinite(one.share)]
+    if chance and main.agrees is not True:
+        most = max(chance, key=lambda one: one.share)
+        changed = ", ".join(f"{k} “{v}”" for k, v in most.chosen.items())
+        words.append(
+            f"by chance of the starts in {most.share:.0%} of draws at most ({changed})"
+        )
+    return "; ".join(words) + "."
+
+
+def _list_changes(sentence: Sentence, reading: SimpleNamespace) -> dict[str, str]:
+    """Choices in which a reading departs from the main one."""
+    return {k: v for k, v in reading.chosen.items() if v != sentence.main[k]}
+
+
+def _describe_moves(
+    sentence: Sentence, readings: list[SimpleNamespace], main: SimpleNamespace
+) -> str:
+    """The verdict with thresholds around the one that was declared."""
+    asked = find_threshold(sentence)
+    if sentence.kind in ("value", "factor"):
+        name, steps = "tolerance", (0.5, 2.0)
+        wide = [
+            -(sentence.tolerance**k) if sentence.kind == "factor" else k * asked for k in steps
+        ]
+    elif sentence.kind in ("above", "below"):
+        name, wide = "target", [step * max(sentence.target) for step in (-0.1, 0.1)]
+    else:
+        name, wide = "least effect", [0.5 * asked, 2 * asked]
+    said = []
+    for threshold in wide:
+        answers = {id(one): agree(sentence, _drop(one), threshold) for one in readings}
+        word = decide([*answers.values()], answers[id(main)])
+        shown = (
+            f"{max(sentence.target) + (threshold if sentence.kind == 'above' else -threshold):.3g}"
+            if name == "target"
+            else f"{abs(threshold):.3g}"
+        )
+        said.append(
+            f"{shown}: {word} ({sum(map(bool, answers.values()))} of {len(answers)} agree)"
+        )
+    now = abs(asked) if name != "target" else max(sentence.target)
+    best = measure_effect(sentence, [value for value, *_ in main.spreads])
+    reach = (
+        ""
+        if not np.isfinite(best) or name == "target"
+        else f"; main reading: {abs(best) if name == 'tolerance' else best:.3g}"
+    )
+    return f"{name} {now:.3g}{reach}; with {'; with '.join(said)}"
+
+
+def _drop(reading: SimpleNamespace) -> list[_Spread]:
+    """Spreads; of draws of starts the values alone."""
+    if np.isfinite(reading.share):
+        return [(value, np.nan, np.nan) for value, *_ in reading.spreads]
+    return reading.spreads
