@@ -163,6 +163,9 @@ class Simulations:
     failed
         The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane
         back.
+    quiet
+        Whether contacts that sink in too deep are not warned of, where ``state.sink`` is read
+        instead.
     """
 
     def __init__(
@@ -184,6 +187,7 @@ class Simulations:
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
         self._engine, self._workers, self._owner = engine, workers, object()
+        self.quiet = False
         self._kind = get_engine(engine)
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
@@ -220,7 +224,16 @@ class Simulations:
 
     @_alone
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("timestep", "_fixed", "_engine", "_workers", "_owner", "_began", "_sunk")
+        kept = (
+            "timestep",
+            "quiet",
+            "_fixed",
+            "_engine",
+            "_workers",
+            "_owner",
+            "_began",
+            "_sunk",
+        )
         return {"moment": self.snapshot()} | {name: vars(self)[name] for name in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -279,7 +292,7 @@ class Simulations:
             raise
         for stepper, sunk in zip(self._steppers, self._sunk, strict=True):
             sink = stepper.read_sink()
-            if np.any((sink > DEEP) & ~sunk):
+            if not self.quiet and np.any((sink > DEEP) & ~sunk):
                 lane = int(np.argmax(sink))
                 follows = self._kind.check is Contact.check_timestep
                 contact = stepper.scenes[lane].contact if follows else None
