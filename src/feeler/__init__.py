@@ -14,6 +14,7 @@ _HOMES = {
     "Antenna": "feeler.antenna.segments",
     "Ball": "feeler.objects.shapes",
     "BaseMotion": "feeler.objects.motion",
+    "Body": "feeler.physics.body",
     "Box": "feeler.objects.shapes",
     "ConvolutiveNMF": "feeler.encoding.model",
     "LogRange": "feeler.draw",

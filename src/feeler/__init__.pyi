@@ -43,6 +43,7 @@ from feeler.objects.shapes import Box as Box
 from feeler.objects.shapes import Peg as Peg
 from feeler.objects.shapes import Triangle as Triangle
 from feeler.objects.trials import Trial as Trial
+from feeler.physics.body import Body as Body
 from feeler.physics.simulation import Simulation as Simulation
 from feeler.physics.simulation import Simulations as Simulations
 from feeler.tensors.formats import load as load

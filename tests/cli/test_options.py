@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 
 import numpy as np
 import pytest
@@ -93,6 +94,16 @@ def test_an_exported_scene_is_the_one_that_was_asked_for(monkeypatch, tmp_path):
     assert {name: getattr(told[1], name) for name in TRIAL} == TRIAL
     assert (told[0], told["control"]) == (feeler.presets.make_preset("linear"), True)
     assert told[1].feature == feeler.Box(half_width=2.2, half_height=2.2)
+
+
+def test_an_antenna_is_exported_alone_as_asked(tmp_path):
+    words = ["export", str(tmp_path / "a.xml"), "--antenna", "robot", "--servo"]
+    done = CliRunner().invoke(app, [*words, "--body", "--units", "si"], catch_exceptions=False)
+    assert done.exit_code == 0 and "base_turn" in (tmp_path / "a.xml").read_text()
+    own, default = re.findall(r"([\d.e-]+) rad with", done.output)[:2]
+    assert float(own) < 1e-5 < float(default)
+    with pytest.raises(InvalidInput, match="--servo goes with --body"):
+        CliRunner().invoke(app, words, catch_exceptions=False)
 
 
 def test_tracks_are_read_and_measured_as_asked(monkeypatch, tmp_path):

@@ -1,5 +1,6 @@
 """Active touch as off-the-shelf learners know it: flat numbers in, flat numbers out."""
 
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from feeler.active.show import draw_lane
 from feeler.active.tasks import SAMPLE, ActiveTask, Arena, FollowTask, LocaliseTask, TouchTask
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning
 from feeler.validation import checked
 
 # Gymnasium environments of active touch, one episode or many side by side, in the manner of
@@ -45,8 +46,11 @@ class TouchVectorEnv(VectorEnv):
     ``decide=True`` also ``"decide"``: 1 ends the episode. A step takes 1 ms. The reward is
     ``base_reward`` (−``time_cost`` per ms, −``work_cost`` per µJ) less the loss of the prediction.
     ``info["prediction"]`` holds ``target`` and ``loss``, ``info["touching"]`` and ``info["work"]``
-    [µJ] what the body is not told. Lanes that ended begin anew with the next step, as Gymnasium's
-    ``NEXT_STEP`` has it; a lane that diverged is truncated, and ``info["failed"]`` says why.
+    [µJ] what the body is not told. ``info["valid"]`` is whether no contact of the episode has sunk
+    in by more than half of the smaller radius, beyond which forces are not those of solid bodies;
+    the first time, one warning says so. Lanes that ended begin anew with the next step, as
+    Gymnasium's ``NEXT_STEP`` has it; a lane that diverged is truncated, and ``info["failed"]`` says
+    why.
 
     Parameters
     ----------
@@ -98,6 +102,7 @@ class TouchVectorEnv(VectorEnv):
         self.loss_fn: Callable[[np.ndarray, np.ndarray], np.ndarray] = task.compute_loss
         self._ended = np.zeros(num_envs, bool)
         self._before = np.zeros(num_envs)
+        self.arena.simulations.quiet, self._warned = True, False
         self._rngs: list[np.random.Generator] = []
 
     def reset(
@@ -146,28 +151,51 @@ class TouchVectorEnv(VectorEnv):
         """
         if not self._rngs:
             raise InvalidInput("call reset() before the first step().")
-        task, going = self.task, np.flatnonzero(~self._ended)
         move, prediction = self._read(actions)
-        self.arena.step(move, going)
-        for lane in np.flatnonzero(self._ended):
+        decided = np.zeros(self.num_envs, bool)
+        if self._decide:
+            decided = np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
+        before, reward = self._ended, np.zeros(self.num_envs)
+        terminated, truncated, info = self._advance(move, prediction, decided, ~before, reward)
+        self._begin_anew(before, info)
+        return self.arena.observe(), reward, terminated, truncated, info
+
+    def _begin_anew(self, ended: np.ndarray, info: dict[str, Any]) -> None:
+        """Begin an episode in the lanes that ended before this step."""
+        for lane in np.flatnonzero(ended):
             self._begin(int(lane))
+        if ended.any():
+            now, loss = self._inform(), info["prediction"]["loss"]
+            info.pop("failed", None)
+            info.update(now)
+            info["prediction"]["loss"] = loss
+
+    def _advance(
+        self,
+        move: np.ndarray,
+        prediction: np.ndarray,
+        decided: np.ndarray,
+        here: np.ndarray,
+        reward: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+        """Take a millisecond in the lanes ``here`` and add to their ``reward``: terminated,
+        truncated, info.
+        """
+        task = self.task
+        self.arena.step(move, np.flatnonzero(here))
         target = self.arena.targets
         failed = np.array([error is not None for error in self.arena.failed])
         loss = task.compute_loss(prediction, target)
         spent = task.work_cost * (self.arena.work - self._before)
         base_reward = -task.time_cost * SAMPLE - spent - task.compute_cost(target)
         self._before = self.arena.work.copy()
-        here = np.isin(np.arange(self.num_envs), going)
-        decided = np.zeros(self.num_envs, bool)
-        if self._decide:
-            decided = np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
         terminated = here & (decided | np.array([task.is_over(value) for value in target]))
         truncated = here & (self.arena.over | failed)
         self._ended = terminated | truncated
         info = self._inform() | {"base_reward": np.where(here, base_reward, 0.0)}
         info["prediction"] = {"target": target, "loss": np.where(here, loss, 0.0)}
-        reward = np.where(here, base_reward - loss, 0.0)
-        return self.arena.observe(), reward, terminated, truncated, info
+        reward += np.where(here, base_reward - loss, 0.0)
+        return terminated, truncated, info
 
     def _read(self, actions: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Moves (lane, 2) and predictions (lane, output)."""
@@ -190,6 +218,16 @@ class TouchVectorEnv(VectorEnv):
         target = self.arena.targets
         info: dict[str, Any] = {"touching": self.arena.touching, "work": self.arena.work.copy()}
         info["prediction"] = {"target": target, "loss": np.zeros(self.num_envs)}
+        info["valid"] = valid = self.arena.valid
+        if not self._warned and not valid.all():
+            self._warned = True
+            warnings.warn(
+                "a contact sank in by more than half of the smaller radius, where forces are not"
+                " those of solid bodies; info['valid'] names such episodes from now on. Give"
+                " max_speed= and max_turn= to the task to keep away from it.",
+                ModelValidityWarning,
+                stacklevel=2,
+            )
         if any(self.arena.failed):
             info["failed"] = np.array(
                 [str(error or "") for error in self.arena.failed], dtype=object
@@ -267,14 +305,18 @@ def make_env(name: str, plain: bool = False, **fields: Any) -> gymnasium.Env:
     return PlainTouch(env, **form) if plain else env
 
 
-def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
+def make_vector_env(
+    name: str, num_envs: int = 1, plain: bool = False, **fields: Any
+) -> "TouchVectorEnv | PlainVectorEnv":
     """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``,
-    ``workers``, ``render_mode``.
+    ``workers``, ``render_mode``, and of the plain form ``repeat`` and ``span``.
     """
+    form = {key: fields.pop(key) for key in ("repeat", "span") if plain and key in fields}
     own = {
         key: fields.pop(key) for key in ("decide", "workers", "render_mode") if key in fields
     }
-    return TouchVectorEnv(_make_task(name, fields), num_envs, **own)
+    lanes = TouchVectorEnv(_make_task(name, fields), num_envs, **own)
+    return PlainVectorEnv(lanes, **form) if plain else lanes
 
 
 def _make_task(name: str, fields: dict[str, Any]) -> ActiveTask:
@@ -297,6 +339,7 @@ for name in TASKS:
         gymnasium.register(
             name.replace("/", "/Plain"),
             entry_point="feeler.active.environment:make_env",
+            vector_entry_point="feeler.active.environment:make_vector_env",
             kwargs={"name": name, "plain": True},
         )
 
@@ -328,41 +371,107 @@ class PlainTouch(gymnasium.Wrapper):
     @checked
     def __init__(self, env: Any, repeat: int = _REPEAT, span: float = _SPAN) -> None:
         super().__init__(env)
-        self._repeat, self._span = max(repeat, 1), span
-        self._task = env.unwrapped.task
-        self._limits = np.array([self._task.max_speed, self._task.max_turn])
-        self._decides = "decide" in env.action_space.spaces
-        size = spaces.flatdim(env.observation_space)
-        self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
-        self.action_space = spaces.Box(
-            -1.0, 1.0, (2 + self._task.n_outputs + self._decides,), np.float32
-        )
+        self._lanes = PlainVectorEnv(env.unwrapped.lanes, repeat, span)
+        self.observation_space = self._lanes.single_observation_space
+        self.action_space = self._lanes.single_action_space
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin an episode; the words are the environment's."""
-        observation, info = self.env.reset(seed=seed, options=options)
-        return self._flatten(observation), info
+        _, info = self.env.reset(seed=seed, options=options)
+        return self._lanes.observe()[0], info
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Hold one action for ``repeat`` ms; numbers beyond [−1, 1] count as the end they pass."""
-        given = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
-        n = self._task.n_outputs
-        told: dict[str, Any] = {
-            "action": self._limits * given[:2],
-            "prediction": self._span * given[2 : 2 + n],
-        }
-        if self._decides:
-            told["decide"] = int(given[-1] > 0)
-        total = 0.0
-        for _ in range(self._repeat):
-            observation, reward, terminated, truncated, info = self.env.step(told)
-            total += float(reward)
-            if terminated or truncated:
-                break
-        return self._flatten(observation), total, terminated, truncated, info
+        if self._lanes.lanes._ended[0]:
+            raise InvalidInput("the episode has ended; call reset().")
+        observation, reward, terminated, truncated, info = self._lanes.step(
+            np.asarray(action, dtype=float)[None]
+        )
+        ends = bool(terminated[0]), bool(truncated[0])
+        return observation[0], float(reward[0]), *ends, _first(info)
 
-    def _flatten(self, observation: Any) -> np.ndarray:
-        flat = spaces.flatten(self.env.observation_space, observation)
-        return np.asarray(flat, dtype=np.float32)
+
+class PlainVectorEnv(VectorEnv):
+    """The plain form of many environments in SIMD lanes, with the numbers of
+    :class:`PlainTouch` alone: what ``gymnasium.make_vec("feeler/PlainTouch-v0", 64)`` makes.
+
+    Lanes that ended begin anew with the next step, as Gymnasium's ``NEXT_STEP`` has it.
+
+    Parameters
+    ----------
+    lanes
+        A :class:`TouchVectorEnv`.
+    repeat, span
+        As of :class:`PlainTouch`.
+    """
+
+    metadata: dict[str, Any] = TouchVectorEnv.metadata
+
+    def __init__(
+        self, lanes: TouchVectorEnv, repeat: int = _REPEAT, span: float = _SPAN
+    ) -> None:
+        self.lanes, self.num_envs, self.render_mode = lanes, lanes.num_envs, lanes.render_mode
+        self._repeat, self._span = max(repeat, 1), span
+        size = spaces.flatdim(lanes.single_observation_space)
+        n = 2 + lanes.task.n_outputs + lanes._decide
+        self.single_observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        self.single_action_space = spaces.Box(-1.0, 1.0, (n,), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+
+    def observe(self) -> np.ndarray:
+        """What the bodies know now (lane, number)."""
+        seen = self.lanes.arena.observe()
+        names = self.lanes.single_observation_space.spaces  # type: ignore[attr-defined]
+        rows = [np.asarray(seen[name]).reshape(self.num_envs, -1) for name in names]
+        return np.concatenate(rows, axis=1).astype(np.float32)
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin episodes; the words are those of :meth:`TouchVectorEnv.reset`."""
+        _, info = self.lanes.reset(seed=seed, options=options)
+        return self.observe(), info
+
+    def step(
+        self, actions: Any
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Hold the actions (lane, number) for ``repeat`` ms; numbers beyond [−1, 1] count as the
+        end they pass.
+        """
+        lanes, task = self.lanes, self.lanes.task
+        if not lanes._rngs:
+            raise InvalidInput("call reset() before the first step().")
+        given = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
+        n = 2 + task.n_outputs
+        wanted = (self.num_envs, n + lanes._decide)
+        if given.shape != wanted or not np.isfinite(given).all():
+            raise InvalidInput(f"actions are finite numbers {wanted}, got {given.shape}.")
+        move = given[:, :2] * [task.max_speed, task.max_turn]
+        prediction = self._span * given[:, 2:n]
+        decided = given[:, -1] > 0 if lanes._decide else np.zeros(self.num_envs, bool)
+        before, reward = lanes._ended, np.zeros(self.num_envs)
+        terminated, truncated = np.zeros((2, self.num_envs), bool)
+        here = ~before
+        loss: np.ndarray = np.zeros(self.num_envs)
+        info: dict[str, Any] = lanes._inform()
+        for _ in range(self._repeat):
+            if not here.any():
+                break
+            ended, cut, info = lanes._advance(move, prediction, decided, here, reward)
+            loss = np.where(here, info["prediction"]["loss"], loss)
+            terminated, truncated = terminated | ended, truncated | cut
+            here = here & ~(ended | cut)
+        lanes._ended = terminated | truncated
+        info["prediction"]["loss"] = loss
+        lanes._begin_anew(before, info)
+        return self.observe(), reward, terminated, truncated, info
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """A picture (height, width, 3) of every lane."""
+        return self.lanes.render()

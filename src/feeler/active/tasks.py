@@ -18,7 +18,7 @@ from feeler.objects.motion import BaseMotion
 from feeler.objects.sampling import SampledTrials
 from feeler.objects.task import is_number
 from feeler.objects.trials import make_features
-from feeler.physics.contact import get_contact
+from feeler.physics.contact import DEEP, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, MICRO, State
 from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulation import Simulations
@@ -485,6 +485,13 @@ class Arena:
         if self.state is None:
             return np.zeros(self.n, bool)
         return np.isfinite(self.state.contact_place) & ~self.fresh
+
+    @property
+    def valid(self) -> np.ndarray:
+        """Whether (lane,) no contact of the episode has sunk in too deep for solid bodies."""
+        if self.state is None:
+            return np.ones(self.n, bool)
+        return (self.state.sink <= DEEP) | self.fresh
 
     @property
     def failed(self) -> list[Exception | None]:

@@ -211,6 +211,11 @@ class Stepper(Protocol):
     def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
         """Command an object, likewise."""
 
+    def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """What base (3,) and objects (object, 3) of a lane are commanded: velocity and turn
+        rate; in space (6,) and (object, 6).
+        """
+
     def save(self, lane: int) -> Any:
         """All that a lane's future depends on, but for its scene."""
 

@@ -263,6 +263,10 @@ class MujocoStepper(Stepper):
         """Command an object."""
         self.object_velocity[o] = *velocity, turn
 
+    def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """What base (3,) and objects (object, 3) are commanded."""
+        return self.drive.copy(), self.object_velocity.copy()
+
     def save(self, lane: int) -> dict[str, object]:
         """All that the future depends on, but for the scene."""
         kept = {
@@ -605,6 +609,10 @@ class SpaceMujocoStepper(Stepper):
         self.drive = self._base_rate()
         self._command()
         self.drive = rate
+
+    def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """What base (6,) and objects (object, 6) are commanded."""
+        return np.array(self.drive), self.object_rate.copy()
 
     def save(self, lane: int) -> dict[str, Any]:
         """All that the future depends on, but for the scene."""

@@ -163,6 +163,9 @@ class Simulations:
     failed
         The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane
         back.
+    quiet
+        Whether contacts that sink in too deep are not warned of, where ``state.sink`` is read
+        instead.
     """
 
     def __init__(
@@ -184,6 +187,7 @@ class Simulations:
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
         self._engine, self._workers, self._owner = engine, workers, object()
+        self.quiet = False
         self._kind = get_engine(engine)
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
@@ -220,7 +224,16 @@ class Simulations:
 
     @_alone
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("timestep", "_fixed", "_engine", "_workers", "_owner", "_began", "_sunk")
+        kept = (
+            "timestep",
+            "quiet",
+            "_fixed",
+            "_engine",
+            "_workers",
+            "_owner",
+            "_began",
+            "_sunk",
+        )
         return {"moment": self.snapshot()} | {name: vars(self)[name] for name in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -279,7 +292,7 @@ class Simulations:
             raise
         for stepper, sunk in zip(self._steppers, self._sunk, strict=True):
             sink = stepper.read_sink()
-            if np.any((sink > DEEP) & ~sunk):
+            if not self.quiet and np.any((sink > DEEP) & ~sunk):
                 lane = int(np.argmax(sink))
                 follows = self._kind.check is Contact.check_timestep
                 contact = stepper.scenes[lane].contact if follows else None
@@ -409,8 +422,7 @@ class Simulations:
         """
         stepper, k = self._find(lane)
         scene = stepper.scenes[k]
-        if not 0 <= o < len(scene.objects):
-            raise InvalidInput(f"there is no object {o}; the scene has {len(scene.objects)}.")
+        o = self._find_object(lane, o)
         velocity, turn = _read_rate(scene, velocity, turn)
         self._check_rate(
             scene, np.hstack([velocity, turn]), f"object {o} ({scene.objects[o].name})"
@@ -432,6 +444,158 @@ class Simulations:
                 f" a step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
                 f" {speed:.3g} and {turn:.3g}. Use a smaller timestep or move slower."
             )
+
+    def set_velocity(
+        self, lane: int, what: int | str, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0
+    ) -> None:
+        """From the next step on the ``"base"`` of a lane, or an object by name or number, moves
+        with ``velocity`` [mm/ms] and turns with ``turn`` [rad/ms]; what is left out is 0.
+
+        Raises
+        ------
+        InvalidInput
+            As for :meth:`move_base` and :meth:`move_object`.
+        """
+        if what == "base":
+            self.move_base(lane, velocity, turn)
+        else:
+            self.move_object(lane, self._find_object(lane, what), velocity, turn)
+
+    def _find_object(self, lane: int, which: int | str) -> int:
+        names = [item.name for item in self.get_scene(lane).objects]
+        if isinstance(which, str):
+            if which not in names:
+                raise InvalidInput(
+                    f"there is no object {which!r}; valid: {', '.join(names) or 'none'}."
+                )
+            return names.index(which)
+        if not 0 <= which < len(names):
+            raise InvalidInput(f"there is no object {which}; the scene has {len(names)}.")
+        return which
+
+    @_alone
+    def list_objects(self, lane: int) -> tuple[Object, ...]:
+        """The objects of a lane as they stand and move now."""
+        stepper, k = self._find(lane)
+        scene, state = stepper.scenes[k], self.state
+        _, rates = stepper.read_rates(k)
+        dims, found = 3 if scene.antenna.spatial else 2, []
+        for o, item in enumerate(scene.objects):
+            forward = state.forward[lane, o]
+            turned = dims == 3 and not np.allclose(forward, item.forward, rtol=0, atol=1e-9)
+            if turned or (dims == 3 and np.any(rates[o, 3:])):
+                raise InvalidInput(
+                    f"object {item.name!r} has turned in space, where objects cannot be read while"
+                    " they turn; use objects that only move."
+                )
+            turn = rates[o, 2] if dims == 2 else tuple(rates[o, 3:].tolist())
+            found.append(
+                item.replace(
+                    place=tuple(state.place[lane, o].tolist()),
+                    forward=tuple((forward / np.hypot.reduce(forward)).tolist()),
+                    velocity=tuple(rates[o, :dims].tolist()),
+                    turn=turn,
+                )
+            )
+        return tuple(found)
+
+    @_alone
+    def set_objects(self, lane: int, objects: Sequence[Object]) -> None:
+        """Replace the objects of a lane; antenna, base and time go on. The works done since time 0,
+        and how deep contacts have sunk, count anew; the softness of contact follows from the speeds
+        of this moment.
+
+        Raises
+        ------
+        InvalidInput
+            Two objects of one name, one that overlaps the antenna, or a lane whose base or objects
+            follow recorded paths; nothing has changed then.
+        """
+        stepper, k = self._find(lane)
+        scene, state = stepper.scenes[k], self.state
+        if scene.guided:
+            raise InvalidInput(
+                "objects cannot be changed while base or objects follow recorded paths; steer them"
+                " by set_velocity() instead."
+            )
+        names, old = [item.name for item in objects], self.list_objects(lane)
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise InvalidInput(
+                f"two objects are called {twice.pop()!r}; give each its own name=."
+            )
+        rate, _ = stepper.read_rates(k)
+        dims = 3 if scene.antenna.spatial else 2
+        turn = tuple(rate[3:].tolist()) if dims == 3 else float(rate[2])
+        now = replace(
+            scene,
+            objects=tuple(objects),
+            paths=(),
+            base=tuple(state.base[lane].tolist()),
+            base_motion=BaseMotion(velocity=tuple(rate[:dims].tolist()), turn=turn),
+            angle=state.angle[lane].copy(),
+            velocity=state.velocity[lane].copy(),
+        )
+        new = [item for item in objects if item not in old]
+        check_clear(scene.antenna, new, now.initial_angle, now.base_pose)
+        steps, began = self._steps[lane // self._lanes][k], self._began[lane]
+        self.reset(lane, now)
+        self._steps[lane // self._lanes][k], self._began[lane] = steps, began
+
+    def add_object(self, lane: int, item: Object) -> None:
+        """Put one more object into a lane, clear of the antenna."""
+        self.set_objects(lane, [*self.list_objects(lane), item])
+
+    def remove_object(self, lane: int, which: int | str) -> None:
+        """Take an object, by name or number, out of a lane."""
+        o, objects = self._find_object(lane, which), self.list_objects(lane)
+        self.set_objects(lane, objects[:o] + objects[o + 1 :])
+
+    def place_object(
+        self, lane: int, which: int | str, place: Vector, forward: Vector | None = None
+    ) -> None:
+        """Put an object of a lane elsewhere, clear of the antenna, and turn it to ``forward``; it
+        keeps its velocity.
+        """
+        o, objects = self._find_object(lane, which), [*self.list_objects(lane)]
+        objects[o] = objects[o].replace(place=place, forward=forward or objects[o].forward)
+        self.set_objects(lane, objects)
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Hinge angles (lane, segment) [rad]."""
+        return self.state.angle
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Rates of the hinges (lane, segment) [rad/ms]."""
+        return self.state.velocity
+
+    @property
+    def base(self) -> np.ndarray:
+        """x, y [mm] and heading [rad] of the bases (lane, 3)."""
+        return self.state.base
+
+    @property
+    def place(self) -> np.ndarray:
+        """Where each object's ``place`` is (lane, object, 2) [mm]."""
+        return self.state.place
+
+    @property
+    def force(self) -> np.ndarray:
+        """Contact force of each object on the antenna (lane, object, 2) [N] in the last step."""
+        return self.state.force
+
+    @property
+    def base_force(self) -> np.ndarray:
+        """Force of the base on the antenna (lane, 2) [N] in the last step."""
+        return self.state.base_force
+
+    @property
+    def base_moment(self) -> np.ndarray:
+        """Moment of the base on the antenna (lane,) [N·mm], positive as angles are; in space (lane,
+        3).
+        """
+        return self.state.base_moment
 
     @_alone
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
@@ -512,11 +676,11 @@ class Simulations:
 
     @_alone
     def reset(self, lane: int, scene: Scene | None = None) -> None:
-        """Begin another scene in one lane (default: the same again); its neighbours go on as if
+        """Begin another scene in one lane (default: its own again); its neighbours go on as if
         nothing had been.
         """
         stepper, k = self._find(lane)
-        scene = scene or stepper.scenes[k]
+        scene = scene or self._began[lane]
         own, other = stepper.scenes[k].antenna, scene.antenna
         if own.rest_angle.shape != other.rest_angle.shape:
             what = "planes" if own.n_segments == other.n_segments else "segments"
@@ -639,6 +803,36 @@ def build_scene(
     return scene
 
 
+def warn_of_misses(scene: Scene) -> None:
+    """Warn of objects that move past the base farther away than the antenna reaches, as long as
+    nothing is commanded.
+    """
+    dims = 3 if scene.antenna.spatial else 2
+    if scene.guided or np.any(scene.base_velocity[dims:]):
+        return
+    reach = scene.antenna.length + float(scene.antenna.radius.max())
+    for item in scene.objects:
+        rate = np.asarray(item.velocity) - scene.base_velocity[:dims]
+        speed = float(np.hypot.reduce(rate))
+        if not speed or item.feature.unbounded:
+            continue
+        corners = np.concatenate(item.feature.parts)
+        extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
+        if dims == 3:
+            extent = float(np.hypot(extent, item.feature.half_depth))
+        gap = np.asarray(item.place) - scene.base_pose[:dims]
+        time = max(0.0, -float(gap @ rate) / speed**2)
+        nearest = float(np.hypot.reduce(gap + time * rate))
+        if nearest > reach + extent:
+            warnings.warn(
+                f"object {item.name!r} never comes near: as it moves now, its place passes the base"
+                f" at {nearest:.3g} mm, and the antenna reaches {reach:.3g} mm. Check place= and"
+                " velocity=, which are in the world's axes.",
+                ModelValidityWarning,
+                stacklevel=4,
+            )
+
+
 def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.ndarray | None:
     if values is None:
         return None
@@ -680,7 +874,7 @@ class Simulation:
     gravity
         (x, y) [mm/ms²].
     base
-        How the base moves from time 0 on; steer it later by :meth:`move_base`.
+        How the base moves from time 0 on; steer it later by :meth:`set_velocity`.
     flow
         What drags an antenna in space along: a :class:`feeler.objects.motion.Flow`.
     angle, velocity
@@ -700,7 +894,7 @@ class Simulation:
     >>> simulation = feeler.Simulation(antenna, ball)
     >>> while simulation.time < 20 and not len(simulation.contacts):
     ...     simulation.step(1.0)
-    >>> simulation.move_object("ball", velocity=(0.0, 0.0))
+    >>> simulation.set_velocity("ball", (0.0, 0.0))
     """
 
     def __init__(
@@ -728,12 +922,13 @@ class Simulation:
             velocity=velocity,
         )
         self._lanes = Simulations([scene], engine=engine, timestep=timestep)
-        self._features = tuple(item.feature for item in scene.objects)
-        self.antenna, self.names, self.engine = (
-            antenna,
-            tuple(o.name for o in scene.objects),
-            engine,
-        )
+        self.antenna, self.engine = antenna, engine
+        warn_of_misses(scene)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The objects' names, in the order of ``place`` and ``force``."""
+        return tuple(item.name for item in self._lanes.get_scene(0).objects)
 
     def __repr__(self) -> str:
         names = ", ".join(self.names) or "nothing"
@@ -746,7 +941,8 @@ class Simulation:
         """The antenna as it stands, and its objects."""
         rims = []
         flat = self.place[:, :2], self.forward[:, :2]  # a touch in space is seen from above
-        turns = zip(self._features, *flat, strict=True)
+        features = [item.feature for item in self._lanes.get_scene(0).objects]
+        turns = zip(features, *flat, strict=True)
         for feature, place, forward in turns:
             frame = np.stack([forward, [-forward[1], forward[0]]])
             rims += [
@@ -867,13 +1063,40 @@ class Simulation:
         """From the next step on an object, by number or name, moves and turns like this [mm/ms,
         rad/ms].
         """
-        if isinstance(which, str):
-            if which not in self.names:
-                raise InvalidInput(
-                    f"there is no object {which!r}; valid: {', '.join(self.names) or 'none'}."
-                )
-            which = self.names.index(which)
-        self._lanes.move_object(0, which, velocity, turn)
+        self._lanes.move_object(0, self._lanes._find_object(0, which), velocity, turn)
+
+    def set_velocity(
+        self, what: int | str, velocity: Vector = (0.0, 0.0), turn: Turn = 0.0
+    ) -> None:
+        """From the next step on the ``"base"``, or an object by name or number, moves with
+        ``velocity`` [mm/ms] and turns with ``turn`` [rad/ms]; what is left out is 0.
+        """
+        self._lanes.set_velocity(0, what, velocity, turn)
+
+    @property
+    def objects(self) -> tuple[Object, ...]:
+        """The objects as they stand and move now."""
+        return self._lanes.list_objects(0)
+
+    def add_object(self, item: Object) -> None:
+        """Put one more object into the scene, clear of the antenna; works count anew."""
+        self._lanes.add_object(0, item)
+
+    def remove_object(self, which: int | str) -> None:
+        """Take an object out of the scene; works count anew."""
+        self._lanes.remove_object(0, which)
+
+    def place_object(
+        self, which: int | str, place: Vector, forward: Vector | None = None
+    ) -> None:
+        """Put an object elsewhere, clear of the antenna, and turn it to ``forward``; it keeps its
+        velocity, and works count anew.
+        """
+        self._lanes.place_object(0, which, place, forward)
+
+    def reset(self) -> None:
+        """Begin again, as it was made."""
+        self._lanes.reset(0, self._lanes._began[0])
 
     def snapshot(self) -> Snapshot:
         """This moment, for :meth:`restore`."""

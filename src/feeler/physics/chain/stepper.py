@@ -485,6 +485,11 @@ class ChainStepper(Stepper):
         """From the next step on the object moves like this."""
         self.tables.place[o, f.P_VX : f.P_TURN + 1, lane] = *velocity, turn
 
+    def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """What base (3,) and objects (object, 3) are commanded."""
+        own = self.tables.place[: len(self.scenes[lane].objects), :, lane]
+        return self.drive[0, :, lane].copy(), own[:, f.P_VX : f.P_TURN + 1].copy()
+
     def save(self, lane: int) -> tuple[np.ndarray, ...]:
         """All that a lane's future depends on, but for its scene."""
         t, count = self.tables, max(self.tables.number[lane], 0)

@@ -410,6 +410,10 @@ class RodStepper(Stepper):
         """Command an object."""
         self.lane.objects[o, f.O_VX : f.O_TURN + 1] = *velocity, turn
 
+    def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """What base (3,) and objects (object, 3) are commanded."""
+        return self.drive[0].copy(), self.lane.objects[:, f.O_VX : f.O_TURN + 1].copy()
+
     def save(self, lane: int) -> tuple[_RodLane, np.ndarray, bool]:
         """All that the future depends on, but for the scene."""
         return _RodLane(*(array.copy() for array in self.lane)), self.drive.copy(), self.lost

@@ -402,6 +402,12 @@ class SpaceChainStepper(ChainStepper):
         """From the next step on the object moves like this."""
         self.tables.place[s.OBJ_V : s.OBJ_OMEGA + 3, o, lane] = *velocity, *turn
 
+    def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """What base (6,) and objects (object, 6) are commanded."""
+        count = len(self.scenes[lane].objects)
+        own = self.tables.place[s.OBJ_V : s.OBJ_OMEGA + 3, :count, lane]
+        return self.drive[0, :, lane].copy(), own.T.copy()
+
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
         scene.timed_contact.check_timestep(self.timestep)

@@ -1,0 +1,110 @@
+"""The antenna alone as MJCF: attached to a robot it has the numbers that it has in feeler."""
+
+import re
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+from awkward_touches import list_trials, make_antenna
+
+import feeler
+from feeler.errors import InvalidInput
+from feeler.physics.spec import compare_body, make_body, write_body, write_mjcf
+
+ROVER = """<mujoco><option timestep='1e-3'/><worldbody><geom type='plane' size='2 2 .1'/>
+<body name='rover' pos='0 0 .031'><freejoint/><geom type='box' size='.1 .05 .03' mass='1'/>
+<site name='left' pos='.1 .02 .02' xyaxes='0 0 1 1 0 0'/>
+<site name='right' pos='.1 -.02 0' euler='0 0 -120'/>
+</body></worldbody></mujoco>"""
+
+
+def attach_twice(path):
+    rover = mujoco.MjSpec.from_string(ROVER)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for side in ("left", "right"):
+            child = mujoco.MjSpec.from_file(str(path))
+            rover.attach(child, site=rover.site(side), prefix=f"{side}_")
+        return rover.compile()
+
+
+@pytest.mark.parametrize("servo", [False, True])
+def test_two_on_a_rover_of_a_kilogram_weigh_what_they_weigh(tmp_path, servo):
+    antenna = feeler.presets.robot()
+    model = attach_twice(write_body(antenna, tmp_path / "a.xml", servo=servo))
+    data = mujoco.MjData(model)
+    if servo:
+        data.ctrl[:] = 0.2, -0.3
+    mujoco.mj_step(model, data, nstep=10_000)
+    assert not any(warning.number for warning in data.warning)
+    mass = 1e-3 * antenna.segment_mass.sum()
+    np.testing.assert_allclose(model.body_mass.sum(), 1 + 2 * mass * (1 + servo), rtol=1e-5)
+    for side in ("left", "right"):  # at rest: the weight, and its moment about the base
+        force = np.linalg.norm(data.sensor(f"{side}_base_force").data)
+        np.testing.assert_allclose(force, (1 + servo) * mass * 9.81, rtol=2e-2)
+    middle = 1e-3 * (antenna.hinge_position + antenna.segment_length / 2)
+    moment = 9.81e-3 * antenna.segment_mass @ middle
+    found = np.linalg.norm(data.sensor("right_base_torque").data)
+    np.testing.assert_allclose(found, moment, rtol=2e-2)
+    if servo:
+        np.testing.assert_allclose(data.joint("right_base_turn").qpos, -0.3, atol=2e-3)
+
+
+@pytest.mark.parametrize("units", ["si", "mm"])
+def test_a_release_from_the_file_is_feeler_s(tmp_path, units):
+    antenna, scale = feeler.presets.robot(), 1e-3 if units == "si" else 1.0
+    path = write_body(antenna, tmp_path / "a.xml", units=units)
+    option = re.search("<option[^>]*>", path.read_text())[0]  # what the file says it needs
+    scene = mujoco.MjSpec.from_string(f"<mujoco>{option}<worldbody/></mujoco>")
+    scene.option.gravity = [0, 0, 0]
+    scene.attach(
+        mujoco.MjSpec.from_file(str(path)), frame=scene.worldbody.add_frame(), prefix="a_"
+    )
+    model = scene.compile()
+    data, start = mujoco.MjData(model), np.linspace(0.2, -0.1, 8)
+    data.qpos[:] = start
+    simulation = feeler.Simulation(antenna, engine="mujoco", angle=start)
+    for _ in range(5):
+        simulation.step(4.0)
+        mujoco.mj_step(model, data, nstep=round(4.0 * scale / model.opt.timestep))
+        np.testing.assert_allclose(data.qpos, simulation.angle, rtol=0, atol=1e-5)
+        force = data.sensor("a_base_force").data
+        np.testing.assert_allclose(force[:2], simulation.base_force, rtol=0, atol=2e-5)
+
+
+WHISKER = make_antenna().replace(name="thick").unflatten()
+
+
+@pytest.mark.parametrize("antenna", [make_antenna(), WHISKER], ids=["plane", "space"])
+def test_a_touch_is_feeler_s_and_other_options_are_said_to_differ(antenna):
+    found = compare_body(antenna, list_trials()[0], "mm")
+    assert found["peak"] > 0.01
+    assert found["own"] < 1e-5 < found["2 ms"]
+
+
+@pytest.mark.parametrize("control", [False, True])
+def test_a_scene_in_si_is_the_same_scene(tmp_path, control):
+    angles = []
+    for units, scale in (("si", 1e-3), ("mm", 1.0)):
+        antenna = feeler.presets.robot()
+        box = feeler.Box(half_width=2.0, half_height=3.0)
+        trial = feeler.Trial(feature=box, location=0.6, speed=0.2)
+        path = write_mjcf(antenna, trial, tmp_path / "s.xml", control=control, units=units)
+        model = mujoco.MjModel.from_xml_path(str(path))
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        if control:
+            data.ctrl[:] = 2.0 * scale, 0.0, 0.1
+        mujoco.mj_step(model, data, nstep=1500)
+        assert model.opt.timestep == pytest.approx(0.02 * scale)
+        angles.append(data.qpos[3:11] if control else data.qpos[:8])
+    np.testing.assert_allclose(angles[0], angles[1], rtol=0, atol=1e-5)
+    assert np.abs(angles[0]).max() > 1e-3
+
+
+def test_what_cannot_be_attached_is_refused():
+    with pytest.raises(InvalidInput, match="units must be one of si, mm, got 'inch'"):
+        make_body(feeler.presets.robot(), units="inch")
+    with pytest.raises(InvalidInput, match="servo=True is for antennas that bend in one"):
+        make_body(WHISKER, servo=True)
