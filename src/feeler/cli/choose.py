@@ -33,6 +33,20 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
+def name_reader(text: str) -> str:
+    """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
+    which gives a classifier and is known by this text from now on.
+    """
+    from feeler.decoding import READERS
+    from feeler.files import load_function
+
+    file, _, name = text.partition(":")
+    if file.endswith(".py") and text not in READERS:
+        READERS.register(text, load_function(Path(file), name or "make", "a classifier"))
+    READERS[text]
+    return text
+
+
 def name_antennas(names: Sequence[str]) -> dict[str, Antenna]:
     """The chosen antennas by what a page calls them: a file by its name without ending, but with it
     where something else has that name, and so a colour, already.

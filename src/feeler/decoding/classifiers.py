@@ -1,6 +1,8 @@
 """Classifiers by name, as scikit-learn estimators on few principal components."""
 
 from collections.abc import Iterable, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Annotated, Any, Protocol
 
 import numpy as np
@@ -215,7 +217,8 @@ NO_CONTACT = ("no contact", float("nan"), float("nan"))
 
 READERS: Registry[Any] = Registry(
     "reader",
-    {
+    {one.name: one.value for one in entry_points(group="feeler.readers")}
+    | {
         "lda": "feeler.decoding.classifiers:make_lda",
         "svm": "feeler.decoding.classifiers:make_svm",
         "cnn": "feeler.decoding.network:TouchNetwork",
@@ -224,7 +227,16 @@ READERS: Registry[Any] = Registry(
         "ideal": "feeler.decoding.observers:IdealReader",
     },
 )
-"""What makes each known reader, by name; ``READERS.register(name, make)`` adds one."""
+"""What makes each known reader, by name. ``READERS.register(name, make)`` adds one to this process;
+a package adds one everywhere, the command line included, by an entry point of the group
+``feeler.readers``: ``mine = "my_package:make"``."""
+
+
+def describe_reader(reader: Any) -> str:
+    """A text that another classifier does not have: by it what was computed is found again."""
+    file = Path(str(reader).partition(":")[0])
+    source = file.read_text(encoding="utf-8") if file.suffix == ".py" else ""
+    return f"{reader}\n{source}"
 
 
 class _NotFitted(InvalidInput, NotFittedError):
