@@ -242,7 +242,7 @@ def compare(
 def measure_memory(n_trials: int = 90) -> float:
     """Most memory a fit of one restart takes beyond its input, in units of the input."""
     tensors = make_tensors(n_trials)
-    model = ConvolutiveNMF(n_restarts=1, max_iter=2, warn=False)
+    model = ConvolutiveNMF(n_restarts=1, max_iter=2, n_jobs=-1, warn=False)
     model.fit(tensors[:2])  # compile
     tracemalloc.start()
     model.fit(tensors)

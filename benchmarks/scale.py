@@ -3,7 +3,7 @@
 
     python benchmarks/scale.py [n …]
     python benchmarks/scale.py --cluster [n]    # two Dask processes against two plain workers, in
-    turns; n of 2,600 and more python benchmarks/scale.py --read [n]       # TouchDataset from a
+    turns; n of 2,600 and more python benchmarks/scale.py --read [n]       # TouchBatches from a
     warm cache; feeler info of n small made-up touches
 
 Each n runs in a process of its own, so that its peak of memory is its own. Rates are given by the
@@ -155,7 +155,7 @@ def measure_reading(n: int) -> dict[str, float]:
     """
     import torch
 
-    from feeler.learn import TouchDataset
+    from feeler.learn import TouchBatches
     from feeler.tensors.store import save_store
 
     torch.set_num_threads(1)
@@ -166,15 +166,15 @@ def measure_reading(n: int) -> dict[str, float]:
         ways = {
             "batches": {"batch_size": 256},
             "noisy batches": {"batch_size": 256, "noise": 0.01},
-            "one by one": {},
+            "one by one": {"batch_size": 1},
         }
         for name, options in ways.items():
-            dataset = TouchDataset(folder / "read.zarr", "feature", **options)
+            dataset = TouchBatches(folder / "read.zarr", "feature", **options)
             for _ in dataset:  # the files are in memory now
                 pass
             cpu, count = time.process_time(), 0
             for tensors, _ in dataset:
-                count += len(tensors) if tensors.ndim == 3 else 1
+                count += len(tensors)
             found[f"{name} per cpu s"] = count / (time.process_time() - cpu)
         save_store(_make_touches(n, 2, 2), folder / "many.zarr", group_size=256)
         opening = {"info": "feeler.tensors.formats.describe_file", "load": "feeler.load"}

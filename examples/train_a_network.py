@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import feeler
 from feeler.decoding import StreamDecoder
-from feeler.learn import TouchDataset
+from feeler.learn import TouchBatches
 
 DURATION, WINDOW = 60, 48  # ms of a touch, samples of it from contact on
 NOISE, ONSET, CONFIRM = (
@@ -44,7 +44,7 @@ def main(out: Path, n: int = 600, epochs: int = 25) -> float:
         "test": 0.2,
     }  # of the 20 antennas: no touch of a tested antenna is trained with
     train, test = (
-        TouchDataset(
+        TouchBatches(
             store,
             "feature",
             split=side,
@@ -83,7 +83,7 @@ def main(out: Path, n: int = 600, epochs: int = 25) -> float:
     return accuracy
 
 
-def learn(touches: TouchDataset, epochs: int) -> tuple[torch.nn.Module, list[float]]:
+def learn(touches: TouchBatches, epochs: int) -> tuple[torch.nn.Module, list[float]]:
     """Two convolutions over time; half of each batch is cut short, to know what a touch is like
     while it happens.
     """
@@ -126,7 +126,7 @@ def turn(felt: torch.Tensor) -> torch.Tensor:
     return SCALE * felt * felt.sum((1, 2), keepdim=True).sign()
 
 
-def judge(network: torch.nn.Module, touches: TouchDataset) -> float:
+def judge(network: torch.nn.Module, touches: TouchBatches) -> float:
     """Share of touches called by the right name."""
     with torch.no_grad():
         right = [

@@ -20,7 +20,7 @@ from feeler.encoding import (
     map_locations,
     reconstruct,
 )
-from feeler.encoding.model import check_choice
+from feeler.encoding.inputs import check_choice
 from feeler.plotting import plot_bases
 from feeler.plotting.style import BASIS_COLOURS
 from feeler.report import Section

@@ -202,7 +202,7 @@ class Scale(Record):
             "tol": self.tol,
             "warn": self.warn,
         }
-        return ConvolutiveNMF(**(settings | {"random_state": 0} | changes))
+        return ConvolutiveNMF(**(settings | {"random_state": 0, "n_jobs": -1} | changes))
 
 
 _HEADLINE = {"relative": (1.0,), "common": (0.03,)}

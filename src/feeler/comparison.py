@@ -52,7 +52,7 @@ class Effort:
 
     def make_encoder(self, random_state: int = 0) -> ConvolutiveNMF:
         """An unfitted encoder with the paper's M = 3, T = 40 and sparseness 0.8."""
-        return ConvolutiveNMF(**self.encoder, random_state=random_state)
+        return ConvolutiveNMF(**{"n_jobs": -1, **self.encoder}, random_state=random_state)
 
 
 _PAPER: dict[str, Any] = {

@@ -15,6 +15,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 from feeler.errors import FeelerError, InvalidInput, StoreError, require_extra
@@ -554,3 +555,28 @@ def explain(path: Path, state: str = "nothing is lost") -> Iterator[None]:
         raise StoreError(
             f"cannot write the store {path}: {error.strerror or error}; {state}."
         ) from error
+
+
+# A function of the user's own, from a file that is named on the command line.
+
+_MAX_SOURCE = 2**20  # [C] bytes
+
+
+def load_function(path: Path, name: str, what: str) -> Any:
+    """The function ``name`` of a Python file, which is run: never of a path that stood in a file.
+
+    Raises
+    ------
+    InvalidInput
+        No such file, or no such function in it.
+    """
+    if not path.is_file():
+        raise InvalidInput(f"there is no file {path}; {what} of your own is file.py:function.")
+    module = ModuleType(path.stem)
+    module.__file__ = str(path)
+    # from its text: what Python keeps of a file would hide a change within the same second
+    exec(compile(read_bytes(path, _MAX_SOURCE), path, "exec"), vars(module))
+    found = getattr(module, name, None)
+    if not callable(found):
+        raise InvalidInput(f"{path} has no function {name!r}; name it as in {path}:function.")
+    return found

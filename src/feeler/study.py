@@ -11,7 +11,7 @@ import xarray as xr
 
 from feeler.analysis import compute_energies, compute_energy, measure_information
 from feeler.antenna.segments import Antenna
-from feeler.decoding.classifiers import READERS, measure_reader
+from feeler.decoding.classifiers import READERS, describe_reader, measure_reader
 from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
@@ -168,7 +168,10 @@ class Study(Record):
         """
         jobs = [*product(antennas, range(self.sets), self.task.speeds)]
         names = [(compute_digest(antennas[name])[:16], *rest) for name, *rest in jobs]
-        key = make_key({"study": self, "options": options}) if journal else "0"
+        made_with: dict[str, Any] = {"study": self, "options": options}
+        if texts := [describe_reader(one) for one in self.readers if ".py" in one]:
+            made_with["readers"] = texts
+        key = make_key(made_with) if journal else "0"
 
         def measure(job: tuple[str, int, float]) -> dict[str, Any]:
             name, number, speed = job

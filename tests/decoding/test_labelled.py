@@ -1,12 +1,8 @@
-"""Decoders answer labelled tensors with labelled arrays that hold the same numbers, and their tags
-are true.
-"""
+"""Decoders answer labelled tensors with labelled arrays that hold the same numbers."""
 
 import numpy as np
 import pytest
 import xarray as xr
-from sklearn.utils import get_tags
-from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from feeler.analysis import compute_dispersion
 from feeler.decoding import (
@@ -23,7 +19,6 @@ from feeler.decoding.network import TouchNetwork
 from feeler.decoding.transfer import TransferClassifier
 from feeler.encoding import ConvolutiveNMF
 
-FLAT = [PrincipalComponents(2), make_lda(None), make_svm(None), make_lda(2), make_svm(2)]
 NETWORK = TouchNetwork((16, 40), max_epochs=2)
 WITH_NAMES = [make_lda(3), make_svm(3), NETWORK]
 CLASSIFIERS = [*WITH_NAMES, TransferClassifier(2, 0.01), StreamDecoder(window=10, max_lag=3)]
@@ -113,37 +108,3 @@ def test_a_groups_closest_matches_know_their_touches(touches):
     assert value["location"].values.tolist() == [8 / 16] * 4
     np.testing.assert_array_equal(value, plain.values("pearson", "box"))
     assert found.average == plain.average
-
-
-def list_known(estimator):
-    """What scikit-learn says of its own Pipeline (PER_ESTIMATOR_XFAIL_CHECKS)."""
-    words, names = (
-        "a pipeline fits the steps it was given",
-        ("dont_overwrite_parameters", "estimators_overwrite_params"),
-    )
-    return {f"check_{check}": words for check in names} if hasattr(estimator, "steps") else {}
-
-
-@parametrize_with_checks(FLAT, expected_failed_checks=list_known)
-def test_whoever_takes_tables_is_an_estimator_to_scikit_learn(estimator, check):
-    check(estimator)
-
-
-@pytest.mark.parametrize(
-    "estimator",
-    [TransferClassifier(), StreamDecoder(), TouchNetwork(), ConvolutiveNMF()],
-    ids=name,
-)
-def test_whoever_takes_tensors_says_so(estimator):
-    tags = get_tags(estimator).input_tags
-    assert tags.three_d_array and not tags.two_d_array
-
-
-@pytest.mark.parametrize("estimator", FLAT[1:], ids=name)
-def test_a_pipeline_takes_both(estimator):
-    tags = get_tags(estimator)
-    assert (
-        tags.input_tags.three_d_array
-        and tags.input_tags.two_d_array
-        and tags.estimator_type == "classifier"
-    )

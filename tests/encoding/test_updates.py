@@ -107,7 +107,8 @@ def test_multiplicative_updates_equal_the_textbook(case):
     model = loop_reconstruct(bases, activations)
     expected = activations * loop_see(bases, tensors) / loop_see(bases, model)
     updated = activations.copy()
-    multiply_activations(loop_see(bases, tensors), *compute_basis_gram(bases), updated, 1)
+    seen = loop_see(bases, tensors)
+    multiply_activations(seen, *compute_basis_gram(bases), np.zeros_like(seen), updated, 1)
     np.testing.assert_allclose(updated, expected)
     n_lags = bases.shape[2]
     expected = (

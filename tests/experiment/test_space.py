@@ -11,7 +11,7 @@ import feeler
 from feeler.analysis import compute_dispersion
 from feeler.analysis.indices import check_tensors
 from feeler.antenna.segments import Antenna
-from feeler.encoding.model import _as_tensors
+from feeler.encoding.inputs import read_tensors
 from feeler.errors import InvalidInput, StoreError
 from feeler.objects import Ball, Flow, Peg, Trial, Wall, place
 from feeler.objects.meshes import compute_gap_in_space
@@ -152,7 +152,7 @@ def test_a_store_gives_the_same_numbers_and_takes_no_planar_antenna(touches, tmp
 
 def test_encoders_and_indices_see_planes_as_more_sensors(touches):
     bending = np.maximum(touches["angle"], 0)
-    folded = _as_tensors(bending)
+    folded, _ = read_tensors(bending)
     assert folded.shape == (9, 6, 12)
     np.testing.assert_array_equal(folded[:, 3:], bending.isel(plane=1))
     np.testing.assert_array_equal(

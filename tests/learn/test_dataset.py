@@ -26,21 +26,70 @@ def collect(loader):
     )
 
 
-@pytest.mark.parametrize("workers", [0, 2])
-@pytest.mark.parametrize("batch_size", [None, 50])
-def test_each_trial_comes_once_with_its_own_target(store, workers, batch_size, torch):
-    dataset = learn.TouchDataset(store, target="size", batch_size=batch_size)
-    loader = torch.utils.data.DataLoader(
-        dataset, batch_size=50 if batch_size is None else None, num_workers=workers
-    )
+@pytest.mark.parametrize(("workers", "drop_last"), [(0, False), (0, True), (2, False)])
+@pytest.mark.parametrize("batch_size", [50, 64])
+def test_batches_are_as_many_and_as_large_as_is_said(
+    store, workers, drop_last, batch_size, torch
+):
+    """A scheduler of ``len(loader)`` steps has as many; each touch comes once with its target."""
+    how = {"batch_size": batch_size, "drop_last": drop_last}
+    batches = learn.TouchBatches(store, target="size", **how)
+    loader = torch.utils.data.DataLoader(batches, batch_size=None, num_workers=workers)
+    sizes = [len(x) for x, _ in loader]
+    assert len(sizes) == len(loader) == N // batch_size + (not drop_last and N % batch_size > 0)
+    assert sorted(sizes)[1:] == [batch_size] * (len(sizes) - 1)
     trials, targets = collect(loader)
-    assert sorted(trials) == [*range(N)]
+    assert len({*trials}) == len(trials) == sum(sizes)
+    assert drop_last or sorted(trials) == [*range(N)]
     assert (np.diff(trials) < 0).mean() > 0.3  # shuffled
     np.testing.assert_allclose(targets, make_touches()["size"].values[trials], rtol=1e-6)
 
 
+@pytest.mark.parametrize("drop_last", [False, True])
+def test_ranks_read_equally_many_batches_and_all_touches_between_them(store, drop_last):
+    def read(rank, epoch=0):
+        batches = learn.TouchBatches(
+            store, "size", batch_size=50, drop_last=drop_last, rank=rank, world_size=5
+        )
+        batches.set_epoch(epoch)
+        found = [*batches]
+        assert len(found) == len(batches) == (2 if drop_last else 3)
+        return collect(found)[0]
+
+    found = [read(rank) for rank in range(5)]
+    together = np.concatenate(found)
+    assert len({*together}) == (500 if drop_last else 600)
+    np.testing.assert_array_equal(read(3), found[3])
+    assert (read(3, epoch=1) != found[3]).any()
+
+
+def test_touches_are_found_by_number_as_pytorch_s_tools_ask(store, torch):
+    data = torch.utils.data
+    dataset = learn.TouchDataset(store, target="size", transform=lambda x: 2 * x)
+    size = make_touches()["size"].values
+    assert len(dataset) == N
+    x, y = dataset[417]
+    assert x.shape == (4, 5)
+    assert x[0, 0] == 2 * 417
+    assert y == pytest.approx(size[417])
+    assert dataset[-1][0][0, 0] == 2 * (N - 1)
+    with pytest.raises(IndexError, match="touch 600 of 600"):
+        dataset[N]
+    parts = data.random_split(dataset, [0.75, 0.25], torch.Generator().manual_seed(0))
+    loaders = [data.DataLoader(part, batch_size=32, shuffle=True) for part in parts]
+    assert [len(loader) for loader in loaders] == [15, 5]
+    trials = [collect(loader)[0] // 2 for loader in loaders]
+    assert sorted(np.concatenate(trials)) == [*range(N)]
+    some = data.DataLoader(data.Subset(dataset, [5, 500, 7]), batch_size=3, num_workers=1)
+    assert collect(some)[0].tolist() == [10, 1000, 14]
+    labels = learn.TouchDataset(store, target="feature").targets.numpy()
+    sampler = data.WeightedRandomSampler((labels == 0).astype(float), 40)
+    drawn = collect(data.DataLoader(dataset, batch_size=8, sampler=sampler))[0] // 2
+    assert (labels[drawn] == 0).all()
+
+
 def test_epochs_differ_and_the_order_follows_the_seed(store, torch):
-    dataset = learn.TouchDataset(store, target="size", batch_size=50)
+    dataset = learn.TouchBatches(store, target="size", batch_size=50)
     torch.manual_seed(0)
     first, second = collect(dataset)[0], collect(dataset)[0]
     torch.manual_seed(0)
@@ -48,7 +97,7 @@ def test_epochs_differ_and_the_order_follows_the_seed(store, torch):
 
 
 def test_texts_become_classes_and_several_of_them_their_combinations(store):
-    dataset = learn.TouchDataset(store, target="feature", shuffle=False)
+    dataset = learn.TouchDataset(store, target="feature")
     assert dataset.classes == ["ball", "box", "triangle"]
     assert [dataset.classes[k] for k in dataset.targets[:4]] == [
         "ball",
@@ -62,12 +111,16 @@ def test_texts_become_classes_and_several_of_them_their_combinations(store):
 
 
 def test_noise_is_fresh_and_as_large_as_asked_for(store, torch):
-    dataset = learn.TouchDataset(store, noise=0.5, batch_size=N, shuffle=False)
+    whole = {"batch_size": N, "shuffle": False}
+    dataset = learn.TouchBatches(store, noise=0.5, **whole)
     clean = dataset.read(slice(None))
     one, two = (torch.cat([*dataset]) - clean for _ in range(2))
-    assert one.std().item() == pytest.approx(0.5, rel=0.05)
-    assert abs(np.corrcoef(one.flatten(), two.flatten())[0, 1]) < 0.05
-    doubled = learn.TouchDataset(store, noise=lambda x, rng: 2 * x, batch_size=N, shuffle=False)
+    singly = torch.stack(learn.TouchDataset(store, noise=0.5).__getitems__([*range(N)])) - clean
+    for noise in (one, singly):
+        assert noise.std().item() == pytest.approx(0.5, rel=0.05)
+        assert abs(np.corrcoef(noise.flatten(), two.flatten())[0, 1]) < 0.05
+    assert torch.equal(dataset.read(slice(None)), clean)
+    doubled = learn.TouchBatches(store, noise=lambda x, rng: 2 * x, **whole)
     assert torch.equal(torch.cat([*doubled]), 2 * clean)
 
 
@@ -103,7 +156,7 @@ def test_twins_stay_together(copies, seed):
 
 def test_sides_of_a_dataset_are_read_alone(store):
     sides = learn.split_trials(make_touches(), "antenna")
-    dataset = learn.TouchDataset(
+    dataset = learn.TouchBatches(
         store, target="size", split="test", by="antenna", batch_size=16
     )
     assert sorted(collect(dataset)[0]) == [*np.flatnonzero(sides == "test")]
@@ -132,8 +185,13 @@ def test_sides_of_a_dataset_are_read_alone(store):
         ({"split": "train", "shares": {"train": 0.5}}, "add up to 1"),
         ({"noise": -1.0}, "noise must be"),
         ({"batch_size": 0}, "batch_size must be"),
+        ({"rank": 2, "world_size": 2}, r"rank must lie in 0 … world_size − 1, got 2 of 2"),
+        (
+            {"batch_size": 200, "rank": 0, "world_size": 4},
+            "are 3 batches of 200, fewer than the 4",
+        ),
     ],
 )
 def test_what_the_store_does_not_have_is_refused(store, options, words):
     with pytest.raises(InvalidInput, match=words):
-        learn.TouchDataset(store, **options)
+        learn.TouchBatches(store, **options)

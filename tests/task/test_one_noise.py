@@ -110,7 +110,5 @@ def test_in_active_touch(name):
 def test_in_what_networks_learn_from(name):
     values = make_bumps()
     store = xr.Dataset({"angle": (("trial", "sensor", "time"), values)})
-    clean, noisy = (
-        next(iter(TouchDataset(store, noise=n, shuffle=False))) for n in (0.0, name)
-    )
+    clean, noisy = (TouchDataset(store, noise=n)[0] for n in (0.0, name))
     assert clean.shape == noisy.shape and not np.array_equal(clean, noisy)

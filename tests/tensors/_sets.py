@@ -90,12 +90,14 @@ def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1, **option
 
 
 def judge(path):
-    """All that nwbinspector holds against a file by DANDI's settings, but for suggestions."""
+    """All that nwbinspector holds against a file by its own and by DANDI's settings, but for
+    suggestions.
+    """
     from nwbinspector import Importance, configure_checks, inspect_nwbfile, load_config
 
-    found = inspect_nwbfile(
-        nwbfile_path=path, checks=configure_checks(config=load_config("dandi"))
-    )
+    found = [*inspect_nwbfile(nwbfile_path=path)]
+    checks = configure_checks(config=load_config("dandi"))
+    found += inspect_nwbfile(nwbfile_path=path, checks=checks)
     return [
         (m.check_function_name, m.message)
         for m in found

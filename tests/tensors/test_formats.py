@@ -122,8 +122,10 @@ def test_pynwb_validates_the_file(tmp_path, whole):
     assert validate(path=str(tmp_path / "set.nwb")) == []
     with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
         file = io.read()
+        assert set(file.acquisition) == {"angle", "curvature", "tip"}
+        n = whole.sizes["time"]
         np.testing.assert_array_equal(
-            file.acquisition["angle_000003"].data[:], whole.angle.values[3].T
+            file.acquisition["angle"].data[3 * n : 4 * n], whole.angle.values[3].T
         )
         assert file.trials["feature"][1] == "box"
 
@@ -144,42 +146,33 @@ def test_nwbinspector_finds_nothing_critical_and_no_violation(tmp_path, whole, s
     assert judge(tmp_path / "set.nwb") == []
 
 
-def test_all_trials_share_one_clock_and_point_at_their_series(tmp_path, whole):
-    from pynwb import NWBHDF5IO
-
-    save(whole, tmp_path / "set.nwb", **NWB)
-    with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
-        trials = io.read().trials
-        start, stop = trials["start_time"][:], trials["stop_time"][:]
-        assert np.all(start[1:] > stop[:-1])
-        np.testing.assert_allclose(stop - start, 1e-3 * np.ptp(whole.time.values))
-        for k, row in enumerate(trials["timeseries"][:]):
-            assert {one.timeseries.name for one in row} == {
-                f"{v}_{k:06d}" for v in ("angle", "curvature", "tip")
-            }
-            assert all(
-                one.timeseries.starting_time == start[k] and one.timeseries.rate == 1000.0
-                for one in row
-            )
-
-
-def test_a_series_of_another_rate_and_beginning_keeps_its_times(tmp_path, whole):
-    """Samples every 0.3 ms from 12.5 ms on: neither the rate nor the start is a round number."""
-    from pynwb import NWBHDF5IO
-
+def test_the_table_of_trials_cuts_the_series_on_one_clock(tmp_path, whole):
+    """By pynapple, which knows nothing of feeler; samples every 0.3 ms from 12.5 ms on, so that
+    neither the rate nor the start is a round number.
+    """
+    nap = pytest.importorskip("pynapple")
     time = 12.5 + 0.3 * np.arange(whole.sizes["time"])
     odd = whole.assign_coords(time=("time", time, whole["time"].attrs))
     save(odd, tmp_path / "set.nwb", **NWB)
-    with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
-        file = io.read()
-        starts = file.trials["start_time"][:]
-        for k, start in enumerate(starts):
-            series = file.acquisition[f"angle_{k:06d}"]
-            assert series.rate == pytest.approx(3333.333333, abs=1e-6)
-            read = series.starting_time + np.arange(len(series.data)) / series.rate
-            np.testing.assert_allclose(read - start, 1e-3 * (time - time[0]), atol=1e-10)
-        assert starts[0] == pytest.approx(12.5e-3)
+    data = nap.load_file(str(tmp_path / "set.nwb"))
+    trials, angle = data["trials"], data["angle"]
+    assert len(data.keys()) <= 12
+    assert np.all(trials.start[1:] > trials.end[:-1])
+    assert trials.start[0] == pytest.approx(12.5e-3)
+    for k in range(len(trials)):
+        own = angle.restrict(nap.IntervalSet(trials.start[k] - 1e-6, trials.end[k] + 1e-6))
+        np.testing.assert_allclose(own.t - trials.start[k], 1e-3 * (time - time[0]), atol=1e-9)
+        np.testing.assert_allclose(own.values, whole.angle.values[k].T)
     np.testing.assert_allclose(load(tmp_path / "set.nwb")["time"], time, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("n_trials", "n_times"), [(1, 2), (2, 2)])
+def test_a_set_of_fewer_samples_than_channels_is_clean_too(tmp_path, whole, n_trials, n_times):
+    few = whole.isel(trial=slice(n_trials), time=slice(n_times))
+    assert n_trials * n_times < few.sizes["sensor"]
+    save(few, tmp_path / "set.nwb", **NWB)
+    xr.testing.assert_identical(load(tmp_path / "set.nwb"), complete(few))
+    assert judge(tmp_path / "set.nwb") == []
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from functools import lru_cache
 from importlib.resources import as_file, files
 from inspect import signature
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated
 
 import numpy as np
@@ -13,14 +12,13 @@ from scipy.special import expit
 
 from feeler.active.observer import MENU, Belief, Policy
 from feeler.errors import InvalidInput
-from feeler.files import read_bytes
+from feeler.files import load_function
 from feeler.records import Ge, Gt, Registry
 from feeler.tensors.models import Model, load_model
 from feeler.validation import Seed, checked
 
 # Ways to move in order to know; anyone may register one more.
 
-_MAX_BYTES = 2**20  # [C] of a policy's file
 POLICIES: Registry[Callable[..., Policy]] = Registry(
     "policy", {"learned": "feeler.active.policies:make_learned"}
 )
@@ -83,7 +81,7 @@ def parse_policy(text: str) -> Policy:
     """
     name, _, rest = text.partition(":")
     if name.endswith(".py"):
-        return _load_policies(Path(name), rest)
+        return load_function(Path(name), rest or "policy", "a policy")
     make = POLICIES[name]
     try:
         return make(*(float(word) for word in rest.split(",") if word))
@@ -95,23 +93,6 @@ def parse_policy(text: str) -> Policy:
             f"{name!r} takes {', '.join(one.name for one in usual)} as numbers, got {rest!r}."
             f" Write it as in {name}:{','.join(f'{one.default:g}' for one in usual)}."
         ) from None
-
-
-def _load_policies(path: Path, name: str) -> Policy:
-    if not path.is_file():
-        raise InvalidInput(
-            f"there is no file {path}; a policy of your own is file.py:function."
-        )
-    module = ModuleType(path.stem)
-    module.__file__ = str(path)
-    # from its text: what Python keeps of a file would hide a change within the same second
-    exec(compile(read_bytes(path, _MAX_BYTES), path, "exec"), vars(module))
-    found = getattr(module, name or "policy", None)
-    if not callable(found):
-        raise InvalidInput(
-            f"{path} has no function {name or 'policy'!r}; name it as in {path}:function."
-        )
-    return found
 
 
 # The learned policy: what recurrent PPO made of the observer's beliefs, as stored weights that

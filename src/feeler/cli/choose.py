@@ -35,6 +35,20 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
+def name_reader(text: str) -> str:
+    """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
+    which gives a classifier and is known by this text from now on.
+    """
+    from feeler.decoding import READERS
+    from feeler.files import load_function
+
+    file, _, name = text.partition(":")
+    if file.endswith(".py") and text not in READERS:
+        READERS.register(text, load_function(Path(file), name or "make", "a classifier"))
+    READERS[text]
+    return text
+
+
 def choose_planar(name: str) -> Antenna:
     """As :func:`choose_antenna`; of an antenna in space its planar twin, which is said."""
     antenna = choose_antenna(name)

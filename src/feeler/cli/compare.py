@@ -31,7 +31,11 @@ def compare(
     ] = None,
     speed: Annotated[float, typer.Option(help="speed of the touches [m/s]")] = 0.06,
     reader: Annotated[
-        str, typer.Option(help="classifier that names the touches; an unknown name lists all")
+        str,
+        typer.Option(
+            help="classifier of the touches, or mine.py:make, a function that gives one;"
+            " an unknown name lists all"
+        ),
     ] = "lda",
     as_json: Json = False,
 ) -> None:
@@ -39,9 +43,8 @@ def compare(
 
     Dispersion, entropy and accuracy against noise of several antennas, on one page.
     """
-    from feeler.cli.choose import name_antennas
+    from feeler.cli.choose import name_antennas, name_reader
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
-    from feeler.decoding import READERS
     from feeler.errors import InvalidInput
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
@@ -49,7 +52,7 @@ def compare(
     from feeler.provenance import describe_versions
 
     effort = EFFORTS[scale]
-    READERS[reader]  # refused before anything is simulated
+    name_reader(reader)  # refused before anything is simulated
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential"

@@ -42,6 +42,13 @@ def design(
     seed: Annotated[
         int | None, typer.Option(min=0, help="seed of the search; the touches have another")
     ] = None,
+    reader: Annotated[
+        str | None,
+        typer.Option(
+            help="classifier that scores antennas in place of the usual one: lda, svm …, or"
+            " mine.py:make, a function that gives one"
+        ),
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="threads; default one per core")
     ] = None,
@@ -59,7 +66,7 @@ def design(
     The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
-    from feeler.cli.choose import choose_executor
+    from feeler.cli.choose import choose_executor, name_reader
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
@@ -74,7 +81,8 @@ def design(
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
     with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
-        found = run_plan(plan, out, watch=watch, executor=executor)
+        own = {} if reader is None else {"reader": name_reader(reader)}
+        found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
 
 

@@ -125,7 +125,9 @@ def stream(
     if out is not None and touch.kept:
         from feeler.cli.robot_pages import write_stream
 
-        typer.echo(f"page: {write_stream(out, decoder.classes_, list(touch.kept))}", err=True)
+        typer.echo(
+            f"page: {write_stream(out, list(decoder.classes_), list(touch.kept))}", err=True
+        )
 
 
 def _listen(source: str, serial: bool, baud: int, link, n: int, time_unit: str | None):

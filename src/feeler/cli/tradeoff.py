@@ -39,7 +39,8 @@ def tradeoff(
         list[str] | None,
         typer.Option(
             help="classifier that names the touches, more than once: ideal (knows every touch;"
-            " default), lda, svm, templates …; all but ideal learn from touches of their own, which"
+            " default), lda, svm, templates …, or mine.py:make, a function that gives one;"
+            " all but ideal learn from touches of their own, which"
             " takes minutes for each draw"
         ),
     ] = None,
@@ -56,12 +57,13 @@ def tradeoff(
     Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import name_antennas
+    from feeler.cli.choose import name_antennas, name_reader
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 
+    reader = [name_reader(text) for text in reader or ()]
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
     study = load_declared(
         **{

@@ -1,6 +1,8 @@
 """Classifiers by name, as scikit-learn estimators on few principal components."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Annotated, Any, Protocol
 
 import numpy as np
@@ -78,6 +80,30 @@ def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
     return found
 
 
+def sort_classes(labels: Iterable[Any]) -> np.ndarray:
+    """Each label once, sorted, as an array (class,); tuples stay tuples."""
+    return list_classes(sorted(set(labels)))
+
+
+def list_classes(classes: Sequence[Any]) -> np.ndarray:
+    """Classes as an array (class,) in their order; tuples stay tuples."""
+    nested = any(isinstance(one, tuple) for one in classes)
+    return _keep_objects(classes) if nested else np.array(classes)
+
+
+def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
+    """The number of each label among the classes (trial,)."""
+    place = {name: number for number, name in enumerate(classes.tolist())}
+    return np.array([place[label] for label in labels], dtype=int)
+
+
+def _keep_objects(values: Sequence[Any]) -> np.ndarray:
+    """An array (value,) of what NumPy would take apart."""
+    found = np.empty(len(values), dtype=object)
+    found[:] = values
+    return found
+
+
 def _write_label(label: Any) -> Any:
     """A label of several parts as one text; any other as it is."""
     return " ".join(_write(part) for part in label) if isinstance(label, tuple) else label
@@ -101,8 +127,9 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
     Parameters
     ----------
     n_components
-        Components kept; fewer where the trials span fewer directions about their mean, as n trials
-        span n − 1 at most: what rounding leaves of the others says nothing.
+        Components kept; fewer where there are fewer trials or entries, or where the trials span
+        fewer directions about their mean, as n trials span n − 1 at most: what rounding leaves of
+        the others says nothing.
 
     Attributes
     ----------
@@ -119,16 +146,13 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         Raises
         ------
         InvalidInput
-            Fewer trials than components, or numbers whose squares are none.
+            No component asked for, or numbers whose squares are none.
         """
         X = validate_data(self, X, dtype=float, ensure_min_samples=2)
         n, n_entries = X.shape
-        k = min(self.n_components, n_entries)
-        if not 1 <= k <= n:
-            raise InvalidInput(
-                f"{n} training trials cannot give {self.n_components} principal components. "
-                f"Lower n_components to at most {n}, or train on more (copies of) trials."
-            )
+        k = min(self.n_components, n_entries, n)
+        if k < 1:
+            raise InvalidInput(f"n_components must be at least 1; got {self.n_components!r}.")
         check_squares(X, "training trials")
         self.mean_ = X.mean(axis=0)
         centred = X - self.mean_
@@ -193,7 +217,8 @@ NO_CONTACT = ("no contact", float("nan"), float("nan"))
 
 READERS: Registry[Any] = Registry(
     "reader",
-    {
+    {one.name: one.value for one in entry_points(group="feeler.readers")}
+    | {
         "lda": "feeler.decoding.classifiers:make_lda",
         "svm": "feeler.decoding.classifiers:make_svm",
         "cnn": "feeler.decoding.network:TouchNetwork",
@@ -202,7 +227,16 @@ READERS: Registry[Any] = Registry(
         "ideal": "feeler.decoding.observers:IdealReader",
     },
 )
-"""What makes each known reader, by name; ``READERS.register(name, make)`` adds one."""
+"""What makes each known reader, by name. ``READERS.register(name, make)`` adds one to this process;
+a package adds one everywhere, the command line included, by an entry point of the group
+``feeler.readers``: ``mine = "my_package:make"``."""
+
+
+def describe_reader(reader: Any) -> str:
+    """A text that another classifier does not have: by it what was computed is found again."""
+    file = Path(str(reader).partition(":")[0])
+    source = file.read_text(encoding="utf-8") if file.suffix == ".py" else ""
+    return f"{reader}\n{source}"
 
 
 class _NotFitted(InvalidInput, NotFittedError):
@@ -219,12 +253,19 @@ class Reader(ClassifierMixin, BaseEstimator):
     Attributes
     ----------
     classes_
-        Labels, sorted; a label may be a tuple.
+        Labels, sorted, as an array; a label may be a tuple.
     """
 
-    classes_: Any
+    classes_: np.ndarray
+    shape_: tuple[int, ...]
     knows_noise = False
     """Whether it learns clean tensors and is told the noise, by its parameter ``noise``."""
+
+    @property
+    def n_features_in_(self) -> int:
+        """Sensors of the tensors that it learned; of a table its columns."""
+        check_is_fitted(self)
+        return int(self.shape_[0])
 
     def fit(self, X: Any, y: Labels) -> "Reader":
         """Learn from tensors (trial, sensor, time) with one label each."""
@@ -258,15 +299,15 @@ class Reader(ClassifierMixin, BaseEstimator):
         )
 
     def predict(self, X: Any, until: float | None = None) -> Any:
-        """The best label of each tensor, ``NO_CONTACT`` where there was none."""
+        """The best label of each tensor (trial,), ``NO_CONTACT`` where there was none."""
         scores = self.decide(X, until)
-        best = [-1 if np.isnan(row).any() else int(row.argmax()) for row in scores]
-        found = [NO_CONTACT if k < 0 else self.classes_[k] for k in best]
-        if not isinstance(X, xr.DataArray):
-            return found if isinstance(self.classes_, list) else np.array(found)
-        answers = np.empty(len(found), dtype=object)
-        answers[:] = found
-        return label_like(answers, X, ("trial",), "label")
+        unseen = np.isnan(scores).any(axis=1)
+        found = self.classes_[np.where(unseen, 0, scores.argmax(axis=1))]
+        if unseen.any() or isinstance(X, xr.DataArray):
+            found = _keep_objects(found.tolist())
+        for k in np.flatnonzero(unseen):
+            found[k] = NO_CONTACT
+        return label_like(found, X, ("trial",), "label")
 
     def score(
         self,
@@ -296,7 +337,16 @@ class Reader(ClassifierMixin, BaseEstimator):
         return scores
 
     def _keep(self, X: Any, y: Any, **beside: Any) -> None:
-        """Remember what is taught, for deadlines that may be asked for later."""
+        """Remember what is taught, for deadlines that may be asked for later; labels that no
+        classifier learns from are refused.
+        """
+        if isinstance(y, Sequence | np.ndarray) and np.ndim(X) == 3:
+            if len(y) != len(X):
+                raise InvalidInput(f"{len(X)} tensors but {len(y)} labels; give one for each.")
+            if len(set(y)) < 2:
+                raise InvalidInput(
+                    "only one class: nothing to discriminate. Give at least two classes."
+                )
         self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Reader] = {}
         self.shape_ = _get_shape(self._taught[0])

@@ -9,7 +9,14 @@ from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
 
 from feeler.analysis.indices import check_tensors
-from feeler.decoding.classifiers import Labels, PrincipalComponents, Reader, count_until
+from feeler.decoding.classifiers import (
+    Labels,
+    PrincipalComponents,
+    Reader,
+    count_until,
+    number_labels,
+    sort_classes,
+)
 from feeler.decoding.transfer import find_temperature
 from feeler.errors import InvalidInput
 from feeler.objects.noise import Noise, parse_noise
@@ -70,7 +77,7 @@ class _Told(Reader):
             )
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
-        self.classes_ = sorted(set(labels))
+        self.classes_ = sort_classes(labels)
         return tensors, labels
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
@@ -160,7 +167,8 @@ class TemplateReader(_Told):
     def fit(self, X: Any, y: Labels) -> "TemplateReader":
         """Learn from clean tensors (trial, sensor, time), with several touches of each class."""
         tensors, labels = self._learn(X, y)
-        self.touches_ = [tensors[labels == name] for name in self.classes_]
+        number = number_labels(labels, self.classes_)
+        self.touches_ = [tensors[number == k] for k in range(len(self.classes_))]
         self.means_ = np.stack([own.mean(axis=0) for own in self.touches_])
         self._set_sd(self.means_)
         return self
@@ -218,7 +226,7 @@ class IdealReader(_Told):
         """
         self.known_, labels = self._learn(X, y)
         self.members_ = np.array(
-            [[label == name for name in self.classes_] for label in labels]
+            [[label == name for name in self.classes_.tolist()] for label in labels]
         )
         self._set_sd(self.known_)
         warn_of_copies(self, self.known_, labels)
@@ -325,8 +333,8 @@ class StudentTClassifier(Reader):
         self._keep(X, y, groups=groups, strangers=strangers)
         self.groups_ = np.asarray(groups if groups is not None else np.arange(len(X)))
         self.strangers_ = strangers
-        self.classes_ = sorted(set(y))
-        number = np.array([self.classes_.index(label) for label in y])
+        self.classes_ = sort_classes(y)
+        number = number_labels(y, self.classes_)
         other = None
         if strangers is not None:
             other = self._flatten(np.asarray(strangers[0])[:, :, : X.shape[2]])

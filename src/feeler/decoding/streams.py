@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from scipy.special import logsumexp
+from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.classifiers import Labels, Reader
+from feeler.decoding.classifiers import Labels, Reader, list_classes, sort_classes
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
@@ -536,8 +537,14 @@ class StreamDecoder(Reader):
                 f" {n_sensors}."
             )
         self._check_lengths(n_sensors)
-        self.classes_, self.n_sensors_ = list(classes), int(n_sensors)
+        self.classes_, self.n_sensors_ = list_classes(classes), int(n_sensors)
         return self
+
+    @property
+    def n_features_in_(self) -> int:
+        """Sensors of the touches that it learned."""
+        check_is_fitted(self)
+        return self.n_sensors_
 
     def fit(self, X: Sequence[np.ndarray], y: Labels) -> "StreamDecoder":
         """Learn from touches (sensor, time) of any durations that start at rest.
@@ -558,7 +565,7 @@ class StreamDecoder(Reader):
             for touch, label in zip(X, y, strict=True)
         ]
         cut = [(touch, label) for touch, label in found if touch is not None]
-        self.classes_ = sorted({label for _, label in cut})
+        self.classes_ = sort_classes(label for _, label in cut)
         for touch, _ in cut:
             check_squares(touch, "touches")
         if len(self.classes_) < 2:
@@ -567,7 +574,8 @@ class StreamDecoder(Reader):
                 f" {len(self.classes_)}."
             )
         groups = [
-            np.stack([touch for touch, label in cut if label == name]) for name in self.classes_
+            np.stack([touch for touch, label in cut if label == name])
+            for name in self.classes_.tolist()
         ]
         self.expected_ = np.stack([group.mean(axis=0) for group in groups])
         spread = np.stack([group.var(axis=0) for group in groups])
@@ -591,12 +599,12 @@ class StreamDecoder(Reader):
         """
         self._require()
         chosen = np.unique(np.clip(moments, 0, self.window - 1))
-        evidence, true = [], []
+        evidence, true, known = [], [], self.classes_.tolist()
         for touch, label in zip(X, y, strict=True):
             cut = self._cut(np.asarray(touch, dtype=float))
-            if cut is not None and label in self.classes_:
+            if cut is not None and label in known:
                 evidence.append(self._accumulate(cut)[chosen])
-                true.append(self.classes_.index(label))
+                true.append(known.index(label))
         if not evidence:
             raise InvalidInput(
                 "temper needs touches with contact and with labels that the decoder knows; got"
@@ -671,7 +679,7 @@ class StreamDecoder(Reader):
             parameters["lengths"] = np.asarray(self.lengths, dtype=float).tolist()
         settings = {
             "parameters": parameters,
-            "classes": self.classes_,
+            "classes": self.classes_.tolist(),
             "correlation": self.correlation_,
         }
         arrays = {name: getattr(self, f"{name}_") for name in _LEARNED}
@@ -743,7 +751,7 @@ class StreamDecoder(Reader):
         find_limits(None).check_bytes(
             2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
         )
-        self.classes_ = labels
+        self.classes_ = list_classes(labels)
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
         self.n_sensors_, self.correlation_ = int(n_sensors), float(file.settings["correlation"])
         self._pack()

@@ -15,7 +15,14 @@ from scipy.special import log_softmax, softmax
 from scipy.stats import binomtest
 from sklearn.svm import SVC
 
-from feeler.decoding.classifiers import NO_CONTACT, Labels, Reader, compute_decision_scores
+from feeler.decoding.classifiers import (
+    NO_CONTACT,
+    Labels,
+    Reader,
+    compute_decision_scores,
+    number_labels,
+    sort_classes,
+)
 from feeler.errors import InvalidInput
 from feeler.tensors.transforms import find_scale
 
@@ -173,12 +180,8 @@ class TransferClassifier(Reader):
         self._keep(X, y)
         if len(y) != len(X):
             raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
-        self.classes_ = sorted(set(y))
-        if len(self.classes_) < 2:
-            raise InvalidInput(
-                f"a classifier needs at least 2 classes, got {len(self.classes_)}."
-            )
-        number = np.array([self.classes_.index(label) for label in y])
+        self.classes_ = sort_classes(y)
+        number = number_labels(y, self.classes_)
         unit = find_scale(X)  # single precision spans fewer decades
         copies, index = _add_noisy_copies(
             X / unit, self.n_copies, self.noise, np.random.default_rng(self.random_state)
@@ -196,17 +199,15 @@ class TransferClassifier(Reader):
         Chooses the T with the greatest mean log probability of the true classes; ones without
         contact are left out.
         """
-        votes = self.decide(X)
+        votes, known = self.decide(X), self.classes_.tolist()
         seen = [
-            k
-            for k, label in enumerate(y)
-            if label in self.classes_ and np.isfinite(votes[k]).all()
+            k for k, label in enumerate(y) if label in known and np.isfinite(votes[k]).all()
         ]
         if len(y) != len(votes) or not seen:
             raise InvalidInput(
                 "temper needs touches with contact and labels that the classifier knows; got none."
             )
-        true = np.array([self.classes_.index(y[k]) for k in seen])
+        true = number_labels([y[k] for k in seen], self.classes_)
         self.temperature_ = find_temperature(votes[seen], true)
         return self
 

@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.segments import Antenna
+from feeler.decoding.classifiers import describe_reader
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.errors import InvalidInput, SimulationDivergedError, require_extra
 from feeler.progress import Advance, show_progress
@@ -423,7 +424,13 @@ class DesignProblem:
 
     def describe(self) -> str:
         """A short text that changes with anything that changes a score."""
-        made_with = {"task": self.task, "space": self.space, "constraints": self.constraints}
+        made_with: dict[str, Any] = {
+            "task": self.task,
+            "space": self.space,
+            "constraints": self.constraints,
+        }
+        if reader := self.options.get("reader"):
+            made_with["reader"] = describe_reader(reader)
         return make_key(made_with)
 
 
@@ -532,7 +539,8 @@ def optimise(
     watch
         Called with the :class:`DesignProblem` after each candidate.
     options
-        ``workers`` or ``executor``, as for :func:`feeler.touch`.
+        ``reader``, as for :func:`feeler.design.score`; ``workers`` or ``executor``, as for
+        :func:`feeler.touch`.
 
     Raises
     ------

@@ -8,6 +8,7 @@ from feeler.encoding.convolution import (
     match_components,
     reconstruct,
 )
+from feeler.encoding.inputs import LABELS
 from feeler.encoding.measures import (
     LocationMapping,
     compute_entropies,
@@ -15,17 +16,27 @@ from feeler.encoding.measures import (
     compute_mass_entropy,
     map_locations,
 )
-from feeler.encoding.model import LABELS, ConvolutiveNMF, load_encoder, save_encoder
+from feeler.encoding.model import ConvolutiveNMF, Flatten, load_encoder, save_encoder
+from feeler.encoding.selection import (
+    Selection,
+    compute_dissimilarity,
+    compute_significance,
+    select_encoder,
+)
 from feeler.encoding.sparseness import hoyer_sparseness, project_to_sparseness
 
 __all__ = [
     "LABELS",
     "ConvolutiveNMF",
+    "Flatten",
     "LocationMapping",
+    "Selection",
     "compute_basis_similarity",
+    "compute_dissimilarity",
     "compute_entropies",
     "compute_histogram_entropy",
     "compute_mass_entropy",
+    "compute_significance",
     "compute_stability",
     "encode",
     "hoyer_sparseness",
@@ -36,4 +47,5 @@ __all__ = [
     "project_to_sparseness",
     "reconstruct",
     "save_encoder",
+    "select_encoder",
 ]

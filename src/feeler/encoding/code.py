@@ -5,7 +5,7 @@ are solved exactly, by block principal pivoting on a banded system.
 """
 
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from feeler.encoding.convolution import (
     descend_activations,
     fourier_length,
     invert_spectra,
+    reconstruct,
 )
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 from feeler.tensors.transforms import find_scale
@@ -126,6 +127,42 @@ def encode(
         slice(start, start + TRIALS_PER_TASK) for start in range(0, n_trials, TRIALS_PER_TASK)
     ]
     return activations, all(list(run(encode_block, blocks)))
+
+
+_FILLS = 100  # [C] of a trial's masked entries; most settle within 20
+_SETTLED = 1e-3  # [C] change of what is filled in, relative to the trial's length
+
+
+def encode_masked(
+    tensors: np.ndarray,
+    hidden: np.ndarray | None,
+    *args: Any,
+    run: Callable = map,
+    **options: Any,
+) -> tuple[np.ndarray, bool]:
+    """:func:`encode` with what ``hidden`` marks (trial, sensor, time) left out: it is filled with
+    its reconstruction until that stands, which never raises the loss of the rest.
+    """
+    activations, settled = encode(tensors, *args, run=run, **options)
+    if hidden is None:
+        return activations, settled
+    gaps = np.flatnonzero(hidden.any(axis=(1, 2)))
+
+    def encode_one(n: int) -> bool:
+        tensor, gap, code, settled = tensors[n], hidden[n], activations[n : n + 1], True
+        length = _SETTLED * np.linalg.norm(tensor)
+        for _ in range(_FILLS):
+            filled = np.where(gap, reconstruct(args[0], code)[0], tensor)
+            if np.linalg.norm(filled - tensor) <= length:
+                break
+            tensor = filled
+            code, settled = encode(tensor[None], *args, **options)
+        else:
+            settled = False
+        activations[n] = code[0]
+        return settled
+
+    return activations, all([*run(encode_one, gaps), settled])
 
 
 def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np.ndarray:

@@ -266,8 +266,10 @@ def _find_extent(row):
 
 
 @compiled
-def multiply_activations(seen, kernel, fringe, activations, n_sweeps):
-    """Multiplicative updates H ← H·A/(G H) of activations (trial, component, time), in place."""
+def multiply_activations(seen, kernel, fringe, pull, activations, n_sweeps):
+    """Multiplicative updates H ← H·A/(G H + P) of activations (trial, component, time), in place;
+    P is the slope of a penalty, ≥ 0.
+    """
     # what scikit-learn's NMF puts in place of a vanishing denominator
     tiny = np.finfo(np.float32).eps
     pulled = np.empty(activations.shape[1:])
@@ -276,7 +278,8 @@ def multiply_activations(seen, kernel, fringe, activations, n_sweeps):
             apply_gram(kernel, fringe, activations[n], pulled)
             for m in range(pulled.shape[0]):
                 for t in range(pulled.shape[1]):
-                    below = pulled[m, t] if pulled[m, t] != 0.0 else tiny
+                    below = pulled[m, t] + pull[n, m, t]
+                    below = below if below != 0.0 else tiny
                     ratio = (
                         activations[n, m, t] / below
                     )  # before the product: it cannot overflow
@@ -457,9 +460,13 @@ _TINY = float(np.finfo(np.float32).eps)
 
 
 def multiply_bases(
-    components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
+    components: np.ndarray,
+    seen: np.ndarray,
+    gram: np.ndarray,
+    n_sweeps: int,
+    pull: np.ndarray | float = 0.0,
 ) -> tuple[np.ndarray, float, float]:
-    """Multiplicative updates W ← W·B/(W C), of which none raises the loss (Lee & Seung 2001).
+    """Multiplicative updates W ← W·B/(W C + P), of which none raises the loss (Lee & Seung 2001).
 
     Parameters
     ----------
@@ -471,6 +478,8 @@ def multiply_bases(
         C, the activations correlated with each other (component, lag, component, lag).
     n_sweeps : int
         Number of updates.
+    pull : np.ndarray or 0
+        P, the slope of a penalty (component, sensor, lag), ≥ 0.
 
     Returns
     -------
@@ -486,8 +495,10 @@ def multiply_bases(
     target = np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)
     square = gram.reshape(size, size)
     pulled = flat @ square
+    slope = np.broadcast_to(pull, components.shape).transpose(1, 0, 2).reshape(n_sensors, size)
     for _ in range(n_sweeps):
-        flat = flat / np.where(pulled == 0, _TINY, pulled) * target  # this order: no overflow
+        below = pulled + slope
+        flat = flat / np.where(below == 0, _TINY, below) * target  # this order: no overflow
         # numbers that fade for ever end up slowing the processor
         flat[flat < 1e-50 * flat.max()] = 0
         pulled = flat @ square

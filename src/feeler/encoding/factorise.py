@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +24,7 @@ from feeler.encoding.convolution import (
     multiply_activations,
     multiply_bases,
     project_activations,
+    reconstruct,
 )
 from feeler.encoding.sparseness import l1_of_unit_vector
 from feeler.errors import InvalidInput
@@ -34,7 +36,7 @@ from feeler.execute.threads import ThreadExecutor, hold_blas
 class Data:
     """Tensors made ready once for any number of factorisations: their transform and their size."""
 
-    def __init__(self, tensors: np.ndarray, n_lags: int):
+    def __init__(self, tensors: np.ndarray, n_lags: int, hidden: np.ndarray | None = None):
         self.n_trials, self.n_sensors, self.n_times = tensors.shape
         self.n_lags = n_lags
         # how many lags further a basis may be looked for, each way
@@ -45,6 +47,24 @@ class Data:
         self.spectra = compute_spectra(tensors, self.length)
         self.energy = float(np.vdot(tensors, tensors))
         self.silent = ~tensors.any(axis=(1, 2))
+        self.tensors, self.hidden = tensors, hidden
+
+    def fill(self, components: np.ndarray, activations: np.ndarray) -> "Data":
+        """With the entries that do not count as this model has them; itself where all count."""
+        if self.hidden is None:
+            return self
+        filled = np.where(self.hidden, reconstruct(components, activations), self.tensors)
+        data = copy(self)
+        data.spectra = compute_spectra(filled, self.length)
+        data.energy = float(np.vdot(filled, filled))
+        return data
+
+    def measure_error(self, components: np.ndarray, activations: np.ndarray) -> float:
+        """‖V − V̂‖² over the entries that count."""
+        rest = self.tensors - reconstruct(components, activations)
+        if self.hidden is not None:
+            rest[self.hidden] = 0
+        return float(np.vdot(rest, rest))
 
     def see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
         """A (trial, component, time): the bases (their transform) correlated with the tensors."""
@@ -268,6 +288,8 @@ class Settings:
         Stop when ten iterations lower the loss by less than ten times this fraction of it.
     inner_steps : int
         Steps of the activations, and then of the bases, per iteration.
+    cross : float
+        Weight of the cross-orthogonality.
     """
 
     n_components: int
@@ -277,6 +299,7 @@ class Settings:
     max_iter: int
     tol: float
     inner_steps: int
+    cross: float = 0.0
 
     @classmethod
     def of(cls, model: Any) -> "Settings":
@@ -289,6 +312,7 @@ class Settings:
             max_iter=model.max_iter,
             tol=model.tol,
             inner_steps=model.inner_steps or (1 if model.sparseness is None else 10),
+            cross=model.cross_orthogonality,
         )
 
 
@@ -344,7 +368,8 @@ def factorise(
     Parameters
     ----------
     data : Data
-        The tensors.
+        The tensors. Entries that do not count stand at their reconstruction, anew in each
+        iteration.
     components : np.ndarray
         Starting bases (component, sensor, lag), ≥ 0.
     activations : np.ndarray
@@ -428,7 +453,8 @@ def _try_slide(data, state, settings, run) -> list[_State]:
     the bases where ``_slide_bases`` puts them; none where there is nowhere to go. Where the second
     iteration shows that those elsewhere will not catch up, they are left.
     """
-    moved = _slide_bases(data, state.components, state.activations, run)
+    filled = data.fill(state.components, state.activations)
+    moved = _slide_bases(filled, state.components, state.activations, run)
     if moved is None:
         return []
     components, activations = moved
@@ -448,6 +474,7 @@ def _try_slide(data, state, settings, run) -> list[_State]:
 
 def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _State:
     """New activations, block by block, then new bases."""
+    data = data.fill(state.components, state.activations)
     activations, steps = state.activations.copy(), state.steps.copy()
     spectra = compute_spectra(state.components, data.length)
     kernel, fringe = compute_basis_gram(state.components)
@@ -456,10 +483,14 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
 
     def update(block: slice) -> None:
         seen, rows = data.see(spectra, block), activations[block]
+        pull = np.zeros_like(seen)
+        if settings.cross:
+            pull = _cross(_smooth(seen, settings.n_lags), settings.cross)
         if settings.sparseness is None:
-            multiply_activations(seen, kernel, fringe, rows, settings.inner_steps)
+            multiply_activations(seen, kernel, fringe, pull, rows, settings.inner_steps)
             return
         own = steps if joint else steps[block]
+        seen -= pull
         descend_activations(
             seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps, 0.0
         )
@@ -467,19 +498,38 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)
     gram = compute_activation_gram(activations, data.n_lags)
-    components, shared, square = _improve_bases(state.components, seen, gram, settings)
+    pull = 0.0
+    if settings.cross:
+        smooth = data.gather(_smooth(activations, settings.n_lags), run)
+        pull = _cross(smooth[None], settings.cross)[0]
+    components, shared, square = _improve_bases(state.components, seen, gram, settings, pull)
     loss = max(0.5 * data.energy - shared + 0.5 * square, 0.0)
     return _State(components=components, activations=activations, steps=steps, loss=loss)
 
 
+def _smooth(rows: np.ndarray, n_lags: int) -> np.ndarray:
+    """Rows (trial, component, time) summed over all moments less than ``n_lags`` away."""
+    n_times, moments = rows.shape[2], np.arange(rows.shape[2])
+    sums = np.pad(np.cumsum(rows, axis=2), ((0, 0), (0, 0), (1, 0)))
+    first, last = np.maximum(moments - n_lags + 1, 0), np.minimum(moments + n_lags, n_times)
+    return sums[:, :, last] - sums[:, :, first]
+
+
+def _cross(values: np.ndarray, weight: float) -> np.ndarray:
+    """For each component (second axis) the weighted sum over the others."""
+    return weight * np.maximum(values.sum(axis=1, keepdims=True) - values, 0)
+
+
 def _improve_bases(
-    components, seen, gram, settings: Settings
+    components, seen, gram, settings: Settings, pull: np.ndarray | float = 0.0
 ) -> tuple[np.ndarray, float, float]:
     """New bases for what the data and the activations give: multiplied where there is no
-    sparseness, otherwise entry by entry.
+    sparseness, otherwise entry by entry. ``pull`` is the slope of a penalty on them.
     """
-    improve = multiply_bases if settings.sparseness is None else descend_bases
-    return improve(components, seen, gram, settings.inner_steps)
+    if settings.sparseness is not None:
+        return descend_bases(components, seen - pull, gram, settings.inner_steps)
+    bases, shared, square = multiply_bases(components, seen, gram, settings.inner_steps, pull)
+    return bases, shared - float(np.sum(pull * bases)), square
 
 
 def learn_batch(

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from scipy.stats import rankdata
 
-from feeler.encoding.model import check_choice
+from feeler.encoding.inputs import check_choice
 from feeler.errors import InvalidInput
 from feeler.validation import Count, Seed, checked
 

@@ -9,11 +9,12 @@ from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
+from joblib import effective_n_jobs
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.encoding.code import encode
+from feeler.encoding.code import encode_masked
 from feeler.encoding.convolution import (
     canonicalise,
     canonicalise_sums,
@@ -32,9 +33,17 @@ from feeler.encoding.factorise import (
     open_pool,
     start_bases,
 )
-from feeler.encoding.sparseness import check_sparseness
+from feeler.encoding.inputs import (
+    FIXED_CODES,
+    check_choice,
+    check_settings,
+    check_size,
+    check_tensors,
+    find_dims,
+    read_tensors,
+    read_weights,
+)
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.execute.threads import count_cores
 from feeler.progress import show_progress
 from feeler.records import show_html
 from feeler.tensors.models import Model, load_model, save_model
@@ -43,131 +52,8 @@ from feeler.tensors.transforms import (
     find_scale,
     label_like,
     refuse_masked,
-    stack_planes,
 )
 from feeler.validation import checked
-
-# The door of the encoder: what it takes, and what it says to what it cannot take.
-
-_CONSTRAINTS = ("trial", "all")
-FIXED_CODES = ("sparse", "ridge", "nonnegative")
-LABELS = {
-    "joint": "joint fit (paper)",
-    "sparse": "fixed bases, sparse",
-    "ridge": "fixed bases, ridge",
-    "nonnegative": "fixed bases, least squares",
-    "raw": "tensors",
-}
-"""What figures and tables call each kind of code; ``raw`` is no code at all."""
-_STARTS = ("windows", "random")
-
-
-def _as_tensors(X: Any) -> np.ndarray:
-    """Tensors (trial, sensor, time) as an array of non-negative floats.
-
-    Parameters
-    ----------
-    X : np.ndarray, xr.DataArray or xr.Dataset
-        An array, a DataArray with these dims, or feeler's Dataset, of which ``angle`` is read.
-
-    Raises
-    ------
-    InvalidInput
-        Other dims, nothing in it, NaN, infinite, masked or negative entries.
-    """
-    if hasattr(X, "data_vars"):
-        if "angle" not in X:
-            raise InvalidInput(
-                f"The Dataset has no variable 'angle'; it has {sorted(X.data_vars)}. Pass one of"
-                " them."
-            )
-        X = X["angle"]
-    X = stack_planes(X)
-    if hasattr(X, "dims"):
-        if set(X.dims) != {"trial", "sensor", "time"}:
-            raise InvalidInput(
-                f"The tensors need the dims trial, sensor, time; got {tuple(X.dims)}."
-            )
-        X = X.transpose("trial", "sensor", "time").values
-    refuse_masked(X)
-    tensors = np.asarray(X)
-    if tensors.dtype.kind not in "fiub":
-        raise InvalidInput(f"The tensors need numbers; got an array of {tensors.dtype}.")
-    if tensors.ndim != 3:
-        hint = " One tensor is X[None]." if tensors.ndim == 2 else ""
-        raise InvalidInput(
-            f"The tensors need the shape (trial, sensor, time); got {tensors.shape}.{hint}"
-        )
-    if 0 in tensors.shape:
-        raise InvalidInput(
-            f"The tensors are empty: shape {tensors.shape} (trial, sensor, time)."
-        )
-    tensors = np.ascontiguousarray(tensors, dtype=float)
-    _check_values(tensors)
-    return tensors
-
-
-def _check_values(tensors: np.ndarray) -> None:
-    # NaN carries through both, and no copy of the data is made
-    low, high = tensors.min(), tensors.max()
-    if not (np.isfinite(low) and np.isfinite(high)):
-        trial = next(i for i, tensor in enumerate(tensors) if not np.isfinite(tensor).all())
-        raise InvalidInput(
-            f"The tensors hold NaN or infinite entries, the first in trial {trial}. Drop such"
-            " trials, or fill the gaps before encoding."
-        )
-    if low < 0:
-        share = float((tensors < 0).mean())
-        raise InvalidInput(
-            f"The tensors hold negative entries ({share:.1%} of them, the lowest {low:.3g}); the"
-            " factorisation is non-negative. Rectify first (feeler.tensors): rectify(X) keeps"
-            " bending one way, as the paper's does, of touches from the right after"
-            " mirror_to_left(X); fold_signs(X) keeps both ways as twice the sensors."
-        )
-
-
-def _check_settings(estimator: Any) -> None:
-    """Refuse parameters that mean nothing, each with what would."""
-    for name in ("n_components", "n_lags", "n_restarts", "max_iter"):
-        value = getattr(estimator, name)
-        if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-            raise InvalidInput(f"{name} must be a whole number of at least 1; got {value!r}.")
-    if estimator.sparseness is not None:
-        check_sparseness(estimator.sparseness)
-    check_choice("constraint", estimator.constraint, _CONSTRAINTS)
-    check_choice("init", estimator.init, _STARTS)
-    if estimator.code is not None:
-        check_choice("code", estimator.code, FIXED_CODES)
-    for name in ("tol", "ridge"):
-        value = getattr(estimator, name)
-        if not value >= 0:
-            raise InvalidInput(f"{name} must be 0 or more; got {value!r}.")
-
-
-def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
-    """Refuse an unknown name and list the known ones."""
-    if value not in choices:
-        raise InvalidInput(
-            f"{name} must be one of {', '.join(map(repr, choices))}; got {value!r}."
-        )
-
-
-def _check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:
-    """Refuse bases longer than a trial, and more of them than the data can pin down."""
-    n_trials, _, n_times = tensors.shape
-    if n_lags > n_times:
-        raise InvalidInput(
-            f"n_lags is {n_lags}, but a trial has {n_times} samples; choose n_lags of at most "
-            f"{n_times}, or longer trials."
-        )
-    most = max(n_trials * n_times // n_lags, 1)
-    if n_components > most:
-        raise InvalidInput(
-            f"n_components is {n_components}, but {n_trials} trials of {n_times} samples hold only"
-            f" {most} separate windows of n_lags = {n_lags} samples; more bases than that are not"
-            f" determined. Choose at most {most}, or fewer lags."
-        )
-
 
 # ConvolutiveNMF: the encoder, as a scikit-learn estimator.
 
@@ -181,7 +67,9 @@ _OF_FIT = (
 _Sums = tuple[np.ndarray | float, np.ndarray | float]
 
 
-class ConvolutiveNMF(TransformerMixin, BaseEstimator):
+class ConvolutiveNMF(  # type: ignore[call-arg]
+    TransformerMixin, BaseEstimator, auto_wrap_output_keys=None
+):
     """Convolutive non-negative matrix factorisation with exactly sparse activations (cNMFsc).
 
     Every tensor becomes a sum of a few bases. A basis is a short film of the antenna, which is
@@ -211,6 +99,10 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         zero. ``all`` gives it to the activation of each component over all trials together, as if
         the tensors were one recording; then how sparse a trial's code is depends on the others.
         Only with ``trial`` does the code of a tensor depend on the tensor alone.
+    cross_orthogonality : float, default=0.0
+        Weight λ of seqNMF's penalty λ Σ_{k≠m} Σ_t Σ_{|u|<T} A_k(t) H_m(t + u); A_k(t) is basis k
+        correlated with the tensors from t on. Bases then do not share events, and needless ones
+        fade. It has no unit; seqNMF's authors find 10⁻³ to 10⁻² useful.
     code : {"sparse", "ridge", "nonnegative"}, optional
         What ``transform`` computes on the fixed bases; see :func:`feeler.encoding.encode`. None:
         ``sparse`` with a sparseness, otherwise ``nonnegative``.
@@ -232,7 +124,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     random_state : int, np.random.Generator or np.random.RandomState, optional
         Seed or generator of the starts.
     n_jobs : int, optional
-        Threads; None: all that this process may use. The numbers do not depend on it.
+        Threads, as scikit-learn counts them: None is one, unless joblib's ``parallel_config`` says
+        another number, and −1 is all. The numbers do not depend on it.
     warn : bool, default=True
         Whether to warn when a fit or a code stops before it has converged.
 
@@ -240,19 +133,21 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     ----------
     components_ : np.ndarray
         Bases (component, sensor, lag) of unit length, from base to tip by where they act.
-    n_sensors_in_ : int
-        Sensors that the bases were learned on.
+    n_sensors_in_, n_features_in_ : int
+        Sensors that the bases were learned on, by both names.
     activations_ : np.ndarray
         Activations (trial, component, time) found together with the bases. They are not unique, so
         codes to compare come from ``transform``; ``fit_transform`` returns those too.
     reconstruction_err_ : float
-        ‖V − V̂‖, Frobenius, in the tensors' unit.
+        ‖V − V̂‖, Frobenius, in the tensors' unit, over the entries that count, each trial with its
+        weight.
     relative_residual_ : float
-        ‖V − V̂‖/‖V‖.
+        ‖V − V̂‖/‖V‖, likewise.
     n_iter_ : int
         Iterations of the restart kept.
     loss_curve_ : np.ndarray
-        ½‖V − V̂‖² after each of them.
+        What the fit lowers, after each of them: ½‖V − V̂‖², the penalty added; under a mask an upper
+        bound of it, where entries that do not count are held at their last reconstruction.
     stability_, stability_in_place_ : float
         Mean cosine between the restarts' bases, matched over order and shift, and over order alone;
         NaN for one restart. Where only the first is high, restarts found the same patterns at other
@@ -274,7 +169,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     (sparseness). Ramanarayanan, Goldstein & Narayanan 2013, J. Acoust. Soc. Am. 134:1378 (cNMFsc).
     Lee & Seung 2001, NIPS 13 (multiplicative updates). Cichocki & Phan 2009, IEICE Trans. Fundam.
     E92-A:708 (entry by entry). Gillis & Glineur 2012, Neural Comput. 24:1085 (several inner steps).
-    Ang & Gillis 2019, Neural Comput. 31:417 (extrapolation).
+    Ang & Gillis 2019, Neural Comput. 31:417 (extrapolation). Mackevicius et al. 2019, eLife
+    8:e38471 (cross-orthogonality). Zhang, Wang, Ford & Makedon 2006, SDM, 549 (masked entries).
     """
 
     def __init__(
@@ -284,6 +180,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         sparseness: float | None = 0.8,
         *,
         constraint: str = "trial",
+        cross_orthogonality: float = 0.0,
         code: str | None = None,
         ridge: float = 0.1,
         init: str = "random",
@@ -299,6 +196,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.n_lags = n_lags
         self.sparseness = sparseness
         self.constraint = constraint
+        self.cross_orthogonality = cross_orthogonality
         self.code = code
         self.ridge = ridge
         self.init = init
@@ -330,15 +228,33 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         check_is_fitted(self)
         return resolve_name("feeler.plotting.results:draw_encoder")(self)
 
-    def fit(self, X, y=None, *, components=None, activations=None):
+    def fit(
+        self,
+        X,
+        y=None,
+        *,
+        mask=None,
+        sample_weight=None,
+        components=None,
+        activations=None,
+    ):
         """Learn the bases of tensors.
 
         Parameters
         ----------
-        X : np.ndarray or xr.DataArray
-            Tensors (trial, sensor, time), ≥ 0.
+        X : np.ndarray, np.ma.MaskedArray or xr.DataArray
+            Tensors (trial, sensor, time), ≥ 0. Of a DataArray with other dims, such as (epoch,
+            neuron, time), these stand in their order for trial, sensor and time.
         y : None
             Ignored.
+        mask : np.ndarray or xr.DataArray of bool, optional
+            True for entries that do not count, of the shape of X: missing or held out. They may be
+            NaN. A masked array brings its own. Each iteration holds them at their reconstruction
+            by the last one, which lowers the loss over all others.
+        sample_weight : np.ndarray, optional
+            How often each trial (trial,) counts in the loss; a weight of 2 is two equal trials. A
+            trial of weight 0 counts for nothing, and its ``activations_`` are 0. Under
+            ``constraint="all"`` the sparseness is that of activations times √weight.
         components, activations : np.ndarray, optional
             Where to start: (component, sensor, lag) and (trial, component, time); then there is one
             restart.
@@ -348,11 +264,16 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         InvalidInput
             Tensors or parameters that cannot be used, each with what to do.
         """
-        _check_settings(self)
-        tensors = _as_tensors(X)
+        check_settings(self)
+        tensors, hidden = read_tensors(X, mask)
+        weights = read_weights(sample_weight, len(tensors))
         check_squares(tensors)
-        _check_size(tensors, self.n_components, self.n_lags)
-        data, threads = Data(tensors, self.n_lags), _count_threads(self.n_jobs)
+        check_size(tensors, self.n_components, self.n_lags)
+        root = None if weights is None else np.sqrt(weights)[:, None, None]
+        if root is not None:
+            tensors = tensors * root
+            activations = None if activations is None else activations * root
+        data, threads = Data(tensors, self.n_lags, hidden), _count_threads(self.n_jobs)
         starts = list(draw_starts(self, tensors, data, components, activations))
         most, done = len(starts) * self.max_iter, count(1)
         with show_progress(None, "iterations, at most") as advance, open_pool(threads) as run:
@@ -364,13 +285,16 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 
             found = list(outer(lambda begun: self._fit_from(data, begun, inner, tell), starts))
         self._keep(found, data)
+        if root is not None:
+            for codes in self.restart_activations_:
+                np.divide(codes, root, out=codes, where=root > 0)
         return self
 
     def fit_transform(self, X, y=None, **starts):
         """``fit``, then ``transform`` of the same tensors: the same code that new tensors get."""
         return self.fit(X, y, **starts).transform(X)
 
-    def transform(self, X, *, code=None):
+    def transform(self, X, *, mask=None, code=None):
         """Activations of tensors on the fixed bases.
 
         Each trial is coded by itself from a fixed start: the same tensor gets the same code,
@@ -378,8 +302,10 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : np.ndarray or xr.DataArray
-            Tensors (trial, sensor, time), ≥ 0.
+        X : np.ndarray, np.ma.MaskedArray or xr.DataArray
+            Tensors (trial, sensor, time), ≥ 0; see ``fit``.
+        mask : np.ndarray or xr.DataArray of bool, optional
+            True for entries that do not count; see ``fit``.
         code : {"sparse", "ridge", "nonnegative"}, optional
             See :func:`feeler.encoding.encode`; None: that of the encoder.
 
@@ -389,11 +315,13 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             (trial, component, time); labelled where the tensors are.
         """
         check_is_fitted(self, "components_")
-        tensors = _check_tensors(_as_tensors(X), self.components_)
+        tensors, hidden = read_tensors(X, mask)
+        check_tensors(tensors, self.components_)
         code = self._choose_code(code)
         with open_pool(_count_threads(self.n_jobs)) as run:
-            activations, settled = encode(
+            activations, settled = encode_masked(
                 tensors,
+                hidden,
                 self.components_,
                 code,
                 sparseness=self.sparseness,
@@ -407,14 +335,34 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
                 ConvergenceWarning,
                 stacklevel=3,
             )
-        return label_like(activations, X, ("trial", "component", "time"), "activation")
+        trial, _, time = find_dims(X)
+        return label_like(_like(activations, X), X, (trial, "component", time), "activation")
 
     def __sklearn_tags__(self):
         """Tensors come in three dimensions and are nowhere negative."""
         tags = super().__sklearn_tags__()
         tags.input_tags.two_d_array, tags.input_tags.three_d_array = False, True
         tags.input_tags.positive_only = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
+
+    @property
+    def n_features_in_(self):
+        """Sensors that the bases were learned on, by scikit-learn's name."""
+        return self.n_sensors_in_
+
+    def get_feature_names_out(self, input_features=None):
+        """Names of the components, ``component0`` from the base on; :class:`Flatten` adds the
+        sample.
+        """
+        check_is_fitted(self, "components_")
+        return np.array([f"component{m}" for m in range(len(self.components_))], dtype=object)
+
+    def set_output(self, *, transform=None):
+        """Accepted, so that a pipeline can be configured; codes have three dims, which no table
+        holds, and stay arrays until :class:`Flatten`.
+        """
+        return self
 
     def inverse_transform(self, X):
         """Tensors (trial, sensor, time) from activations (trial, component, time)."""
@@ -426,20 +374,27 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
                 f"Activations need the shape (trial, {len(self.components_)}, time); got"
                 f" {activations.shape}."
             )
+        trial, _, time = getattr(X, "dims", ("trial", "component", "time"))
         return label_like(
-            reconstruct(self.components_, activations),
+            _like(reconstruct(self.components_, activations), X),
             X,
-            ("trial", "sensor", "time"),
+            (trial, "sensor", time),
             "reconstruction",
         )
 
-    def score(self, X, y=None):
-        """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²."""
-        tensors = _as_tensors(X)
+    def score(self, X, y=None, *, mask=None, sample_weight=None):
+        """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖², over the
+        entries that count, each trial with its weight.
+        """
+        tensors, hidden = read_tensors(X, mask)
+        weights = read_weights(sample_weight, len(tensors))
         tensors = tensors / find_scale(tensors)  # squares of very small entries would underflow
-        energy = np.vdot(tensors, tensors)
-        rest = tensors - self.inverse_transform(self.transform(tensors))
-        return float(1 - np.vdot(rest, rest) / energy) if energy > 0 else 1.0
+        rest = tensors - self.inverse_transform(self.transform(tensors, mask=hidden))
+        if hidden is not None:
+            rest[hidden] = 0
+        errors, energies = ((one**2).sum(axis=(1, 2)) for one in (rest, tensors))
+        energy = np.average(energies, weights=weights)
+        return float(1 - np.average(errors, weights=weights) / energy) if energy > 0 else 1.0
 
     def partial_fit(self, X, y=None, *, forget=0.7):
         """Learn from one batch of tensors (trial, sensor, time), going on from what was learned.
@@ -514,17 +469,22 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self, X: Any, learned: tuple[np.ndarray, _Sums] | None, forget: float
     ) -> tuple[np.ndarray, _Sums]:
         """Canonical bases and sums after a batch; ``learned``: those before it, None at first."""
-        _check_settings(self)
+        check_settings(self)
         if not 0 <= forget <= 1:
             raise InvalidInput(f"forget must lie between 0 and 1; got {forget!r}.")
-        tensors = _as_tensors(X)
+        refuse_masked(X)
+        if self.cross_orthogonality:
+            raise InvalidInput(
+                "partial_fit and fit_stream know no cross_orthogonality; use fit, or set it to 0."
+            )
+        tensors, _ = read_tensors(X)
         check_squares(tensors)
         if learned is None or not learned[0].any():  # silent batches teach no bases
-            _check_size(tensors, self.n_components, self.n_lags)
+            check_size(tensors, self.n_components, self.n_lags)
             rng = make_generators(self.random_state, 1)[0]
             start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
             learned = start, (0.0, 0.0)
-        _check_tensors(tensors, learned[0])
+        check_tensors(tensors, learned[0])
         with open_pool(_count_threads(self.n_jobs)) as run:
             components, sums = learn_batch(tensors, *learned, Settings.of(self), forget, run)
         return canonicalise_sums(components, *sums)
@@ -556,13 +516,12 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self._set_bases(best.components, (data.gather(best.activations), gram))
         self.activations_ = best.activations
         self.loss_curve_, self.n_iter_ = best.losses, len(best.losses)
-        self.reconstruction_err_ = float(np.sqrt(2 * best.losses[-1]))
-        self.relative_residual_ = (
-            float(np.sqrt(2 * best.losses[-1] / energy)) if energy > 0 else 0.0
+        errors = [data.measure_error(one.components, one.activations) for one in found]
+        self.restarts_ = (
+            np.sqrt(np.array(errors) / energy) if energy > 0 else np.zeros(len(found))
         )
-        self.restarts_ = np.array(
-            [np.sqrt(2 * f.losses[-1] / energy) if energy > 0 else 0.0 for f in found]
-        )
+        self.reconstruction_err_ = float(np.sqrt(errors[0]))
+        self.relative_residual_ = float(self.restarts_[0])
         self.restart_components_ = np.stack([f.components for f in found])
         self.restart_activations_ = [f.activations for f in found]
         self.stability_ = compute_stability(list(self.restart_components_))
@@ -589,19 +548,66 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return code
 
 
-def _check_tensors(tensors: np.ndarray, components: np.ndarray) -> np.ndarray:
-    """The tensors, if these bases can be played on them."""
-    _, n_sensors, n_lags = components.shape
-    if tensors.shape[1] != n_sensors:
-        raise InvalidInput(
-            f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on"
-            f" {n_sensors}. Record the same sensors, or fit again."
-        )
-    if tensors.shape[2] < n_lags:
-        raise InvalidInput(
-            f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the bases."
-        )
-    return tensors
+class Flatten(TransformerMixin, BaseEstimator):
+    """Codes or tensors (trial, row, time) as a table (trial, feature), which classifiers take.
+
+    Its columns run through the samples of the first row, then of the second; ``component1_30`` is
+    sample 30 of the second component. It learns nothing but the shape.
+
+    Parameters
+    ----------
+    row : str, default="component"
+        What a row is called in the names of the columns.
+    """
+
+    def __init__(self, row: str = "component") -> None:
+        self.row = row
+
+    def fit(self, X, y=None):
+        """Remember the shape (row, time); others are refused later."""
+        self.shape_ = self._read(X).shape[1:]
+        self.n_features_in_ = self.shape_[0]
+        return self
+
+    def transform(self, X):
+        """The table (trial, row · time), a view where possible."""
+        check_is_fitted(self)
+        values = self._read(X)
+        if values.shape[1:] != self.shape_:
+            raise InvalidInput(
+                f"Flatten was fitted to (row, time) of {self.shape_}; got {values.shape[1:]}."
+            )
+        return values.reshape(len(values), -1)
+
+    def inverse_transform(self, X):
+        """The array (trial, row, time) of a table."""
+        check_is_fitted(self)
+        return np.asarray(X).reshape(-1, *self.shape_)
+
+    def get_feature_names_out(self, input_features=None):
+        """A name per column, from the names of the rows where they are given."""
+        check_is_fitted(self)
+        n_rows, n_times = self.shape_
+        own = [f"{self.row}{m}" for m in range(n_rows)]
+        rows = own if input_features is None else input_features
+        return np.array([f"{row}_{t}" for row in rows for t in range(n_times)], dtype=object)
+
+    def __sklearn_tags__(self):
+        """Three dims in, two out, in the precision given."""
+        tags = super().__sklearn_tags__()
+        tags.input_tags.two_d_array, tags.input_tags.three_d_array = False, True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
+    @staticmethod
+    def _read(X: Any) -> np.ndarray:
+        refuse_masked(X)
+        values = np.asarray(X)
+        if values.ndim != 3:
+            raise InvalidInput(
+                f"Flatten needs the shape (trial, row, time); got {values.shape}."
+            )
+        return values
 
 
 def _canonical(factors: Factors) -> Factors:
@@ -610,12 +616,16 @@ def _canonical(factors: Factors) -> Factors:
 
 
 def _count_threads(n_jobs: int | None) -> int:
-    """None or −1: all that this process may use."""
-    if n_jobs is None or n_jobs == -1:
-        return count_cores()
-    if n_jobs < 1:
-        raise InvalidInput(f"n_jobs must be None, -1 or at least 1; got {n_jobs}.")
-    return int(n_jobs)
+    """As many as scikit-learn would use."""
+    if n_jobs == 0:
+        raise InvalidInput("n_jobs must be None, at least 1, or −1 for all cores; got 0.")
+    return int(effective_n_jobs(n_jobs))
+
+
+def _like(values: np.ndarray, given: Any) -> np.ndarray:
+    """``values`` in single precision where ``given`` is."""
+    single = getattr(given, "dtype", None) == np.float32
+    return values.astype(np.float32) if single else values
 
 
 # An encoder on disk: a model file, arrays beside a JSON header, no pickle.
@@ -687,7 +697,7 @@ def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
     """The estimator from a model, or a word on what does not fit."""
     try:
         encoder = ConvolutiveNMF(**model.settings["parameters"])
-        _check_settings(encoder)
+        check_settings(encoder)
         numbers = {name: model.arrays[name].item() for name in _NUMBERS if name in model.arrays}
         components = model.arrays["components_"]
         n_sensors = numbers["n_sensors_in_"]

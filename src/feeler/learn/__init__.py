@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from feeler.learn.dataset import TouchDataset, split_trials
+    from feeler.learn.dataset import TouchBatches, TouchDataset, split_trials
 
 # PyTorch is an extra and slow to load: each name is fetched when it is used.
-__all__ = ["TouchDataset", "split_trials"]
+__all__ = ["TouchBatches", "TouchDataset", "split_trials"]
 
 
 def __getattr__(name: str) -> object:

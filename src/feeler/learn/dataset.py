@@ -3,7 +3,6 @@
 import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -124,60 +123,17 @@ def _group(tensors: xr.Dataset, name: str) -> np.ndarray:
     return np.minimum((_CUTS * (values - low) / (high - low)).astype(int), _CUTS - 1)
 
 
-# Touches in batches, read shard by shard while a network learns.
+# Touches for PyTorch: one by one from anywhere (map style), or batches in the order of reading.
 
 torch: Any = import_torch()
 
 _BLOCK = 256  # trials read at once: a shard of a large store
 _MIX = 4  # [C] blocks whose trials are shuffled among each other
+_CACHE = 2**30  # [C] bytes of blocks that are kept for touches asked for one by one
 
 
-@checked
-class TouchDataset(torch.utils.data.IterableDataset):
-    """Touches of a store as (tensor, target), for a PyTorch ``DataLoader`` with any number of
-    workers.
-
-    Blocks of 256 trials are read in random order, whole and once an epoch, four at a time and
-    shuffled among each other; each worker reads blocks of its own, so that no trial comes twice.
-    The order follows ``torch.manual_seed``.
-
-    Parameters
-    ----------
-    store
-        Path of a store (or another file of touches), or its Dataset.
-    target
-        A coordinate of trials: texts become class numbers (``classes``), numbers stay; a list of
-        them gives (batch, target) if all are numbers, and classes of all that occurs together
-        otherwise. None gives no target.
-    noise
-        Standard deviation of Gaussian noise, fresh every time, in the variable's unit; or a
-        :class:`feeler.objects.Noise` or its text, such as ``"relative:0.1"``; or a function
-        ``noise(tensors, rng)``.
-    split, by, shares, split_seed
-        The side to be read and what keeps trials together, as in :func:`feeler.learn.split_trials`;
-        None reads all.
-    variable
-        What is read, ``angle`` or another over (trial, sensor, time).
-    batch_size
-        Trials that come at once, for ``DataLoader(dataset, batch_size=None)``, which is the
-        fastest; None: one by one, and the DataLoader collects them.
-    shuffle
-        False reads in the order of the store.
-
-    Attributes
-    ----------
-    rows
-        Numbers of the trials read (position in the Dataset).
-    classes
-        Names of the classes, or None.
-    targets
-        Target of each of ``rows``.
-
-    Raises
-    ------
-    InvalidInput
-        A target, variable or split that the store does not have.
-    """
+class _Touches:
+    """What both kinds of dataset read: rows of a store, their targets, noise and a transform."""
 
     def __init__(
         self,
@@ -185,16 +141,16 @@ class TouchDataset(torch.utils.data.IterableDataset):
         target: str | Sequence[str] | None = None,
         *,
         noise: float | str | Noise | Callable[..., np.ndarray] = 0.0,
+        transform: Callable[[Any], Any] | None = None,
         split: str | None = None,
         by: str | Sequence[str] = "twin",
         shares: Mapping[str, float] | None = None,
         split_seed: int = 0,
         variable: str = "angle",
-        batch_size: int | None = None,
-        shuffle: bool = True,
     ) -> None:
         self._source = store
         self._opened: tuple[int, xr.Dataset] | None = None
+        self._blocks: dict[int, Any] = {}
         tensors = self._open()
         if variable not in tensors or tensors[variable].dims[:1] != ("trial",):
             valid = [
@@ -211,23 +167,11 @@ class TouchDataset(torch.utils.data.IterableDataset):
             raise InvalidInput(
                 f"noise must be a standard deviation ≥ 0 or a function, got {noise!r}."
             )
-        if batch_size is not None and batch_size < 1:
-            raise InvalidInput(f"batch_size must be ≥ 1 or None, got {batch_size!r}.")
-        self.variable, self.noise, self.batch_size, self.shuffle = (
-            variable,
-            noise,
-            batch_size,
-            shuffle,
-        )
+        self.variable, self.noise, self.transform = variable, noise, transform
         self.rows = _find_rows(tensors, split, by, shares, split_seed)
         self.classes, targets = _make_targets(tensors, target)
         self.targets = None if targets is None else torch.from_numpy(targets[self.rows])
         self.shape: tuple[int, ...] = tensors[variable].shape[1:]
-
-    def __len__(self) -> int:
-        return (
-            len(self.rows) if self.batch_size is None else -(-len(self.rows) // self.batch_size)
-        )
 
     def __repr__(self) -> str:
         classes = (
@@ -236,66 +180,39 @@ class TouchDataset(torch.utils.data.IterableDataset):
             else f"classes {', '.join(map(str, self.classes))}"
         )
         size = " × ".join(map(str, self.shape))
-        return f"TouchDataset of {len(self.rows)} touches: {self.variable} {size}, {classes}"
+        name = type(self).__name__
+        return f"{name} of {len(self.rows)} touches: {self.variable} {size}, {classes}"
 
     def read(self, places: Sequence[int] | np.ndarray | slice) -> Any:
         """(tensors, targets) of some of ``rows``, without noise."""
         rows = self.rows[places]
-        low, high = int(rows.min()), int(rows.max()) + 1
-        item = self._open()[self.variable]
-        near = high - low <= _MIX * _BLOCK  # read whole and picked from: zarr picks far slower
-        values = item[low:high].values if near else item[rows].values
-        if near and high - low > len(rows):
-            values = values[rows - low]
-        found = torch.from_numpy(np.ascontiguousarray(values, dtype=np.float32))
+        found = torch.empty((len(rows), *self.shape))
+        for k in np.unique(rows // _BLOCK).tolist():
+            own = np.flatnonzero(rows // _BLOCK == k)
+            found[own] = self._read_block(k)[rows[own] - k * _BLOCK]
         return found if self.targets is None else (found, self.targets[places])
 
-    def __iter__(self) -> Iterator[Any]:
-        info = torch.utils.data.get_worker_info()
-        number, count = (info.id, info.num_workers) if info else (0, 1)
-        root = (
-            info.seed - info.id
-            if info
-            else int(torch.empty((), dtype=torch.int64).random_().item())
-        )
-        blocks = self._make_blocks(np.random.default_rng([root, 0]))[number::count]
-        rng = np.random.default_rng([root, 1, number])
-        source = torch.Generator().manual_seed(
-            int(rng.integers(2**63))
-        )  # of noise; three times as fast as NumPy's
-        for first in range(0, len(blocks), _MIX):
-            yield from self._read_mix(blocks[first : first + _MIX], rng, source)
+    def _read_block(self, k: int) -> Any:
+        """256 trials, whole; the last ones read stay."""
+        if k not in self._blocks:
+            item = self._open()[self.variable][k * _BLOCK : (k + 1) * _BLOCK]
+            block = torch.from_numpy(np.ascontiguousarray(item.values, dtype=np.float32))
+            most = max(2 * _MIX, _CACHE // max(block.nbytes, 1))
+            while len(self._blocks) >= most:
+                self._blocks.pop(next(iter(self._blocks)))
+            self._blocks[k] = block
+        return self._blocks[k]
 
-    def _make_blocks(self, rng: np.random.Generator) -> list[slice]:
-        """Places in ``rows`` of each block, in the order of reading: the same in every worker."""
-        ends = np.searchsorted(self.rows, np.arange(0, self.rows[-1] + _BLOCK + 1, _BLOCK))
-        blocks = [slice(int(a), int(b)) for a, b in pairwise(ends) if a < b]
-        return [blocks[k] for k in rng.permutation(len(blocks))] if self.shuffle else blocks
-
-    def _read_mix(
-        self, blocks: list[slice], rng: np.random.Generator, source: Any
-    ) -> Iterator[Any]:
-        read = [self.read(block) for block in blocks]
-        pairs = [(x, None) for x in read] if self.targets is None else read
-        values = torch.cat([x for x, _ in pairs])
-        targets = None if self.targets is None else torch.cat([y for _, y in pairs])
-        values = self._add_noise(values, rng, source)
-        order = (
-            torch.from_numpy(rng.permutation(len(values)))
-            if self.shuffle
-            else torch.arange(len(values))
-        )
-        for part in order if self.batch_size is None else order.split(self.batch_size):
-            yield values[part] if targets is None else (values[part], targets[part])
-
-    def _add_noise(self, values: Any, rng: np.random.Generator, source: Any) -> Any:
+    def _prepare(self, values: Any, seed: Sequence[int]) -> Any:
+        """Noise and the transform, on tensors of its own."""
         if callable(self.noise):
-            return torch.from_numpy(
-                np.asarray(self.noise(values.numpy(), rng), dtype=np.float32)
-            )
-        if self.noise == 0:
-            return values
-        return values.add_(torch.empty_like(values).normal_(generator=source), alpha=self.noise)
+            noisy = self.noise(values.numpy(), np.random.default_rng(seed))
+            values = torch.from_numpy(np.asarray(noisy, dtype=np.float32))
+        elif self.noise:
+            number = int(np.random.default_rng(seed).integers(2**63))
+            source = torch.Generator().manual_seed(number)  # three times as fast as NumPy's
+            values.add_(torch.empty_like(values).normal_(generator=source), alpha=self.noise)
+        return values
 
     def _open(self) -> xr.Dataset:
         """The Dataset; opened anew in each process, as what reads files does not outlive a fork."""
@@ -306,7 +223,190 @@ class TouchDataset(torch.utils.data.IterableDataset):
         return self._opened[1]
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_opened": None}
+        return self.__dict__ | {"_opened": None, "_blocks": {}}
+
+
+def _draw_seed() -> int:
+    return int(torch.empty((), dtype=torch.int64).random_().item())
+
+
+@checked
+class TouchDataset(_Touches, torch.utils.data.Dataset):
+    """Touches of a store as (tensor, target), for a PyTorch ``DataLoader`` with any options:
+    ``shuffle=True``, samplers, ``random_split``, ``Subset``, workers and ranks.
+
+    ``len(dataset)`` is the number of touches. Up to 1 GiB of what was read stays in memory; of sets
+    that are larger, :class:`TouchBatches` reads each touch once an epoch.
+
+    Parameters
+    ----------
+    store
+        Path of a store (or another file of touches), or its Dataset.
+    target
+        A coordinate of trials: texts become class numbers (``classes``), numbers stay; a list of
+        them gives (batch, target) if all are numbers, and classes of all that occurs together
+        otherwise. None gives no target.
+    noise
+        Standard deviation of Gaussian noise, fresh every time, in the variable's unit; or a
+        :class:`feeler.objects.Noise` or its text, such as ``"relative:0.1"``; or a function
+        ``noise(tensors, rng)``.
+    transform
+        Applied to each tensor (sensor, time) after the noise.
+    split, by, shares, split_seed
+        The side to be read and what keeps trials together, as in :func:`feeler.learn.split_trials`;
+        None reads all.
+    variable
+        What is read, ``angle`` or another over (trial, sensor, time).
+
+    Attributes
+    ----------
+    rows
+        Numbers of the trials read (position in the Dataset).
+    classes
+        Names of the classes, or None.
+    targets
+        Target of each of ``rows``.
+
+    Raises
+    ------
+    InvalidInput
+        A target, variable or split that the store does not have.
+    """
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, place: int) -> Any:
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"touch {place} of {len(self)}.")
+        return self.__getitems__([place])[0]
+
+    def __getitems__(self, places: list[int]) -> list:
+        """Several at once, which is what a DataLoader asks for."""
+        found = self.read(np.asarray(places, dtype=int))
+        values = found if self.targets is None else found[0]
+        values = self._prepare(values, [_draw_seed()])
+        values = values if self.transform is None else [self.transform(one) for one in values]
+        return [*values] if self.targets is None else [*zip(values, found[1], strict=True)]
+
+
+@checked
+class TouchBatches(_Touches, torch.utils.data.IterableDataset):
+    """Batches of touches as (tensors, targets), for ``DataLoader(batches, batch_size=None)``: each
+    touch once an epoch, read block by block.
+
+    Blocks of 256 trials come in random order, four at a time and shuffled among each other.
+    ``len(batches)`` is the number of batches that come, whatever the workers: all but the last have
+    ``batch_size`` touches. Among several ranks each gets equally many; where batches do not divide,
+    some come twice, or with ``drop_last`` not at all, as with PyTorch's ``DistributedSampler``.
+
+    Parameters
+    ----------
+    store, target, noise, split, by, shares, split_seed, variable
+        As for :class:`TouchDataset`.
+    transform
+        Applied to each batch (touch, sensor, time) after the noise.
+    batch_size
+        Touches in a batch.
+    shuffle
+        False reads in the order of the store.
+    drop_last
+        Whether a last batch of fewer touches is left out.
+    rank, world_size
+        Which share of the batches is read, of how many; None: those of ``torch.distributed``, if it
+        has been set up. Ranks shuffle by ``split_seed`` and the epoch: call ``set_epoch`` before
+        each. A single process follows ``torch.manual_seed``.
+
+    Raises
+    ------
+    InvalidInput
+        As for :class:`TouchDataset`; fewer batches than ranks.
+    """
+
+    def __init__(
+        self,
+        store: str | os.PathLike | xr.Dataset,
+        target: str | Sequence[str] | None = None,
+        *,
+        batch_size: int = 32,
+        shuffle: bool = True,
+        drop_last: bool = False,
+        rank: int | None = None,
+        world_size: int | None = None,
+        noise: float | str | Noise | Callable[..., np.ndarray] = 0.0,
+        transform: Callable[[Any], Any] | None = None,
+        split: str | None = None,
+        by: str | Sequence[str] = "twin",
+        shares: Mapping[str, float] | None = None,
+        split_seed: int = 0,
+        variable: str = "angle",
+    ) -> None:
+        if batch_size < 1:
+            raise InvalidInput(f"batch_size must be ≥ 1, got {batch_size!r}.")
+        super().__init__(
+            store,
+            target,
+            noise=noise,
+            transform=transform,
+            split=split,
+            by=by,
+            shares=shares,
+            split_seed=split_seed,
+            variable=variable,
+        )
+        joined = torch.distributed.is_available() and torch.distributed.is_initialized()
+        if world_size is None:
+            world_size = torch.distributed.get_world_size() if joined else 1
+        if rank is None:
+            rank = torch.distributed.get_rank() if joined else 0
+        if not 0 <= rank < world_size:
+            raise InvalidInput(
+                f"rank must lie in 0 … world_size − 1, got {rank} of {world_size}."
+            )
+        self.batch_size, self.shuffle, self.drop_last = batch_size, shuffle, drop_last
+        self.rank, self.world_size, self.seed, self.epoch = rank, world_size, split_seed, 0
+        if self._count_all() < world_size:
+            raise InvalidInput(
+                f"{len(self.rows)} touches are {self._count_all()} batches of {batch_size}, fewer"
+                f" than the {world_size} ranks; choose a smaller batch_size."
+            )
+
+    def set_epoch(self, epoch: int) -> None:
+        """The number by which ranks shuffle alike."""
+        self.epoch = epoch
+
+    def _count_all(self) -> int:
+        """Batches of all ranks."""
+        n, size = len(self.rows), self.batch_size
+        return n // size if self.drop_last else -(-n // size)
+
+    def __len__(self) -> int:
+        count = self._count_all()
+        return count // self.world_size if self.drop_last else -(-count // self.world_size)
+
+    def __iter__(self) -> Iterator[Any]:
+        info = torch.utils.data.get_worker_info()
+        number, count = (info.id, info.num_workers) if info else (0, 1)
+        alone = info.seed - info.id if info else _draw_seed()
+        root = [alone] if self.world_size == 1 else [self.seed, self.epoch]
+        order = self._make_order(np.random.default_rng([*root, 0]))
+        own = (self.rank * len(self) + np.arange(len(self))) % self._count_all()
+        for k in np.array_split(own, count)[number].tolist():
+            found = self.read(order[k * self.batch_size : (k + 1) * self.batch_size])
+            values = found if self.targets is None else found[0]
+            values = self._prepare(values, [*root, 1, k])
+            values = values if self.transform is None else self.transform(values)
+            yield values if self.targets is None else (values, found[1])
+
+    def _make_order(self, rng: np.random.Generator) -> np.ndarray:
+        """Places in ``rows`` in the order of reading: the same in every worker and rank."""
+        places = np.arange(len(self.rows))
+        if not self.shuffle:
+            return places
+        blocks = np.split(places, np.flatnonzero(np.diff(self.rows // _BLOCK)) + 1)
+        blocks = [blocks[k] for k in rng.permutation(len(blocks))]
+        mixes = [blocks[k : k + _MIX] for k in range(0, len(blocks), _MIX)]
+        return np.concatenate([rng.permutation(np.concatenate(mix)) for mix in mixes])
 
 
 def _find_rows(

@@ -662,6 +662,32 @@ def draw_encoder(encoder: Any) -> Picture:
     return figure
 
 
+def draw_selection(selection: Any) -> Picture:
+    """Held-out error of each encoder compared over its sparseness, and the dissimilarity of its
+    starts; the chosen one is ringed.
+    """
+    figure, table = _open(5.0, 4.4), selection.table
+    error, starts = figure.subplots(2, sharex=True)
+    sparseness = [0.0 if value is None else float(value) for value in table.sparseness]
+    table = table.assign(place=sparseness).sort_values("place")
+    several = table.n_lags.nunique() > 1
+    groups = table.groupby(["n_components", "n_lags"])
+    colours = cycle(PALETTE)
+    for colour, ((bases, lags), rows) in zip(colours, groups, strict=False):
+        label = f"{bases} × {lags} samples" if several else f"{bases}"
+        style = {"color": colour, "marker": "o", "ms": 3, "lw": 1}
+        error.errorbar(rows.place, 100 * rows.held_out, 100 * rows["sem"], label=label, **style)
+        starts.plot(rows.place, rows.dissimilarity, **style)
+    chosen = table[table.chosen].iloc[0]
+    ring = {"marker": "o", "ms": 11, "mfc": "none", "mec": "k", "ls": "none", "label": "chosen"}
+    error.plot(chosen.place, 100 * chosen.held_out, **ring)
+    error.set(ylabel="held-out squares\nnot explained [%]", yscale="log")
+    error.legend(title="bases", fontsize="small")
+    starts.set(xlabel="sparseness (0: none)", ylabel="dissimilarity\nof the starts")
+    starts.set_ylim(bottom=0)
+    return figure
+
+
 @checked
 def plot_trial(
     tensors: xr.Dataset, trial: int = 0, variable: str = "curvature", ax: Axes | None = None

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.special import logsumexp, softmax
 
 from feeler.analysis.indices import check_tensors
-from feeler.decoding.classifiers import Labels, Reader, count_until, make_lda
+from feeler.decoding.classifiers import Labels, Reader, count_until, make_lda, sort_classes
 from feeler.decoding.observers import warn_of_copies
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Ge, Record, Registry, Unit, freeze
@@ -473,8 +473,9 @@ class PoissonReader(Reader):
         warn_of_copies(self, rates, y, everywhere=False)
         self.known_ = (rates + self.floor) * self.step * 1e-3
         self.shape_ = rates.shape[1:]
-        self.classes_ = sorted({*y})
-        self.members_ = np.array([[label == name for name in self.classes_] for label in y])
+        self.classes_ = sort_classes(y)
+        classes = self.classes_.tolist()
+        self.members_ = np.array([[label == name for name in classes] for label in y])
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:

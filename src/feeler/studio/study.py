@@ -218,7 +218,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
 
 
 def _learn(tensors: np.ndarray, tell: _Tell, stop: Event) -> ConvolutiveNMF:
-    encoder = ConvolutiveNMF(**_ENCODER, max_iter=_ITERATIONS)
+    encoder = ConvolutiveNMF(**_ENCODER, max_iter=_ITERATIONS, n_jobs=-1)
     starts: dict[str, np.ndarray] = {}
     for done in range(_ROUNDS):
         check_cancelled(stop)

@@ -95,7 +95,9 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> _Answer:
 
 
 def _read_nwb(file: Any) -> _Answer:
-    """The series of an NWB file by feeler, stacked as the description in its notes says."""
+    """The series of an NWB file by feeler, cut into trials as the description in its notes says; up
+    to 0.3 each trial had its own.
+    """
     import numpy as np
 
     try:
@@ -108,10 +110,14 @@ def _read_nwb(file: Any) -> _Answer:
         for name, item in numbers.items()
     }
     for name, kind in series.items():
-        titles = sorted(
-            title for title in file["acquisition"] if title.rpartition("_")[0] == name
-        )
-        values = np.stack([file["acquisition"][title]["data"][...] for title in titles])
+        held = file["acquisition"]
+        if name in held:
+            n_trials, n_times = len(file["intervals/trials/id"]), arrays["time"].size
+            values = held[name]["data"][: n_trials * n_times]
+            values = values.reshape(n_trials, n_times, *values.shape[1:])
+        else:
+            titles = sorted(title for title in held if title.rpartition("_")[0] == name)
+            values = np.stack([held[title]["data"][...] for title in titles])
         order = [
             "trial",
             "time",

@@ -8,7 +8,6 @@ import math
 import os
 import re
 import shutil
-from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -410,8 +409,8 @@ def _make_column(values: np.ndarray) -> Any:
     return column
 
 
-# Neurodata Without Borders: one TimeSeries per variable and trial; needs the extra ``nwb`` to
-# write.
+# Neurodata Without Borders: one TimeSeries per variable on the session's clock; needs the extra
+# ``nwb`` to write.
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
 _UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
@@ -433,12 +432,15 @@ def save_nwb(
     experimenter: str = "",
     institution: str = "",
 ) -> None:
-    """Write a Dataset as NWB: acquisition ``angle_000000`` … of shape (time, …), a table of trials,
-    and the notes; trains of spikes become the table ``units``.
+    """Write a Dataset as NWB: a series per variable, such as acquisition ``angle`` (time, sensor),
+    a table of trials, and the notes; trains of spikes become the table ``units``.
 
     All trials share the session's clock: trial k starts at k · (its length + 1 s), because a
-    Dataset does not hold when it was recorded, and points at its series. nwbinspector finds nothing
-    critical and no violation; what it suggests beside is given by the words below.
+    Dataset does not hold when it was recorded. A series holds the trials one after the other, each
+    sample with its time, so that ``start_time`` and ``stop_time`` of the table cut them out. Where
+    all trials together have fewer samples than a series has channels, rows of NaN after the last
+    trial make time the longest dim, as NWB asks. nwbinspector finds nothing critical and no
+    violation; what it suggests beside is given by the words below.
 
     Parameters
     ----------
@@ -499,7 +501,8 @@ def save_nwb(
         experimenter=experimenter or None,
         institution=institution or None,
     )
-    _add_trials(file, dataset, _add_series(file, dataset, series))
+    _add_series(file, dataset, series)
+    _add_trials(file, dataset)
     if "spike_time" in dataset:
         _add_units(file, dataset)
     write_nwb(file, path)
@@ -597,22 +600,17 @@ def make_subject(
     )
 
 
-def _make_clock(dataset: xr.Dataset) -> Callable[[int], dict[str, Any]]:
-    """Trial → its place on the session's clock [s]: start and rate where samples are even."""
-    seconds = dataset.time.values * 1e-3
-    length = float(seconds[-1] - seconds[0]) + PAUSE
-    step = np.diff(seconds)
-    if seconds.size > 1 and np.ptp(step) <= 1e-6 * step.mean():
-        rate = float(np.round(1 / step.mean(), 6))
-        return lambda k: {"starting_time": float(seconds[0]) + k * length, "rate": rate}
-    return lambda k: {"timestamps": seconds + k * length}
+def _find_starts(dataset: xr.Dataset) -> np.ndarray:
+    """When each trial's first sample is taken (trial,) [s], on the session's clock."""
+    first, last = (float(dataset.time[k]) * 1e-3 for k in (0, -1))
+    return first + (last - first + PAUSE) * np.arange(dataset.sizes["trial"])
 
 
 def _add_units(file: Any, dataset: xr.Dataset) -> None:
     """Each unit's spikes of all trials on the session's clock, and what its labels say of it."""
     ordered = dataset["spike_time"].transpose("trial", "unit", "event").values
     seconds = dataset.time.values * 1e-3
-    starts = (float(seconds[-1] - seconds[0]) + PAUSE) * np.arange(len(ordered))
+    starts = _find_starts(dataset) - seconds[0]
     labels = {
         str(name): item
         for name, item in dataset.coords.items()
@@ -632,32 +630,37 @@ def _add_units(file: Any, dataset: xr.Dataset) -> None:
             unit_name=str(name),
             **values,
         )
+    if file.units is not None:
+        file.units.resolution = float(np.spacing(last))  # [s] times are not rounded to samples
 
 
-def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> list[list[Any]]:
-    """Each variable of each trial as a series of its own; the series of each trial."""
+def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> None:
+    """Each variable as one series: the trials one after the other, each sample with its time."""
     from pynwb import TimeSeries
 
-    clock = _make_clock(dataset)
-    held: list[list[Any]] = [[] for _ in range(dataset.sizes["trial"])]
+    within = (dataset.time.values - float(dataset.time[0])) * 1e-3
+    times = (_find_starts(dataset)[:, None] + within).ravel()
     for name in names:
         ordered = dataset[name].transpose("trial", "time", ...)
+        values = ordered.values.reshape(times.size, *ordered.shape[2:])
+        short = max((*values.shape[1:], times.size)) - times.size
+        step = float(within[-1] / max(len(within) - 1, 1)) or 1e-3
+        clock = np.r_[times, times[-1] + step * (1 + np.arange(short))]
+        words = f"{name}, {' × '.join(['time', *map(str, ordered.dims[2:])])}; trials in a row"
+        if short:
+            words += f"; the last {short} samples are empty"
+            values = np.concatenate([values, np.full((short, *values.shape[1:]), np.nan)])
         unit = str(ordered.attrs.get("units", "unknown"))
-        for index, series in enumerate(held):
-            values, title = ordered.values[index], f"{name}_{index:06d}"
-            words = (
-                f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
-            )
-            series.append(
-                TimeSeries(
-                    name=title, data=values, unit=unit, description=words, **clock(index)
-                )
-            )
-            file.add_acquisition(series[-1])
-    return held
+        kept: dict[str, Any] = {"timestamps": clock}
+        steps = np.diff(clock)
+        if steps.size and np.ptp(steps) <= 1e-6 * steps.mean():  # one trial
+            kept = {"starting_time": clock[0], "rate": float(np.round(1 / steps.mean(), 6))}
+        file.add_acquisition(
+            TimeSeries(name=name, data=values, unit=unit, description=words, **kept)
+        )
 
 
-def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:
+def _add_trials(file: Any, dataset: xr.Dataset) -> None:
     labels = {
         str(name): item for name, item in dataset.variables.items() if item.dims == ("trial",)
     }
@@ -665,13 +668,11 @@ def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:
         file.add_trial_column(
             name=name, description=f"{name} [{item.attrs.get('units', 'as named')}]"
         )
-    for index in range(dataset.sizes["trial"]):
+    length = float(dataset.time[-1] - dataset.time[0]) * 1e-3
+    for index, start in enumerate(_find_starts(dataset)):
         values = {name: item.values[index] for name, item in labels.items()}
         plain = {
             name: str(value) if isinstance(value, str) else value
             for name, value in values.items()
         }
-        series = held[index]
-        start = series[0].starting_time if series[0].rate else float(series[0].timestamps[0])
-        stop = start + float(dataset.time[-1] - dataset.time[0]) * 1e-3
-        file.add_trial(start_time=start, stop_time=stop, timeseries=series, **plain)
+        file.add_trial(start_time=start, stop_time=start + length, **plain)

@@ -1,0 +1,54 @@
+"""A classifier of the user's own, from a file, wherever a classifier is named."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from feeler.cli.app import app
+from feeler.cli.choose import name_reader
+from feeler.decoding import READERS
+from feeler.decoding.classifiers import describe_reader
+from feeler.errors import InvalidInput
+
+CODE = """
+from feeler.decoding import make_lda
+
+def make():
+    return make_lda({n})
+"""
+
+
+@pytest.fixture
+def own(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(CODE.format(n=3))
+    yield file
+    for name in [name for name in READERS if str(tmp_path) in name]:
+        READERS.unregister(name)
+
+
+def test_a_function_of_a_file_gives_a_classifier_and_its_text_is_its_identity(own):
+    text = f"{own}:make"
+    assert READERS[name_reader(text)]()[0].n_components == 3
+    assert name_reader(text) == text  # again
+    before = describe_reader(text)
+    own.write_text(CODE.format(n=4))
+    assert describe_reader(text) != before
+    with pytest.raises(InvalidInput, match="has no function 'other'"):
+        name_reader(f"{own}:other")
+    with pytest.raises(
+        InvalidInput, match=r"no file .*a classifier of your own is file.py:func"
+    ):
+        name_reader(f"{own}x.py:make")
+    with pytest.raises(InvalidInput, match="unknown reader 'nobody'"):
+        name_reader("nobody")
+
+
+def test_tradeoff_asks_it(own, tmp_path):
+    words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--reader", f"{own}:make", "--json"]
+    words += ["--out", tmp_path / "out", "--workers", 1]
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    assert done.exit_code == 0, done.output
+    assert f"{own}:make" in done.stdout
+    assert json.loads(done.stdout[done.stdout.index("{") :])
