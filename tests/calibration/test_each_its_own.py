@@ -50,13 +50,15 @@ def test_fitted_traces_stand_in_the_order_of_the_recorded_ones_each_with_its_own
 ):
     asked = []
 
-    def simulate(hinges, xs, how, time, places, shifts):
-        asked.append((xs, places.tolist(), shifts))
-        return np.array([[np.full(4, 10 * xs[0] + place) for place in places]])
+    def simulate(antennas, how, time, places, shifts):
+        asked.append((antennas, places.tolist(), shifts))
+        return np.array([[np.full(4, 10 * antennas[0] + place) for place in places]])
 
-    monkeypatch.setattr(own, "_simulate_steps", simulate)
+    hinges = SimpleNamespace(build=lambda p: p, to_p=lambda x: x)
+
+    monkeypatch.setattr(own, "simulate_steps", simulate)
     found = [SimpleNamespace(x=1.0, shift=0.3), SimpleNamespace(x=2.0, shift=0.7)]
-    rows = own._simulate_all(make_traces(), None, found, None)
+    rows = own._simulate_all(make_traces(), hinges, found, None)
     assert rows[:, 0].tolist() == [10.4, 21.0, 11.0, 10.7]
     assert asked == [([1.0], [0.4, 0.7, 1.0], [0.3]), ([2.0], [1.0], [0.7])]
 
@@ -73,18 +75,17 @@ def test_a_step_is_told_as_a_share_of_the_last_place_while_it_is_held():
         return [(step, one) for one in moved]
 
     how = SimpleNamespace(simulate_steps=run)
-    hinges, time = make_scale(antenna), np.array([0.0, 4.0, 10.0])
-    xs = [np.zeros(2), np.ones(2)]
-    found = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [0.0, 5.0])
+    antennas, time = [antenna, antenna], np.array([0.0, 4.0, 10.0])
+    found = own.simulate_steps(antennas, how, time, [0.3, 1.0], [0.0, 5.0])
     assert asked == [(2, [0.3, 1.0])]
     for one, shift in zip(found, (0.0, 5.0), strict=True):
         wanted = np.array([[0.25], [1.0]]) * np.exp(-(time + shift) / 20)
         np.testing.assert_allclose(one, wanted, rtol=1e-6)
-    early = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [-3.0, 0.0])[0]
+    early = own.simulate_steps(antennas, how, time, [0.3, 1.0], [-3.0, 0.0])[0]
     np.testing.assert_allclose(early[:, 0], [0.25, 1.0])  # it is held before
     with pytest.raises(FeelerError, match="no"):
         failed = SimpleNamespace(simulate_steps=lambda *given: [FeelerError("no")])
-        own._simulate_steps(hinges, xs[:1], failed, time)
+        own.simulate_steps(antennas[:1], failed, time)
 
 
 def test_what_is_fitted_is_every_point_as_a_share_of_the_outermost(monkeypatch):
@@ -96,8 +97,8 @@ def test_what_is_fitted_is_every_point_as_a_share_of_the_outermost(monkeypatch):
         return SimpleNamespace(x=start, cost=0.5, jac=np.eye(len(start)))
 
     monkeypatch.setattr(own, "least_squares", stop)
-    monkeypatch.setattr(own, "_simulate_steps", lambda *given: np.ones((1, 3, TIME.size)))
-    monkeypatch.setattr(own, "_subtract", lambda some, goal: goals.append(goal) or some)
+    monkeypatch.setattr(own, "simulate_steps", lambda *given: np.ones((1, 3, TIME.size)))
+    monkeypatch.setattr(own, "subtract", lambda some, goal: goals.append(goal) or some)
     traces = make_traces()
     fitted = own._fit_one(traces, "b", make_scale(make_small()), Protocol(), "trace")
     rows = traces.take("b")[1] / 7.0
@@ -108,10 +109,10 @@ def test_what_is_fitted_is_every_point_as_a_share_of_the_outermost(monkeypatch):
 def test_what_other_numbers_can_undo_is_taken_away():
     jacobian = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, 0.0]])
     others = np.array([[1.0], [1.0], [0.0]])
-    left = own._project(jacobian, others)
+    left = own.project(jacobian, others)
     np.testing.assert_allclose(others.T @ left, 0.0, atol=1e-12)
     np.testing.assert_allclose(left, [[0.5, 0.5], [-0.5, -0.5], [3.0, 0.0]], atol=1e-12)
-    assert own._project(jacobian, np.empty((3, 0))) is jacobian
+    assert own.project(jacobian, np.empty((3, 0))) is jacobian
 
 
 def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():

@@ -31,7 +31,7 @@ LAYERS = (
     {"presets", "study"},
     {"plotting"},
     {"report"},
-    {"active", "comparison", "design", "studio", "tradeoff"},
+    {"active", "animal", "comparison", "design", "studio", "tradeoff"},
     {"paper", "__init__"},
     {"cli", "__main__"},
 )
