@@ -12,6 +12,7 @@ from feeler.tracking.kinematics import (
     measure_exploration,
     measure_posture,
 )
+from feeler.tracking.motion import make_base_motion
 from feeler.tracking.quality import make_synthetic_tracks, save_dltdv
 from feeler.tracking.tracks import LANDMARKS, Tracks, load_tracks, save_poses
 
@@ -25,6 +26,7 @@ __all__ = [
     "compute_antenna_angle",
     "find_sweeps",
     "load_tracks",
+    "make_base_motion",
     "make_synthetic_tracks",
     "measure_exploration",
     "measure_posture",
