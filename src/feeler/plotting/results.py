@@ -588,6 +588,18 @@ def draw_prediction(found: Any, figure: Figure | None = None) -> Figure:
     return figure
 
 
+def draw_study(study: Any) -> Figure:
+    """What a study found: a prediction, else the fit, else the antenna's shape."""
+    if study.predictions:
+        return draw_prediction(study.predictions[0])
+    if study.fit is not None:
+        return draw_measurements(study.fit)
+    figure = _open(3.0)
+    if study.antenna is not None:
+        figure.subplots().plot(*study.antenna.shape()[:, :2].T)
+    return figure
+
+
 def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> Figure:
     """Force against deflection: as measured (dots) and of an antenna (lines), the force at rest
     taken off.
