@@ -165,8 +165,9 @@ def test_the_example_is_named_synthetic():
         ("time_ms,a\n0,1e200\n", "line 2, column 'a': '1e200' is larger than"),
         ("time_ms,a\n0,1\n1\n", "line 3: 1 cells"),
         (
-            "time_ms,a\n" + "\n".join(f"{k},{'' if k == 5 else 20 - k}" for k in range(20)),
-            "trace 'a' has 1 missing",
+            "time_ms,a\n"
+            + "\n".join(f"{k},{'' if 5 <= k < 12 else 20 - k}" for k in range(20)),
+            r"a is missing from sample 5 to 11.*max_gap=7",
         ),
         ("time_ms,a\n" + "\n".join(f"{-k},{20 - k}" for k in range(20)), "time must rise"),
     ],

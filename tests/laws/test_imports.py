@@ -30,7 +30,7 @@ LAYERS = (
     {"presets", "study"},
     {"plotting"},
     {"report"},
-    {"active", "comparison", "design", "studio", "tradeoff"},
+    {"active", "animal", "comparison", "design", "studio", "tradeoff"},
     {"paper", "__init__"},
     {"cli", "__main__"},
 )

@@ -3,7 +3,7 @@
 import ast
 import operator
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -237,15 +237,20 @@ def evaluate(formula: str, names: Mapping[str, np.ndarray]) -> np.ndarray:
 
 _DENSITIES = (1e-4, 2e-2)  # [C] g/mm3; beams outside are warned of
 _MODULI = (1e-1, 1e6)  # [C] MPa; from resilin to diamond
+# [C] a fifth of the smallest and five times the largest antenna and whisker that is known
+_LENGTHS = (0.05, 2e3)  # mm
+_RADII = (5e-4, 10.0)  # mm
 
-Along = float | str | Callable[[np.ndarray], Any]
-"""One number, or a formula or function of the place x along the length (0 base, 1 tip)."""
+Along = float | str | Sequence[float] | np.ndarray | Callable[[np.ndarray], Any]
+"""One number, a formula or function of the place x along the length (0 base, 1 tip), or a row of
+each segment's.
+"""
 
 
 @np.errstate(all="ignore")  # the antenna refuses what is no finite number
 def compute_beam(
-    length: float,
-    n_segments: int,
+    length: float | Sequence[float] | np.ndarray,
+    n_segments: int | None,
     radius: Along | None,
     width: Along | None,
     thickness: Along | None,
@@ -260,18 +265,17 @@ def compute_beam(
         thickness is None
     ):
         raise InvalidInput("a beam needs either radius [mm], or width and thickness [mm].")
-    for name, value in (("length", length), ("n_segments", n_segments)):
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
-    size = length / n_segments
-    hinge = np.arange(n_segments) / n_segments
-    middle = hinge + 0.5 / n_segments
+    size, ends = _divide(length, n_segments)
+    even, hinge = np.ndim(length) == 0, ends[:-1]
+    middle = hinge + (0.5 / size.size if even else 0.5 * size / size.sum())
+    given = (radius, width, thickness, modulus, density, damping_time, shear_modulus)
+    radius, width, thickness, modulus, density, damping_time, shear_modulus = (
+        _interpolate(value, middle) for value in given
+    )
     if radius is not None:
-        area, moment = (
-            np.pi * _at("radius", radius, middle) ** 2,
-            np.pi / 4 * _at("radius", radius, hinge) ** 4,
-        )
         half = _at("radius", radius, middle)
+        area = np.pi * half**2
+        moment = np.pi / 4 * _at("radius", radius, hinge) ** 4
     else:
         area = _at("width", width, middle) * _at("thickness", thickness, middle)
         moment = _at("width", width, hinge) * _at("thickness", thickness, hinge) ** 3 / 12
@@ -279,12 +283,13 @@ def compute_beam(
     firm, heavy = _at("modulus", modulus, hinge), _at("density", density, middle)
     _doubt("density", heavy, _DENSITIES, "g/mm3 (water: 1e-3)")
     _doubt("modulus", firm, _MODULI, "MPa (cuticle: some 1e3)")
-    stiffness = firm * moment / size
-    stiffness[0] *= (
-        2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves
-    )
+    _doubt("length", np.array([size.sum()]), _LENGTHS, "mm, not µm or m (a cockroach: 42)")
+    _doubt("radius", half, _RADII, "mm, not µm or m (a cockroach: 0.2)")
+    # a hinge bends for the halves of the segments beside it, hinge 1 for one half
+    reach = 0.5 * np.concatenate([size[:1], size[:-1] + size[1:]])
+    stiffness = firm * moment / reach
     found = {
-        "segment_length": np.full(n_segments, size),
+        "segment_length": size,
         "segment_mass": heavy * area * size,
         "radius": half,
         "stiffness": stiffness,
@@ -293,7 +298,54 @@ def compute_beam(
     if planes == 1:
         return found
     section = radius, width, thickness
-    return found | _bend_in_space(found, section, modulus, density, planes, shear_modulus)
+    if even:
+        middle = (np.arange(size.size) + 0.5) / size.size
+    places = ends, middle, reach
+    return found | _bend_in_space(
+        found, section, modulus, density, planes, shear_modulus, places
+    )
+
+
+def _divide(
+    length: float | Sequence[float] | np.ndarray, n_segments: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths (segment,) [mm], and the places of hinges and tip (segment + 1,), 0 to 1."""
+    if isinstance(length, float | int | np.number):
+        n = 60 if n_segments is None else n_segments
+        for name, value in (("length", length), ("n_segments", n)):
+            if not (np.isfinite(value) and value > 0):
+                raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
+        return np.full(n, length / n), np.arange(n + 1) / n
+    size = np.asarray(length, dtype=float)
+    if size.ndim != 1 or not size.size or not np.all(np.isfinite(size) & (size > 0)):
+        raise InvalidInput(
+            "length must be one number, or the lengths of all segments, finite and > 0, got"
+            f" {show(length)}."
+        )
+    if n_segments not in (None, size.size):
+        raise InvalidInput(
+            f"length holds the lengths of {size.size} segments, but n_segments is {n_segments}."
+            " Leave n_segments out."
+        )
+    ends = np.concatenate([[0.0], np.cumsum(size)]) / size.sum()
+    ends[-1] = 1.0
+    return size, ends
+
+
+def _interpolate(value: Any, middle: np.ndarray) -> Any:
+    """Numbers for each segment, as a function of the place: they hold at the segments' middles,
+    are linear between them and go on so to both ends, but not below half of the last.
+    """
+    if value is None or isinstance(value, str) or callable(value) or np.ndim(value) != 1:
+        return value
+    values = np.asarray(value)
+    if values.shape != middle.shape or values.dtype.kind not in "fiu" or values.size < 2:
+        return value  # refused where the quantity is known
+    slope = (values[[1, -1]] - values[[0, -2]]) / (middle[[1, -1]] - middle[[0, -2]])
+    ends = values[[0, -1]] + slope * ([0.0, 1.0] - middle[[0, -1]])
+    first, last = np.maximum(ends, 0.5 * values[[0, -1]])
+    knots, heights = np.array([0.0, *middle, 1.0]), np.array([first, *values, last])
+    return lambda x: np.interp(x, knots, heights)
 
 
 def _measure_section(
@@ -319,6 +371,7 @@ def _bend_in_space(
     density: Along,
     planes: int,
     shear_modulus: Along | None,
+    places: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> dict[str, np.ndarray]:
     """What is different in space: hinges of each plane, and segments that are frusta."""
     if planes not in (2, 3):
@@ -327,17 +380,15 @@ def _bend_in_space(
         raise InvalidInput(
             "torsion needs its stiffness: give shear_modulus [MPa] with planes=3, and only then."
         )
-    n, size = len(plane["segment_length"]), plane["segment_length"][0]
-    hinge, middle = np.arange(n) / n, (np.arange(n) + 0.5) / n
-    ends = np.arange(n + 1) / n
+    (ends, middle, reach), size = places, plane["segment_length"]
+    hinge = ends[:-1]
     area, _, _, thick = _measure_section(ends, *section)
     _, moment, twist, _ = _measure_section(hinge, *section)
     whole = (area[:-1] + 4 * _measure_section(middle, *section)[0] + area[1:]) / 6
     moduli = [_at("modulus", modulus, hinge) * moment]
     if shear_modulus is not None:
         moduli.append(_at("shear_modulus", shear_modulus, hinge) * twist)
-    others = np.array(moduli) / size
-    others[:, 0] *= 2  # as in the plane
+    others = np.array(moduli) / reach
     stiffness = np.concatenate([plane["stiffness"][None], others])
     return {
         "segment_mass": _at("density", density, middle) * whole * size,

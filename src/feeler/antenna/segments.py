@@ -1,5 +1,6 @@
 """An antenna: rigid segments joined by damped hinge springs, in one plane or in space."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
@@ -265,24 +266,26 @@ class Antenna(Record):
     def from_beam(
         cls,
         *,
-        length: float,
+        length: float | Sequence[float] | np.ndarray,
         modulus: Along,
         density: Along,
         radius: Along | None = None,
         width: Along | None = None,
         thickness: Along | None = None,
-        n_segments: int = 60,
+        n_segments: int | None = None,
         damping_time: Along = 0.0,
         planes: Literal[1, 2, 3] = 1,
         shear_modulus: Along | None = None,
         **fields: Any,
     ) -> "Antenna":
-        """An antenna by its making: k = E·I/ℓ in each hinge (twice that in hinge 1, which stands
-        for half a segment), m = ρ·A·ℓ.
+        """An antenna by its making: m = ρ·A·ℓ, and k = E·I/ℓ in each hinge, with ℓ the halves of
+        the segments beside it (of one segment in hinge 1).
 
-        ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa], ``density`` [g/mm³] and
-        ``damping_time`` [ms] are numbers, or functions or formulas of the place x, 0 at the base
-        and 1 at the tip: ``lambda x: 0.2 - 0.15 * x`` or ``"0.2 - 0.15 * x"``. The section is a
+        ``length`` [mm] is that of the whole in ``n_segments`` (60) even segments, or a row of all
+        segments' lengths. ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa], ``density``
+        [g/mm³] and ``damping_time`` [ms] are numbers, or functions or formulas of the place x, 0 at
+        the base and 1 at the tip: ``lambda x: 0.2 - 0.15 * x`` or ``"0.2 - 0.15 * x"``, or a row of
+        their values in the segments' middles, linear between them. The section is a
         full circle of ``radius``, or a strip that bends across its ``thickness``. Damping is
         ``damping_time`` times stiffness. Other ``fields`` (sensors, rest_angle, name) are the
         antenna's own.
@@ -296,6 +299,11 @@ class Antenna(Record):
         ------
         InvalidInput
             No section or two, or a quantity that is not > 0 all along.
+
+        Warns
+        -----
+        ModelValidityWarning
+            Density, modulus, length or radius are those of another unit rather than of an antenna.
         """
         beam = compute_beam(
             length,

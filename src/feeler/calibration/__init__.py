@@ -1,5 +1,6 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
 
+from feeler.calibration.films import Film, join_films, load_film, make_film
 from feeler.calibration.fitting import (
     METHODS,
     EigenParameters,
@@ -15,6 +16,22 @@ from feeler.calibration.fitting import (
     walk_sloppy_direction,
 )
 from feeler.calibration.hinges import FAMILIES, Band, Hinges, compute_band, make_hinges
+from feeler.calibration.joint import (
+    MeasurementFit,
+    Measurements,
+    Prediction,
+    Ratios,
+    fit_measurements,
+    make_factors,
+    measure_impulse_film,
+    predict_release,
+)
+from feeler.calibration.measurements import (
+    ForceCurve,
+    compute_force,
+    load_forces,
+    load_microscope,
+)
 from feeler.calibration.problem import (
     Measured,
     Problem,
@@ -44,13 +61,19 @@ __all__ = [
     "METHODS",
     "Band",
     "EigenParameters",
+    "Film",
     "Fit",
+    "ForceCurve",
     "Hinges",
     "Measured",
+    "MeasurementFit",
+    "Measurements",
     "Minimum",
+    "Prediction",
     "Problem",
     "Profiles",
     "Protocol",
+    "Ratios",
     "Target",
     "Targets",
     "TraceFit",
@@ -59,20 +82,30 @@ __all__ = [
     "bootstrap",
     "compute_band",
     "compute_distance",
+    "compute_force",
     "compute_profiles",
     "compute_residuals",
     "compute_symmetric_accuracy",
     "find_release",
     "find_rest",
     "fit",
+    "fit_measurements",
     "fit_traces",
+    "join_films",
+    "load_film",
+    "load_forces",
+    "load_microscope",
     "load_targets",
     "load_traces",
+    "make_factors",
+    "make_film",
     "make_hinges",
     "make_starts",
     "make_synthetic_traces",
     "make_targets",
+    "measure_impulse_film",
     "measure_trace",
+    "predict_release",
     "search",
     "walk_sloppy_direction",
 ]

@@ -228,6 +228,34 @@ class Protocol(Record):
         self._add(outcomes, antennas, self._step_scene, [self.step_duration], read)
         return [outcome.get("error") or outcome["moved"] for outcome in outcomes]
 
+    def simulate_ratios(
+        self, antennas: Sequence[Antenna], places: Sequence[float] | np.ndarray
+    ) -> np.ndarray:
+        """Deflections (antenna, place) over the tip's after an impulse, when the tip is farthest
+        out; ``places`` are fractions of the length.
+        """
+        outcomes: list[dict] = [{} for _ in antennas]
+        longest = max(antenna.length for antenna in antennas) / self.speed
+        durations = [IMPULSE_LEAD + share * longest + 5.0 for share in _IMPULSE_TRAVEL]
+
+        def read(*asked: Any) -> dict[str, Any] | None:
+            ratios = self._read_ratios(tuple(map(float, places)), *asked)
+            return None if ratios is None else {"ratios": ratios}
+
+        self._add(outcomes, antennas, self._impulse_scene, durations, read)
+        for outcome in outcomes:
+            if "error" in outcome:
+                raise outcome["error"]
+        return np.array([outcome["ratios"] for outcome in outcomes])
+
+    def simulate_postures(self, antenna: Antenna, time: np.ndarray) -> np.ndarray:
+        """Base, hinges and tip (sample, joint, 2) [mm] at times [ms] after a step."""
+        (motion,) = self._run([self._step_scene(antenna)], self.step_duration)
+        if isinstance(motion, Exception):
+            raise motion
+        index = np.clip(np.searchsorted(motion.time, time), 0, motion.time.size - 1)
+        return antenna.shape(motion.angle[index])
+
     def _add(
         self,
         outcomes: list[dict],
@@ -298,14 +326,24 @@ class Protocol(Record):
         ratio = float(compute_modes(antenna, 1).damping_ratio[0])
         return {"overdamped": True, "frequency": 0.0, "damping_ratio": max(1.0, ratio)}
 
-    def _read_impulse(
-        self, antenna: Antenna, scene: Scene, motion: Motion, last: bool
-    ) -> dict[str, float] | None:
-        impulse: Impulse = measure_impulse(scene, motion, tuple(_IMPULSE_POINTS.values()))
+    def _read_impulse(self, *asked: Any) -> dict[str, float] | None:
+        ratios = self._read_ratios(tuple(_IMPULSE_POINTS.values()), *asked)
+        if ratios is None:
+            return None
+        return dict(zip(_IMPULSE_POINTS, map(float, ratios), strict=True))
+
+    def _read_ratios(
+        self,
+        places: tuple[float, ...],
+        antenna: Antenna,
+        scene: Scene,
+        motion: Motion,
+        last: bool,
+    ) -> np.ndarray | None:
+        impulse: Impulse = measure_impulse(scene, motion, places)
         if not last and np.any(impulse.force[-1] != 0):
             return None  # the cylinder still pushes: the tip may go on
-        ratios = measure_deflection_ratios(impulse.time, impulse.deflection, impulse.tip)
-        return dict(zip(_IMPULSE_POINTS, map(float, ratios), strict=True))
+        return measure_deflection_ratios(impulse.time, impulse.deflection, impulse.tip)
 
 
 def _read(

@@ -20,7 +20,7 @@ from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
-from feeler.records import ALLOW_NAN, Choice, Gt, Record, Shown
+from feeler.records import ALLOW_NAN, Choice, Gt, Record, Shown, freeze
 from feeler.tensors.table import Table, parse_table, read_table
 from feeler.validation import Count, checked
 
@@ -28,6 +28,7 @@ from feeler.validation import Count, checked
 
 _TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
 _EXAMPLE = "synthetic_step"
+MAX_GAP = 5  # [C] samples, as in tracks
 
 
 class Traces(Record):
@@ -44,6 +45,8 @@ class Traces(Record):
         (trace, sample), in any unit.
     found : bool
         Whether the release was found in the traces, and is thus known to a few samples only.
+    bridged : np.ndarray
+        Samples (trace, sample) that were missing and are filled in; a fit leaves them out.
     """
 
     time: Annotated[np.ndarray, "sample", ALLOW_NAN]
@@ -51,6 +54,7 @@ class Traces(Record):
     names: tuple[str, ...]
     source: str = "recorded"
     found: bool = False
+    bridged: Annotated[np.ndarray, "trace? sample?"] = False  # type: ignore[assignment]  # none
 
     def _check(self) -> None:
         if self.displacement.shape != (len(self.names), self.time.size):
@@ -61,6 +65,8 @@ class Traces(Record):
             )
         if len(set(self.names)) < len(self.names):
             raise InvalidInput(f"Traces need names that differ, got {', '.join(self.names)}.")
+        shape = self.displacement.shape
+        vars(self)["bridged"] = freeze(np.broadcast_to(self.bridged, shape), bool)
         for name, row in zip(self.names, self.displacement, strict=True):
             check_trace(self.time, row, f"trace {name!r}")
             get_place(name)
@@ -72,10 +78,26 @@ class Traces(Record):
 
     def take(self, animal: str) -> tuple[np.ndarray, np.ndarray]:
         """Places (point,), rising, and displacements (point, sample) of one animal."""
+        rows = self._list_rows(animal)
+        return np.array([get_place(self.names[k]) for k in rows]), self.displacement[rows]
+
+    def take_seen(self, animal: str) -> np.ndarray:
+        """Whether its samples (point, sample) were recorded and not filled in."""
+        return ~self.bridged[self._list_rows(animal)]
+
+    def select(self, animal: str) -> "Traces":
+        """The traces of one animal."""
+        rows = self._list_rows(animal)
+        return self.replace(
+            names=[self.names[k] for k in rows],
+            displacement=self.displacement[rows],
+            bridged=self.bridged[rows],
+        )
+
+    def _list_rows(self, animal: str) -> list[int]:
+        """The rows of one animal, base to tip."""
         rows = [k for k, name in enumerate(self.names) if name.partition("@")[0] == animal]
-        places = np.array([get_place(self.names[k]) for k in rows])
-        order = np.argsort(places)
-        return places[order], self.displacement[rows][order]
+        return sorted(rows, key=lambda k: get_place(self.names[k]))
 
 
 def get_place(name: str) -> float:
@@ -98,6 +120,7 @@ def load_traces(
     *,
     frame_rate: Annotated[float, Gt(0)] | None = None,
     release: Annotated[str, Choice(("first", "found"))] = "first",
+    max_gap: int = MAX_GAP,
 ) -> Traces:
     """Traces from a CSV table: a column of time or frames, and a named column per animal.
 
@@ -115,6 +138,9 @@ def load_traces(
         ``first``: the first sample is the release and displacement is from rest. ``found``: traces
         begin while held and end at rest; release and rest are found in each animal's outermost
         point (:func:`find_release`).
+    max_gap
+        Longest gap (empty cells) that is filled in [samples]; what is filled in does not count in a
+        fit.
 
     Raises
     ------
@@ -135,15 +161,49 @@ def load_traces(
         )
     time, column = _read_time(table, frame_rate)
     names = tuple(name for name in table.columns if name != column)
-    displacement = np.delete(table.values, table.columns.index(column), axis=1).T
+    moved = np.delete(table.values, table.columns.index(column), axis=1)
+    bridged = np.isnan(moved)
+    displacement = bridge(moved, max_gap, names, table.source).T
     words = " ".join((str(path), *table.notes.keys(), *table.notes.values())).lower()
     traces = Traces(
         time=time - time[0] if len(time) else time,
         displacement=displacement,
         names=names,
         source="synthetic" if "synthetic" in words else "recorded",
+        bridged=bridged.T,
     )
-    return traces if release == "first" else _cut_at_release(traces)
+    return traces if release == "first" else cut_at_release(traces)
+
+
+def bridge(
+    values: np.ndarray, max_gap: int, names: Sequence[str], source: str, first: int = 0
+) -> np.ndarray:
+    """Values (sample, column) in which gaps of at most ``max_gap`` samples are filled by a monotone
+    cubic (PCHIP) through the others.
+
+    Raises
+    ------
+    InvalidInput
+        A longer gap, or one at either end; ``first`` is the number of the first sample there.
+    """
+    missing = np.isnan(values)
+    if not missing.any():
+        return values
+    for name, column in zip(names, missing.T, strict=True):
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], column, [0]))))
+        for start, stop in edges.reshape(-1, 2):
+            if stop - start > max_gap or start == 0 or stop == len(column):
+                where = f"from sample {first + start} to {first + stop - 1}"
+                raise InvalidInput(
+                    f"{source}: {name} is missing {where}. Gaps of up to {max_gap} samples are"
+                    f" filled in; with max_gap={stop - start} this one would be, and it would not"
+                    " count in the fit. Or cut the trace."
+                    if start and stop < len(column)
+                    else f"{source}: {name} is missing {where}, at an end. Cut the trace there."
+                )
+    from pandas import DataFrame
+
+    return DataFrame(values).interpolate(method="pchip").to_numpy()
 
 
 def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]:
@@ -169,21 +229,27 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
 
 
 @checked
-def _cut_at_release(traces: Traces) -> Traces:
+def cut_at_release(traces: Traces) -> Traces:
     """Traces from rest, each animal's cut at its own release (:func:`find_release`).
 
     All are as long as the shortest.
     """
     parts: dict[str, np.ndarray] = {}
+    filled: dict[str, np.ndarray] = {}
     for animal in traces.animals:
         points = [name for name in traces.names if name.partition("@")[0] == animal]
         rows = {name: traces.displacement[traces.names.index(name)] for name in points}
         outermost = max(points, key=get_place)
         first, _ = find_release(rows[outermost], f"trace {outermost!r}")
         parts |= {name: row[first:] - find_rest(row) for name, row in rows.items()}
+        filled |= {name: traces.bridged[traces.names.index(name)][first:] for name in points}
     count = min(map(len, parts.values()))
-    together = np.array([parts[name][:count] for name in traces.names])
-    return traces.replace(time=traces.time[:count], displacement=together, found=True)
+    together, bridged = (
+        np.array([found[name][:count] for name in traces.names]) for found in (parts, filled)
+    )
+    return traces.replace(
+        time=traces.time[:count], displacement=together, bridged=bridged, found=True
+    )
 
 
 # What one recorded trace shows in spite of its noise: where it is released, where it comes to
@@ -313,7 +379,7 @@ def find_release(
 # Fit your own animals: hinges from recorded free responses.
 
 _MAX_ITERATIONS = 25
-_LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
+LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -413,7 +479,7 @@ def fit_traces(
         raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
     hinges = make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
-    late = _LATE[1] * step if traces.found else 0.0
+    late = LATE[1] * step if traces.found else 0.0
     protocol = (protocol or Protocol()).replace(
         step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
     )
@@ -458,7 +524,8 @@ def _simulate_all(
     rows: dict[str, np.ndarray] = {}
     for animal, one in zip(traces.animals, found, strict=True):
         places = traces.take(animal)[0]
-        moved = _simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
+        antenna = hinges.build(hinges.to_p(one.x))
+        moved = simulate_steps([antenna], protocol, traces.time, places, [one.shift])[0]
         rows |= {
             f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
         }
@@ -484,22 +551,21 @@ def _measure_spread(
     return xs[0], covariance, student.ppf(upper, max(n - xs.shape[1], 1)), words
 
 
-def _simulate_steps(
-    hinges: Hinges,
-    xs: Sequence[np.ndarray],
+def simulate_steps(
+    antennas: Sequence[Antenna],
     protocol: Protocol,
     time: np.ndarray,
     places: Sequence[float] | np.ndarray = (1.0,),
     shifts: Sequence[float] | np.ndarray | None = None,
 ) -> np.ndarray:
-    """Displacement (vector, place, sample) after a step at ``time`` + shift [ms] from release.
+    """Displacement (antenna, place, sample) after a step at ``time`` + shift [ms] from release.
 
     1 is the last place's displacement while it is held, as it is before the release.
     """
     found = []
-    outcomes = protocol.simulate_steps([hinges.build(hinges.to_p(x)) for x in xs], places)
+    outcomes = protocol.simulate_steps(antennas, places)
     for outcome, shift in zip(
-        outcomes, np.zeros(len(xs)) if shifts is None else shifts, strict=True
+        outcomes, np.zeros(len(antennas)) if shifts is None else shifts, strict=True
     ):
         if isinstance(outcome, Exception):
             raise outcome
@@ -518,26 +584,27 @@ def _fit_one(
     begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)
     if by == "targets":
         return _Fitted(x=begin[0], residual=begin[1], covariance=np.full((n, n), np.nan))
-    goal = (rows / rows[-1, 0]).ravel()
+    seen = traces.take_seen(animal).ravel()
+    goal = (rows / rows[-1, 0]).ravel() * seen
     step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
     low, high = (
         np.append(bound, late)[: n + traces.found]
-        for bound, late in zip(hinges.bounds, _LATE, strict=True)
+        for bound, late in zip(hinges.bounds, LATE, strict=True)
     )
     scale = np.append(hinges.scale, 1.0)[: n + traces.found]
 
     def simulate(xs: Sequence[np.ndarray]) -> np.ndarray:
         shifts = [step * x[n] if traces.found else 0.0 for x in xs]
-        return _simulate_steps(
-            hinges, [x[:n] for x in xs], protocol, traces.time, places, shifts
-        ).reshape(len(xs), -1)
+        antennas = [hinges.build(hinges.to_p(x[:n])) for x in xs]
+        steps = simulate_steps(antennas, protocol, traces.time, places, shifts)
+        return steps.reshape(len(xs), -1) * seen
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return _subtract(simulate([x]), goal)[0]
+        return subtract(simulate([x]), goal)[0]
 
     def jacobian(x: np.ndarray) -> np.ndarray:
         change = np.diag(0.02 * scale)
-        both = _subtract(simulate([*(x + change), *(x - change)]), goal)
+        both = subtract(simulate([*(x + change), *(x - change)]), goal)
         return ((both[: len(x)] - both[len(x) :]) / (2 * np.diag(change))[:, None]).T
 
     start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low, high)
@@ -550,17 +617,17 @@ def _fit_one(
         max_nfev=_MAX_ITERATIONS,
         xtol=1e-6,
     )
-    variance = 2 * best.cost / max(goal.size - start.size - 1, 1)
+    variance = 2 * best.cost / max(int(seen.sum()) - start.size - 1, 1)
     return _Fitted(
         x=best.x[:n],
         residual=float(np.sqrt(2 * best.cost / np.sum(goal**2))),
         covariance=(variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
-        jacobian=_project(best.jac[:, :n], best.jac[:, n:]),
+        jacobian=project(best.jac[:, :n], best.jac[:, n:]),
         shift=step * float(best.x[n]) if traces.found else 0.0,
     )
 
 
-def _project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
+def project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
     """What of the jacobian's columns the others cannot undo."""
     return (
         jacobian - others @ np.linalg.lstsq(others, jacobian, rcond=None)[0]
@@ -569,7 +636,7 @@ def _project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
     )
 
 
-def _subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
+def subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Simulated − recorded with the simulated amplitude (linear) at its best."""
     amplitude = simulated @ goal / np.einsum("ij,ij->i", simulated, simulated)
     return amplitude[:, None] * simulated - goal
@@ -622,7 +689,7 @@ def make_synthetic_traces(
     time = np.arange(0.0, duration, interval)
     protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
-    tips = _simulate_steps(hinges, list(xs), protocol, time)[:, 0]
+    tips = simulate_steps([hinges.build(np.exp(x)) for x in xs], protocol, time)[:, 0]
     noisy = 8.0 * (tips + noise * rng.standard_normal(tips.shape))
     names = tuple(f"synthetic{k + 1}" for k in range(n_animals))
     return Traces(time=time, displacement=noisy, names=names, source="synthetic")

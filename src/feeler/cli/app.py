@@ -16,7 +16,7 @@ from feeler.terminal import escape, plain_output
 
 _GROUPS = {
     "Touch and see": ("touch", "spikes", "studio", "compare", "antenna", "export"),
-    "Your own animal": ("tracks", "calibrate"),
+    "Your own animal": ("animal", "tracks", "calibrate"),
     "Your own robot": ("robot", "design"),
     "The paper and its questions": ("reproduce", "tradeoff", "active", "wall", "follow"),
     "Data": ("info", "validate", "convert"),

@@ -8,6 +8,10 @@ Examples:
   feeler calibrate --data synthetic_step --out out/calibration    (simulated example data that \
 ship with feeler)
 
+  feeler calibrate --data walkDLC.h5 --points base,tip --frame-rate 500 --antenna mine.toml --at 6
+
+  feeler calibrate --data force.csv --at 8 --antenna mine.toml      columns deflection_um, force_uN
+
   feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 \
 --out out/cricket
 """
@@ -15,7 +19,7 @@ ship with feeler)
 import json
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,14 +38,34 @@ class _CalibrateOptions:
     """What ``feeler calibrate`` is told."""
 
     data: Annotated[
-        str,
+        list[str],
         typer.Option(
             help=(
-                "CSV of releases: a column time_ms, time_s or frame, and one per animal (its tip;"
-                " animal@0.5: at half the length)"
+                "releases or force–deflection; once for each file. A tracker's file with --points;"
+                " a table with time_ms, time_s or frame, and a column per animal; or deflection_um,"
+                " force_uN"
             )
         ),
+    ] = field(default_factory=list)
+    points: Annotated[
+        str,
+        typer.Option(
+            help="landmarks of a tracker's file along the antenna, base to tip: base,tip"
+        ),
     ] = ""
+    individual: Annotated[
+        str | None, typer.Option(help="which animal, of a tracker's file with several")
+    ] = None
+    scale: Annotated[
+        float | None,
+        typer.Option(help="pixels per mm of a tracker's file; not needed for a fit"),
+    ] = None
+    max_gap: Annotated[
+        int,
+        typer.Option(
+            help="longest gap that is filled in [frames]; not counted in the fit", min=0
+        ),
+    ] = 5
     by: Annotated[
         str,
         typer.Option(
@@ -67,7 +91,13 @@ class _CalibrateOptions:
     at: Annotated[
         float | None,
         typer.Option(
-            help="with --data: where the antenna was held [mm from the base]; default 10"
+            help="with --data: where it was held or loaded [mm from the base]; default 10"
+        ),
+    ] = None
+    force_at: Annotated[
+        float | None,
+        typer.Option(
+            help="where a force acts [mm from the base], if not at --at nor in a column"
         ),
     ] = None
     targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
@@ -124,18 +154,132 @@ def calibrate(said: _CalibrateOptions) -> None:
     from feeler.cli.choose import choose_antenna
 
     antenna = choose_antenna(said.antenna)
-    if said.data:
+    if any(map(_is_forces, said.data)):
+        _fit_measured(said, antenna)
+    elif said.data:
         _fit_data(said, antenna, said.profile or "scale")
     else:
         _fit_targets(said, antenna, said.profile or "exponential")
 
 
-def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
-    from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
+def _is_forces(file: str) -> bool:
+    from feeler.calibration.measurements import is_force_table
+
+    return is_force_table(file)
+
+
+def _load_releases(said: _CalibrateOptions, files: list[str]) -> Any:
+    """Traces of the releases in these files."""
+    from feeler.calibration import join_films, load_film, load_traces
+    from feeler.errors import InvalidInput
+
+    if said.points:
+        points = [point.strip() for point in said.points.split(",")]
+        options: dict[str, Any] = {"frame_rate": said.frame_rate, "individual": said.individual}
+        return join_films(
+            [
+                load_film(file, points, scale=said.scale, max_gap=said.max_gap, **options)
+                for file in files
+            ]
+        )
+    if len(files) > 1:
+        raise InvalidInput(
+            "several tables of releases: join them, with a column for each animal. Several files of"
+            " a tracker: say the landmarks (--points base,tip)."
+        )
+    release = said.release or ("first" if said.frame_rate is None else "found")
+    try:
+        return load_traces(
+            files[0], frame_rate=said.frame_rate, release=release, max_gap=said.max_gap
+        )
+    except InvalidInput as error:
+        raise _name_landmarks(files[0]) or error from None
+
+
+def _name_landmarks(file: str) -> Exception | None:
+    """What to say of a file that holds tracked landmarks; None of others."""
+    from feeler.errors import FeelerError, InvalidInput
+    from feeler.tracking import load_tracks
+
+    for rate in (None, 1e3):
+        try:
+            names = load_tracks(file, frame_rate=rate).landmarks
+        except FeelerError:
+            continue
+        return InvalidInput(
+            f"{Path(file).name} holds tracked landmarks ({', '.join(names[:12])}): say which of"
+            " them lie along the antenna, base to tip, as in --points base,tip."
+        )
+    return None
+
+
+def _fit_measured(said: _CalibrateOptions, antenna: Any) -> None:
+    """Force–deflection curves, and releases if there are any, in one fit."""
+    from feeler.animal import save_fit
+    from feeler.calibration import Measurements, Protocol, fit_measurements, load_forces
     from feeler.progress import ProgressBar
 
-    release = said.release or ("first" if said.frame_rate is None else "found")
-    traces = load_traces(said.data, frame_rate=said.frame_rate, release=release)
+    place = said.at if said.force_at is None else said.force_at
+    curves = [
+        curve for file in said.data if _is_forces(file) for curve in load_forces(file, at=place)
+    ]
+    others = [file for file in said.data if not _is_forces(file)]
+    traces = _load_releases(said, others) if others else None
+    if traces is None:
+        each = [
+            Measurements(name=name, forces=tuple(one for one in curves if one.name == name))
+            for name in dict.fromkeys(curve.name for curve in curves)
+        ]
+    else:
+        each = [
+            Measurements(name=name, releases=(traces.select(name),), forces=tuple(curves))
+            for name in traces.animals
+        ]
+    held = (
+        {}
+        if said.at is None or traces is None
+        else {"at": said.at, "deflection": 0.1 * said.at}
+    )
+    with ProgressBar("animals") as progress:
+        fit = fit_measurements(
+            each, antenna, protocol=Protocol(engine=said.engine, **held), progress=progress
+        )
+    if said.as_json:
+        say_json(fit.to_plain())
+    else:
+        typer.echo(f"{len(each)} animal{'s' * (len(each) > 1)}, factors on {antenna.name}")
+        for words in [*fit.describe(), *_say_modulus(said.antenna, fit)]:
+            typer.echo(words)
+        for name, left in fit.residual.items():
+            typer.echo(f"{name}: {left:.2g} of its largest value is left")
+    if said.out is not None:
+        save_fit(said.out, fit, each)
+        typer.echo(
+            f"wrote {said.out}/calibration.html, calibration.json, antenna.toml", err=True
+        )
+
+
+def _say_modulus(name: str, fit: Any) -> list[str]:
+    """Young's modulus, where the antenna's file says what it began with."""
+    from feeler.antenna.files import read_antenna_file
+
+    if not name.endswith(".toml") or "stiffness" not in fit.names:
+        return []
+    source = read_antenna_file(name).sources.get("beam.modulus")
+    try:
+        modulus = float(source.formula) if source else float("nan")
+    except ValueError:
+        return []
+    k = fit.names.index("stiffness")
+    ends = f"{fit.low[k] * modulus:.4g} to {fit.high[k] * modulus:.4g}"
+    return [f"modulus = {fit.p[k] * modulus:.4g} MPa  (95 %: {ends})"] * (modulus > 0)
+
+
+def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
+    from feeler.calibration import Protocol, fit_traces, make_hinges
+    from feeler.progress import ProgressBar
+
+    traces = _load_releases(said, said.data)
     hinges = make_hinges(profile, antenna)
     held = {} if said.at is None else {"at": said.at, "deflection": 0.1 * said.at}
     with ProgressBar("animals") as progress:
@@ -186,6 +330,8 @@ def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
 
 def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) -> None:
     count = len(result.animals)
+    if filled := int(traces.bridged.sum()):
+        typer.echo(f"{filled} missing samples are filled in and do not count in the fit")
     typer.echo(
         f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}"
     )

@@ -137,7 +137,7 @@ class Scene:
                 raise InvalidInput(
                     f"the {item.feature.kind} {item.name!r} is a solid in space, but"
                     f" {self.antenna.name!r} lies in the plane: use an outline, or an antenna in"
-                    " space (a row of stiffness for each plane)."
+                    " space: antenna.unflatten()."
                 )
         if wide or moved or len(self.gravity) == 3:
             what = wide[0] if wide else "base" if moved else "gravity"

@@ -550,6 +550,80 @@ def draw_traces(fitted: Any) -> Picture:
     return figure
 
 
+def draw_measurements(fit: Any, figure: Figure | None = None) -> Figure:
+    """Fitted parameters with their intervals, and the hinges along the antenna before and after."""
+    figure = _open(7.0) if figure is None else figure
+    factors, profile = figure.subplots(1, 2)
+    places = np.arange(len(fit.p))
+    whiskers = np.abs([fit.p - fit.low, fit.high - fit.p])
+    for k, known in enumerate(fit.determined):
+        colour = PALETTE[0] if known else "0.6"
+        factors.errorbar(
+            places[k], fit.p[k], whiskers[:, [k]], fmt="o", color=colour, capsize=3
+        )
+    for row in fit.each if len(fit.each) > 1 else ():
+        factors.plot(places + 0.15, row, ".", color="0.4", ms=3)
+    names = [name.replace("_", " ") for name in fit.names]
+    factors.set_xticks(places, names, rotation=30, ha="right")
+    factors.axhline(1.0, color="0.7", lw=0.8)
+    factors.set(ylabel="factor or tilt, 95 % interval", title="grey: hardly determined")
+    for name, label, colour in zip(
+        ("stiffness", "damping"), _QUANTITIES, PALETTE, strict=False
+    ):
+        before, after = getattr(fit.start, name), getattr(fit.antenna, name)
+        x = fit.antenna.hinge_position / fit.antenna.length
+        profile.semilogy(x, np.atleast_2d(after)[0], color=colour, label=label)
+        profile.semilogy(x, np.atleast_2d(before)[0], "--", color=colour, lw=0.8)
+    profile.set(xlabel="place (base 0, tip 1)", title="dashed: before the fit")
+    profile.legend(fontsize=7)
+    return figure
+
+
+def draw_prediction(found: Any, figure: Figure | None = None) -> Figure:
+    """A film that was not used in the fit (dots) and what the antenna does (lines)."""
+    figure = _open(5.0) if figure is None else figure
+    ax = figure.subplots()
+    rows = zip(found.place, found.recorded, found.simulated, strict=True)
+    for place, recorded, simulated in rows:
+        (line,) = ax.plot(found.time, simulated, label=f"at {place:.2g} of the length")
+        ax.plot(found.time, recorded, ".", ms=3, color=line.get_color())
+    ax.set(xlabel="time since the release [ms]", ylabel="share of the held displacement")
+    ax.set_title(f"{found.name}: off by {found.error:.1%} (r.m.s.)")
+    ax.legend(fontsize=7)
+    return figure
+
+
+def draw_study(study: Any) -> Figure:
+    """What a study found: a prediction, else the fit, else the antenna's shape."""
+    if study.predictions:
+        return draw_prediction(study.predictions[0])
+    if study.fit is not None:
+        return draw_measurements(study.fit)
+    figure = _open(3.0)
+    if study.antenna is not None:
+        figure.subplots().plot(*study.antenna.shape()[:, :2].T)
+    return figure
+
+
+def draw_forces(curves: Sequence[Any], antenna: Antenna, figure: Figure) -> Figure:
+    """Force against deflection: as measured (dots) and of an antenna (lines), the force at rest
+    taken off.
+    """
+    from feeler.calibration import compute_force
+
+    ax = figure.subplots()
+    for curve in curves:
+        model = compute_force(antenna, curve.deflection, curve.at)
+        shown = 1e3 * (curve.force - np.mean(curve.force - model))
+        order = np.argsort(curve.deflection)
+        label = f"{curve.name}, {curve.at:.3g} mm from the base"
+        (dots,) = ax.plot(curve.deflection, shown, ".", label=label)
+        ax.plot(curve.deflection[order], 1e3 * model[order], color=dots.get_color())
+    ax.set(xlabel="deflection [mm]", ylabel="force [mN]")
+    ax.legend(fontsize=7)
+    return figure
+
+
 def draw_optimum(end: Any) -> Picture:
     """Stiffness and damping of a design along the antenna, and how the search came to it."""
     figure = _open(7.0)

@@ -383,14 +383,15 @@ def _is_antenna(path: Path, start: bytes) -> bool:
 
 def _describe_antenna(file: AntennaFile) -> list[str]:
     antenna = file.antenna
+    flat = antenna.flatten()
     lines = [
-        f"name        {antenna.name}",
+        f"name        {antenna.name}" + (", in space" if antenna.spatial else ""),
         (
             f"segments    {antenna.n_segments}, {antenna.length:g} mm,"
             f" {antenna.segment_mass.sum() * 1e3:g} mg"
         ),
-        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
-        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
+        f"stiffness   {flat.stiffness[0]:g} (base) … {flat.stiffness[-1]:g} (tip) N·mm/rad",
+        f"damping     {flat.damping[0]:g} (base) … {flat.damping[-1]:g} (tip) N·mm·ms/rad",
         f"sensors     {antenna.sensors.size}",
     ]
     return lines + [
@@ -508,6 +509,8 @@ _ADVICE = (
     "a robot's recording needs time_ms and hinge1_deg, hinge2_deg …: feeler robot check",
     "tracks need head_x, head_y, left_tip_x, left_tip_y …: feeler tracks",
     "a trace to calibrate with needs time_ms and displacements: feeler calibrate --data",
+    "a force–deflection curve needs deflection_um and force_uN (any units): the same",
+    "an antenna's segments need length_um and diameter_um: feeler antenna NEW.toml --from",
 )
 
 

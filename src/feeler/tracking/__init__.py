@@ -13,6 +13,7 @@ from feeler.tracking.kinematics import (
     measure_exploration,
     measure_posture,
 )
+from feeler.tracking.motion import make_base_motion
 from feeler.tracking.quality import make_synthetic_tracks, save_dltdv
 from feeler.tracking.rhythm import (
     Groups,
@@ -41,6 +42,7 @@ __all__ = [
     "find_contacts",
     "find_sweeps",
     "load_tracks",
+    "make_base_motion",
     "make_synthetic_tracks",
     "measure_base",
     "measure_clearance",

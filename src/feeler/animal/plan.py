@@ -1,0 +1,194 @@
+"""What there is of an animal, as one TOML file: films, tables, and what touches it."""
+
+from collections.abc import Mapping
+from dataclasses import field
+from pathlib import Path
+from typing import Annotated, Any
+
+from feeler.errors import InvalidInput
+from feeler.files import make_record, read_toml
+from feeler.records import Ge, Gt, Len, Record, Unit
+from feeler.validation import checked
+
+ANIMAL_SCHEMA = "feeler.animal/1"
+_FILES = ("files", "held_out")
+
+
+class Microscope(Record):
+    """Segments along an antenna, and guesses that a fit corrects.
+
+    Attributes
+    ----------
+    file : str
+        A table, as :func:`feeler.calibration.load_microscope` reads it.
+    modulus : float
+        [MPa]
+    density : float
+        [g/mm³]
+    damping_time : float
+        Damping over stiffness [ms].
+    """
+
+    file: str
+    modulus: Annotated[float, Gt(0), Unit("MPa")]
+    density: Annotated[float, Gt(0), Unit("g/mm³")] = 1.1e-3
+    damping_time: Annotated[float, Gt(0), Unit("ms")] = 1.0
+
+
+class Films(Record):
+    """Films of antennae that are released or hit, by animal.
+
+    Attributes
+    ----------
+    files : dict[str, str]
+        Animal → film that is fitted.
+    held_out : dict[str, str]
+        Animal → film that is predicted.
+    points : tuple[str, ...]
+        Landmarks along the antenna, base to tip.
+    at : float | None
+        Where the antenna was held [mm from the base].
+    speed : float
+        Of an object that hits [m/s].
+    scale : float | None
+        Pixels per mm.
+    video : dict[str, str]
+        Animal → video of its film, to draw on.
+    """
+
+    files: dict[str, str] = field(default_factory=dict)
+    held_out: dict[str, str] = field(default_factory=dict)
+    points: tuple[str, ...] = ("base", "tip")
+    frame_rate: float | None = None
+    at: Annotated[float, Gt(0), Unit("mm")] | None = None
+    speed: Annotated[float, Gt(0), Unit("m/s")] = 0.2
+    scale: Annotated[float, Gt(0), Unit("px/mm")] | None = None
+    max_gap: Annotated[int, Ge(0)] = 5
+    min_likelihood: float | None = None
+    individual: str | None = None
+    video: dict[str, str] = field(default_factory=dict)
+
+
+class Forces(Record):
+    """Force–deflection tables, by animal; ``at`` [mm from the base] unless a column says it."""
+
+    files: dict[str, str]
+    at: Annotated[float, Gt(0), Unit("mm")] | None = None
+
+
+class Walks(Record):
+    """Films of freely moving animals, and the names of their landmarks.
+
+    Attributes
+    ----------
+    towards : tuple[str, str]
+        Two landmarks that say where the antenna's base points.
+    angle : float
+        Of the antenna to that direction [degrees], positive to the right.
+    """
+
+    files: dict[str, str]
+    frame_rate: float | None = None
+    scale: Annotated[float, Gt(0), Unit("px/mm")] | None = None
+    tips: tuple[str, str] = ("left_tip", "right_tip")
+    head: str = "head"
+    abdomen: str = "abdomen"
+    base: str = ""
+    towards: Annotated[tuple[str, ...], Len(2)] | None = None
+    angle: Annotated[float, Unit("degrees"), Ge(-180)] = 0.0
+    origin: str = "top-left"
+    individual: str | None = None
+
+
+class Touched(Record):
+    """What touches the antenna.
+
+    Attributes
+    ----------
+    shape : str
+        As on the command line: ``ball:radius=1``, ``outline:file=leaf.svg,width=3``,
+        ``mesh:file=stone.stl,width=3``.
+    landmark : str
+        Landmark of the first walk at the object's middle; default: it comes at ``speed`` to
+        ``location``.
+    """
+
+    shape: str
+    location: Annotated[float, Gt(0)] = 0.6
+    speed: Annotated[float, Gt(0), Unit("m/s")] = 0.1
+    landmark: str = ""
+
+
+class WallPlan(Record):
+    """A wall that approaches: angle between the antennae [degrees]."""
+
+    angle: float = 30.0
+
+
+class SpikePlan(Record):
+    """Recorded spikes: a table with a column ``time_s`` or ``time_ms``."""
+
+    file: str
+
+
+class AnimalPlan(Record):
+    """What there is of an animal.
+
+    Attributes
+    ----------
+    antenna : str
+        A preset or an antenna's file, in the place of ``microscope``.
+    folder : str
+        What file names are relative to.
+    """
+
+    name: str = "animal"
+    antenna: str = ""
+    microscope: Microscope | None = None
+    force: Forces | None = None
+    releases: Films | None = None
+    impulses: Films | None = None
+    walks: Walks | None = None
+    object: Touched | None = None
+    wall: WallPlan | None = None
+    spikes: SpikePlan | None = None
+    folder: str = "."
+
+    def find(self, file: str) -> Path:
+        """The path of a file that the plan names."""
+        path = Path(self.folder) / file
+        if not path.exists():
+            raise InvalidInput(f"no such file: {file} (in {Path(self.folder).resolve()}).")
+        return path
+
+
+@checked
+def load_animal(path: str | Path) -> AnimalPlan:
+    """The plan in a TOML file of the schema ``feeler.animal/1``; files may be a list, whose
+    animals are then called as the files are.
+
+    Raises
+    ------
+    InvalidInput
+        Another file, a key that there is not, or a value of the wrong kind.
+    """
+    content = dict(read_toml(path))
+    if content.pop("schema", None) != ANIMAL_SCHEMA:
+        raise InvalidInput(
+            f'{Path(path).name} must begin with schema = "{ANIMAL_SCHEMA}"; feeler animal --new'
+            " FILE writes one to fill in."
+        )
+    for table in content.values():
+        for key in _FILES if isinstance(table, Mapping) else ():
+            if key in table:
+                table[key] = _name_files(table[key])
+    return make_record(
+        AnimalPlan, {**content, "folder": str(Path(path).parent)}, Path(path).name
+    )
+
+
+def _name_files(files: Any) -> Any:
+    """Files by animal, also from a list or a single one."""
+    if isinstance(files, str):
+        files = [files]
+    return {Path(str(one)).stem: one for one in files} if isinstance(files, list) else files

@@ -1,0 +1,552 @@
+"""An animal from its measurements: what can be computed of what there is, section by section."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.animal.plan import AnimalPlan, Films, load_animal
+from feeler.antenna.files import load_antenna
+from feeler.antenna.segments import Antenna
+from feeler.calibration import (
+    Film,
+    ForceCurve,
+    MeasurementFit,
+    Measurements,
+    Prediction,
+    Protocol,
+    Ratios,
+    fit_measurements,
+    load_film,
+    load_forces,
+    load_microscope,
+    measure_impulse_film,
+    predict_release,
+)
+from feeler.calibration.joint import compute_animal_spread
+from feeler.errors import FeelerError, InvalidInput
+from feeler.experiments.mechanics import hold
+from feeler.objects.bodies import Object
+from feeler.objects.motion import BaseMotion
+from feeler.objects.shapes import parse_feature
+from feeler.objects.trials import Trial
+from feeler.physics.contact import get_contact
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.run import run_scene
+from feeler.physics.scene import Clock, Scene, make_scene
+from feeler.physics.statics import compute_point
+from feeler.presets import PRESETS, make_preset
+from feeler.progress import Advance
+from feeler.records import Shown
+from feeler.spikes import draw_spikes, find_gain, place_sensilla
+from feeler.tensors.schema import make_motion_tensors
+from feeler.tensors.table import read_table
+from feeler.tracking import (
+    Exploration,
+    Tracks,
+    load_tracks,
+    make_base_motion,
+    measure_exploration,
+)
+from feeler.validation import checked
+from feeler.wall import DISTANCES, DistanceMap, Posture, approach, map_distance
+
+_NEEDS = {
+    "antenna": "[microscope], or antenna = FILE",
+    "fit": "[releases], [force] or [impulses], and an antenna",
+    "prediction": "held_out films in [releases], and a fit",
+    "kinematics": "[walks]",
+    "touch": "[object], and an antenna; with the filmed base if [walks] has a scale",
+    "wall": "[wall], and an antenna",
+    "spikes": "[object], and an antenna; beside recorded ones if [spikes] names a file",
+}
+"""What each part is computed from."""
+_LONGEST = 2000.0  # [C] ms of a touch that is simulated
+_SAMPLE = 0.5  # [C] ms; sensilla adapt too fast for 1 ms
+_LET_GO = 10.0  # [C] ms without force that end a contact
+_PRESSED = 1e-3  # [C] share of the largest force above which an antenna is in contact
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactEvent:
+    """A contact: on and off [ms; NaN where it lasts to the end], and its centre of pressure as a
+    fraction of the length.
+    """
+
+    on: float
+    off: float
+    place: float
+
+    def describe(self) -> str:
+        """In words."""
+        end = "the end" if np.isnan(self.off) else f"{self.off:.4g} ms"
+        return f"{self.on:.4g} ms to {end}, at {self.place:.2f} of the length"
+
+
+@dataclass(kw_only=True, eq=False)
+class AnimalStudy(Shown):
+    """What was computed of an animal; None where nothing was.
+
+    Attributes
+    ----------
+    start : Antenna | None
+        Before the fit.
+    antenna : Antenna | None
+        The fitted antenna, or ``start`` where nothing was fitted.
+    predictions : list[Prediction]
+        Of films that were not used in the fit.
+    spread : float
+        Standard deviation between animals of the free response, as ``Prediction.error``.
+    films : dict[str, Film]
+        Releases that were fitted, by animal.
+    held_out : dict[str, Film]
+        Releases that were not.
+    touch : xr.Dataset | None
+        The touch of the object.
+    contacts : list[ContactEvent]
+    tip_error : float
+        Root mean square distance of the simulated tip from the filmed one [mm].
+    missing : dict[str, str]
+        What was not computed, and what it needs.
+    problems : dict[str, str]
+        What was wrong with what there is.
+    """
+
+    DRAWN = "draw_study"
+
+    plan: AnimalPlan
+    start: Antenna | None = None
+    antenna: Antenna | None = None
+    animals: list[Measurements] = field(default_factory=list)
+    films: dict[str, Film] = field(default_factory=dict)
+    held_out: dict[str, Film] = field(default_factory=dict)
+    fit: MeasurementFit | None = None
+    predictions: list[Prediction] = field(default_factory=list)
+    spread: float = float("nan")
+    kinematics: Exploration | None = None
+    touch: xr.Dataset | None = None
+    contacts: list[ContactEvent] = field(default_factory=list)
+    tip_error: float = float("nan")
+    wall: DistanceMap | None = None
+    spikes: dict[str, float] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+    problems: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def spatial(self) -> Antenna | None:
+        """The antenna in space."""
+        return None if self.antenna is None else self.antenna.unflatten()
+
+    def describe(self) -> list[str]:
+        """What was found, a line each, and what was not computed."""
+        lines = []
+        if self.antenna is not None:
+            one = self.antenna
+            mass = 1e3 * one.segment_mass.sum()
+            lines.append(
+                f"antenna: {one.n_segments} segments, {one.length:.4g} mm, {mass:.3g} mg"
+            )
+        if self.fit is not None:
+            lines += [f"fit: {words}" for words in self.fit.describe()]
+        beside = "" if np.isnan(self.spread) else f"; animals differ by {self.spread:.1%}"
+        lines += [
+            f"prediction of {one.name}: off by {one.error:.1%} of the held displacement (before"
+            f" the fit {one.error_before:.1%}{beside})"
+            for one in self.predictions
+        ]
+        if self.kinematics is not None:
+            speeds = ", ".join(
+                f"{side} {1e3 * np.rad2deg(np.nanmean(row)):.1f}"
+                for side, row in zip(
+                    ("left", "right"), self.kinematics.mean_peak.T, strict=True
+                )
+                if np.isfinite(row).any()
+            )
+            lines.append(f"kinematics: mean peak speed {speeds} °/s")
+        lines += [f"contact: {one.describe()}" for one in self.contacts]
+        if self.touch is not None and not self.contacts:
+            lines.append("contact: none")
+        if np.isfinite(self.tip_error):
+            lines.append(f"tip: {self.tip_error:.3g} mm (r.m.s.) from the filmed one")
+        if self.wall is not None:
+            words = (
+                self.wall.undefined or f"R² {self.wall.r2:.3f}, off by {self.wall.error:.3g} mm"
+            )
+            lines.append(f"wall: distance from the place of greatest curvature: {words}")
+        lines += [f"spikes: {name} {value:.4g}" for name, value in self.spikes.items()]
+        lines += [f"problem with {name}: {words}" for name, words in self.problems.items()]
+        return [
+            *lines,
+            *(f"not computed: {k} (needs {words})" for k, words in self.missing.items()),
+        ]
+
+
+@checked
+def study_animal(
+    plan: AnimalPlan | str | Path, *, progress: Advance | None = None
+) -> AnimalStudy:
+    """Everything that can be computed of what a plan names; a part at fault stops no other.
+
+    Parameters
+    ----------
+    plan
+        Or the path of its file.
+    progress
+        Called with (done, total) animals of the fit.
+    """
+    plan = plan if isinstance(plan, AnimalPlan) else load_animal(plan)
+    study = AnimalStudy(plan=plan)
+    walks: list[Tracks] = []
+    steps: dict[str, Callable[[], None]] = {
+        "antenna": lambda: _find_antenna(study),
+        "measurements": lambda: _read_measurements(study),
+        "fit": lambda: _fit(study, progress),
+        "prediction": lambda: _predict(study),
+        "kinematics": lambda: walks.extend(_measure_walks(study)),
+        "touch": lambda: _touch(study, walks),
+        "spikes": lambda: _fire(study),
+        "wall": lambda: _meet_wall(study),
+    }
+    for name, step in steps.items():
+        try:
+            step()
+        except FeelerError as error:
+            study.problems[name] = str(error)
+    found = {
+        "antenna": study.antenna,
+        "fit": study.fit,
+        "prediction": study.predictions,
+        "kinematics": study.kinematics,
+        "touch": study.touch,
+        "wall": study.wall,
+        "spikes": study.spikes,
+    }
+    study.missing = {
+        name: _NEEDS[name]
+        for name, value in found.items()
+        if name not in study.problems
+        and (value is None or (isinstance(value, list | dict) and not value))
+    }
+    return study
+
+
+def _find_antenna(study: AnimalStudy) -> None:
+    plan = study.plan
+    if plan.microscope is not None:
+        table = plan.microscope
+        study.start = load_microscope(
+            plan.find(table.file),
+            modulus=table.modulus,
+            density=table.density,
+            damping_time=table.damping_time,
+            name=plan.name,
+        )
+    elif plan.antenna:
+        preset = plan.antenna in PRESETS
+        made = make_preset(plan.antenna) if preset else load_antenna(plan.find(plan.antenna))
+        study.start = made.flatten().replace(name=plan.name)
+    study.antenna = study.start
+
+
+def _attempt(
+    study: AnimalStudy, files: dict[str, str], read: Callable[[str, Path], Any]
+) -> Any:
+    """What can be read of files, by animal; a file at fault is noted, and left out."""
+    found = {}
+    for name, file in files.items():
+        try:
+            found[name] = read(name, study.plan.find(file))
+        except FeelerError as error:
+            study.problems[file] = str(error)
+    return found
+
+
+def _load(
+    study: AnimalStudy, films: Films, files: dict[str, str], *, release: bool
+) -> dict[str, Film]:
+    """Films of the releases, each with one, or of impulses."""
+    options: dict[str, Any] = {
+        "frame_rate": films.frame_rate,
+        "min_likelihood": films.min_likelihood,
+        "individual": films.individual,
+    }
+    how: dict[str, Any] = {"scale": films.scale, "max_gap": films.max_gap, **options}
+
+    def read(name: str, path: Path) -> Film:
+        film = load_film(path, films.points, name=name, **how)
+        if release:
+            film.make_traces()
+        return film
+
+    return _attempt(study, files, read)
+
+
+def _read_measurements(study: AnimalStudy) -> None:
+    """Releases, forces and impulses by animal; an animal of which no force (impulse) was measured
+    takes all others'.
+    """
+    plan = study.plan
+    forces: dict[str, tuple[ForceCurve, ...]] = {}
+    ratios: dict[str, tuple[Ratios, ...]] = {}
+    if (films := plan.releases) is not None:
+        study.films = _load(study, films, films.files, release=True)
+        study.held_out = _load(study, films, films.held_out, release=True)
+    if (table := plan.force) is not None:
+        forces = _attempt(
+            study, table.files, lambda name, path: load_forces(path, at=table.at, name=name)
+        )
+    if (films := plan.impulses) is not None:
+        hits = _load(study, films, films.files, release=False)
+        for name, film in hits.items():
+            try:
+                ratios[name] = (measure_impulse_film(film),)
+            except FeelerError as error:
+                study.problems[films.files[name]] = str(error)
+    all_forces = tuple(one for some in forces.values() for one in some)
+    all_ratios = tuple(one for some in ratios.values() for one in some)
+    study.animals = [
+        Measurements(
+            name=name,
+            releases=(study.films[name].make_traces(),) if name in study.films else (),
+            forces=forces.get(name, all_forces),
+            ratios=ratios.get(name, all_ratios),
+        )
+        for name in list(study.films) or list({**forces, **ratios})
+    ]
+
+
+def _make_protocol(study: AnimalStudy) -> Protocol:
+    plan, antenna = study.plan, study.antenna
+    if antenna is None:
+        raise InvalidInput("no antenna is described: give [microscope] or antenna = FILE.")
+    at = plan.releases.at if plan.releases is not None else None
+    at = 0.25 * antenna.length if at is None else at
+    speed = plan.impulses.speed if plan.impulses is not None else 0.2
+    return Protocol(at=at, deflection=0.1 * at, speed=speed)
+
+
+def _fit(study: AnimalStudy, progress: Advance | None) -> None:
+    if not study.animals or study.start is None:
+        return
+    study.fit = fit_measurements(
+        study.animals, study.start, protocol=_make_protocol(study), progress=progress
+    )
+    study.antenna = study.fit.antenna
+
+
+def _predict(study: AnimalStudy) -> None:
+    """Films that were not used in the fit, and how much the animals differ."""
+    if study.antenna is None or study.plan.releases is None:
+        return
+    protocol = _make_protocol(study)
+    study.spread = compute_animal_spread([film.make_traces() for film in study.films.values()])
+    study.predictions = [
+        predict_release(
+            film.make_traces(),
+            study.antenna,
+            start=study.start,
+            protocol=_match_deflection(film, study.antenna, protocol),
+        )
+        for film in study.held_out.values()
+    ]
+
+
+def _match_deflection(film: Film, antenna: Antenna, protocol: Protocol) -> Protocol:
+    """The protocol that holds the outermost point as far aside as in the film."""
+    reach = np.linalg.norm(film.rest[-1] - (film.rest[0] if film.place[0] == 0 else 0.0))
+    unit = 1.0 if film.unit == "mm" else reach / (antenna.length * film.place[-1])
+    held = abs(float(np.median(film.displacement[-1, :5]))) / unit
+    rest = compute_point(antenna, antenna.rest_angle, film.place[-1])
+    for _ in range(3):
+        angle = hold(antenna, protocol.at, protocol.deflection)
+        aside = abs(compute_point(antenna, angle, film.place[-1])[0] - rest[0])
+        deflection = min(protocol.deflection * held / aside, 0.7 * protocol.at)
+        protocol = protocol.replace(deflection=deflection)
+    return protocol
+
+
+def _measure_walks(study: AnimalStudy) -> list[Tracks]:
+    walks = study.plan.walks
+    if walks is None:
+        return []
+    tracks = [
+        load_tracks(
+            study.plan.find(file),
+            frame_rate=walks.frame_rate,
+            origin=walks.origin,
+            individual=walks.individual,
+        )
+        for file in walks.files.values()
+    ]
+    study.kinematics = measure_exploration(
+        tracks,
+        length=None if study.antenna is None else study.antenna.length,
+        landmarks={"tips": walks.tips, "head": walks.head, "abdomen": walks.abdomen},
+    )
+    return [one if walks.scale is None else one.scaled(walks.scale) for one in tracks]
+
+
+def _touch(study: AnimalStudy, walks: Sequence[Tracks]) -> None:
+    """The object touches the antenna, whose base moves as in the first walk that has a scale."""
+    touched, how, antenna = study.plan.object, study.plan.walks, study.antenna
+    if touched is None or antenna is None:
+        return
+    feature = parse_feature(_find_drawing(study, touched.shape))
+    if feature.only_in_space:
+        antenna = antenna.unflatten()
+    base = None
+    if how is not None and how.scale is not None and walks:
+        base = make_base_motion(
+            walks[0],
+            base=how.base or how.head,
+            towards=tuple(how.towards or (how.abdomen, how.head))[:2],  # type: ignore[arg-type]
+            angle=float(np.deg2rad(how.angle)),
+            origin="film" if touched.landmark else "first",
+        )
+    scene, duration = _set_scene(study, antenna, feature, base, walks)
+    clock = Clock(
+        duration=duration,
+        sample_interval=_SAMPLE,
+        timestep=choose_timestep(None, DEFAULT_ENGINE, scene.contact),
+    )
+    motion = run_scene(scene, clock)
+    trial: dict[str, list[object]] = {
+        "feature": [feature.name],
+        "size": [feature.size],
+        "location": [touched.location],
+        "speed": [touched.speed],
+        "antenna": [antenna.name],
+        "source": ["simulation"],
+        "seed": [0],
+    }
+    study.touch = make_motion_tensors(antenna, [motion], trials=trial)
+    study.contacts = find_contacts(motion.time, motion.force, motion.contact_place)
+    if touched.landmark and how is not None and base is not None and not antenna.spatial:
+        study.tip_error = _compare_tip(walks[0], how, antenna, motion, base)
+
+
+def _find_drawing(study: AnimalStudy, shape: str) -> str:
+    """The shape's words with the path of its file relative to the plan."""
+    kind, _, rest = shape.partition(":")
+    parts = [
+        f"file={study.plan.find(part[5:])}" if part.startswith("file=") else part
+        for part in rest.split(",")
+    ]
+    return f"{kind}:{','.join(parts)}" if rest else kind
+
+
+def _set_scene(
+    study: AnimalStudy,
+    antenna: Antenna,
+    feature: Any,
+    base: BaseMotion | None,
+    walks: Sequence[Tracks],
+) -> tuple[Scene, float]:
+    """The object where it was tracked, or on its way to the antenna; and for how long [ms]."""
+    touched = study.plan.object
+    assert touched is not None
+    end = _LONGEST if base is None or base.time is None else min(float(base.time[-1]), _LONGEST)
+    if not touched.landmark:
+        trial = Trial(
+            feature=feature, location=touched.location, speed=touched.speed, base=base
+        )
+        return make_scene(antenna, trial), min(antenna.length / touched.speed + 100.0, end)
+    if base is None:
+        raise InvalidInput(
+            f"the object is at the landmark {touched.landmark!r}, but [walks] has no scale [px/mm]."
+        )
+    middle = np.nanmedian(walks[0].of(touched.landmark)[:, :2], axis=0)
+    foremost = middle + np.array([feature.size, 0.0])
+    item = Object(feature=feature, place=(float(foremost[0]), float(foremost[1])))
+    scene = Scene(
+        antenna=antenna,
+        objects=(item,),
+        contact=get_contact(None, antenna),
+        base_motion=base,
+        label=f"{feature.name} beside a filmed animal",
+    )
+    return scene, end
+
+
+def find_contacts(time: np.ndarray, force: np.ndarray, place: np.ndarray) -> list[ContactEvent]:
+    """Contacts from the force (sample, axis) [N]: on, off [ms] and mean centre of pressure.
+
+    Force counts above 1/1000 of the largest, and a contact ends after 10 ms without.
+    """
+    size = np.linalg.norm(force, axis=1)
+    pressed = size > max(_PRESSED * size.max(), 1e-15)
+    touched = np.flatnonzero(pressed)
+    parts = np.split(touched, np.flatnonzero(np.diff(time[touched]) > _LET_GO) + 1)
+    return [
+        ContactEvent(
+            on=float(time[part[0]]),
+            off=float(time[part[-1]]) if part[-1] + 1 < time.size else float("nan"),
+            place=float(np.nanmean(place[part])),
+        )
+        for part in parts
+        if part.size
+    ]
+
+
+def _compare_tip(
+    walk: Tracks, how: Any, antenna: Antenna, motion: Any, base: BaseMotion
+) -> float:
+    """Distance of the simulated tip from the filmed one [mm], r.m.s."""
+    name = next((tip for tip in how.tips if tip in walk.landmarks), "")
+    if not name or base.time is None:
+        return float("nan")
+    filmed = walk.of(name)[:, :2]
+    seen = [
+        walk.of(one)
+        for one in {how.base or how.head, *(how.towards or (how.abdomen, how.head))}
+    ]
+    whole = np.flatnonzero(np.isfinite(np.concatenate(seen, axis=1)).all(axis=1))
+    filmed = filmed[whole[0] : whole[0] + base.time.size]
+    pairs = zip(motion.angle, motion.base, strict=True)
+    tip = np.array([pose[:2] + antenna.tip(angle, pose[2]) for angle, pose in pairs])
+    there = np.column_stack([np.interp(motion.time, base.time, row) for row in filmed.T])
+    return float(np.sqrt(np.nanmean(np.sum((tip - there) ** 2, axis=1))))
+
+
+def _fire(study: AnimalStudy) -> None:
+    """Spikes of sensilla along the antenna in this touch; how many were recorded."""
+    if study.touch is None:
+        return
+    touch = study.touch
+    around = np.array((0.0, 90.0) if "plane" in touch.dims else (0.0,))
+    population = find_gain(touch, place_sensilla(touch["position"].values, 30.0, around=around))
+    times = draw_spikes(population.encode(touch), seed=0)["spike_time"].values
+    study.spikes = {"simulated": float(np.isfinite(times).sum())}
+    if study.plan.spikes is None:
+        return
+    table = read_table(study.plan.find(study.plan.spikes.file), words=True)
+    column = next((name for name in ("time_s", "time_ms") if name in table.columns), "")
+    if not column:
+        raise InvalidInput(
+            f"{table.source} needs a column time_s or time_ms of spike times; its columns are"
+            f" {', '.join(table.columns[:12])}."
+        )
+    recorded = table.column(column) * (1.0 if column == "time_s" else 1e-3)
+    length = float(np.ptp(recorded)) if recorded.size > 1 else float("nan")
+    if length > 1e5:
+        raise InvalidInput(
+            f"{table.source}: the spikes last {length:.3g} s, more than a day: are the times in ms,"
+            " or samples? Name the column time_ms."
+        )
+    study.spikes |= {
+        "recorded": float(recorded.size),
+        "recorded rate [Hz]": recorded.size / length,
+    }
+
+
+def _meet_wall(study: AnimalStudy) -> None:
+    """How well the wall's distance is read from the place of greatest curvature."""
+    if study.plan.wall is None or study.antenna is None:
+        return
+    antenna = study.antenna
+    reach = antenna.length / 42.0  # the paper's distances, as shares of the length
+    posture = Posture(inter_antennal_angle=study.plan.wall.angle)
+    study.wall = map_distance(approach(antenna, posture, reach * np.asarray(DISTANCES)))

@@ -1,0 +1,300 @@
+"""What was measured on an animal, from tables with units in their headers: segments under the
+microscope, and force against deflection.
+"""
+
+import re
+import warnings
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from sklearn.isotonic import isotonic_regression
+
+from feeler.antenna.files import BEAM_UNITS
+from feeler.antenna.segments import Antenna
+from feeler.errors import FeelerError, InvalidInput, ModelValidityWarning
+from feeler.physics.statics import compute_point, solve_static
+from feeler.records import Ge, Gt, Len, Record, Unit
+from feeler.tensors.table import Table, read_table
+from feeler.validation import checked
+
+# Columns by name and unit: length_um, force (mN), diameter [µm].
+
+_LENGTHS = {**BEAM_UNITS["length"], "nm": 1e-6}
+_FORCES = {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "nN": 1e-9, "g": 9.80665e-3, "mg": 9.80665e-6}
+_COLUMN = re.compile(
+    r"(?P<name>.*?)(?:[\s_]*[\[(](?P<in>[^\])]*)[\])]|[\s_](?P<bare>[^\s_]+))?"
+)
+
+
+def find_column(
+    table: Table, names: Sequence[str], units: dict[str, float], *, needed: bool = True
+) -> np.ndarray | None:
+    """Values (row,) of the column of one of these names, in feeler's unit; None where there is none
+    and none is needed.
+
+    Raises
+    ------
+    InvalidInput
+        No such column, one without a unit or with an unknown one, or an empty cell.
+    """
+    valid = ", ".join(f"{names[0]}_{unit.replace('µ', 'u')}" for unit in list(units)[:4])
+    for column in table.columns:
+        match = _COLUMN.fullmatch(column.strip())
+        name = column if match is None else match["name"].strip().replace(" ", "_")
+        if not {name.lower(), name.lower().removesuffix("s"), column.lower()} & {*names}:
+            continue
+        unit = "" if match is None else match["in"] or match["bare"] or ""
+        unit = re.sub(r"^[uμ](?=[mN])", "µ", unit.strip())
+        if unit not in units:
+            raise InvalidInput(
+                f"{table.source}: column {column!r} does not say its unit. Call it {valid}."
+            )
+        values = table.column(column)
+        if np.isnan(values).any():
+            line = int(table.line[np.argmax(np.isnan(values))])
+            raise InvalidInput(
+                f"{table.source} line {line}: {column} is empty. Fill it in, or leave the row out."
+            )
+        return units[unit] * values
+    if needed:
+        raise InvalidInput(
+            f"{table.source}: no column {names[0]} with its unit ({valid}); its columns are"
+            f" {', '.join(table.columns[:12])}."
+        )
+    return None
+
+
+# Segments under the microscope.
+
+
+@checked
+def load_microscope(
+    path: str | Path,
+    *,
+    modulus: Annotated[float, Gt(0), Unit("MPa")],
+    density: Annotated[float, Gt(0), Unit("g/mm³")] = 1.1e-3,
+    damping_time: Annotated[float, Ge(0), Unit("ms")] = 1.0,
+    n_segments: int | None = None,
+    **fields: Any,
+) -> Antenna:
+    """An antenna from a table of what was measured along it, base to tip, as
+    :meth:`feeler.Antenna.from_beam` makes it.
+
+    The table has a column ``diameter`` or ``radius``, and ``length`` of each segment; or, for an
+    antenna that was measured at some places only, ``position``, the distance from the base. Each
+    header says its unit, as in ``length_um`` or ``diameter (µm)``. A column ``segment`` gives the
+    order. Between the middles of segments, or the places, the diameter is linear.
+
+    Parameters
+    ----------
+    modulus, density, damping_time
+        As for a beam; guesses are corrected by :func:`feeler.calibration.fit_measurements`.
+    n_segments
+        Of an antenna that is given by places; default 60.
+    fields
+        Others of ``from_beam``: planes, sensors, name.
+
+    Raises
+    ------
+    InvalidInput
+        A column without a unit, none of a length, or numbers that are not > 0.
+    """
+    table = read_table(path, words=True)
+    order = np.arange(len(table.values))
+    named = next((name for name in table.columns if name.lower() in ("segment", "number")), "")
+    if named and named not in table.words:
+        order = np.argsort(table.column(named), kind="stable")
+    diameter = find_column(table, ("diameter", "width"), _LENGTHS, needed=False)
+    if diameter is None:
+        radius = find_column(table, ("radius",), _LENGTHS, needed=False)
+        if radius is None:
+            find_column(table, ("diameter",), _LENGTHS)
+        diameter = 2 * np.asarray(radius)
+    radius = diameter[order] / 2
+    if len(radius) > 1 and radius[-1] > radius[0]:
+        warnings.warn(
+            f"{table.source}: the last row is thicker ({2e3 * radius[-1]:.4g} µm) than the first"
+            f" ({2e3 * radius[0]:.4g} µm): does the table begin at the tip? Rows go from base to"
+            " tip.",
+            ModelValidityWarning,
+            stacklevel=2,
+        )
+    made = {
+        "modulus": modulus,
+        "density": density,
+        "damping_time": damping_time,
+        "name": Path(path).stem,
+        **fields,
+    }
+    place = find_column(table, ("position", "distance", "x"), _LENGTHS, needed=False)
+    if place is None:
+        length = find_column(table, ("length", "segment_length"), _LENGTHS)
+        return Antenna.from_beam(length=np.asarray(length)[order], radius=radius, **made)
+    place = place[order]
+    if place[0] < 0 or np.any(np.diff(place) <= 0):
+        raise InvalidInput(
+            f"{table.source}: positions must be distances from the base that rise, got"
+            f" {place[0]:g} to {place[-1]:g} mm."
+        )
+    return Antenna.from_beam(
+        length=float(place[-1]),
+        n_segments=n_segments,
+        radius=lambda x: np.interp(x * place[-1], place, radius),
+        **made,
+    )
+
+
+# Force against deflection.
+
+_BACK = (
+    0.1  # [C] share of the largest force by which a curve may fall while the deflection grows
+)
+_KNOTS = 9  # forces at which the model's deflection is solved
+_STEEP = 0.85  # [C] deflection over arm beyond which a load slides off rather than bends
+
+
+class ForceCurve(Record):
+    """Force across an antenna at one point, and how far it moved that point aside.
+
+    Attributes
+    ----------
+    deflection : np.ndarray
+        (sample,) [mm]
+    force : np.ndarray
+        (sample,) [N]
+    at : float
+        Distance of the loaded point from the clamped base [mm].
+    name : str
+        The animal's.
+    """
+
+    deflection: Annotated[np.ndarray, "sample", Len(3), Unit("mm")]
+    force: Annotated[np.ndarray, "sample", Unit("N")]
+    at: Annotated[float, Gt(0), Unit("mm")]
+    name: str = "animal"
+    source: str = "force–deflection"
+
+    def _check(self) -> None:
+        if self.deflection.shape != self.force.shape:
+            raise InvalidInput(
+                f"{self.source}: one force for each deflection is needed, got {self.force.size} and"
+                f" {self.deflection.size}."
+            )
+        if np.ptp(self.deflection) == 0 or np.ptp(self.force) == 0:
+            what = "deflection" if np.ptp(self.deflection) == 0 else "force"
+            raise InvalidInput(
+                f"{self.source}: the {what} never changes, so nothing is measured."
+            )
+        if np.abs(self.deflection).max() > _STEEP * self.at:
+            raise InvalidInput(
+                f"{self.source}: deflections up to {np.abs(self.deflection).max():.4g} mm are too"
+                f" large for a point {self.at:.4g} mm from the base. Is the header's unit right (µm"
+                " for mm), and at= in mm?"
+            )
+        order = np.argsort(self.deflection, kind="stable")
+        rising = np.sign(np.polyfit(self.deflection, self.force, 1)[0]) or 1.0
+        force = rising * self.force[order]
+        off = np.abs(force - isotonic_regression(force))
+        if off.max() > _BACK * np.ptp(force):
+            where = self.deflection[order][int(np.argmax(off))]
+            share = off.max() / np.ptp(force)
+            raise InvalidInput(
+                f"{self.source}: the curve is not monotone: near {where:.4g} mm the force is off by"
+                f" {share:.0%} of its range. Did the contact slip? Leave that part out, and give"
+                " loading and unloading as tables of their own."
+            )
+
+
+@checked
+def load_forces(
+    path: str | Path, *, at: Annotated[float, Gt(0)] | None = None, name: str = ""
+) -> tuple[ForceCurve, ...]:
+    """Curves of a table with columns ``force`` and ``deflection`` (or ``displacement``), whose
+    headers say the units: ``force_uN``, ``deflection (mm)``.
+
+    Forces in g are a balance's. A column ``at`` (with its unit), the distance of the loaded point
+    from the base, gives a curve for each place; else it is ``at`` [mm]. ``name`` is the animal's,
+    by default the file's.
+
+    Raises
+    ------
+    InvalidInput
+        A column without a unit, no place, or a curve that is not monotone.
+    """
+    table = read_table(path, words=True)
+    deflection = find_column(table, ("deflection", "displacement"), _LENGTHS)
+    force = find_column(table, ("force", "load"), _FORCES)
+    places = find_column(table, ("at", "arm", "place"), _LENGTHS, needed=False)
+    if places is None:
+        if at is None:
+            raise InvalidInput(
+                f"{table.source} does not say where the force acts: give its distance from the base"
+                " in mm (at=), or a column at_mm."
+            )
+        places = np.full(len(table.values), at)
+    return tuple(
+        ForceCurve(
+            deflection=np.asarray(deflection)[places == place],
+            force=np.asarray(force)[places == place],
+            at=float(place),
+            name=name or Path(path).stem,
+            source=table.source,
+        )
+        for place in np.unique(places)
+    )
+
+
+def is_force_table(path: str | Path) -> bool:
+    """Whether a file is a table with a column of forces and one of deflections."""
+    try:
+        table = read_table(path, words=True)
+    except FeelerError:
+        return False
+    found = {re.split(r"[\s_\[(]", name.lower())[0] for name in table.columns}
+    return bool(found & {"force", "load"} and found & {"deflection", "displacement"})
+
+
+@checked
+def compute_force(
+    antenna: Antenna, deflection: np.ndarray, at: Annotated[float, Gt(0)]
+) -> np.ndarray:
+    """Force (sample,) [N] along +x that holds the point ``at`` mm from the base aside by
+    ``deflection`` (sample,) [mm], in equilibrium with all hinges.
+
+    Exact at nine forces, with a cubic spline between them; for small deflections a uniform
+    cantilever gives 3EI·δ/a³, a cone of radii r₀ at its base and r at the load 3EI₀·(r/r₀)·δ/a³.
+    """
+    if at > antenna.length * (1 + 1e-9):
+        raise InvalidInput(
+            f"the force acts {at:g} mm from the base, but {antenna.name!r} is"
+            f" {antenna.length:.4g} mm long."
+        )
+    share = min(at / antenna.length, 1.0)
+    asked = np.asarray(deflection, dtype=float)
+    sign = 1.0 if abs(asked.max()) >= abs(asked.min()) else -1.0
+    furthest = float(np.abs(asked).max())
+    rest = compute_point(antenna, antenna.rest_angle, share)[0]
+
+    def move(forces: Iterable[float]) -> np.ndarray:
+        angles = [solve_static(antenna, (sign * force, 0.0), share) for force in forces]
+        return sign * np.array([compute_point(antenna, one, share)[0] - rest for one in angles])
+
+    arm = np.clip(at - antenna.hinge_position, 0.0, None)
+    compliance = float(np.sum(arm**2 / antenna.stiffness))
+    largest = furthest / compliance
+    for _ in range(40):
+        if move([largest])[0] >= furthest:
+            break
+        largest *= 1.3
+    else:
+        raise FeelerError(
+            f"no force holds {antenna.name!r} {furthest:g} mm aside at {at:g} mm from its base."
+        )
+    forces = largest * np.linspace(0.0, 1.0, _KNOTS) ** 1.5
+    there = np.concatenate([[0.0], move(forces[1:])])
+    curve = CubicSpline(there, forces)
+    inside = np.abs(asked) * (np.sign(asked) == sign)
+    return sign * np.where(inside > 0, curve(inside), sign * asked / compliance)
