@@ -3,10 +3,17 @@ C header.
 """
 
 import json
+import os
+import pty
 import re
+import runpy
 import shutil
 import subprocess
+import threading
+import time
+import tty
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,7 +32,10 @@ from feeler.robot import (
     train_decoder,
 )
 from feeler.robot.board import make_board_decoder
+from feeler.robot.live import LiveTouch
+from feeler.robot.stream import Link, _Buffer, open_serial, read_lines, read_samples
 
+NODE = Path(__file__).parents[2] / "examples" / "ros2" / "antenna_node.py"
 TRIALS = make_touches(locations=(0.5, 0.9), speeds=(0.27,))
 
 
@@ -76,8 +86,8 @@ def test_a_loaded_decoder_answers_as_the_trained_one(decoder, file, touched):
 def test_a_stream_of_a_loaded_decoder_gives_the_trained_one_s_states(decoder, file, touched):
     lives = [one.start(missing=(3,)) for one in (RobotDecoder.load(file), decoder)]
     recording = touched[0][1]
-    for time, values in zip(recording.time, recording.values.T, strict=True):
-        states = [live.update(values, time) for live in lives]
+    for at, values in zip(recording.time, recording.values.T, strict=True):
+        states = [live.update(values, at) for live in lives]
         assert states[0].state == states[1].state and states[0].label == states[1].label
         np.testing.assert_allclose(states[0].posterior, states[1].posterior, atol=1e-3)
     assert lives[0].answer is not None and lives[0].answer.without == (3,)
@@ -215,3 +225,139 @@ int main(void) {
         assert which == made.predict(means[None])[0]
         right += made.classes[which] == label
     assert right >= 3 and re.search(rf"FEELER_CLASSES {len(made.classes)}\b", made.write())
+
+
+def test_the_ros_node_s_own_part_answers_by_names(file, touched):
+    """Joints come shuffled, beside a wheel; the answers are those of the stream."""
+    node = runpy.run_path(str(NODE))["Feeler"](str(file))
+    live, names = RobotDecoder.load(file).start(), [f"antenna_{k}" for k in range(1, 9)]
+    recording = touched[0][2]
+    order, said = np.random.default_rng(0).permutation(8), []
+    for at, values in zip(recording.time, recording.values.T, strict=True):
+        state = live.update(values, at)
+        found = node.take(
+            ["wheel", *(names[k] for k in order)], [9.0, *values[order]], 5e8 + at
+        )
+        if found:
+            said.append(found)
+            expected = (state.state, state.label, state.strange)
+            assert tuple(found[key] for key in ("state", "touch", "unlike_all")) == expected
+    assert said[0]["state"] == "waiting" and said[-1]["touch"] is not None
+    assert len(said) < 40  # only what is new
+
+
+def send(lines, pause=0.0):
+    """The name of a pseudo-terminal, and its other end, to which a thread writes once the port is
+    open (pyserial drops what came before).
+    """
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+
+    def write():
+        time.sleep(0.3)
+        for line in lines:
+            os.write(ours, line)
+            time.sleep(pause)
+
+    threading.Thread(target=write, daemon=True).start()
+    return ours, theirs, os.ttyname(theirs)
+
+
+def list_lines(recording):
+    rows = zip(recording.time, recording.values.T, strict=True)
+    return [f"{at:.3f},{','.join(f'{x:.5f}' for x in row)}\n".encode() for at, row in rows]
+
+
+def test_a_port_is_listened_to_at_its_rate_and_its_samples_are_counted(file, touched):
+    ours, theirs, port = send(list_lines(touched[0][0]))
+    done = run(
+        "stream",
+        port,
+        "--serial",
+        "--baud",
+        921_600,
+        "--unit",
+        "rad",
+        "--timeout",
+        1,
+        "--decoder",
+        file,
+    )
+    os.close(ours)
+    os.close(theirs)
+    assert done.exit_code == 0, done.exception
+    assert f"listening at {port}, 921600 baud: 8 numbers a line, in rad\n" in done.output
+    assert re.search(rf"{touched[0][0].time.size} samples at 1000 per second", done.output)
+    assert "as a whole: " in done.output
+
+
+def test_a_silent_port_ends_with_one_line(file):
+    ours, theirs, port = send([])
+    done = run("stream", port, "--serial", "--timeout", 0.2, "--decoder", file)
+    os.close(ours)
+    os.close(theirs)
+    assert isinstance(done.exception, InvalidInput)
+    assert re.search(rf"no sample came from {port} in 0\.2 s", str(done.exception))
+
+
+def test_a_board_that_was_unplugged_is_waited_for(tmp_path):
+    """Lines before and after; one that is gone for longer than the timeout is said."""
+    link, port = tmp_path / "port", "port"
+    ours, theirs, name = send([b"1,0.5\n", b"2,0.5\n", b"3,0.6\n"])
+    link.symlink_to(name)
+    port = str(link)
+    lines = open_serial(port, timeout=3.0, reconnect=True)
+    found = [next(lines) for _ in range(3)]
+    link.unlink()
+    os.close(ours)
+    os.close(theirs)
+    again, other, name = send([b"1,0.7\n", b"2,0.8\n"])
+    link.symlink_to(name)
+    found += [next(lines) for _ in range(3)]
+    assert found == [b"1,0.5\n", b"2,0.5\n", b"3,0.6\n", None, b"1,0.7\n", b"2,0.8\n"]
+    counted = Link(1)
+    samples = list(read_samples(found, 1, counted))
+    assert [at for at, _ in samples] == [1, 2, 3, 1, 2] and counted.restarts == 1
+    link.unlink()
+    os.close(again)
+    os.close(other)
+    with pytest.raises(InvalidInput, match=r"the board at .*port is gone"):
+        list(lines)
+
+
+def test_control_c_gives_the_summary(file, touched, monkeypatch, tmp_path):
+    """After 600 samples of a touch; what was felt is judged, and the exit code is the shell's."""
+    save_recording(touched[0][0], tmp_path / "touch.csv")
+    update, count = LiveTouch.update, iter(range(10**6))
+
+    def stop(self, *words):
+        if next(count) == 600:
+            raise KeyboardInterrupt
+        return update(self, *words)
+
+    monkeypatch.setattr(LiveTouch, "update", stop)
+    done = run("stream", tmp_path / "touch.csv", "--decoder", file)
+    assert done.exit_code == 130
+    assert "as a whole: " in done.output and re.search(r"60\d samples at 1000", done.output)
+
+
+def test_a_sample_costs_a_fraction_of_a_millisecond(decoder, touched):
+    """Processor time of a touch at 1 kHz, judgements of the whole included; its lines are read in
+    pieces, not byte by byte.
+    """
+    live, recording = decoder.start(), touched[0][0]
+    began = time.thread_time()
+    for at, values in zip(recording.time, recording.values.T, strict=True):
+        live.update(values, at)
+    assert time.thread_time() - began < 5e-4 * recording.time.size
+
+    class Port:
+        reads, rest, in_waiting = 0, b"".join(list_lines(recording)), 4096
+
+        def read(self, size):
+            Port.reads += 1
+            found, Port.rest = Port.rest[:size], Port.rest[size:]
+            return found
+
+    size, lines = len(Port.rest), list(read_lines(_Buffer(Port())))
+    assert lines == list_lines(recording) and Port.reads <= size / 4096 + 2

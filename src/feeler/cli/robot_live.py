@@ -146,6 +146,13 @@ def stream(
         again = repeat and not stopped and fault is None and state is not None
         again = again and state.state == "over"
         contact = state is not None and state.since_contact >= 0
+        if not watch.samples and not stopped:
+            waited = f" in {timeout:g} s" if serial else ""
+            raise InvalidInput(
+                f"no sample came from {source}{waited}. Is the board sending, and is this its port?"
+                if serial
+                else f"{'standard input' if source == '-' else source} held no sample."
+            )
         end(contact, touch.stream.missed, watch, labels, touch.answer)
         if out is not None and touch.kept:
             from feeler.cli.robot_pages import write_stream
