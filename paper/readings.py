@@ -156,7 +156,7 @@ def load_sentences() -> tuple[Sentence, ...]:
                 if not INDICES[index].is_similarity:
                     own |= {"groups": own["groups"][::-1], "ratio": True, "least": 0.1}
             source = found[same.replace("pearson", index or "pearson")] if same else None
-            options = source.choice if source else own.get("choice", ())
+            options: Any = source.choice if source else own.get("choice", ())
             if not source:
                 options = tuple(
                     make_record(Option, one, f"readings.toml, {own['id']}") for one in options
@@ -331,7 +331,7 @@ def _share_draws(
         weights.append(
             left[:-1] - left[1:] if fit == "best of all starts" else np.full(n, 1 / n)
         )
-    draws = product(*(range(len(found)) for found in starts))
+    draws: Iterator[tuple[int, ...]] = product(*(range(len(found)) for found in starts))
     if fit is None and "slow" in sentence.groups:
         draws = iter([(k,) * len(starts) for k in range(len(starts[0]))])
         weights = [weights[0], *(np.ones_like(w) for w in weights[1:])]
@@ -575,7 +575,8 @@ def _list_ways(
     sentence: Sentence, tree: DecisionTreeClassifier, columns: list[tuple[str, str | None]]
 ) -> dict[bool, list[_Allowed]]:
     """The options that lead to every leaf, by whether readings there agree."""
-    inner, ways = tree.tree_, {True: [], False: []}
+    inner = tree.tree_
+    ways: dict[bool, list[_Allowed]] = {True: [], False: []}
 
     def walk(node: int, allowed: _Allowed) -> None:
         if inner.children_left[node] < 0:
@@ -668,17 +669,15 @@ def _describe_main(
             near,
             key=lambda one: (len(_list_changes(sentence, one)), NATURAL.index(one.natural)),
         )
-        changed = ", ".join(f"{k} “{v}”" for k, v in _list_changes(sentence, best).items())
-        words.append(f"nearest that agrees: {changed} ({_say_values(sentence, best)})")
+        said = ", ".join(f"{k} “{v}”" for k, v in _list_changes(sentence, best).items())
+        words.append(f"nearest that agrees: {said} ({_say_values(sentence, best)})")
     if undefined := sum(not one.defined for one in readings):
         words.append(f"undefined in {undefined} of {len(readings)} readings")
     chance = [one for one in readings if one.agrees is None and np.isfinite(one.share)]
     if chance and main.agrees is not True:
         most = max(chance, key=lambda one: one.share)
-        changed = ", ".join(f"{k} “{v}”" for k, v in most.chosen.items())
-        words.append(
-            f"by chance of the starts in {most.share:.0%} of draws at most ({changed})"
-        )
+        said = ", ".join(f"{k} “{v}”" for k, v in most.chosen.items())
+        words.append(f"by chance of the starts in {most.share:.0%} of draws at most ({said})")
     return "; ".join(words) + "."
 
 

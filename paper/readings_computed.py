@@ -593,7 +593,7 @@ def _average(
     )
     return {
         index: {
-            name: (one.estimate, one.low, one.high, len(arrays[name]))
+            str(name): (one.estimate, one.low, one.high, len(arrays[str(name)]))
             for name, one in averages.items()
         }
         for index, averages in result.average.items()

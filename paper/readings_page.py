@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,7 +42,7 @@ def plot(finding: Finding, ax: Axes) -> None:
         if group in nulls.groups:
             null = nulls.get_group(group).dropna().unique()
             if null.size:
-                look = {"ms": 5, "color": PALETTE[3], "alpha": 0.6}
+                look: dict[str, Any] = {"ms": 5, "color": PALETTE[3], "alpha": 0.6}
                 ax.plot(null, np.full(len(null), place - 0.36), "|", **look)
         if sentence.target:
             ax.plot(sentence.target[place], place, "x", ms=7, color="#C00000", mew=1.5)

@@ -6,6 +6,7 @@ a guard that starts no process, and a browser."""
 import gc
 import os
 import shutil
+import tempfile
 from contextlib import contextmanager
 from importlib import resources
 
@@ -68,6 +69,8 @@ def pytest_configure(config):
     must find this when they start: a plugin of pytest loads NumPy before a worker comes to this
     file.
     """
+    # trained decoders are kept there
+    os.environ.setdefault("FEELER_CACHE", tempfile.mkdtemp(prefix="feeler-cache-"))
     if config.getoption("numprocesses", None):
         for library in ("OPENBLAS", "OMP"):
             os.environ.setdefault(f"{library}_NUM_THREADS", "1")

@@ -18,6 +18,7 @@ _HOMES = {
     "Box": "feeler.objects.shapes",
     "ConvolutiveNMF": "feeler.encoding.model",
     "LogRange": "feeler.draw",
+    "Mesh": "feeler.objects.meshes",
     "Object": "feeler.objects.bodies",
     "Outline": "feeler.objects.outlines",
     "Peg": "feeler.objects.shapes",

@@ -35,6 +35,7 @@ from feeler.experiments.mechanics import release as release
 from feeler.experiments.tactile import touch as touch
 from feeler.objects.bodies import Object as Object
 from feeler.objects.bodies import Wall as Wall
+from feeler.objects.meshes import Mesh as Mesh
 from feeler.objects.motion import BaseMotion as BaseMotion
 from feeler.objects.outlines import Outline as Outline
 from feeler.objects.sampling import sample_trials as sample_trials

@@ -19,7 +19,17 @@ from feeler.design import load_plan
 from feeler.design import plan as outcome
 from feeler.design.page import plot_confusion, plot_designs
 from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
+from feeler.design.scoring import DesignTask
+from feeler.design.search import (
+    Constraints,
+    DesignProblem,
+    Space,
+    _check_task,
+    optimise,
+)
 from feeler.errors import InvalidInput
+from feeler.objects import Ball
+from feeler.robot import load_robot
 from tests.design.test_design import ANTENNA, TASK
 
 TEXT = """\
@@ -263,3 +273,96 @@ def test_a_ledger_of_looks_is_whole_or_as_it_was_and_loses_none_of_two_searches(
             outcome._count_looks(path, SimpleNamespace(seeds={"final": 4}), ANTENNA)
     assert path.read_text() == before and len(json.loads(before)["3"]) == 24
     assert outcome._count_looks(path, SimpleNamespace(seeds={"final": 4}), ANTENNA) == 1
+
+
+ROBOT = """schema = "feeler.robot/1"
+name = "mine"
+[hinges]
+width = [8.0, 7.0, 6.0, 5.0]
+thickness = 0.05
+length = 0.6
+modulus = 2400
+[links]
+length = [8.0, 8.0, 8.0, 8.0]
+mass = [0.03, 0.03, 0.03, 0.03]
+radius = 1.0
+[factors]
+stiffness = 0.8
+damping = 6.0
+[sensors]
+hinges = [1, 2, 3, 4]
+"""
+
+
+def test_a_plan_takes_the_robot_and_what_can_be_cut_of_its_sheets(tmp_path):
+    """The flexures that the robot has can be cut; of half the width, or of no such sheet, not."""
+    (tmp_path / "mine.toml").write_text(ROBOT)
+    text = TEXT.replace("small.toml", "mine.toml")
+    text += "[constraints]\nwidth = [5, 8]\nsheets = [0.05]\n"
+    (tmp_path / "d.toml").write_text(text)
+    plan = load_plan(tmp_path / "d.toml")
+    keep, robot = plan.constraints, load_robot(tmp_path / "mine.toml")
+    assert plan.reference == robot.antenna
+    assert (keep.stiffness_factor, keep.modulus, keep.hinge_length) == (0.8, 2400.0, 0.6)
+    assert keep.check(robot.antenna, robot.antenna)["width"] == pytest.approx(0, abs=1e-9)
+    k = robot.antenna.stiffness
+    narrow = robot.antenna.replace(stiffness=k / 2)
+    assert keep.check(narrow, robot.antenna)["width"] == pytest.approx(np.log(2))
+    wide = robot.antenna.replace(stiffness=3 * k)
+    assert keep.check(wide, robot.antenna)["width"] == pytest.approx(np.log(3))
+    both = keep.replace(sheets=(0.05, 0.05 * 3 ** (1 / 3)), width=(4.9, 8.1))
+    assert (
+        both.check(wide, robot.antenna)["width"] == 0
+    )  # of the thicker sheet they are as before
+    stiff = keep.replace(stiffest=2.0).check(wide, robot.antenna)["stiffest"]
+    assert stiff == pytest.approx(np.log(1.5))
+    with pytest.raises(InvalidInput, match=r"width must be 0 < low"):
+        keep.replace(width=(8.0, 5.0))
+
+
+def test_an_objective_of_one_s_own_is_made_small_within_the_constraints():
+    """The antenna whose total compliance is nearest to 1.5 times the reference's; an optimiser from
+    outside asks and tells the same problem.
+    """
+    space, calls = Space(reference=ANTENNA, stiffness=1, damping=0, span=4.0), []
+    wanted = 1.5 * np.sum(1 / ANTENNA.stiffness)
+
+    def miss(design):
+        calls.append(design)
+        return float(np.log(np.sum(1 / design.antenna.stiffness) / wanted) ** 2)
+
+    task = DesignTask(objects=(Ball(radius=1.5), Ball(radius=3.0)))
+    found = optimise(task, space, objective=miss, evaluations=60)[0]
+    factor = found.design.antenna.stiffness / ANTENNA.stiffness
+    np.testing.assert_allclose(factor, 1 / 1.5, rtol=1e-2)
+    assert len(calls) >= 10
+    kept = Constraints(softest=0.8)
+    bound = optimise(task, space, kept, objective=miss, evaluations=60)[0]
+    np.testing.assert_allclose(
+        bound.design.antenna.stiffness / ANTENNA.stiffness, 0.8, rtol=0.02
+    )
+    problem = DesignProblem(task=task, space=space, objective=miss)
+    costs = {
+        x: problem.look(np.array([x])).cost for x in np.linspace(-1, 1, 41)
+    }  # told from outside
+    best = min(costs, key=costs.get)
+    assert np.exp(np.log(4.0) * best) == pytest.approx(1 / 1.5, rel=0.05)
+    assert problem.look(np.array([0.3])).x == [0.3] and problem.evaluations == 42
+    with pytest.raises(InvalidInput, match="peak_angle is known of touches"):
+        optimise(task, space, Constraints(peak_angle=0.2), objective=miss)
+
+
+@pytest.mark.parametrize(
+    ("bits", "errors", "words"),
+    [
+        (-6.9, 0.4, "raise train .now 4 of each class.; the noise is not the cause"),
+        (0.01, 0.74, "Lower the noise"),
+        (1.999, 0.0, "Raise the noise"),
+    ],
+)
+def test_advice_names_the_cause(bits, errors, words):
+    task = DesignTask(
+        objects=(Ball(radius=1.5), Ball(radius=3.0)), locations=(0.5, 0.8), train=4
+    )
+    with pytest.raises(InvalidInput, match=words):
+        _check_task(SimpleNamespace(bits=bits, errors=errors), task)

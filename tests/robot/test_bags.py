@@ -6,12 +6,14 @@ import json
 
 import numpy as np
 import pytest
+import zstandard
+from mcap.writer import CompressionType
 from mcap_ros2.writer import Writer
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.robot import load_recording
+from feeler.robot import load_recording, repair
 from feeler.tensors.bags import describe_bag, read_bag
 from feeler.tensors.formats import load
 
@@ -61,11 +63,12 @@ def write(
     period=2_000_000,
     begin=SENT + 125,
     delay=0,
+    **how,
 ):
     """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
     for part in range(parts):
         file = path if parts == 1 else path / f"run_{part}.mcap"
-        with open(file, "wb") as stream, Writer(stream) as bag:
+        with open(file, "wb") as stream, Writer(stream, **how) as bag:
             kinds = (
                 ("sensor_msgs/msg/JointState", JOINT),
                 ("std_msgs/msg/Float64MultiArray", ARRAY),
@@ -276,13 +279,113 @@ def test_what_is_wrong_with_a_bag_is_said(tmp_path, change, address, match):
         load_recording(f"{write(tmp_path / 'run.mcap', **change)}{address}", n_channels=3)
 
 
-def test_a_bag_that_was_cut_is_damaged_and_no_bag_is_no_file(tmp_path):
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.97])
+@pytest.mark.parametrize("compression", ["NONE", "ZSTD", "LZ4"])
+def test_of_a_bag_that_was_cut_is_read_what_is_whole(tmp_path, share, compression):
+    """Power was lost: chunks that are whole, and of the last what of it is there."""
+    path = tmp_path / "run.mcap"
+    how = {"chunk_size": 4000, "compression": CompressionType[compression]}
+    whole = read_bag(str(write(path, **how)), "joint_states").values
+    text = path.read_bytes()
+    path.write_bytes(text[: int(share * len(text))])
+    read = load_recording(f"{path}:joint_states", n_channels=12)
+    n = read.time.size
+    assert 0.7 * share * 50 - 4 < n <= 50
+    assert any("not closed" in line for line in read.history)
+    np.testing.assert_allclose(read.time, whole[:n, 0], atol=1e-9)
+    order = np.argsort([int(name[6:]) for name in NAMES])
+    np.testing.assert_array_equal(read.values, ANGLE[:n, order].T)
+
+
+def test_what_holds_no_whole_message_is_refused_and_no_bag_is_no_file(tmp_path):
     path = write(tmp_path / "run.mcap")
-    path.write_bytes(path.read_bytes()[:-300])
-    with pytest.raises(InvalidInput, match=r"run\.mcap: (it has no index|is damaged)"):
+    path.write_bytes(path.read_bytes()[:40])
+    with pytest.raises(InvalidInput, match="before its first message was whole"):
         load_recording(f"{path}:joint_states")
     with pytest.raises(InvalidInput, match=r"no such file|No such file"):
         load_recording(tmp_path / "none.mcap:joint_states")
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_a_bag_that_was_compressed_as_a_file_is_the_bag(tmp_path, folder):
+    """As ``ros2 bag record --compression-mode file`` leaves it."""
+    home = tmp_path / "run"
+    home.mkdir()
+    plain = write(home / "run_0.mcap")
+    expected = load_recording(f"{plain}:joint_states", n_channels=12)
+    packed = home / "run_0.mcap.zstd"
+    packed.write_bytes(zstandard.compress(plain.read_bytes()))
+    plain.unlink()
+    name = home if folder else packed
+    read = load_recording(f"{name}:joint_states", n_channels=12)
+    np.testing.assert_array_equal(read.values, expected.values)
+    np.testing.assert_array_equal(read.time, expected.time)
+    assert "/joint_states" in "".join(describe_bag(str(name)))
+    packed.write_bytes(packed.read_bytes()[:-900])
+    with pytest.raises(InvalidInput, match=r"run_0\.mcap\.zstd was cut off"):
+        load_recording(f"{name}:joint_states", n_channels=12)
+
+
+def test_joints_are_chosen_by_name_or_pattern_from_several_publishers(tmp_path):
+    """An arm and a wheel share the topic, the antenna comes in two halves of one stamp each."""
+    half = [f"antenna_{k}" for k in (10, 2, 1)], [f"antenna_{k}" for k in (4, 3)]
+
+    def name(k):
+        return [["wheel_1", *half[0]], ["arm"], half[1]][k % 3]
+
+    path, sent = tmp_path / "run.mcap", {}
+    with open(path, "wb") as stream, Writer(stream) as bag:
+        joint = bag.register_msgdef("sensor_msgs/msg/JointState", JOINT)
+        for k in range(60):
+            names, at = name(k), SENT + 2_000_000 * (k // 3)
+            values = RNG.random(len(names))
+            header = {"stamp": {"sec": at // 10**9, "nanosec": at % 10**9}, "frame_id": ""}
+            state = {"header": header, "name": names, "position": values.tolist()}
+            state |= {"velocity": (10 * values).tolist(), "effort": []}
+            bag.write_message("/joint_states", joint, state, at)
+            for one, value in zip(names, values, strict=True):
+                sent.setdefault(one, []).append(value)
+    address = f"{path}:joint_states"
+    ordered = [f"antenna_{k}" for k in (1, 2, 3, 4, 10)]
+    for joints in (("antenna_*",), ordered, ("antenna_[12]", "antenna_?", "antenna_10")):
+        read = load_recording(address, n_channels=5, joints=joints)
+        np.testing.assert_array_equal(read.values, [sent[one] for one in ordered])
+        np.testing.assert_allclose(read.time, 2.0 * np.arange(20), atol=1e-9)
+        np.testing.assert_allclose(read.velocity, 1e-2 * read.values)  # rad/s are 1e-3 rad/ms
+        assert read.effort is None and "3 publishers on the topic" in read.history
+    turned = load_recording(address, n_channels=2, joints=("antenna_10", "antenna_1"))
+    np.testing.assert_array_equal(turned.values, [sent["antenna_10"], sent["antenna_1"]])
+    even = repair(read, interval=1.0)
+    np.testing.assert_allclose(even.velocity, 1e-2 * even.values, rtol=1e-9)
+    with pytest.raises(InvalidInput, match=r"several publishers. Name those .* joints="):
+        load_recording(address, n_channels=5)
+    with pytest.raises(
+        InvalidInput, match="no channel is called 'antena_\\*'; there are wheel_1"
+    ):
+        load_recording(address, n_channels=5, joints=("antena_*",))
+
+
+def test_columns_of_a_table_are_chosen_as_joints_are(tmp_path):
+    (tmp_path / "plot.csv").write_text(
+        "__time,/js/wheel/position,/js/antenna_10/position,/js/antenna_2/position\n"
+        + "\n".join(f"{k / 100},{k},{k / 1e3},{k / 1e2}" for k in range(9))
+    )
+    read = load_recording(
+        tmp_path / "plot.csv", n_channels=2, joints=("/js/antenna_*",), unit="rad"
+    )
+    np.testing.assert_allclose(read.values, np.arange(9) / np.array([[1e2], [1e3]]))
+
+
+@pytest.mark.parametrize("numbers", [(1, 2, 4), (0, 1, 3)])
+def test_an_absent_channel_may_be_missing(tmp_path, numbers):
+    rows = [f"{k},{k},{k + 1},{k + 2}" for k in range(9)]
+    head = "time_ms," + ",".join(f"ch{number}_deg" for number in numbers)
+    (tmp_path / "r.csv").write_text("\n".join([head, *rows]))
+    with pytest.raises(InvalidInput, match=r"missing [234].*bad_channels='missing'"):
+        load_recording(tmp_path / "r.csv", n_channels=4)
+    read = load_recording(tmp_path / "r.csv", n_channels=4, bad_channels="missing")
+    assert np.isnan(read.values[2]).all() and "absent, made missing: 3" in read.history
+    np.testing.assert_allclose(np.rad2deg(read.values[3]), np.arange(9) + 2)
 
 
 @pytest.mark.long

@@ -185,7 +185,7 @@ def test_the_report_prints_degrees_and_degrees_a_minute(readings):
     head, *rows = fit.report().splitlines()
     assert re.split(r"\s{2,}", head) == [
         "hinge",
-        "°/unit",
+        "°/pF",
         "R²",
         "residual °",
         "cross-validated °",

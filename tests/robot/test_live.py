@@ -189,7 +189,10 @@ def test_the_command_skips_what_is_no_sample_and_says_so_while_it_listens(run, t
     assert found[-1]["label"] == last["whole"]["label"] == states[-1]["label"]
     assert found[-1]["unlike_all"] == last["whole"]["unlike_all"]
     said = run("\n".join(torn)).output
-    assert "training" in said and "listening: 8 numbers a line, in rad, unless --unit" in said
+    assert (
+        "decoder trained before with these settings" in said
+        and "listening: 8 numbers a line, in rad, unless --unit" in said
+    )
     assert "1 broken lines so far" in said and f"of the lines that came: {count} broken" in said
 
 
@@ -221,7 +224,7 @@ def test_the_command_takes_a_unit_and_refuses_what_none_of_its_lines_can_be(run,
 def test_what_a_board_sends_during_training_waits(monkeypatch):
     ours, theirs = pty.openpty()
     link = Link(3)
-    samples = robot_live._listen(os.ttyname(theirs), True, 115_200, link, 3, None)
+    samples = robot_live._listen(os.ttyname(theirs), True, 115_200, 2.0, link, 3, None)
     lines = [f"{k},{k},{k + 1},{k + 2}\n".encode() for k in range(400)]
     for line in lines:
         os.write(ours, line)

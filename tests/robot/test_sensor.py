@@ -181,9 +181,13 @@ def test_saved_and_loaded_is_the_same(tmp_path):
     ):
         np.testing.assert_array_equal(getattr(again, name), getattr(fit, name))
     assert again.robot == "A"
+    content = json.loads((tmp_path / "c.json").read_text())
     assert (
-        json.loads((tmp_path / "c.json").read_text())["version"] == 1
-    )  # older files must stay readable
+        content.pop("version") == 2
+    )  # files of version 1, which had lines alone, stay readable
+    old = {k: v for k, v in content.items() if k not in ("curve", "straight", "hysteresis")}
+    (tmp_path / "old.json").write_text(json.dumps({"version": 1, **old}))
+    np.testing.assert_array_equal(load_calibration(tmp_path / "old.json").slope, fit.slope)
     with pytest.raises(InvalidInput, match="2 readings at 2 angles; a line needs 3 at 2"):
         fit_sensors(np.ones(2, int), np.array([0.0, 0.1]), np.array([1.0, 2.0]))
     one = fit_sensors(
@@ -232,3 +236,76 @@ def test_any_bytes_give_our_error(tmp_path_factory, raw):
 def test_report_names_every_hinge():
     lines = fit_sensors(*_bench(noise=0.01)[:3]).report().splitlines()
     assert [line.split()[0] for line in lines] == ["hinge", "1", "2", "3"]
+
+
+def _make_bench(bend, hysteresis=0.0, noise=0.002, seed=0):
+    """Four sweeps, up and down by turns, of two hinges whose reading bends."""
+    rng, up = np.random.default_rng(seed), np.linspace(-0.7, 0.7, 15)
+    angle = np.tile(np.concatenate([up, up[::-1]]), 4)
+    way = np.tile(np.repeat([1.0, -1.0], 15), 4)
+    hinge, angle = np.repeat([1, 2], angle.size), np.tile(angle, 2)
+    seen = angle - hysteresis / 2 * np.tile(way, 2)
+    return hinge, angle, 5 + hinge * bend(seen) + noise * rng.normal(size=angle.size)
+
+
+@pytest.mark.parametrize(
+    ("bend", "curves"),
+    [
+        (lambda x: x, {"line"}),
+        (np.sin, {"cubic", "spline"}),
+        (lambda x: x + 0.3 * x**2, {"quadratic", "cubic", "spline"}),
+        (lambda x: -np.sinh(3 * x), {"cubic", "spline"}),
+    ],
+)
+def test_the_curve_that_predicts_unseen_angles_is_chosen(bend, curves):
+    """Of a bent characteristic no bend is left, of a straight one the line is kept."""
+    table = _make_bench(bend)
+    fit = fit_sensors(*table, curve="auto")
+    assert fit.curve in curves
+    test = np.linspace(-0.65, 0.65, 41)
+    found = fit.apply(5 + np.outer([1, 2], bend(test)))
+    line = fit_sensors(*table)
+    assert np.abs(found - test).max() < (0.004 if fit.curve == "line" else 0.02)
+    np.testing.assert_allclose(fit.straight, line.residual)
+    assert (line.curve, line.readings) == ("line", None)
+    np.testing.assert_array_equal(fit.slope, line.slope)
+    if fit.curve != "line":
+        assert (fit.cross_validated < 0.9 * line.cross_validated).all()
+        assert (
+            np.diff(
+                fit.apply(
+                    np.tile(np.linspace(fit.low[0], fit.high[0], 99), (2, 1)), outside="extend"
+                )[0]
+            )
+            * np.sign(bend(1.0))
+            > 0
+        ).all()
+        assert "a straight line leaves" in fit.explain()[0] and "is used" in fit.explain()[0]
+
+
+def test_a_curve_goes_on_straight_beyond_its_range_and_survives_its_file(tmp_path):
+    fit = fit_sensors(*_make_bench(np.sin), curve="cubic")
+    step = np.array([[0.01], [0.01]])
+    ends = fit.high[:, None] + step * np.arange(4)
+    slopes = np.diff(fit.apply(ends, outside="extend"), axis=1)
+    np.testing.assert_allclose(slopes, slopes[:, :1].repeat(3, axis=1), rtol=1e-9)
+    save_calibration(fit, tmp_path / "c.json")
+    loaded = load_calibration(tmp_path / "c.json")
+    np.testing.assert_array_equal(
+        loaded.apply(ends, outside="extend"), fit.apply(ends, outside="extend")
+    )
+    assert loaded.curve == "cubic" and "/pF" in loaded.report()
+    with pytest.raises(InvalidInput, match=r"cubic curve needs readings at 5 angles, got 4"):
+        angle = np.tile(np.arange(4) / 4, 2)
+        fit_sensors(np.ones(8, int), angle, 5 + angle, curve="cubic")
+
+
+def test_hysteresis_is_measured_named_and_kept_out_of_the_repeatability():
+    """The reading lags by 0.03 rad either way, so the same reading is 0.03 more on the way up."""
+    fit = fit_sensors(*_make_bench(lambda x: x, hysteresis=0.03))
+    np.testing.assert_allclose(fit.hysteresis, 0.03, atol=0.004)
+    assert any("hysteresis" in line for line in fit.explain())
+    free = fit_sensors(*_make_bench(lambda x: x))
+    assert not any("hysteresis" in line for line in free.explain())
+    one_way = fit_sensors(np.ones(9, int), np.arange(9) / 9, np.arange(9) * 1.0)
+    assert np.isnan(one_way.hysteresis).all()

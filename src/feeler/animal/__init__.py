@@ -18,3 +18,7 @@ __all__ = [
     "write_example",
     "write_template",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -13,6 +13,10 @@ Examples:
 
   feeler robot stream surrogate_ball_tip_fast.csv --calibration calibration.json
 
+  feeler robot train --calibration calibration.json -o my.decoder
+
+  feeler robot classify surrogate_ball_tip_fast.csv --decoder my.decoder
+
   feeler robot fit surrogate_release.csv
 
   feeler robot convert surrogate_release.csv --out set.nc
@@ -35,6 +39,8 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
 
   feeler robot new robot.toml --hinges 12
 
+  feeler robot train robot.toml objects.toml --speeds 0.1,0.3 -o my.decoder
+
   feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds \
 0.1,0.3 --out out/touches
 
@@ -49,14 +55,17 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Json, Verbs, list_examples, say_json
+from feeler.cli.robot_decoder import DecoderFile, choose_decoder, train
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
+    BadChannels,
     Calibration,
     ChannelUnit,
     Engine,
     Files,
     Gaps,
+    JointNames,
     Numbers,
     Objects,
     Out,
@@ -118,6 +127,13 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="where to save the calibration")] = Path(
         "calibration.json"
     ),
+    curve: Annotated[
+        str,
+        typer.Option(
+            help="line, quadratic, cubic, spline (monotone), or auto: the simplest that predicts"
+            " angles that it did not see"
+        ),
+    ] = "auto",
     as_json: Json = False,
 ) -> None:
     """Fit capacitance to angle, one curve per hinge.
@@ -126,12 +142,14 @@ def calibrate(
     """
     from feeler.robot import load_calibration_table, save_calibration
 
-    calibration = load_calibration_table(table)
+    calibration = load_calibration_table(table, curve=curve)
     save_calibration(calibration, out)
     if as_json:
         say_json(vars(calibration))
         return
     typer.echo(calibration.report())
+    for sentence in calibration.explain():
+        typer.echo(sentence)
     typer.echo(
         f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else "")
     )
@@ -146,6 +164,8 @@ def check(
     time_unit: TimeUnit = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
+    bad_channels: BadChannels = "refuse",
+    joints: JointNames = None,
     out: Out = None,
     as_json: Json = False,
 ) -> None:
@@ -156,8 +176,14 @@ def check(
     from feeler.cli.robot_pages import describe_recording, write_recordings
 
     read, names = (
-        Robot(antenna).read(
-            recordings, calibration, outside, gaps, unit=unit, time_unit=time_unit
+        Robot(antenna, joints).read(
+            recordings,
+            calibration,
+            outside,
+            gaps,
+            bad_channels,
+            unit=unit,
+            time_unit=time_unit,
         ),
         [path.name for path in recordings],
     )
@@ -187,6 +213,8 @@ def convert(
     time_unit: TimeUnit = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
+    bad_channels: BadChannels = "refuse",
+    joints: JointNames = None,
     lengths: Annotated[
         str, typer.Option(help="different durations: refuse, crop, hold")
     ] = "refuse",
@@ -198,8 +226,8 @@ def convert(
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
-    robot, units = Robot(antenna), {"unit": unit, "time_unit": time_unit}
-    read = robot.read(recordings, calibration, outside, gaps, **units)
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
     dataset = make_dataset(read, robot.antenna, lengths=lengths)
     save(dataset, out)
     typer.echo(f"{dict(dataset.sizes)} saved to {out}")
@@ -212,6 +240,8 @@ def fit(
     calibration: Calibration = None,
     unit: ChannelUnit = None,
     time_unit: TimeUnit = None,
+    bad_channels: BadChannels = "refuse",
+    joints: JointNames = None,
     thickness: Annotated[float | None, typer.Option(help="flexure thickness [mm]")] = None,
     length: Annotated[float | None, typer.Option(help="flexure length [mm]")] = None,
     method: Annotated[
@@ -230,14 +260,20 @@ def fit(
     from feeler.errors import InvalidInput
     from feeler.robot import compare_tips, fit_factors, make_flexures
 
-    robot, sheet = Robot(antenna), tell(thickness=thickness, length=length)
+    robot, sheet = Robot(antenna, joints), tell(thickness=thickness, length=length)
     if sheet and antenna != "robot":
         raise InvalidInput(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
     read, how = (
         robot.read(
-            [recording], calibration, "refuse", "refuse", unit=unit, time_unit=time_unit
+            [recording],
+            calibration,
+            "refuse",
+            "refuse",
+            bad_channels,
+            unit=unit,
+            time_unit=time_unit,
         )[0],
         tell(engine=engine, timestep=timestep),
     )
@@ -272,11 +308,14 @@ def classify(
     objects: Objects = None,
     locations: Numbers = None,
     speeds: Speeds = None,
+    decoder: DecoderFile = None,
     calibration: Calibration = None,
     unit: ChannelUnit = None,
     time_unit: TimeUnit = None,
     outside: Outside = "refuse",
     gaps: Gaps = "bridge",
+    bad_channels: BadChannels = "missing",
+    joints: JointNames = None,
     robots: Annotated[
         int, typer.Option(min=3, help="surrogate robots whose touches are learned")
     ] = 24,
@@ -288,26 +327,31 @@ def classify(
 ) -> None:
     """Classify recorded touches: object, location, speed.
 
-    Trains on simulated touches of surrogate robots, then gives feature, location and speed of
-    each recording with their probabilities, and whether the recording is like any touch in the
-    training set.
+    Each recording's feature, location and speed with their probabilities, and whether it is like
+    any touch in the training set: by the decoder of feeler robot train, or by one that is trained
+    now on simulated touches of surrogate robots and kept for the next time.
 
     Probabilities are calibrated on robots held out; 5 % of known touches are called strange. What
     the recording's notes know of the touch is printed beside.
     """
-    from feeler.robot import choose_before, make_classifier, subtract_rest
+    from feeler.robot import subtract_rest
     from feeler.robot.classify import judge_recording
 
-    robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
-    units = {"unit": unit, "time_unit": time_unit}
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    said = {"objects": objects, "locations": locations, "speeds": speeds}
+    how = tell(engine=engine, timestep=timestep, workers=workers)
+    if decoder is not None:
+        robot.adopt(choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
     read = [
         subtract_rest(recording)
-        for recording in robot.read(recordings, calibration, outside, gaps, **units)
+        for recording in robot.read(
+            recordings, calibration, outside, gaps, bad_channels, **units
+        )
     ]
-    how = tell(engine=engine, timestep=timestep, workers=workers)
-    classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
-    before = choose_before(robot.antenna, touches)
-    judged = [judge_recording(classifier, one, robot.antenna, before) for one in read]
+    chosen = robot.decoder or choose_decoder(None, robot, said, robots, **how)
+    judged = [
+        judge_recording(chosen.classifier, one, robot.antenna, chosen.before) for one in read
+    ]
     answers = [answer for answer, _ in judged]
     aligned = np.array([tensor for _, tensor in judged])
     found = [
@@ -371,7 +415,7 @@ def gap(
         typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
 
 
-for verb in (stream, board, replay):
+for verb in (train, stream, board, replay):
     app.command()(verb)
 _EXAMPLES = list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own

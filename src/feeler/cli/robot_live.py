@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from queue import Queue
@@ -12,6 +13,7 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Json, require_new, say_json
+from feeler.cli.robot_decoder import DecoderFile, choose_decoder, parse_missing
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
@@ -26,7 +28,6 @@ from feeler.cli.robot_options import (
     Timestep,
     TimeUnit,
     Workers,
-    make_touches,
     require,
     tell,
 )
@@ -48,6 +49,10 @@ def stream(
     objects: Objects = None,
     locations: Numbers = None,
     speeds: Speeds = None,
+    decoder: DecoderFile = None,
+    missing: Annotated[
+        str | None, typer.Option(help="sensors that give no usable value, such as 4,7")
+    ] = None,
     calibration: Calibration = None,
     unit: ChannelUnit = None,
     time_unit: TimeUnit = None,
@@ -58,6 +63,17 @@ def stream(
     baud: Annotated[
         int, typer.Option(min=1, help="characters of a serial port: bits per second")
     ] = 115_200,
+    timeout: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            help="seconds without a line, or without the board, after which listening ends; 0:"
+            " never",
+        ),
+    ] = 0.0,
+    repeat: Annotated[
+        bool, typer.Option("--repeat", help="go on with the next touch, until Ctrl-C")
+    ] = False,
     threshold: Annotated[
         float, typer.Option(help="posterior at which the answer counts as decided")
     ] = 0.9,
@@ -73,87 +89,158 @@ def stream(
     Classify a touch while it happens: one line of numbers per sample, time in ms first or left
     out. A line that is no sample is skipped and counted. Each answer says if the touch is so
     far unlike any that was trained; from 400 ms after its peak on it is the answer of classify.
+
+    With --decoder it answers at once; without, a decoder is trained first and kept for the next
+    time. What arrives meanwhile waits. A board that is unplugged is waited for (--timeout). Ctrl-C
+    ends it with the summary.
     """
-    from feeler.robot import (
-        choose_before,
-        draw_training_set,
-        load_calibration,
-        load_recording,
-        make_classifier,
-        make_decoder,
-    )
-    from feeler.robot.live import LiveTouch, Readings
+    from feeler.robot import load_recording
+    from feeler.robot.live import Readings
     from feeler.robot.stream import Link
 
     if serial:
         require_extra("serial", "robot", "a serial port")
-    robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
-    calibration = calibration or robot.calibration
-    lines = None if calibration is None else load_calibration(calibration)
+    robot, gone = Robot(antenna), parse_missing(missing)
+    said = {"objects": objects, "locations": locations, "speeds": speeds}
     how = tell(engine=engine, timestep=timestep, workers=workers)
+    if decoder is not None:
+        robot.adopt(choose_decoder(decoder, robot, said, **how), antenna != "robot")
+    lines = robot.load_lines(calibration)
+    robot.check_lines(lines)
     n = robot.antenna.sensors.size
-    if lines is not None and lines.n_hinges != n:
-        raise InvalidInput(
-            f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
-        )
     link, labels, readings = Link(n), {}, None
     if serial or source == "-":
         readings = Readings(lines, unit, outside)
-        samples = _listen(source, serial, baud, link, n, time_unit)
+        samples = _listen(source, serial, baud, timeout, link, n, time_unit)
     else:
-        recording = load_recording(source, **robot.channels, unit=unit, time_unit=time_unit)
+        recording = load_recording(
+            source, **robot.channels, unit=unit, time_unit=time_unit, bad_channels="missing"
+        )
+        if robot.decoder is not None:
+            robot.decoder.check_robot(recording.robot, Path(source).name)
         if recording.quantity != "angle":
             lines = require(lines, source, recording.quantity)
             recording = recording.to_angles(lines, outside=outside)
         labels = recording.labels
         samples = zip(recording.time, recording.values.T, strict=True)
-    typer.echo("training on simulated touches of surrogate robots", err=True)
-    lessons = draw_training_set(robot.antenna, touches, **how)
-    decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
-    lessons.watch(decoder)
-    classifier = make_classifier(lessons=lessons)
-    before = choose_before(robot.antenna, touches)
-    touch = LiveTouch(decoder, classifier, robot.antenna, before, labels)
+    chosen = robot.decoder or choose_decoder(None, robot, said, **how)
+    chosen.stream.threshold = threshold
+    touch = chosen.start(missing=gone, labels=labels)
     if readings is not None:
+        where = f" at {source}, {baud} baud" if serial else ""
         named = "" if unit else ", unless --unit says otherwise"
-        typer.echo(f"listening: {n} numbers a line, in {readings.unit}{named}", err=True)
+        typer.echo(f"listening{where}: {n} numbers a line, in {readings.unit}{named}", err=True)
     say = say_json if as_json else _say_state
-    state = _decode(touch, samples, readings, every, say, link)
-    contact = state is not None and state.since_contact >= 0
-    counts = touch.stream.missed, link, readings
-    (_say_whole_json if as_json else _say_whole)(contact, *counts, labels, touch.answer)
-    if out is not None and touch.kept:
-        from feeler.cli.robot_pages import write_stream
+    watch = _Watch(samples, link, readings)
+    end = _say_whole_json if as_json else _say_whole
+    fault: InvalidInput | None = None
+    stopped = False
+    again = True
+    while again:
+        try:
+            state = _decode(touch, watch, readings, every, say, link)
+        except KeyboardInterrupt:
+            state, stopped = touch.end(), True
+        except InvalidInput as error:  # the summary of what came before is not lost
+            if not touch.kept:
+                raise
+            state, fault = touch.end(), error
+        again = repeat and not stopped and fault is None and state is not None
+        again = again and state.state == "over"
+        contact = state is not None and state.since_contact >= 0
+        if not watch.samples and not stopped:
+            waited = f" in {timeout:g} s" if serial else ""
+            raise InvalidInput(
+                f"no sample came from {source}{waited}. Is the board sending, and is this its port?"
+                if serial
+                else f"{'standard input' if source == '-' else source} held no sample."
+            )
+        end(contact, touch.stream.missed, watch, labels, touch.answer)
+        if out is not None and touch.kept:
+            from feeler.cli.robot_pages import write_stream
 
-        typer.echo(
-            f"page: {write_stream(out, list(decoder.classes_), list(touch.kept))}", err=True
-        )
+            page = write_stream(out, chosen.stream.classes_, list(touch.kept))
+            typer.echo(f"page: {page}", err=True)
+        if again:
+            touch.begin()
+    if fault is not None:
+        raise fault
+    if stopped:
+        raise typer.Exit(130)
 
 
-def _listen(source: str, serial: bool, baud: int, link, n: int, time_unit: str | None):
+class _Watch:
+    """Samples as they come, counted: how many, and how many in a second.
+
+    Attributes
+    ----------
+    samples : int
+        How many came.
+    link, readings
+        What counts the lines that were no samples, and readings that are not possible.
+    """
+
+    def __init__(self, samples: Any, link: Any, readings: Any) -> None:
+        self._from, self.link, self.readings = iter(samples), link, readings
+        self.samples, self._began, self._span = 0, time.monotonic(), 0.0
+        self._first: float | None = None
+
+    def __iter__(self) -> "_Watch":
+        return self
+
+    def __next__(self) -> tuple[float | None, np.ndarray]:
+        at, values = next(self._from)
+        at_here = 1e3 * (time.monotonic() - self._began) if at is None else at
+        self._first = at_here if self._first is None else self._first
+        self._span = max(self._span, at_here - self._first)
+        self.samples += 1
+        return at, values
+
+    @property
+    def rate(self) -> float:
+        """Samples per second; 0 where there are too few."""
+        return 1e3 * (self.samples - 1) / self._span if self._span > 0 else 0.0
+
+    def count(self) -> dict[str, int]:
+        """What of the lines so far was no sample, or no possible one."""
+        outside = 0 if self.readings is None else self.readings.outside
+        names = ("lost", "late", "broken", "restarts")
+        return {name: getattr(self.link, name) for name in names} | {"outside": outside}
+
+
+def _listen(
+    source: str, serial: bool, baud: int, timeout: float, link, n: int, time_unit: str | None
+):
     """Times and values as they arrive; what arrives before they are asked for waits."""
     from feeler.robot.recordings import find_time_factor
     from feeler.robot.stream import open_serial, read_lines, read_samples
 
     factor = find_time_factor(time_unit or "ms")
-    arriving = open_serial(source, baud) if serial else read_lines(_open_input())
+    arriving = (
+        open_serial(source, baud, timeout, reconnect=True)
+        if serial
+        else read_lines(_open_input())
+    )
     waiting: Queue = Queue(maxsize=_WAITING)
+    over = object()
 
     def read() -> None:
         try:
             for line in arriving:
                 waiting.put(line)
-            waiting.put(None)
+            waiting.put(over)
         except Exception as error:
             waiting.put(error)
 
     Thread(target=read, daemon=True).start()
 
-    def give() -> Iterator[bytes]:
+    def give() -> Iterator[bytes | None]:
         due = 1
-        while (line := waiting.get()) is not None:
+        while (line := waiting.get()) is not over:
             if isinstance(line, Exception):
                 raise line
+            if line is None:
+                typer.echo(f"connected to {source} anew; a new touch begins", err=True)
             yield line
             if link.broken >= due:
                 typer.echo(f"{link.broken} broken lines so far; {link.fault}", err=True)
@@ -206,8 +293,6 @@ def replay(
     Send a recording to standard output as a board would, as fast as it was recorded: a stand-in
     for hardware.
     """
-    import time
-
     from feeler.robot import load_recording
     from feeler.robot.stream import frame_sample
 
@@ -221,7 +306,7 @@ def replay(
         sys.stdout.flush()
 
 
-def _decode(touch, samples, readings, every: int, say, link):
+def _decode(touch, watch, readings, every: int, say, link):
     """The last state; ``say`` is given each change, and one every so many ms after contact.
 
     A board that begins anew begins a new touch.
@@ -233,19 +318,19 @@ def _decode(touch, samples, readings, every: int, say, link):
         nonlocal last, due, said
         last, said = (state.state, state.strange), state
         due = state.since_contact // every * every + every
-        say({**_describe_state(state), **_count(link, readings)})
+        say({**_describe_state(state), **watch.count()})
 
-    for time, values in samples:
+    for at, values in watch:
         if link.restarts > restarts:
             restarts, last, due = link.restarts, ("waiting", False), 0
             touch.begin()
-        state = touch.update(values if readings is None else readings.convert(values), time)
+        state = touch.update(values if readings is None else readings.convert(values), at)
         changed = (state.state, state.strange) != last
         if changed or (0 <= due <= state.since_contact and state.state != "over"):
             tell(state)
         if state.state == "over":
             break
-    if state is None and link.fault:
+    if state is None and link.fault and watch.samples == 0:
         raise InvalidInput(
             f"none of {link.broken} lines is a sample; of the latest: {link.fault} Is this the"
             " antenna whose sensors the board has, and its baud rate?"
@@ -272,18 +357,6 @@ def _describe_state(state) -> dict[str, Any]:
     }
 
 
-def _count(link, readings) -> dict[str, int]:
-    """What of the lines so far was no sample, or no possible one."""
-    outside = 0 if readings is None else readings.outside
-    return {
-        "lost": link.lost,
-        "late": link.late,
-        "broken": link.broken,
-        "restarts": link.restarts,
-        "outside": outside,
-    }
-
-
 def _say_state(known) -> None:
     from feeler.robot.classify import name_touch
 
@@ -297,33 +370,29 @@ def _say_state(known) -> None:
     )
 
 
-def _say_whole_json(
-    contact: bool, missed: int, link, readings, labels: dict | None, answer
-) -> None:
-    unit = None if readings is None else readings.unit
-    sent = {**_count(link, readings), "unit": unit, "truth": labels}
+def _say_whole_json(contact: bool, missed: int, watch, labels: dict | None, answer) -> None:
+    unit = None if watch.readings is None else watch.readings.unit
+    sent = {**watch.count(), "samples": watch.samples, "rate_hz": watch.rate}
+    sent |= {"unit": unit, "truth": labels}
     whole = None if answer is None else answer.to_plain()
     say_json({"contact": contact, "missing": missed, **sent, "whole": whole})
 
 
-def _say_whole(contact: bool, missed: int, link, readings, labels: dict | None, answer) -> None:
+def _say_whole(contact: bool, missed: int, watch, labels: dict | None, answer) -> None:
     from feeler.robot.classify import name_notes
 
     if answer is not None:
         typer.echo(f"as a whole: {answer}")
     elif contact:
         typer.echo("as a whole: not judged; it was too short, or held too few samples")
-    _say_end(contact, missed, link.describe(), name_notes(labels or {}))
-    if readings is not None and readings.outside:
-        typer.echo(f"{readings.outside} samples held readings {readings.fate}")
-
-
-def _say_end(contact: bool, missed: int, wrong: str, noted: str) -> None:
-    if not contact:
+    else:
         typer.echo("no contact")
-    elif missed:
-        typer.echo(f"{missed} samples were missing")
-    if wrong:
+    rate = f" at {watch.rate:.4g} per second" if watch.rate else ""
+    lost = f", {missed} missing" if missed else ""
+    typer.echo(f"{watch.samples} samples{rate}{lost}")
+    if wrong := watch.link.describe():
         typer.echo(f"of the lines that came: {wrong}")
-    if noted:
+    if noted := name_notes(labels or {}):
         typer.echo(noted)
+    if watch.readings is not None and watch.readings.outside:
+        typer.echo(f"{watch.readings.outside} samples held readings {watch.readings.fate}")

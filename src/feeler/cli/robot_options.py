@@ -18,6 +18,21 @@ Files = Annotated[
 Calibration = Annotated[
     Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")
 ]
+JointNames = Annotated[
+    str | None,
+    typer.Option(
+        "--joints",
+        help="channels of the robot in a topic or table that has others: names or patterns with"
+        " commas between, base to tip, as in 'antenna_joint_*'",
+    ),
+]
+BadChannels = Annotated[
+    str,
+    typer.Option(
+        "--bad-channels",
+        help="channels that are absent, empty, dead or saturated: refuse, or missing",
+    ),
+]
 AntennaName = Annotated[
     str,
     typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset"),
@@ -68,44 +83,91 @@ def tell(**options: Any) -> dict[str, Any]:
 
 
 class Robot:
-    """What --antenna says: the antenna, and of a robot file also its calibration."""
+    """What --antenna says: the antenna, and of a robot file also its calibration and joints."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, joints: str | None = None) -> None:
         from feeler.cli.choose import choose_antenna
         from feeler.robot.description import is_robot_file, load_robot
 
         file = load_robot(name) if is_robot_file(name) else None
         self.antenna = file.antenna if file else choose_antenna(name)
+        self.name = file.name if file else name
+        self.decoder: Any = None
         self.theory = file.theory if file else self.antenna
         self.calibration = file.calibration if file else None
+        self.joints = _split_names(joints) or (file.sensors.joints if file else ())
+
+    def adopt(self, decoder: Any, named: bool) -> None:
+        """Take antenna, calibration and joints of a decoder; ``named``: refuse it where this robot
+        is another.
+        """
+        if named:
+            decoder.check_antenna(self.antenna, self.name)
+        self.antenna, self.decoder = decoder.antenna, decoder
+        self.joints = self.joints or decoder.joints
 
     @property
     def channels(self) -> dict[str, Any]:
-        """How many channels a recording of it has, and how they may be numbered."""
+        """How many channels a recording of it has, and how they may be numbered or called."""
         sensors = self.antenna.sensors
-        return {"n_channels": sensors.size, "hinges": tuple(sensors.tolist())}
+        return {
+            "n_channels": sensors.size,
+            "hinges": tuple(sensors.tolist()),
+            "joints": self.joints,
+        }
 
-    def read(self, paths, calibration, outside, gaps, **units: Any) -> list:
+    def load_lines(self, calibration: Path | None) -> Any:
+        """The calibration of a file, else of the robot's, else of its decoder; None without."""
+        from feeler.robot import load_calibration
+
+        path = calibration or self.calibration
+        kept = self.decoder.calibration if self.decoder else None
+        return kept if path is None else load_calibration(path)
+
+    def check_lines(self, lines: Any) -> None:
+        """Refuse a calibration of more or fewer channels than the antenna has sensors."""
+        n = self.antenna.sensors.size
+        if lines is not None and lines.n_hinges != n:
+            raise InvalidInput(
+                f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
+            )
+
+    def read(
+        self, paths, calibration, outside, gaps, bad_channels: str = "refuse", **units: Any
+    ) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
         from feeler.cli.info import name_instead
-        from feeler.robot import load_calibration, load_recording, repair
+        from feeler.robot import load_recording, repair
 
-        calibration = calibration or self.calibration
-        lines = None if calibration is None else load_calibration(calibration)
+        lines = self.load_lines(calibration)
         read = []
         for path in paths:
             try:
-                recording = load_recording(path, **self.channels, **units)
+                recording = load_recording(
+                    path, **self.channels, bad_channels=bad_channels, **units
+                )
             except InvalidInput as error:
                 raise name_instead(path, "recording") or error from None
+            if self.decoder is not None:
+                self.decoder.check_robot(recording.robot, Path(path).name)
             if recording.quantity != "angle":
                 lines = require(lines, path, recording.quantity)
                 recording = recording.to_angles(lines, outside=outside)
-            read.append(repair(recording, gaps=gaps))
+            read.append(repair(recording, gaps=gaps, bad_channels=bad_channels))
         return read
 
 
-def make_touches(objects: Path | None, locations: str | None, speeds: str | None) -> list:
+def _split_names(text: str | None) -> tuple[str, ...]:
+    names = [name.strip() for name in (text or "").split(",")]
+    return tuple(name for name in names if name)
+
+
+def make_touches(
+    objects: Path | None,
+    locations: str | None,
+    speeds: str | None,
+    friction: float | None = None,
+) -> list:
     """The touches to discriminate: the paper's, but for what was said."""
     from feeler.objects import load_objects
     from feeler.robot.touches import make_touches as make_robot_touches
@@ -116,6 +178,7 @@ def make_touches(objects: Path | None, locations: str | None, speeds: str | None
             features=features,
             locations=_split("--locations", locations),
             speeds=_split("--speeds", speeds),
+            friction=friction,
         )
     )
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
+from sklearn.base import clone
 
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import (
@@ -14,6 +15,7 @@ from feeler.decoding.classifiers import (
     PrincipalComponents,
     Reader,
     count_until,
+    list_classes,
     number_labels,
     sort_classes,
 )
@@ -266,6 +268,7 @@ _DIRECTIONS = 20  # [C] in which strangers may lie further out than what robots 
 
 Others = tuple[np.ndarray, Sequence[Hashable]]
 """Tensors (trial, sensor, time) of strangers, and what each shares with others."""
+_Training = tuple[np.ndarray, Labels, np.ndarray, Others | None]
 
 
 class StudentTClassifier(Reader):
@@ -301,6 +304,13 @@ class StudentTClassifier(Reader):
         Squared distance to the nearest class, beyond which a touch is strange.
     held_out_ : np.ndarray
         Strangeness of the lessons (trial,), each judged by clouds that did not learn its group.
+    confusion_ : np.ndarray
+        (true class, class named): how many of these lessons, judged so, were called what.
+
+    Notes
+    -----
+    Tensors in which a sensor has no value at all are judged by a classifier of the other sensors,
+    which is fitted to the same training set when it is first asked for.
     """
 
     def __init__(
@@ -330,33 +340,144 @@ class StudentTClassifier(Reader):
                 f"clouds need whole tensors and a label for each; got {len(X)} tensors,"
                 f" {len(y)} labels."
             )
-        self._keep(X, y, groups=groups, strangers=strangers)
-        self.groups_ = np.asarray(groups if groups is not None else np.arange(len(X)))
-        self.strangers_ = strangers
+        owners = np.asarray(groups if groups is not None else np.arange(len(X)))
+        shown = None
+        if strangers is not None:
+            others = np.asarray(strangers[0], dtype=float)[:, :, : X.shape[2]]
+            shown = self._average(others), list(strangers[1])
+        self.shape_ = X.shape[1:]
+        return self._learn(self._average(X), list(y), owners, shown)
+
+    def _learn(
+        self, means: np.ndarray, y: Labels, groups: np.ndarray, strangers: Others | None
+    ) -> "StudentTClassifier":
+        """Learn from tensors (trial, sensor, mean of ``step`` samples)."""
+        self._training: _Training = (means, y, groups, strangers)
+        self._without: dict[tuple[int, ...], StudentTClassifier] = {}
         self.classes_ = sort_classes(y)
         number = number_labels(y, self.classes_)
-        other = None
+        flat, other, kinds = means.reshape(len(means), -1), None, list[Hashable]()
         if strangers is not None:
-            other = self._flatten(np.asarray(strangers[0])[:, :, : X.shape[2]])
-        flat, squared = self._flatten(X), np.full((len(X), len(self.classes_)), np.inf)
-        likelier = np.full(len(X), -np.inf)
-        folds = np.unique(self.groups_, return_inverse=True)[1] % _FOLDS
+            other = np.reshape(strangers[0], (len(strangers[0]), -1))
+            kinds = list(strangers[1])
+        squared = np.full((len(flat), len(self.classes_)), np.inf)
+        likelier = np.full(len(flat), -np.inf)
+        folds = np.unique(groups, return_inverse=True)[1] % _FOLDS
         for fold in np.unique(folds):
             held = folds == fold
             if len(set(number[~held])) == len(self.classes_):
-                self._shape(flat[~held], number[~held], other)
+                self._shape(flat[~held], number[~held], other, kinds)
                 squared[held], likelier[held] = self._measure(flat[held])
         seen = np.isfinite(squared).all(axis=1)
         if len(self.classes_) < 2 or not seen.any():
             raise InvalidInput(
                 "clouds need 2 classes or more, and each in at least two groups of touches."
             )
+        self.confusion_ = np.zeros((len(self.classes_),) * 2, dtype=int)
+        np.add.at(self.confusion_, (number[seen], squared[seen].argmin(axis=1)), 1)
         self.temperature_ = find_temperature(self._score(squared[seen]), number[seen])
         self._limit(squared[seen].min(axis=1), likelier[seen])
-        self.held_out_ = np.full(len(X), np.nan)
+        self.held_out_ = np.full(len(flat), np.nan)
         self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
-        self._shape(flat, number, other)
+        self._shape(flat, number, other, kinds)
         return self
+
+    def _look(self, X: Any, until: float | None) -> tuple["StudentTClassifier", Any]:
+        """The classifier for a deadline, a whole number of means, and for the sensors that have
+        values; fitted when first asked for.
+        """
+        X = stack_planes(X)
+        self._require(X)
+        end = np.shape(X)[2] if until is None else count_until(X, until)
+        X = np.asarray(X, dtype=float)
+        there = np.isfinite(X).any(axis=(0, 2))
+        there = there if there.any() else np.ones_like(there)
+        step = min(self.step, X.shape[2])
+        first, count = X.shape[2] % step, (end - X.shape[2] % step) // step
+        if count < 1:
+            raise InvalidInput(f"a deadline needs {first + step} samples or more, got {end}.")
+        means, y, groups, strangers = self._training
+        if there.all() and count == means.shape[2]:
+            return self, X
+        key, end = (*np.flatnonzero(there), -count), first + count * step
+        if key not in self._without:
+            part: StudentTClassifier = clone(self)
+            part.shape_ = int(there.sum()), end
+            others = strangers and (strangers[0][:, there, :count], strangers[1])
+            part._learn(means[:, there, :count], y, groups, others)
+            self._without[key] = part
+        return self._without[key], X[:, there, :end]
+
+    def pack(self, *, training: bool = True) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Arrays and settings (as JSON) of all that was learned, for :meth:`unpack`.
+
+        ``training`` also keeps the training set (in single precision), from which deadlines and
+        missing sensors are learned when they are first asked about.
+        """
+        self._require()
+        limits = [self.temperature_, self.limit_, *self._odds]
+        arrays = {
+            "means": self._means,
+            "round": self._round,
+            "mean": self._components.mean_,
+            "components": self._components.components_,
+            "confusion": self.confusion_,
+            "held_out": self.held_out_,
+            "limits": np.array(limits, dtype=float),
+        }
+        if self._others is not None:
+            arrays |= {f"others{name}": values for name, values in vars(self._others).items()}
+        settings = {
+            "parameters": self.get_params(),
+            "classes": self.classes_.tolist(),
+            "kinds": [],
+        }
+        settings["shape"] = [int(length) for length in self.shape_]
+        if training:
+            means, y, groups, strangers = self._training
+            arrays["taught"] = means.astype(np.float32)
+            arrays["labels"] = number_labels(y, self.classes_)
+            arrays["groups"] = np.unique(groups, return_inverse=True)[1]
+            if strangers is not None:
+                arrays["strangers"] = np.asarray(strangers[0]).astype(np.float32)
+                settings["kinds"] = list(strangers[1])
+        return arrays, settings
+
+    @classmethod
+    def unpack(
+        cls,
+        arrays: dict[str, np.ndarray],
+        settings: dict[str, Any],
+        taught: _Training | None = None,
+    ) -> "StudentTClassifier":
+        """What :meth:`pack` gave; ``taught`` is the training set where it is kept elsewhere."""
+        made = cls(**settings["parameters"])
+        made.classes_ = list_classes([_freeze_label(label) for label in settings["classes"]])
+        made.shape_ = tuple(settings["shape"])
+        made._means, made._round = arrays["means"], arrays["round"]
+        made._components = PrincipalComponents(len(arrays["components"]))
+        made._components.mean_, made._components.components_ = (
+            arrays["mean"],
+            arrays["components"],
+        )
+        made._components.n_features_in_ = arrays["mean"].size
+        made.confusion_, made.held_out_ = arrays["confusion"], arrays["held_out"]
+        made.temperature_, made.limit_, *odds = map(float, arrays["limits"])
+        made._odds = (odds[0], odds[1])
+        made._others = None
+        if "others_means" in arrays:
+            made._others = NoveltyDetector.__new__(NoveltyDetector)
+            names = ("_means", "_spread", "_along")
+            vars(made._others).update({name: arrays[f"others{name}"] for name in names})
+        if taught is None:
+            others = None
+            if "strangers" in arrays:
+                kinds = [_freeze_label(kind) for kind in settings["kinds"]]
+                others = arrays["strangers"].astype(float), kinds
+            labels = [made.classes_[k] for k in arrays["labels"]]
+            taught = arrays["taught"].astype(float), labels, arrays["groups"], others
+        made._training, made._without = taught, {}
+        return made
 
     def measure_strangeness(self, X: Any, until: float | None = None) -> np.ndarray:
         """How strange each touch is (trial,); > 1 is unlike all classes, NaN without contact.
@@ -405,7 +526,13 @@ class StudentTClassifier(Reader):
         k = self._means.shape[1]
         return -0.5 * (self.freedom + k) * np.log1p(squared / self.freedom)
 
-    def _shape(self, flat: np.ndarray, number: np.ndarray, other: np.ndarray | None) -> None:
+    def _shape(
+        self,
+        flat: np.ndarray,
+        number: np.ndarray,
+        other: np.ndarray | None,
+        kinds: Sequence[Hashable],
+    ) -> None:
         """Means of the classes, what makes their common covariance round, and strangers there."""
         everything = flat if other is None else np.concatenate([flat, other])
         count = min(self.n_components, *flat.shape, len(flat) - 1)
@@ -420,8 +547,8 @@ class StudentTClassifier(Reader):
         share = count / (count + freedom) if self.shrinkage is None else self.shrinkage
         self._round = np.linalg.inv(np.linalg.cholesky((1 - share) * spread + share * own))
         self._others = None
-        if other is not None and self.strangers_ is not None:
-            self._others = NoveltyDetector(self._place(other), self.strangers_[1])
+        if other is not None:
+            self._others = NoveltyDetector(self._place(other), kinds)
 
     def _place(self, flat: np.ndarray) -> np.ndarray:
         """Where touches lie among components, in units in which classes are round."""
@@ -437,12 +564,18 @@ class StudentTClassifier(Reader):
         return squared, self._others.weigh(places, squared.min(axis=1))
 
     def _flatten(self, X: Any) -> np.ndarray:
-        X = np.asarray(X, dtype=float)
+        return self._average(np.asarray(X, dtype=float)).reshape(len(X), -1)
+
+    def _average(self, X: np.ndarray) -> np.ndarray:
+        """Means (trial, sensor, mean) of ``step`` samples each, up to the last sample."""
         check_squares(X)
         step = min(self.step, X.shape[2])
-        whole = X.shape[2] // step * step
-        thin = X[:, :, X.shape[2] - whole :].reshape(len(X), X.shape[1], -1, step).mean(axis=3)
-        return thin.reshape(len(X), -1)
+        return X[:, :, X.shape[2] % step :].reshape(len(X), X.shape[1], -1, step).mean(axis=3)
+
+
+def _freeze_label(label: Any) -> Any:
+    """A label that JSON gave back."""
+    return tuple(label) if isinstance(label, list) else label
 
 
 class NoveltyDetector:

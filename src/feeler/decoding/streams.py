@@ -415,6 +415,40 @@ class OnlineNoveltyDetector:
         strange = float(reader.measure_strangeness(seen)[0]) / self.limit_
         return strange, np.array([probability.get(label, 0.0) for label in classes])
 
+    def pack(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Arrays and settings (as JSON) of all that was learned, for :meth:`unpack`."""
+        last = max(self.readers_)
+        arrays: dict[str, np.ndarray] = {}
+        moments: dict[str, Any] = {}
+        for moment, reader in self.readers_.items():
+            found, moments[str(moment)] = reader.pack(training=moment == last)
+            arrays |= {f"{moment}/{name}": values for name, values in found.items()}
+        return arrays, {"alarm": self.alarm, "limit": self.limit_, "moments": moments}
+
+    @classmethod
+    def unpack(
+        cls, arrays: dict[str, np.ndarray], settings: dict[str, Any]
+    ) -> "OnlineNoveltyDetector":
+        """What :meth:`pack` gave."""
+        made, taught = cls(settings["alarm"]), None
+        made.limit_, made.readers_ = settings["limit"], {}
+        moments = sorted(map(int, settings["moments"]), reverse=True)
+        for moment in moments:  # the last one holds the training set of all
+            own = {
+                name.partition("/")[2]: values
+                for name, values in arrays.items()
+                if name.startswith(f"{moment}/")
+            }
+            reader = StudentTClassifier.unpack(own, settings["moments"][str(moment)], taught)
+            made.readers_[moment] = reader
+            means, y, groups, others = reader._training
+            taught = taught or reader._training
+            count = moment // reader.step
+            cut = others and (others[0][:, :, :count], others[1])
+            reader._training = means[:, :, :count], y, groups, cut
+        made.readers_ = dict(sorted(made.readers_.items()))
+        return made
+
 
 def _bridge(tensor: np.ndarray) -> np.ndarray:
     """Each gap as a straight line; a channel without samples stays NaN."""
@@ -666,6 +700,11 @@ class StreamDecoder(Reader):
 
     def save(self, path: str | os.PathLike) -> None:
         """Write all that was learned and all settings as a model file; never pickle."""
+        arrays, settings = self.pack()
+        save_model(Model(kind=_KIND, version=_VERSION, arrays=arrays, settings=settings), path)
+
+    def pack(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Arrays and settings (as JSON) of all but the watch, for :meth:`unpack`."""
         self._require()
         if self.model is not None:
             raise InvalidInput(
@@ -682,8 +721,7 @@ class StreamDecoder(Reader):
             "classes": self.classes_.tolist(),
             "correlation": self.correlation_,
         }
-        arrays = {name: getattr(self, f"{name}_") for name in _LEARNED}
-        save_model(Model(kind=_KIND, version=_VERSION, arrays=arrays, settings=settings), path)
+        return {name: getattr(self, f"{name}_") for name in _LEARNED}, settings
 
     @classmethod
     def load(cls, path: str | os.PathLike, *, trusted: bool = False) -> "StreamDecoder":
@@ -699,15 +737,7 @@ class StreamDecoder(Reader):
         """
         file = load_model(path, kind=_KIND, version=_VERSION, trusted=trusted)
         try:
-            given: dict[str, Any] = file.settings["parameters"]
-            lengths = given.pop("lengths", None)
-            options: dict[str, Any] = {
-                name: int(x) if name in _WHOLE else float(x) for name, x in given.items()
-            }
-            options["lengths"] = None if lengths is None else tuple(map(float, lengths))
-            decoder = cls(**options)
-            decoder._check()
-            decoder._restore(file)
+            return cls.unpack(file.arrays, file.settings)
         except (
             KeyError,
             TypeError,
@@ -719,16 +749,28 @@ class StreamDecoder(Reader):
             raise InvalidInput(
                 f"{path} is no complete StreamDecoder ({str(error)[:150]}). Save it again."
             ) from error
+
+    @classmethod
+    def unpack(cls, arrays: dict[str, np.ndarray], settings: dict[str, Any]) -> "StreamDecoder":
+        """What :meth:`pack` gave."""
+        given: dict[str, Any] = dict(settings["parameters"])
+        lengths = given.pop("lengths", None)
+        options: dict[str, Any] = {
+            name: int(x) if name in _WHOLE else float(x) for name, x in given.items()
+        }
+        options["lengths"] = None if lengths is None else tuple(map(float, lengths))
+        decoder = cls(**options)
+        decoder._check()
+        decoder._restore(arrays, settings)
         return decoder
 
-    def _restore(self, file: Model) -> None:
+    def _restore(self, arrays: dict[str, np.ndarray], settings: dict[str, Any]) -> None:
         """Take over what a file holds, once it is known to fit."""
         labels = [
-            tuple(label) if isinstance(label, list) else label
-            for label in file.settings["classes"]
+            tuple(label) if isinstance(label, list) else label for label in settings["classes"]
         ]
         expected, weight, constant = (
-            np.asarray(file.arrays[name], dtype=float) for name in _LEARNED
+            np.asarray(arrays[name], dtype=float) for name in _LEARNED
         )
         n_classes, n_sensors, n_samples = expected.shape
         whole = weight.shape == expected.shape and constant.shape == (n_classes, n_samples)
@@ -753,7 +795,7 @@ class StreamDecoder(Reader):
         )
         self.classes_ = list_classes(labels)
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
-        self.n_sensors_, self.correlation_ = int(n_sensors), float(file.settings["correlation"])
+        self.n_sensors_, self.correlation_ = int(n_sensors), float(settings["correlation"])
         self._pack()
 
     def _accumulate(self, cut: np.ndarray) -> np.ndarray:

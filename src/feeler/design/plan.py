@@ -13,7 +13,15 @@ from annotated_types import Len
 from feeler.antenna.files import Source, load_antenna, save_antenna
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.design.scoring import DesignTask, Score, score
-from feeler.design.search import SEARCHES, Constraints, DesignProblem, Optimum, Space, optimise
+from feeler.design.search import (
+    SEARCHES,
+    SHEETS,
+    Constraints,
+    DesignProblem,
+    Optimum,
+    Space,
+    optimise,
+)
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import (
     ensure_folder,
@@ -26,21 +34,19 @@ from feeler.files import (
 from feeler.presets import PRESETS, make_preset
 from feeler.provenance import compute_digest
 from feeler.records import Gt, Record, Shown
-from feeler.robot.description import ROBOT_FACTS, Flexures
+from feeler.robot.description import (
+    ROBOT_FACTS,
+    Flexures,
+    RobotFile,
+    is_robot_file,
+    load_robot,
+)
 from feeler.tensors.formats import Format
 from feeler.validation import Count, Seed, checked, show
 
 # Making: a design as flexure hinges that can be cut, and what is lost when they are cut a
 # little wrong.
 
-SHEETS = (
-    0.0075,
-    0.0127,
-    0.0254,
-    0.0508,
-    0.0762,
-    0.127,
-)  # mm; thicknesses in which Kapton is sold [B]
 WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
 
 
@@ -123,7 +129,8 @@ _SCHEMA = "feeler.design/1"
 TEMPLATE = """\
 # Which antenna should I build? Try it: feeler design {file} --out out/design
 schema = "feeler.design/1"
-antenna = "exponential"     # where to begin, and what to beat: a preset or an antenna file
+antenna = "exponential"     # where to begin, and what to beat: a preset, an antenna file or a
+                            # robot file
 
 [task]
 objects = [
@@ -158,6 +165,10 @@ span = 30                   # greatest factor at a knot, either way
 damping_share = 1.0         # each of the first six modes damped at least as the antenna above
 softest = 0.2               # no hinge softer than this share of its softest
 peak_angle = 0.2            # rad
+# stiffest = 5              # no hinge stiffer than this share of its stiffest
+# mass = 500                # mg, at most
+# width = [3, 12]           # mm: flexures that can be cut
+# sheets = [0.025, 0.05, 0.075] # mm: of these sheets
 
 [search]
 method = "cma"
@@ -209,9 +220,26 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     name, space = str(content.pop("antenna", "exponential")), content.pop("space", {})
     if not isinstance(space, dict):
         raise InvalidInput(f"{path.name}: [space] must be a table, got {show(space)}.")
-    antenna = make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
+    if name not in PRESETS and is_robot_file(path.parent / name):
+        robot = load_robot(path.parent / name)
+        antenna = robot.antenna
+        given = content.get("constraints", {})
+        if isinstance(given, dict):
+            content["constraints"] = {**_describe_flexures(robot), **given}
+    else:
+        antenna = make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
     content = {"task": {}, **content, "space": {**space, "reference": antenna}}
     return make_record(DesignPlan, content, path.name)
+
+
+def _describe_flexures(robot: RobotFile) -> dict[str, float]:
+    """What the constraint ``width`` needs of a robot whose flexures differ in width alone."""
+    if robot.hinges is None:
+        return {}
+    modulus, length = (np.unique(v) for v in (robot.hinges.modulus, robot.hinges.length))
+    found = {"stiffness_factor": robot.factors.stiffness}
+    found |= {"modulus": float(modulus[0])} if modulus.size == 1 else {}
+    return found | ({"hinge_length": float(length[0])} if length.size == 1 else {})
 
 
 def _describe_plan(plan: DesignPlan) -> list[str]:

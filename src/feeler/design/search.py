@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from annotated_types import Len
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.modes import compute_modes
@@ -203,6 +204,15 @@ def _scale(value: Any, ends: _Range) -> float:
     )
 
 
+SHEETS = (
+    0.0075,
+    0.0127,
+    0.0254,
+    0.0508,
+    0.0762,
+    0.127,
+)  # mm; thicknesses in which Kapton is sold [B]
+
 # Constraints: what keeps a search from winning by ringing, floppiness or hinges that nobody can
 # make.
 
@@ -229,6 +239,17 @@ class Constraints(Record):
         ℓ).
     modulus : Positive
         [MPa]; Kapton.
+    stiffest : Positive | None
+        Greatest stiffness of a hinge as a share of the reference's stiffest.
+    width : tuple[Positive, Positive] | None
+        Narrowest and widest flexure that can be cut [mm]: each hinge must have a sheet of which a
+        strip within these is as stiff, k = p1 E w t³ / (12 ℓ), with E = ``modulus``.
+    sheets : tuple[Positive, ...]
+        Thicknesses t that are at hand [mm]; default: those in which Kapton is sold.
+    hinge_length : Positive
+        Free length ℓ of the flexures [mm].
+    stiffness_factor : Positive
+        p1, the stiffness of the robot's hinges over that formula.
     peak_angle : Positive | None
         Greatest angle of a hinge in all touches [rad]; known only after they are simulated.
     """
@@ -241,6 +262,11 @@ class Constraints(Record):
     softest: _Positive | None = None
     thickness: _Positive | None = None
     modulus: _Positive = 2500.0
+    stiffest: _Positive | None = None
+    width: tuple[_Positive, _Positive] | None = None
+    sheets: Annotated[tuple[_Positive, ...], Len(1)] = SHEETS
+    hinge_length: _Positive = 0.5
+    stiffness_factor: _Positive = 1.0
     peak_angle: _Positive | None = None
 
     def _check(self) -> None:
@@ -248,6 +274,8 @@ class Constraints(Record):
             raise InvalidInput(
                 f"compliance must be shares 0 < low ≤ high, got {self.compliance}."
             )
+        if self.width is not None and self.width[0] > self.width[1]:
+            raise InvalidInput(f"width must be 0 < low ≤ high [mm], got {self.width}.")
 
     def check(self, antenna: Antenna, reference: Antenna) -> dict[str, float]:
         """By constraint, how far it is broken, as the logarithm of the factor that is missing; 0:
@@ -274,11 +302,26 @@ class Constraints(Record):
         if self.softest is not None:
             own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["softest"] = _lack(own.min(), self.softest * other.min())
+        if self.stiffest is not None:
+            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
+            found["stiffest"] = _lack(self.stiffest * other.max(), own.max())
+        if self.width is not None:
+            found["width"] = self._check_width(antenna)
         if self.thickness is not None:
             found["thickness"] = _lack(
                 _compute_diameter(antenna, self.modulus).min(), self.thickness
             )
         return found
+
+    def _check_width(self, antenna: Antenna) -> float:
+        """By how much the hinge that is hardest to cut misses the widths, of its best sheet."""
+        assert self.width is not None
+        low, high = self.width
+        strip = self.stiffness_factor * self.modulus * np.array(self.sheets) ** 3
+        bent = _list_bending(antenna.stiffness)[..., None]
+        width = 12 * bent * self.hinge_length / strip
+        missed = np.maximum(np.log(low / width), 0) + np.maximum(np.log(width / high), 0)
+        return float(missed.min(axis=-1).max())
 
     def check_peak(self, peak: float) -> float:
         """How far the peak angle is too great."""
@@ -333,12 +376,18 @@ class Candidate:
 class DesignProblem:
     """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``.
 
+    An optimiser of another library asks ``look(x).cost`` of points in the box ±1, one number for
+    each of ``space.names``, and is told that cost.
+
     Attributes
     ----------
     aim : Literal[bits, accuracy]
         What costs: missing bits, or the share classified incorrectly.
     options : dict[str, Any]
         Workers or executor, as for :func:`feeler.touch`.
+    objective : Callable[[Design], float] | None
+        What costs, in place of ``aim``: a number to be made small, such as a mass or a score of
+        your own; constraints hold all the same. The journal keeps nothing of it.
     watch : Callable[[DesignProblem], None] | None
         Called after each candidate.
     seconds : float
@@ -351,6 +400,7 @@ class DesignProblem:
     options: dict[str, Any] = field(default_factory=dict)
     journal: Journal = field(default_factory=Journal)
     aim: Literal["bits", "accuracy"] = "bits"
+    objective: Callable[[Design], float] | None = None
     watch: Callable[["DesignProblem"], None] | None = None
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(("simulated", "excluded", "diverged", "peak"), 0)
@@ -382,6 +432,10 @@ class DesignProblem:
         design = self.space.build(x)
         if broken := self.measure_violation(design):
             return Candidate(x=x, cost=FAR * (1 + broken), fate="excluded")
+        if self.objective is not None:
+            cost = float(self.objective(design))
+            fate = "simulated" if np.isfinite(cost) else "diverged"
+            return Candidate(x=x, cost=cost if np.isfinite(cost) else 1e3 * FAR, fate=fate)
         bits, bits_error, errors, peak = self._recall(x, design)
         if np.isinf(peak):
             return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
@@ -450,6 +504,13 @@ def _check_task(found: Score, task: DesignTask, aim: str = "bits") -> None:
             (right - chance) / (1 - chance),
             f"{right:.0%} right (chance {chance:.0%})",
         )
+    if found.bits < -_CLEAR[0] * whole:  # noise alone gives no less than 0
+        raise InvalidInput(
+            f"the reference tells {found.bits:.4g} of {whole:.4g} bits: less than nothing, because"
+            f" the decoder is sure of wrong answers ({1 - found.errors:.0%} are right). It learns"
+            f" from too few touches: raise train (now {task.train} of each class); the noise is not"
+            " the cause. Or search by aim='accuracy'."
+        )
     if share < _CLEAR[0]:
         raise InvalidInput(
             f"the reference tells {told}: nothing can be told in this noise, so that a search would"
@@ -513,6 +574,7 @@ def optimise(
     far: bool = False,
     seed: Seed = 0,
     aim: Literal["bits", "accuracy"] = "bits",
+    objective: Callable[[Design], float] | None = None,
     journal: str | Path | None = None,
     watch: Callable[[DesignProblem], None] | None = None,
     **options: Any,
@@ -533,6 +595,8 @@ def optimise(
         incorrectly. Bits are
         smoother; but a decoder that is sure and wrong, as of touches unlike all it learned from,
         loses many.
+    objective
+        A function of a :class:`Design` whose value is made small, in place of ``aim``.
     journal
         File that receives each simulated candidate at once; the same call goes on from there with
         the same numbers.
@@ -551,7 +615,13 @@ def optimise(
     search = SEARCHES[method]
     if method == "cma":
         require_extra("cma", "design", "designing by CMA-ES")
-    _check_task(score(space.reference, task, "optimiser", **options), task, aim)
+    if objective is None:
+        _check_task(score(space.reference, task, "optimiser", **options), task, aim)
+    elif constraints is not None and constraints.peak_angle is not None:
+        raise InvalidInput(
+            "peak_angle is known of touches that the task simulates; an objective= of your own must"
+            " keep it itself."
+        )
     made = DesignProblem(
         task=task, space=space, constraints=constraints or Constraints(), options=options
     )
@@ -571,6 +641,7 @@ def optimise(
                 options=options,
                 journal=kept,
                 aim=aim,
+                objective=objective,
                 watch=watch,
             )
             report = partial(_report, advance, number * evaluations, starts * evaluations)

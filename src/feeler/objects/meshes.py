@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import field
 from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -43,8 +44,11 @@ class Mesh(Feature):
         More than 5000 corners, or a part of fewer than four or all in one plane.
     """
 
-    vertices: Annotated[np.ndarray, "corner 3"]
-    starts: Annotated[np.ndarray, "part", DType(int)] = (0,)  # type: ignore[assignment]
+    vertices: Annotated[np.ndarray, "corner 3"] = field(repr=False)
+    starts: Annotated[np.ndarray, "part", DType(int)] = field(
+        default=(0,),  # type: ignore[arg-type]
+        repr=False,
+    )
     rounding: float = 0.0
     kind: ClassVar[str] = "mesh"
     only_in_space: ClassVar[bool] = True

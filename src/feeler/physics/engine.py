@@ -8,6 +8,7 @@ from threading import Timer
 from typing import Any, Protocol
 
 import numpy as np
+from numba.core.event import Listener, install_listener
 
 from feeler.physics.contact import Contact
 from feeler.physics.scene import Scene
@@ -295,8 +296,8 @@ _told: set[str] = set()
 
 @contextmanager
 def announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
-    """Around an engine's first call for a number of lanes: log that it compiles, if that takes
-    longer than LOADING.
+    """Around an engine's first call for a number of lanes: log that it compiles, if numba compiles
+    anything (code that is loaded from its cache is not compiled) and takes longer than LOADING.
     """
     message = (
         f"compiling the {engine} engine for this machine; it happens once and takes some"
@@ -308,12 +309,28 @@ def announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
             _told.add(engine)
             logging.getLogger("feeler").warning(message)
 
+    if (engine, lanes) in _known:
+        yield
+        return
     timer = Timer(_LOADING, say)
     timer.daemon = True
-    if (engine, lanes) not in _known:
-        timer.start()
     try:
-        yield
+        with install_listener("numba:compile", _Starter(timer)):
+            yield
         _known.add((engine, lanes))
     finally:
         timer.cancel()
+
+
+class _Starter(Listener):
+    """Starts a timer when numba first compiles something."""
+
+    def __init__(self, timer: Timer) -> None:
+        self._timer = timer
+
+    def on_start(self, event: Any) -> None:
+        if self._timer.ident is None:
+            self._timer.start()
+
+    def on_end(self, event: Any) -> None:
+        """Nothing: the timer is cancelled when all is done."""

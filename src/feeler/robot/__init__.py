@@ -2,6 +2,7 @@
 
 from feeler.renamed import find_renamed
 from feeler.robot.classify import TrainingSet, draw_training_set, make_classifier
+from feeler.robot.decoder import RobotDecoder, train_decoder
 from feeler.robot.description import (
     ROBOT_FACTS,
     Flexures,
@@ -65,6 +66,7 @@ __all__ = [
     "Flexures",
     "Gap",
     "Recording",
+    "RobotDecoder",
     "RobotFile",
     "RobotFit",
     "SensorCalibration",
@@ -110,6 +112,7 @@ __all__ = [
     "subtract_rest",
     "sweep_shots",
     "touch_robots",
+    "train_decoder",
     "write_robot",
 ]
 

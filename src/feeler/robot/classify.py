@@ -21,11 +21,11 @@ from feeler.decoding.transfer import (
 )
 from feeler.errors import InvalidInput
 from feeler.objects import Box, Feature, Outline, Trial
-from feeler.progress import show_progress
+from feeler.progress import Advance, show_progress
 from feeler.robot.description import make_robot
 from feeler.robot.reality import Touches, touch_robots
 from feeler.robot.recordings import Recording
-from feeler.robot.surrogate import make_surrogate
+from feeler.robot.surrogate import Gap, make_surrogate
 from feeler.robot.touches import Label, compute_tip, make_touches
 from feeler.validation import Count, Seed, checked
 
@@ -91,22 +91,26 @@ def draw_training_set(
     *,
     robots: Count = _ROBOTS,
     seed: Seed = 0,
+    gap: Gap | None = None,
+    progress: Advance | None = None,
     **how: Any,
 ) -> TrainingSet:
     """Touches of ``robots`` surrogate robots, and of half as many others that touch strangers.
 
     Strangers are boxes and ellipses of random sizes and roundings in the place of each object.
-    ``how`` goes to :func:`touch_robots`.
+    ``gap`` is how far the robots may differ from the antenna, ``progress`` is called with (done,
+    total) robots, and ``how`` goes to :func:`touch_robots`.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
     half = (robots + 1) // 2
     children = np.random.SeedSequence([seed, robots]).spawn(robots + half)
     drawn = [
-        make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children
+        make_surrogate(np.random.default_rng(child), nominal=antenna, gap=gap)
+        for child in children
     ]
     felt: list[Touches] = []
-    with show_progress(None, "surrogate robots") as advance:
+    with show_progress(progress, "surrogate robots") as advance:
         while len(felt) < len(drawn):
             k = len(felt)
             several = drawn[k : min(k + _TOGETHER, robots)] if k < robots else drawn[k : k + 1]
@@ -189,6 +193,8 @@ class Answer:
         learned.
     missing : str
         What of the recording is not there, in words; empty where nothing is.
+    without : tuple[int, ...]
+        Numbers of the sensors, from 1 at the base, that have no value: the others were judged.
     mirrored : bool
         Whether the tip went to the negative side first, so that the recording's mirror image was
         judged.
@@ -204,6 +210,7 @@ class Answer:
     known: bool
     strangeness: float = 0.0
     missing: str = ""
+    without: tuple[int, ...] = ()
     mirrored: bool = False
     probabilities: dict[Label, float] = field(default_factory=dict)
 
@@ -233,6 +240,9 @@ class Answer:
             )
         words += "\n  bent to the negative side: judged by its mirror image" * self.mirrored
         words += f"\n  {self.missing}" if self.missing else ""
+        if self.without:
+            gone = ", ".join(map(str, self.without))
+            words += f"\n  judged without sensor {gone}, which gave no usable value"
         if not self.truth:
             return words
         wrong = [part for part, right in self.right.items() if not right]
@@ -253,11 +263,19 @@ class Answer:
             "unlike_all": self.strange,
             "strangeness": self.strangeness,
             "missing": self.missing,
+            "without": list(self.without),
             "mirrored": self.mirrored,
             "truth": self.truth,
             "right": self.right,
             "known": self.known,
         }
+
+
+def count_after_peak(recording: Recording, antenna: Antenna) -> int:
+    """Samples after the tip's first peak; −1 where there is no peak yet."""
+    tip = compute_tip(antenna, recording.values)
+    peak = find_first_peak(-tip if find_direction(tip) < 0 else tip)
+    return tip.size - peak - 1 if peak >= 0 else -1
 
 
 def judge_recording(
@@ -268,6 +286,7 @@ def judge_recording(
     A recording that ends early is judged on the samples that it holds; the answer says what is
     missing. One that ends before the tip's first peak is aligned on its largest deflection. One
     whose tip first goes to the negative side is judged by its mirror image, and its tensor is that.
+    One with sensors that have no value at all is judged by the others.
     """
     tip, values = compute_tip(antenna, recording.values), recording.values
     mirrored = find_direction(tip) < 0
@@ -285,7 +304,10 @@ def judge_recording(
         missing = f"{AFTER} ms after the first peak are needed; here {held}"
         missing += ", and no peak: the largest deflection stands for it" if early else ""
     answer = _judge_touch(reader, tensor, recording.labels, until, missing)
-    return replace(answer, mirrored=mirrored and answer.label != NO_CONTACT), tensor
+    gone = np.flatnonzero(~np.isfinite(values).any(axis=1)) + 1
+    without = tuple(map(int, gone)) if answer.label != NO_CONTACT else ()
+    mirrored = mirrored and answer.label != NO_CONTACT
+    return replace(answer, mirrored=mirrored, without=without), tensor
 
 
 def _judge_touch(

@@ -235,6 +235,8 @@ damping = 2.0           # p2 [ms]
 hinges = {sensors}  # numbers of the hinges that have a channel, 1 at the base
 # calibration = "calibration.json"   # made by feeler robot calibrate; leave out if recordings \
 hold angles
+# joints = ["antenna_joint_*"]       # names or patterns of its channels, base to tip, in a topic \
+that has others too
 """
 
 
@@ -292,10 +294,13 @@ class _Factors(Record):
 
 
 class _Sensors(Record):
-    """Table ``[sensors]``: which hinges have a channel, and the file of their calibration."""
+    """Table ``[sensors]``: which hinges have a channel, the file of their calibration, and what
+    their channels are called, by names or patterns, where recordings have others too.
+    """
 
     hinges: Annotated[np.ndarray, "sensor", DType(int)] | None = None
     calibration: str | None = None
+    joints: tuple[str, ...] = ()
 
 
 class RobotFile(Record):

@@ -345,7 +345,10 @@ def _distance(reached: Ringing, target: Ringing) -> float:
 def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
     """Angles off rest that are let go of, and how long the record goes on."""
     rest = recording.values[:, -max(recording.values.shape[1] // 4, 2) :].mean(axis=1)
-    return recording.values[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
+    # a hinge without values counts as straight
+    return np.nan_to_num(recording.values[:, 0] - rest), float(
+        np.ptp(recording.time)
+    ) + INTERVAL
 
 
 def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:

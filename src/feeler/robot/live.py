@@ -1,7 +1,7 @@
 """A robot's touch while it happens: readings become angles, and angles an answer."""
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.streams import StreamDecoder, StreamState
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
-from feeler.robot.classify import Answer, judge_recording
+from feeler.robot.classify import Answer, count_after_peak, judge_recording
 from feeler.robot.recordings import Recording, find_unit
 from feeler.robot.repair import repair
 from feeler.robot.sensors import SensorCalibration
@@ -128,6 +128,8 @@ class LiveTouch:
         Samples before the peak, as in :func:`feeler.robot.choose_before`.
     labels
         What is known of the touch, ``Recording.labels``.
+    missing
+        Numbers of sensors, from 1 at the base, whose values are not used.
 
     Attributes
     ----------
@@ -144,7 +146,9 @@ class LiveTouch:
         antenna: Antenna,
         before: int,
         labels: Mapping[str, str | float] | None = None,
+        missing: Sequence[int] = (),
     ) -> None:
+        self._gone = np.array([number - 1 for number in missing], dtype=int)
         self.stream = decoder.start()
         self._classifier, self._antenna, self._before = classifier, antenna, before
         self._labels = dict(labels or {})
@@ -160,11 +164,14 @@ class LiveTouch:
 
     def update(self, angle: np.ndarray, time: float | None = None) -> StreamState:
         """Take one sample (sensor,) [rad] and its time [ms], as ``Stream.update`` does."""
+        if self._gone.size:
+            angle = np.array(angle, dtype=float)
+            angle[self._gone] = np.nan
         state = self.stream.update(angle, time)
         self.kept.append((time, angle, state))
         if state.since_contact >= self._due:
             self._due = state.since_contact + _EVERY
-            found = self._judge()
+            found = self._judge(untruncated=True)
             if found is not None and found.probabilities and not found.missing:
                 self.answer = found
         return self._show(state)
@@ -200,8 +207,10 @@ class LiveTouch:
         self.kept[-1] = *self.kept[-1][:2], state
         return state
 
-    def _judge(self) -> Answer | None:
-        """The answer to all that was felt; None where it is too short to be judged."""
+    def _judge(self, untruncated: bool = False) -> Answer | None:
+        """The answer to all that was felt; None where it is too short to be judged, or, if asked,
+        where it is truncated, as each truncation needs a classifier of its own.
+        """
         times = [at for at, *_ in self.kept]
         clock = (
             np.arange(len(times), dtype=float)
@@ -212,6 +221,8 @@ class LiveTouch:
         try:
             felt = Recording(time=clock, values=values, labels=self._labels)
             felt = subtract_rest(repair(felt, gaps="bridge", bad_channels="missing"))
+            if untruncated and count_after_peak(felt, self._antenna) < AFTER:
+                return None
             return judge_recording(self._classifier, felt, self._antenna, self._before)[0]
         except InvalidInput:  # a stream may hold what a recording must not
             return None

@@ -1,5 +1,6 @@
 """Recordings of a robotic antenna, and what ``feeler info`` says of a robot's files."""
 
+import fnmatch
 import os
 import re
 from collections.abc import Sequence
@@ -24,7 +25,7 @@ from feeler.robot.sensors import (
 )
 from feeler.robot.stream import unwrap_clock
 from feeler.sandbox import Limits
-from feeler.tensors.bags import describe_bag, find_bag, read_bag
+from feeler.tensors.bags import choose_names, describe_bag, find_bag, read_bag, sort_names
 from feeler.tensors.formats import Format
 from feeler.tensors.table import Table, read_table
 from feeler.validation import checked
@@ -60,6 +61,9 @@ _CHANNEL = re.compile(
     rf"[\s_(\[]*({'|'.join(map(re.escape, _UNITS))})?[)\]]?",
     re.IGNORECASE,
 )
+# of joint states, beside their positions: the factors from ROS's units to feeler's
+_BESIDE = {"/velocity": 1e-3, "/effort": 1e3}
+_JOINT_STATE = re.compile(r"(velocity|effort)\d+")
 _LABELS = ("feature", "size", "location", "speed")
 
 
@@ -78,6 +82,8 @@ class Recording(Record):
         ``rad``, ``pF``, ``counts``, ``mV`` or ``ohm``; empty for that of the quantity.
     robot : str
         Name of the robot; empty where it is not known.
+    velocity, effort : np.ndarray | None
+        (sensor, sample) as the joints' driver gave them [rad/ms] and [N·mm]; None where it did not.
     labels : dict[str, str | float]
         What is known of the touch: feature, size [mm], location, speed [mm/ms].
     history : tuple[str, ...]
@@ -90,6 +96,8 @@ class Recording(Record):
     unit: str = ""
     robot: str = ""
     source: Annotated[str, Choice(_SOURCES)] = "robot"
+    velocity: Annotated[np.ndarray, "sensor sample", ALLOW_NAN] | None = None
+    effort: Annotated[np.ndarray, "sensor sample", ALLOW_NAN] | None = None
     labels: dict[str, str | float] = field(default_factory=dict)
     history: tuple[str, ...] = ()
 
@@ -105,6 +113,12 @@ class Recording(Record):
                 "a recording is time (sample,) and values (sensor, sample) of at least 2 samples;"
                 f" got {self.time.shape} and {self.values.shape}."
             )
+        for name in ("velocity", "effort"):
+            beside = getattr(self, name)
+            if beside is not None and beside.shape != self.values.shape:
+                raise InvalidInput(
+                    f"{name} has the shape {beside.shape}, values have {self.values.shape}."
+                )
 
     @property
     def n_sensors(self) -> int:
@@ -144,6 +158,8 @@ def load_recording(
     hinges: Sequence[int] = (),
     unit: str | None = None,
     time_unit: str | None = None,
+    joints: Sequence[str] = (),
+    bad_channels: Annotated[str, Choice(("refuse", "missing"))] = "refuse",
 ) -> Recording:
     """Read a recording: a CSV with a time column and numbered hinges, or ROS 2's MCAP.
 
@@ -168,6 +184,11 @@ def load_recording(
         them in place of 1, 2, 3 ….
     unit, time_unit
         Units where the file does not name them.
+    joints
+        Names or patterns (``antenna_*``) of the robot's channels, base to tip, in a topic or table
+        that has others too; a table of numbered channels alone needs none.
+    bad_channels
+        Channels that are absent: ``refuse``, or make them ``missing`` (NaN).
 
     Raises
     ------
@@ -176,21 +197,35 @@ def load_recording(
         half a turn, or an unreadable file.
     """
     bag = find_bag(path)
-    table = read_table(path, words=True) if bag is None else _number_joints(read_bag(*bag))
+    if bag is None:
+        table = read_table(path, words=True)
+        if joints and (_fits(table, joints) or not _find_channels(table)[0]):
+            table = _pick_columns(table, joints, unit)
+    else:
+        table = _number_joints(read_bag(*bag, joints), joints)
     written = _read_time(table, time_unit)
     time = _check_time(table, unwrap_clock(written))
     numbers, columns, found = _find_channels(table)
     table.refuse_words(*(table.columns[k] for k in columns))
-    counted_from_0 = sorted(numbers) == list(range(len(numbers)))
-    by_hinge = not counted_from_0 and sorted(numbers) == sorted(hinges)
+    lenient = bad_channels == "missing"
+    counted_from_0 = sorted(numbers) == list(range(len(numbers))) or (lenient and 0 in numbers)
+    by_hinge = not counted_from_0 and (
+        sorted(numbers) == sorted(hinges)
+        or (lenient and {*numbers} < {*hinges} and max(numbers) > len(hinges))
+    )
     if by_hinge:
         numbers = [sorted(hinges).index(number) + 1 for number in numbers]
     numbers = [number + counted_from_0 for number in numbers]
-    _check_numbers(table, numbers, n_channels)
+    absent = []
+    if lenient and n_channels and numbers:
+        absent = [n for n in range(1, n_channels + 1) if n not in numbers]
+    _check_numbers(table, [*numbers, *absent], n_channels)
     chosen = _choose_unit(table, found, unit)
     order = np.argsort(numbers)
     kept, factor = _UNITS[chosen]
     values = table.values[:, np.array(columns)[order]].T * factor
+    if absent:
+        values = np.insert(values, [n - 1 - k for k, n in enumerate(absent)], np.nan, axis=0)
     _check_turn(table, values, kept, chosen)
     recording = Recording(
         time=time,
@@ -200,11 +235,18 @@ def load_recording(
         robot=table.notes.get("robot", ""),
         source=_read_source(table),
         labels=_read_labels(table),
+        **_read_beside(table, len(numbers)),
         history=(
             f"read from {table.source}",
             *([f"channels are {table.notes['channels']}"] if "channels" in table.notes else []),
             *(["decimal commas are read as points"] if "decimals" in table.notes else []),
             *(["channels are numbered from 0: hinge 1 is number 0"] if counted_from_0 else []),
+            *([f"absent, made missing: {', '.join(map(str, absent))}"] if absent else []),
+            *(
+                table.notes[name]
+                for name in ("publishers", "clock", "cut")
+                if name in table.notes
+            ),
             *_list_left(table, columns),
             *(
                 ["the board's clock of 32 bits began anew; time goes on"]
@@ -216,6 +258,16 @@ def load_recording(
     if not np.array_equal(order, np.arange(order.size)):
         return recording.noted("columns put in the order of their hinge numbers")
     return recording
+
+
+def _read_beside(table: Table, n: int) -> dict[str, np.ndarray]:
+    """Velocities [rad/ms] and efforts [N·mm] of a bag's joints, where it has them."""
+    found = {}
+    for what, factor in _BESIDE.items():
+        names = [f"{what[1:]}{k + 1}" for k in range(n)]
+        if {*names} <= {*table.columns}:
+            found[what[1:]] = np.array([table.column(name) for name in names]) * factor
+    return found
 
 
 def find_unit(unit: str) -> tuple[str, float]:
@@ -237,25 +289,55 @@ def _list_left(table: Table, columns: list[int]) -> list[str]:
     left = [
         f"{name} (text)" if name in table.words else name
         for k, name in enumerate(table.columns)
-        if k not in columns and name != _find_time(table)
+        if k not in columns and name != _find_time(table) and not _JOINT_STATE.fullmatch(name)
     ]
     more = f", … ({len(left)} in all)" if len(left) > 12 else ""
     return [f"left out, being no channels: {', '.join(left[:12])}{more}"] if left else []
 
 
-def _number_joints(table: Table) -> Table:
-    """Channels of a bag in the order of the numbers that end their names.
+def _number_joints(table: Table, joints: Sequence[str] = ()) -> Table:
+    """Channels of a bag in the order of ``joints``, else of the numbers that end their names.
 
     Where some have none, they keep their own order.
     """
-    names = table.columns[1:]
-    ends = [int(found[1]) for name in names if (found := re.search(r"(\d{1,9})\D*$", name))]
-    order = np.argsort(ends) if len({*ends}) == len(names) else np.arange(len(names))
+    names = [name for name in table.columns[1:] if not name.endswith((*_BESIDE,))]
+    chosen = names if joints else sort_names(names)
+    beside = [end for end in _BESIDE if f"{names[0]}{end}" in table.columns]
+    index = [table.columns.index(f"{name}{end}") for end in ("", *beside) for name in chosen]
+    ends = [end.removeprefix("/") for end in beside]
+    columns = [f"{what}{k + 1}" for what in ("hinge", *ends) for k in range(len(names))]
     return replace(
         table,
-        columns=("time_ms", *(f"hinge{k + 1}" for k in range(len(names)))),
-        values=table.values[:, [0, *(order + 1)]],
-        notes={**table.notes, "channels": ", ".join(names[k] for k in order)},
+        columns=("time_ms", *columns),
+        values=table.values[:, [0, *index]],
+        notes={**table.notes, "channels": ", ".join(chosen)},
+    )
+
+
+def _fits(table: Table, joints: Sequence[str]) -> bool:
+    """Whether a column is called by one of these names; else its channels' numbers say which."""
+    return any(fnmatch.fnmatchcase(name, joint) for joint in joints for name in table.columns)
+
+
+def _pick_columns(table: Table, joints: Sequence[str], unit: str | None) -> Table:
+    """Of a table that has other columns too those that are named, base to tip, as its channels."""
+    time = _find_time(table)
+    chosen = choose_names([name for name in table.columns if name != time], joints)
+    found = [
+        re.search(rf"[\s_(\[]({'|'.join(map(re.escape, _UNITS))})[)\]]?$", name)
+        for name in chosen
+    ]
+    units = {match[1] for match in found if match}
+    said = f"_{next(iter(units))}" if len(units) == 1 and all(found) and not unit else ""
+    index = [table.columns.index(name) for name in (time, *chosen)]
+    columns = (time, *(f"hinge{k + 1}{said}" for k in range(len(chosen))))
+    table.refuse_words(time, *chosen)
+    return replace(
+        table,
+        columns=columns,
+        values=table.values[:, index],
+        words={},
+        notes={**table.notes, "channels": ", ".join(chosen)},
     )
 
 
@@ -331,7 +413,8 @@ def _check_numbers(table: Table, numbers: list[int], n_channels: int | None) -> 
             f"{table.source}: {len(numbers)} channels{wanted}"
             f" ({'; '.join(words) or 'none found'}).{there} Name them hinge1_deg, hinge2_deg … from"
             f" the base; units are {', '.join(u for u in _UNITS if u.isascii())}. For another"
-            " antenna give n_channels=. No channel is left out for you."
+            " antenna give n_channels=. No channel is left out for you: name those of the"
+            " antenna with joints=, or take absent ones as bad_channels='missing'."
         )
 
 

@@ -100,7 +100,23 @@ def repair(
     for row, channel in enumerate(recording.values):
         values[row], said = _mend(time - time[0], channel, grid, max_gap, gaps, row + 1)
         words += said
-    return recording.replace(time=grid, values=values, history=(*recording.history, *words))
+    beside = {
+        name: np.array([_resample(time - time[0], row, grid) for row in found])
+        for name in ("velocity", "effort")
+        if (found := getattr(recording, name)) is not None
+    }
+    history = (*recording.history, *words)
+    return recording.replace(time=grid, values=values, history=history, **beside)
+
+
+def _resample(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Values on another clock, by straight lines; NaN where there are none."""
+    known = np.isfinite(values)
+    return (
+        np.interp(grid, time[known], values[known])
+        if known.any()
+        else np.full(grid.shape, np.nan)
+    )
 
 
 def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
@@ -110,7 +126,8 @@ def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
     words = "; ".join(f"hinge {number} is {why}" for number, why in bad.items())
     if bad_channels == "refuse" or len(bad) == recording.n_sensors:
         raise InvalidInput(
-            f"bad channels: {words}. Record again, or describe the robot without these sensors."
+            f"bad channels: {words}. Record again, leave them out with bad_channels='missing', or"
+            " describe the robot without these sensors."
         )
     values = recording.values.copy()
     values[[number - 1 for number in bad]] = np.nan
@@ -167,7 +184,7 @@ def _mend(
         return np.full(grid.shape, np.nan), []
     stamps = time[known]
     steps = np.diff(np.concatenate(([time[0]], stamps, [time[-1]])))
-    long = steps > max_gap * (1 + 1e-9)
+    long = steps > max_gap * (1 + 1e-4)  # stamps are rounded
     if long.any() and gaps == "refuse":
         slow = np.median(np.diff(time)) > max_gap
         found = (
@@ -209,8 +226,9 @@ def make_dataset(
 ) -> xr.Dataset:
     """Tactile tensors from repaired angle recordings, through the same door as simulations.
 
-    ``tip`` follows from the angles and the antenna's lengths where every hinge is sensed. What a
-    recording does not say about its touch is NaN or an empty word; its seed is −1.
+    ``tip`` follows from the angles and the antenna's lengths where every hinge is sensed. Sensors
+    that have no value in one of the recordings are left out of the set. What a recording does not
+    say about its touch is NaN or an empty word; its seed is −1.
 
     Parameters
     ----------
@@ -230,6 +248,13 @@ def make_dataset(
         base, different intervals or durations.
     """
     antenna = make_robot() if antenna is None else antenna
+    there = np.ones(antenna.sensors.size, dtype=bool)
+    for recording in recordings:
+        if recording.n_sensors == there.size:
+            there &= np.isfinite(recording.values).any(axis=1)
+    if not there.all() and there.any():
+        antenna = antenna.replace(sensors=antenna.sensors[there])
+        recordings = [_keep_sensors(recording, there) for recording in recordings]
     interval = _check(recordings, antenna)
     angle = _stack(recordings, lengths)
     index = antenna.sensors - 1
@@ -254,6 +279,20 @@ def make_dataset(
         },
     )
     return validate(dataset)
+
+
+def _keep_sensors(recording: Recording, there: np.ndarray) -> Recording:
+    """The same recording with these of its sensors, where it has as many."""
+    if recording.n_sensors != there.size:
+        return recording
+    names = ("values", "velocity", "effort")
+    found = {
+        name: values[there]
+        for name in names
+        if (values := getattr(recording, name)) is not None
+    }
+    gone = ", ".join(map(str, np.flatnonzero(~there) + 1))
+    return recording.replace(**found).noted(f"left out, having no value: sensor {gone}")
 
 
 def _stack(recordings: Sequence[Recording], lengths: str) -> np.ndarray:

@@ -2,19 +2,22 @@
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
+from sklearn.isotonic import IsotonicRegression
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record, parse_json, read_bytes, writing
 from feeler.records import ALLOW_NAN, Record
 from feeler.tensors.table import MAX_BYTES, Table, read_table
-from feeler.validation import checked
+from feeler.validation import Choice, checked
 
 # Sensor calibration: from what a sensor reads (capacitance, voltage, counts) to its hinge's
-# angle, by linear regression per hinge.
+# angle, by linear regression per hinge, or by a curve where a straight line leaves a bend.
 
 # [C] share of the calibrated range by which a reading may lie outside and still count as inside
 _MARGIN = 0.02
@@ -36,12 +39,18 @@ READING_UNITS = {
 _READINGS = ("capacitance", "voltage", "resistance", "reading")
 
 
+CURVES = ("line", "quadratic", "cubic", "spline")
+"""What angle may be of a reading: polynomials, or a monotone cubic spline (PCHIP)."""
+_LEVELS = dict(zip(CURVES, (3, 4, 5, 5), strict=True))  # [C] least angles to be cross-validated
+_BETTER = 0.9  # [C] of a simpler curve's error: what a more flexible one must reach
+_KNOTS = 33  # [C] of the table in which a curve is kept
 _PerHinge = Annotated[np.ndarray, "hinge"]
 _MaybePerHinge = Annotated[np.ndarray, "hinge", ALLOW_NAN]
 
 
 class SensorCalibration(Record):
-    """Lines angle = slope · capacitance + offset, one per hinge, and how far to trust them.
+    """Lines angle = slope · capacitance + offset, or curves, one per hinge, and how far to trust
+    them.
 
     Attributes
     ----------
@@ -68,6 +77,16 @@ class SensorCalibration(Record):
         Name of the robot the lines belong to; empty where unknown.
     unit : str
         Unit of the readings: pF, mV, ohm, or counts for uncalibrated electronics.
+    curve : str
+        ``line``, or the curve that is used in its stead: ``quadratic``, ``cubic``, ``spline``.
+    readings, angles : np.ndarray | None
+        (hinge, knot) the curve as a table, joined by a monotone cubic spline (PCHIP) and beyond its
+        ends by straight lines; None for lines.
+    straight : np.ndarray | None
+        (hinge,) root mean square residual of the straight line [rad].
+    hysteresis : np.ndarray | None
+        (hinge,) how much larger the angle is than the curve says on the way up than on the way down
+        [rad]; NaN where the bench moved one way only.
     """
 
     slope: _PerHinge
@@ -81,11 +100,24 @@ class SensorCalibration(Record):
     r_squared: _MaybePerHinge
     robot: str = ""
     unit: str = "pF"
+    curve: Annotated[str, Choice(CURVES)] = "line"
+    readings: Annotated[np.ndarray, "hinge knot"] | None = None
+    angles: Annotated[np.ndarray, "hinge knot"] | None = None
+    straight: _MaybePerHinge | None = None
+    hysteresis: _MaybePerHinge | None = None
 
     def _check(self) -> None:
         sizes = {
-            values.size for values in vars(self).values() if isinstance(values, np.ndarray)
+            len(values) for values in vars(self).values() if isinstance(values, np.ndarray)
         }
+        tables = [table for table in (self.readings, self.angles) if table is not None]
+        if len(tables) != (0 if self.curve == "line" else 2) or (
+            tables and (tables[0].shape != tables[1].shape or (np.diff(tables[0]) <= 0).any())
+        ):
+            raise InvalidInput(
+                f"a calibration by {self.curve} has readings that rise and angles of one shape"
+                " (hinge, knot), one by lines has neither."
+            )
         if len(sizes) != 1 or not 1 <= self.n_hinges <= MAX_HINGES:
             raise InvalidInput(
                 "a calibration has one number per hinge in each list, for 1 to"
@@ -110,7 +142,8 @@ class SensorCalibration(Record):
             Name of the robot that was recorded; refused where it differs from the calibrated one.
         outside
             What to do with readings beyond the calibrated range (by more than 2 % of it):
-            ``refuse``, ``clip`` to the range, ``missing`` (NaN), or ``extend`` the line.
+            ``refuse``, ``clip`` to the range, ``missing`` (NaN), or ``extend`` the line (of a
+            curve, its slope at the end).
 
         Raises
         ------
@@ -128,7 +161,11 @@ class SensorCalibration(Record):
             raise InvalidInput(self._describe(capacitance, beyond))
         if outside == "clip":
             capacitance = np.where(beyond, np.clip(capacitance, low, high), capacitance)
-        angle = slope * capacitance + offset
+        if self.readings is None or self.angles is None:
+            angle = slope * capacitance + offset
+        else:
+            tables = zip(self.readings, self.angles, capacitance, strict=True)
+            angle = np.array([_follow(*table) for table in tables])
         return np.where(beyond, np.nan, angle) if outside == "missing" else angle
 
     def _check_readings(self, capacitance: np.ndarray, robot: str, outside: str) -> None:
@@ -157,8 +194,9 @@ class SensorCalibration(Record):
 
     def report(self) -> str:
         """A table in words, one row per hinge, angles in degrees."""
+        head = f"{'°/' + self.unit:>9}"
         rows = [
-            "hinge   °/unit      R²   residual °   cross-validated °   resolution °   drift °/min"
+            f"hinge{head}      R²   residual °   cross-validated °   resolution °   drift °/min"
         ]
         per_minute = self.drift * 6e4
         columns = (self.slope, self.residual, self.cross_validated, self.resolution, per_minute)
@@ -168,6 +206,37 @@ class SensorCalibration(Record):
                 f" {resolution:14.3f} {drift:13.3g}"
             )
         return "\n".join(rows)
+
+    def explain(self) -> list[str]:
+        """What the numbers mean, in sentences: the bend that a straight line leaves, the curve that
+        is used, hysteresis.
+        """
+        middle = {
+            name: float(np.rad2deg(np.nanmedian(np.abs(values))))
+            for name in ("straight", "residual", "cross_validated", "resolution", "hysteresis")
+            if (values := getattr(self, name)) is not None and np.isfinite(values).any()
+        }
+        said = []
+        repeat = middle.get("resolution", float("nan"))
+        beside = f", repeatability {repeat:.2g}°" if repeat == repeat else ""
+        straight = middle.get("straight", middle["residual"])
+        if self.curve != "line":
+            said.append(
+                f"a straight line leaves {straight:.2g}°{beside} (medians over hinges): a"
+                f" {self.curve} curve leaves {middle['residual']:.2g}° and is used"
+            )
+        elif straight > 2 * repeat + 0.5 * middle.get("hysteresis", 0.0):
+            said.append(
+                f"a straight line leaves {straight:.2g}°{beside}: no curve is better at angles that"
+                " it did not see by a tenth, or lines were asked for"
+            )
+        wide = middle.get("hysteresis", 0.0)
+        if wide > max(2 * repeat, 0.05) or (repeat != repeat and wide > 0.2):
+            said.append(
+                f"hysteresis: readings on the way up and on the way down differ by {wide:.2g}°,"
+                " which no curve can mend"
+            )
+        return said
 
 
 _MAX_READING = 1e15  # [C] in any unit; squares of it are still finite
@@ -182,8 +251,10 @@ def fit_sensors(
     time: np.ndarray | None = None,
     robot: str = "",
     unit: str = "pF",
+    curve: Annotated[str, Choice(("auto", *CURVES))] = "line",
 ) -> SensorCalibration:
-    """Least-squares line per hinge from readings (reading,) at known angles (Fig. 6A iii).
+    """Least-squares line, or curve, per hinge from readings (reading,) at known angles (Fig. 6A
+    iii).
 
     Parameters
     ----------
@@ -193,6 +264,10 @@ def fit_sensors(
         Known angle [rad] and reading [unit].
     time
         When each reading was made [ms], for the drift.
+    curve
+        ``line``, ``quadratic``, ``cubic``, ``spline`` (monotone, through the mean reading at each
+        angle); ``auto``: the simplest whose error at angles that it did not see is within a tenth
+        of the best.
 
     Raises
     ------
@@ -218,12 +293,67 @@ def fit_sensors(
             " table."
         )
     n = _count_hinges(hinge)
-    lines = [
-        _fit_one(k, angle[hinge == k], capacitance[hinge == k], time[hinge == k])
-        for k in range(1, n + 1)
-    ]
+    each = [(angle[hinge == k], capacitance[hinge == k]) for k in range(1, n + 1)]
+    for k, pair in enumerate(each, 1):
+        _check_hinge(k, *pair)
+    chosen = _choose_curve(each) if curve == "auto" else curve
+    lines = [_fit_one(chosen, *pair, time[hinge == k]) for k, pair in enumerate(each, 1)]
     arrays = {key: np.array([line[key] for line in lines]) for key in lines[0]}
-    return SensorCalibration(**arrays, robot=robot, unit=unit)
+    if chosen != "line":
+        tables = [_tabulate(_fit_curve(chosen, *pair), pair[1]) for pair in each]
+        arrays["readings"], arrays["angles"] = map(np.array, zip(*tables, strict=True))
+    return SensorCalibration(**arrays, robot=robot, unit=unit, curve=chosen)
+
+
+def _choose_curve(each: list[tuple[np.ndarray, np.ndarray]]) -> str:
+    """The simplest curve whose cross-validated error, over all hinges, is within a tenth of the
+    best.
+    """
+    errors = {}
+    for curve in CURVES:
+        found = [_leave_one_angle_out(curve, *pair) for pair in each]
+        rising = all(_is_monotone(curve, *pair) for pair in each)
+        if np.isfinite(found).all() and rising:
+            errors[curve] = float(np.sqrt(np.mean(np.square(found))))
+    best = min(errors.values(), default=0.0)
+    return next((curve for curve, error in errors.items() if _BETTER * error <= best), "line")
+
+
+def _is_monotone(curve: str, angle: np.ndarray, reading: np.ndarray) -> bool:
+    """Whether angles only rise, or only fall, with the reading within its range."""
+    step = np.diff(_tabulate(_fit_curve(curve, angle, reading), reading)[1])
+    return bool((step > 0).all() or (step < 0).all())
+
+
+def _tabulate(
+    function: Callable[[np.ndarray], np.ndarray], reading: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    knots = np.linspace(reading.min(), reading.max(), _KNOTS)
+    return knots, function(knots)
+
+
+def _follow(readings: np.ndarray, angles: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Angles at readings: the monotone cubic spline through a table, straight beyond its ends."""
+    spline = PchipInterpolator(readings, angles)
+    inside = np.clip(at, readings[0], readings[-1])
+    return spline(inside) + spline(inside, 1) * (at - inside)
+
+
+def _fit_curve(
+    curve: str, angle: np.ndarray, reading: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Angle as a function of the reading."""
+    if curve == "spline":
+        levels = np.unique(np.round(angle, 9))
+        means = np.array([reading[np.round(angle, 9) == level].mean() for level in levels])
+        order = np.argsort(means)
+        rising = IsotonicRegression(increasing="auto").fit(means[order], levels[order])
+        knots, first = np.unique(means[order], return_index=True)
+        values = rising.predict(means[order])[first]
+        return lambda at: _follow(knots, values, at)
+    centre, half = reading.mean(), np.ptp(reading) / 2
+    line = np.polyfit((reading - centre) / half, angle, CURVES.index(curve) + 1)
+    return lambda at: np.polyval(line, (at - centre) / half)
 
 
 def _count_hinges(hinge: np.ndarray) -> int:
@@ -240,9 +370,8 @@ def _count_hinges(hinge: np.ndarray) -> int:
     return numbers.size
 
 
-def _fit_one(
-    number: int, angle: np.ndarray, capacitance: np.ndarray, time: np.ndarray
-) -> dict[str, float]:
+def _check_hinge(number: int, angle: np.ndarray, capacitance: np.ndarray) -> None:
+    """Refuse too few readings, or ones that do not change."""
     levels = np.unique(np.round(angle, 9))
     if angle.size < _MIN_READINGS or levels.size < 2:
         raise InvalidInput(
@@ -253,19 +382,47 @@ def _fit_one(
         raise InvalidInput(
             f"hinge {number} reads {capacitance[0]:g} at every angle: a dead or unconnected sensor."
         )
+
+
+def _fit_one(
+    curve: str, angle: np.ndarray, capacitance: np.ndarray, time: np.ndarray
+) -> dict[str, float]:
     slope, offset = np.polyfit(capacitance, angle, 1)
-    residual = angle - (slope * capacitance + offset)
+    straight = angle - (slope * capacitance + offset)
+    residual = straight
+    if curve != "line":
+        levels = np.unique(np.round(angle, 9)).size
+        if levels < _LEVELS[curve]:
+            raise InvalidInput(
+                f"a {curve} curve needs readings at {_LEVELS[curve]} angles, got {levels}."
+            )
+        residual = angle - _fit_curve(curve, angle, capacitance)(capacitance)
+    way = _find_way(angle)
+    both = [residual[way == sign] for sign in (1, -1)]
+    two_ways = min(map(len, both)) > 0
     return {
         "slope": slope,
         "offset": offset,
         "low": capacitance.min(),
         "high": capacitance.max(),
         "residual": np.sqrt(np.mean(residual**2)),
-        "cross_validated": _leave_one_angle_out(angle, capacitance, levels),
-        "resolution": abs(slope) * _repeat_spread(np.round(angle, 9), capacitance),
+        "cross_validated": _leave_one_angle_out(curve, angle, capacitance),
+        "resolution": abs(slope) * _repeat_spread(np.round(angle, 9), way, capacitance),
         "drift": _trend(time, residual),
         "r_squared": 1 - residual.var() / angle.var(),
+        "straight": np.sqrt(np.mean(straight**2)),
+        "hysteresis": both[0].mean() - both[1].mean() if two_ways else float("nan"),
     }
+
+
+def _find_way(angle: np.ndarray) -> np.ndarray:
+    """The way that the bench moved to each reading: 1 up, −1 down, 0 unknown; at a turn, and where
+    it stands, the way before.
+    """
+    way = np.sign(np.diff(np.round(angle, 9), prepend=np.nan))
+    way[0] = 0
+    last = np.maximum.accumulate(np.where(way != 0, np.arange(way.size), 0))
+    return way[last]
 
 
 def _is_flat(readings: np.ndarray) -> bool:
@@ -275,30 +432,33 @@ def _is_flat(readings: np.ndarray) -> bool:
     return bool(np.ptp(readings) <= max(1e-12 * np.abs(readings).max(), 1 / _MAX_READING))
 
 
-def _leave_one_angle_out(
-    angle: np.ndarray, capacitance: np.ndarray, levels: np.ndarray
-) -> float:
-    if levels.size < 3:
+def _leave_one_angle_out(curve: str, angle: np.ndarray, capacitance: np.ndarray) -> float:
+    rounded = np.round(angle, 9)
+    levels = np.unique(rounded)
+    if levels.size < _LEVELS[curve]:
         return float("nan")
     errors = []
     for level in levels:
-        held = np.round(angle, 9) == level
+        held = rounded == level
         if _is_flat(capacitance[~held]):
             return float("nan")
-        slope, offset = np.polyfit(capacitance[~held], angle[~held], 1)
-        errors.append(angle[held] - (slope * capacitance[held] + offset))
+        fitted = _fit_curve(curve, angle[~held], capacitance[~held])
+        errors.append(angle[held] - fitted(capacitance[held]))
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
-def _repeat_spread(angle: np.ndarray, capacitance: np.ndarray) -> float:
-    """Pooled sd of readings at equal angles."""
-    groups = [capacitance[angle == level] for level in np.unique(angle)]
-    freedom = sum(group.size - 1 for group in groups)
-    if freedom == 0:
-        return float("nan")
-    return float(
-        np.sqrt(sum(((group - group.mean()) ** 2).sum() for group in groups) / freedom)
-    )
+def _repeat_spread(angle: np.ndarray, way: np.ndarray, capacitance: np.ndarray) -> float:
+    """Pooled sd of readings at equal angles that were reached the same way; whichever way, where
+    none was reached so twice.
+    """
+    for kept in (way, np.zeros(way.size)):
+        pairs = np.unique(np.column_stack([angle, kept]), axis=0)
+        groups = [capacitance[(angle == level) & (kept == sign)] for level, sign in pairs]
+        freedom = sum(group.size - 1 for group in groups)
+        if freedom:
+            squares = sum(((group - group.mean()) ** 2).sum() for group in groups)
+            return float(np.sqrt(squares / freedom))
+    return float("nan")
 
 
 def _trend(time: np.ndarray, residual: np.ndarray) -> float:
@@ -308,8 +468,10 @@ def _trend(time: np.ndarray, residual: np.ndarray) -> float:
 
 
 @checked
-def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
-    """Fit the lines to a CSV table of a calibration bench.
+def load_calibration_table(
+    path: str | os.PathLike, *, curve: Annotated[str, Choice(("auto", *CURVES))] = "line"
+) -> SensorCalibration:
+    """Fit the lines, or curves (see :func:`fit_sensors`), to a CSV table of a calibration bench.
 
     Columns are ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``, ``_counts``,
     ``voltage_mV``, ``resistance_ohm``) and optionally ``time_ms``; a note ``# robot: NAME`` names
@@ -328,6 +490,7 @@ def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
         time=time,
         robot=table.notes.get("robot", ""),
         unit=unit,
+        curve=curve,
     )
 
 
@@ -345,20 +508,47 @@ def _take(table: Table, factors: dict[str, float]) -> np.ndarray:
 # A sensor calibration on disk: JSON that people read too, nothing in it is ever executed.
 
 _FORMAT = "feeler sensor calibration"
-_VERSION = 1
+_VERSION = 2  # of lines alone: 1
 _MAX_FILE = 2**20
 
 
 @checked
 def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
     """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
-    plain = calibration.to_plain()
-    robot, unit = plain.pop("robot"), plain.pop("unit")
-    content = {"format": _FORMAT, "version": _VERSION, "robot": robot, "unit": unit}
-    for name, values in plain.items():
-        content[name] = [None if np.isnan(value) else value for value in values]
     with writing(path) as part:
-        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        text = json.dumps(write_calibration(calibration), indent=1)
+        part.write_text(text + "\n", encoding="utf-8")
+
+
+def write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
+    """A calibration in JSON's types, for :func:`parse_calibration`."""
+    plain = calibration.to_plain()
+    words = {name: plain.pop(name) for name in ("robot", "unit", "curve")}
+    content = {"format": _FORMAT, "version": _VERSION, **words}
+    for name, values in plain.items():
+        if values is not None:
+            content[name] = [None if value != value else value for value in values]
+    return content
+
+
+def parse_calibration(content: dict[str, Any], name: str) -> SensorCalibration:
+    """What :func:`write_calibration` gave; ``name`` is the file's, for messages.
+
+    Raises
+    ------
+    InvalidInput
+        Another format or version, or damaged content.
+    """
+    content = dict(content)
+    if content.pop("format", None) != _FORMAT:
+        raise InvalidInput(
+            f"{name} is no sensor calibration of feeler. Make one with `feeler robot calibrate`."
+        )
+    if (version := content.pop("version", None)) not in (1, _VERSION):
+        raise InvalidInput(
+            f"{name} has version {version!r}; this feeler reads version 1 and {_VERSION}."
+        )
+    return make_record(SensorCalibration, content, name)
 
 
 @checked
@@ -375,12 +565,4 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
     except InvalidInput as error:
         advice = "`feeler robot calibrate` makes a calibration from a table."
         raise InvalidInput(f"{error} {advice}") from error
-    if content.pop("format", None) != _FORMAT:
-        raise InvalidInput(
-            f"{path} is no sensor calibration of feeler. Make one with `feeler robot calibrate`."
-        )
-    if (version := content.pop("version", None)) != _VERSION:
-        raise InvalidInput(
-            f"{path} has version {version!r}; this feeler reads version {_VERSION}."
-        )
-    return make_record(SensorCalibration, content, Path(path).name)
+    return parse_calibration(content, Path(path).name)

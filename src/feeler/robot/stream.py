@@ -2,11 +2,13 @@
 port.
 """
 
+import contextlib
 import re
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 from operator import xor
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -124,6 +126,13 @@ class Link:
         self._timed, before, first = True, self._time, self.follow(held[0])
         self.restarts += first < before
         return [(first, held[1]), (self.follow(time), values)]
+
+    def begin_anew(self) -> None:
+        """Take what comes now as of a board that began anew, whatever its numbers and times."""
+        self._drop(self._held)
+        self.restarts += 1
+        self._last, self._time, self._turns, self._again = -1, 0.0, 0, (-1, 0)
+        self._timed, self._held = None, None
 
     def end(self) -> list[tuple[float | None, np.ndarray]]:
         """The sample held back, where it is the only one; else it goes."""
@@ -286,7 +295,7 @@ def take_line(
 
 
 def read_samples(
-    lines: Iterable[str | bytes],
+    lines: Iterable[str | bytes | None],
     n_sensors: int,
     link: Link | None = None,
     time_factor: float = 1.0,
@@ -294,9 +303,15 @@ def read_samples(
     """Samples from lines; blank lines, ``#`` notes and one header line are passed over.
 
     A line that is no sample is left out, see :class:`feeler.robot.stream.Link`; ``link`` counts it.
+    None in place of a line: the board was connected anew.
     """
     first, link = True, link or Link(n_sensors)
     for line in lines:
+        if line is None:
+            yield from link.end()
+            link.begin_anew()
+            first = True
+            continue
         text = _decode(line)
         if not text.strip() or text.lstrip().startswith("#"):
             continue
@@ -318,7 +333,7 @@ def _is_header(text: str) -> bool:
     return not numbers and not text.lstrip().startswith("$") and any(map(str.isalpha, text))
 
 
-def read_lines(stream: BinaryIO) -> Iterator[bytes]:
+def read_lines(stream: "BinaryIO | _Buffer") -> Iterator[bytes]:
     """Lines of a binary stream as they come.
 
     Of one that is longer than any sample come pieces that are too long to be one, and never its
@@ -332,10 +347,40 @@ def read_lines(stream: BinaryIO) -> Iterator[bytes]:
         inside = not whole
 
 
-def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Iterator[bytes]:
-    """Lines from a serial port, until ``timeout`` seconds pass without one (extra ``robot``).
+class _Buffer:
+    """Lines of a serial port from what has come; the port's own are read byte by byte, which takes
+    a core at 1 kHz.
+    """
+
+    def __init__(self, connection: Any) -> None:
+        self._connection, self._rest = connection, b""
+
+    def readline(self, limit: int) -> bytes:
+        """Up to the end of a line, ``limit`` bytes, or what there is once nothing more comes."""
+        seen = 0
+        while (end := self._rest.find(b"\n", seen)) < 0 and len(self._rest) < limit:
+            seen = len(self._rest)
+            more = self._connection.read(max(self._connection.in_waiting, 1))
+            if not more:
+                break
+            self._rest += more
+        size = min(end + 1 if end >= 0 else len(self._rest), limit)
+        line, self._rest = self._rest[:size], self._rest[size:]
+        return line
+
+
+_PATIENCE = 0.2  # [C] s from one try to open a lost port to the next
+
+
+def open_serial(
+    port: str, baudrate: int = 115_200, timeout: float = 2.0, *, reconnect: bool = False
+) -> Iterator[bytes | None]:
+    """Lines from a serial port, until ``timeout`` seconds pass without one (extra ``robot``); 0:
+    for ever.
 
     The port is open on return, so that nothing is lost of what comes before the first is asked for.
+    With ``reconnect`` a board that is unplugged is waited for, as long as ``timeout`` says, and
+    None stands between the lines before and after.
 
     Raises
     ------
@@ -350,18 +395,36 @@ def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Ite
         raise MissingDependencyError(
             "a serial port needs pyserial: pip install 'feeler[robot]'."
         ) from error
+    if not timeout >= 0:
+        raise InvalidInput(f"timeout must be ≥ 0 s, got {timeout:g}.")
+    lost = serial.SerialException, OSError
+
+    def connect() -> Any:
+        return serial.Serial(port, baudrate, timeout=timeout or None)
+
     try:
-        connection = serial.Serial(port, baudrate, timeout=timeout)
-    except (serial.SerialException, ValueError, OSError) as error:
+        first = connect()
+    except (*lost, ValueError) as error:
         raise InvalidInput(f"cannot open serial port {port!r}: {error}.") from error
 
-    def read() -> Iterator[bytes]:
-        try:
-            with connection:
-                yield from read_lines(connection)
-        except (serial.SerialException, OSError) as error:
-            raise InvalidInput(
-                f"the board at {port} is gone ({error}). Plug it in and begin again."
-            ) from error
+    def read() -> Iterator[bytes | None]:
+        connection = first
+        while True:
+            try:
+                with connection:
+                    yield from read_lines(_Buffer(connection))
+                return
+            except lost as error:
+                gone, since = error, time.monotonic()
+            while True:
+                if not reconnect or (timeout and time.monotonic() - since > timeout):
+                    raise InvalidInput(
+                        f"the board at {port} is gone ({gone}). Plug it in and begin again."
+                    ) from gone
+                time.sleep(_PATIENCE)
+                with contextlib.suppress(*lost):
+                    connection = connect()
+                    break
+            yield None
 
     return read()

@@ -401,15 +401,18 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
 def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
     """Angles relative to their mean over the first ``before`` ms, when nothing touches yet.
 
-    The history says so.
+    The history says so. A channel without any value stays so.
     """
     resting = recording.time < before
-    if not np.isfinite(recording.values[:, resting]).any(axis=1).all():
+    known = np.isfinite(recording.values)
+    silent = ~known.any(axis=1)
+    if not known[:, resting].any(axis=1)[~silent].all():
         raise InvalidInput(
             f"a channel has no value in the first {before:g} ms: there is no resting level to"
             " subtract."
         )
-    level = np.nanmean(recording.values[:, resting], axis=1, keepdims=True)
+    level = np.full((recording.n_sensors, 1), np.nan)
+    level[~silent, 0] = np.nanmean(recording.values[~silent][:, resting], axis=1)
     return recording.replace(values=recording.values - level).noted(
         f"mean of the first {before:g} ms subtracted"
     )

@@ -32,6 +32,8 @@ _ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clo
 
 Label = tuple[str, float, float]
 """A class: feature, location, speed."""
+Joints = tuple[str, ...]
+"""Names of channels, or patterns as of a shell, from base to tip."""
 
 
 @checked

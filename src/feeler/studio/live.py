@@ -310,7 +310,7 @@ class Listener:
 
     def _convert(self, values: np.ndarray) -> np.ndarray:
         if self._calibration is not None:
-            angle = self._calibration.slope * values + self._calibration.offset
+            angle = self._calibration.apply(values[:, None], outside="extend")[:, 0]
             return np.where(np.isfinite(angle), angle, np.nan)
         if (np.abs(values) > np.pi).any():
             raise InvalidInput(
@@ -364,7 +364,8 @@ class Boards:
                 f"no board at {str(port)[:60]!r}; found: {', '.join(self.find()) or 'none'}. Plug"
                 " it in and look again, or name its port: feeler studio --board PORT."
             )
-        return open_serial(port, self.baudrate)
+        lines = open_serial(port, self.baudrate)
+        return (line for line in lines if line is not None)
 
 
 def listen(

@@ -40,7 +40,7 @@ class Heading:
     delimiter: str
 
 
-def _is_numeral(cell: str) -> bool:
+def is_numeral(cell: str) -> bool:
     """Whether a cell is a number as Python reads it, without its underscores."""
     try:
         float(cell)
@@ -103,12 +103,12 @@ def _name_columns(
         )
         if (
             len(names) < 2
-            or any(map(_is_numeral, names))
+            or any(map(is_numeral, names))
             or not below
             or _differ(names, below[0])
         ):
             continue
-        if any(map(_is_numeral, below[0])):
+        if any(map(is_numeral, below[0])):
             return _make(notes, above[:k], number, names, delimiter)
         if len(below) == 2 and _are_units(*below):
             both = [
@@ -118,9 +118,9 @@ def _name_columns(
     number, line = above[0]
     delimiter = _find_delimiter(line)
     cells = split_line(line, delimiter)
-    if all(map(_is_numeral, cells)) and texts:
+    if all(map(is_numeral, cells)) and texts:
         names = split_line(texts[-1], delimiter)
-        if len(names) == len(cells) > 1 and not any(map(_is_numeral, names)):
+        if len(names) == len(cells) > 1 and not any(map(is_numeral, names)):
             return _make(notes, [], number - 1, names, delimiter)
     return _make(notes, [], number, cells, delimiter)
 
@@ -155,7 +155,7 @@ def _are_units(cells: list[str], below: list[str]) -> bool:
         any(cells)
         and all(_UNIT.fullmatch(cell) for cell in cells)
         and not _differ(cells, below)
-        and any(map(_is_numeral, below))
+        and any(map(is_numeral, below))
     )
 
 
@@ -295,7 +295,7 @@ def _check_names(names: list[str], source: str) -> tuple[str, ...]:
         raise InvalidInput(
             f"{source}: {len(columns)} columns, more than the limit of {MAX_COLUMNS}."
         )
-    if any(not name for name in columns) or all(_is_numeral(name) for name in columns):
+    if any(not name for name in columns) or all(is_numeral(name) for name in columns):
         raise InvalidInput(
             f"{source}: the first row must name every column, got {_list(columns)}. Add a header"
             " row."
@@ -357,7 +357,7 @@ def _find_words(text: str, heading: Heading, columns: tuple[str, ...]) -> dict[s
     return {
         name: cell
         for name, cell in first.items()
-        if not _is_numeral(cell.replace("_", ""))
+        if not is_numeral(cell.replace("_", ""))
         and "," not in cell  # wrong numbers are no text
     }
 
@@ -407,7 +407,7 @@ def _read_cell(cell: str, source: str, number: int, column: str) -> float:
     if cell.lower() in _MISSING:
         return np.nan
     value = np.inf
-    if _is_numeral(cell):
+    if is_numeral(cell):
         value = float(cell)
     if not np.isfinite(value):
         hint = " Use a decimal point." if "," in cell else ""

@@ -1,0 +1,435 @@
+"""A robot's decoder in one file: trained once, then loaded at once by ``classify``, ``stream``,
+Python and a ROS 2 node.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from feeler.antenna import Antenna
+from feeler.decoding.observers import StudentTClassifier
+from feeler.decoding.streams import OnlineNoveltyDetector, StreamDecoder
+from feeler.errors import FeelerError, InvalidInput
+from feeler.objects import Trial
+from feeler.progress import Advance
+from feeler.provenance import PHYSICS, find_version, to_jsonable
+from feeler.robot.classify import (
+    Answer,
+    draw_training_set,
+    judge_recording,
+    make_classifier,
+)
+from feeler.robot.description import RobotFile, make_robot
+from feeler.robot.live import LiveTouch
+from feeler.robot.reality import choose_before, make_decoder
+from feeler.robot.recordings import Recording
+from feeler.robot.repair import repair
+from feeler.robot.sensors import (
+    SensorCalibration,
+    load_calibration,
+    parse_calibration,
+    write_calibration,
+)
+from feeler.robot.surrogate import Gap, subtract_rest
+from feeler.robot.touches import Joints, make_touches
+from feeler.tensors.models import Model, load_model, save_model
+from feeler.validation import Count, Seed, checked
+
+_KIND, _VERSION = "RobotDecoder", 1
+_PARTS = "whole", "live", "watch"
+_DROPPED, _DRAWS = (1, 2), 6  # [C] sensors left out at random, and how often
+_MOST_KEPT = 8  # [C] decoders in the cache
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RobotDecoder:
+    """Says which touch a robot felt, and knows how it was trained.
+
+    Attributes
+    ----------
+    robot : str
+        Name of the robot; recordings of another are refused.
+    antenna : Antenna
+        Its model.
+    recipe : dict
+        How it was trained: the touches, number of surrogate robots, seed, noise [rad], friction,
+        engine, versions.
+    classifier : StudentTClassifier
+        Of untruncated touches; ``confusion_`` is held out, robot by robot.
+    stream : StreamDecoder
+        Of touches while they happen.
+    before : int
+        Samples kept before the tip's first peak.
+    tolerance : dict[str, float]
+        Sensors left out at random → held-out accuracy without them.
+    calibration : SensorCalibration | None
+        From readings to angles; None where recordings hold angles.
+    joints : tuple[str, ...]
+        Names or patterns of the robot's channels, base to tip, in a topic or table that has others.
+    """
+
+    robot: str
+    antenna: Antenna
+    recipe: dict[str, Any]
+    classifier: StudentTClassifier
+    stream: StreamDecoder
+    before: int
+    tolerance: dict[str, float] = field(default_factory=dict)
+    calibration: SensorCalibration | None = None
+    joints: Joints = ()
+
+    @property
+    def classes(self) -> list[tuple]:
+        """The touches that it discriminates: feature, location, speed."""
+        return list(self.classifier.classes_)
+
+    @property
+    def accuracy(self) -> float:
+        """Share of held-out touches of surrogate robots that were classified correctly."""
+        confusion = self.classifier.confusion_
+        return float(np.trace(confusion) / confusion.sum())
+
+    def check_robot(self, name: str, what: str = "the recording") -> None:
+        """Refuse what is of another robot, by name; "" is of no known one.
+
+        Raises
+        ------
+        InvalidInput
+            Another robot.
+        """
+        known = {self.robot, self.calibration.robot if self.calibration else ""} - {""}
+        if name and known and name not in known:
+            raise InvalidInput(
+                f"the decoder belongs to robot {self.robot!r}, {what} to {name!r}. Train one for"
+                " that robot: feeler robot train."
+            )
+
+    def check_antenna(self, antenna: Antenna, name: str) -> None:
+        """Refuse another antenna than the one it was trained on."""
+        if antenna.replace(name="") != self.antenna.replace(name=""):
+            n, own = antenna.sensors.size, self.antenna.sensors.size
+            how = f"{own} sensors there, {n} here" if n != own else "other numbers of that name"
+            raise InvalidInput(
+                f"the decoder was trained for robot {self.robot!r}, not for {name!r} ({how})."
+                " Train one for it: feeler robot train."
+            )
+
+    def classify(
+        self,
+        recording: Recording,
+        *,
+        outside: str = "refuse",
+        gaps: str = "bridge",
+        bad_channels: str = "missing",
+    ) -> Answer:
+        """The answer to a recording of one touch; its readings become angles by ``calibration``.
+
+        Channels that are empty, dead or saturated are left out, and the answer says which.
+
+        Raises
+        ------
+        InvalidInput
+            Another robot's recording, other channels, no calibration where one is needed, or what
+            :func:`feeler.robot.repair` refuses.
+        """
+        self.check_robot(recording.robot)
+        if recording.quantity != "angle":
+            if self.calibration is None:
+                raise InvalidInput(
+                    f"the recording holds {recording.quantity}, and the decoder no calibration."
+                )
+            recording = recording.to_angles(self.calibration, outside=outside)
+        felt = subtract_rest(repair(recording, gaps=gaps, bad_channels=bad_channels))
+        return judge_recording(self.classifier, felt, self.antenna, self.before)[0]
+
+    def start(
+        self,
+        *,
+        missing: Sequence[int] = (),
+        labels: dict[str, str | float] | None = None,
+    ) -> LiveTouch:
+        """A touch to be decoded sample by sample: ``update(angles, time)`` with angles (sensor,)
+        [rad] and the time [ms].
+
+        ``missing`` are the numbers of sensors without values, counted from 1 at the base; for these
+        it gets ready now, which takes some seconds, instead of during the touch.
+        """
+        n = self.antenna.sensors.size
+        wrong = [number for number in missing if not 1 <= number <= n]
+        if wrong or len(set(missing)) >= n:
+            raise InvalidInput(
+                f"missing= holds numbers of sensors from 1 to {n}, not all of them; got"
+                f" {', '.join(map(str, missing))}."
+            )
+        if missing:
+            off = np.array(missing) - 1
+            touch = np.zeros((1, *self.classifier.shape_))
+            touch[:, off] = np.nan
+            self.classifier.predict_proba(touch)
+            tensor = np.zeros((n, self.stream.window))
+            tensor[off] = np.nan
+            for moment in self.stream.watch_.readers_:
+                self.stream.watch_.judge(tensor, moment - 1, list(self.stream.classes_))
+        return LiveTouch(
+            self.stream, self.classifier, self.antenna, self.before, labels, missing
+        )
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write all of it as one model file (safetensors with a JSON header; never pickle)."""
+        packed = (self.classifier.pack(), self.stream.pack(), self.stream.watch_.pack())
+        arrays: dict[str, np.ndarray] = {}
+        settings: dict[str, Any] = {
+            "robot": self.robot,
+            "antenna": self.antenna.to_plain(),
+            "recipe": self.recipe,
+            "before": self.before,
+            "tolerance": self.tolerance,
+            "accuracy": self.accuracy,
+            "calibration": None
+            if self.calibration is None
+            else write_calibration(self.calibration),
+            "joints": list(self.joints),
+        }
+        for part, (found, said) in zip(_PARTS, packed, strict=True):
+            arrays |= {f"{part}/{name}": values for name, values in found.items()}
+            settings[part] = said
+        save_model(Model(kind=_KIND, version=_VERSION, arrays=arrays, settings=settings), path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike) -> "RobotDecoder":
+        """What :meth:`save` wrote, ready to answer.
+
+        Raises
+        ------
+        InvalidInput
+            No such file, damaged, or of another kind or version.
+        """
+        try:  # without the guard's process, which takes longer than all the rest
+            file = load_model(path, kind=_KIND, version=_VERSION, trusted=True)
+        except InvalidInput:
+            raise
+        except Exception as error:  # whatever the file's library stumbles over
+            raise InvalidInput(
+                f"{path} is no decoder of a robot, or damaged ({str(error)[:100]}). Train it again."
+            ) from error
+        arrays: dict[str, dict[str, np.ndarray]] = {part: {} for part in _PARTS}
+        try:
+            for name, values in file.arrays.items():
+                part, _, rest = name.partition("/")
+                arrays[part][rest] = values
+            said = file.settings
+            stream = StreamDecoder.unpack(arrays["live"], said["live"])
+            stream.watch_ = OnlineNoveltyDetector.unpack(arrays["watch"], said["watch"])
+            lines = said["calibration"]
+            return cls(
+                robot=str(said["robot"]),
+                antenna=Antenna(**said["antenna"]),
+                recipe=dict(said["recipe"]),
+                classifier=StudentTClassifier.unpack(arrays["whole"], said["whole"]),
+                stream=stream,
+                before=int(said["before"]),
+                tolerance=dict(said["tolerance"]),
+                calibration=None if lines is None else parse_calibration(lines, str(path)),
+                joints=tuple(map(str, said["joints"])),
+            )
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            IndexError,
+            AttributeError,
+            FeelerError,
+        ) as error:
+            raise InvalidInput(
+                f"{path} is no complete decoder of a robot ({str(error)[:150]}). Train it again."
+            ) from error
+
+    def describe(self) -> list[str]:
+        """Lines on what it was trained on, and how accurate it is on held-out robots."""
+        recipe = self.recipe
+        touches = f"{len(self.classes)} touches, {recipe['robots']} surrogate robots"
+        lines = [
+            f"robot       {self.robot}, {self.antenna.sensors.size} sensors",
+            f"training    {touches}, seed {recipe['seed']}; noise {recipe['noise']:g} rad,"
+            f" friction {', '.join(f'{mu:g}' for mu in recipe['friction'])}",
+            f"held out    {self.accuracy:.1%} classified correctly (robots left out in turn)",
+        ]
+        without = ", ".join(f"{n}: {value:.1%}" for n, value in self.tolerance.items())
+        lines += [f"without n   {without} (sensors left out at random)"] if without else []
+        lines += [
+            f"calibration {'of ' + repr(self.calibration.robot) if self.calibration else 'none'}"
+        ]
+        lines += [f"joints      {', '.join(self.joints)}"] if self.joints else []
+        confused = self.list_confused()
+        return lines + [f"confused    {words}" for words in confused]
+
+    def list_confused(self, most: int = 3) -> list[str]:
+        """The pairs of touches that were most often taken for each other, in words."""
+        from feeler.robot.classify import name_touch
+
+        off = self.classifier.confusion_.copy()
+        np.fill_diagonal(off, 0)
+        share = off / np.maximum(self.classifier.confusion_.sum(axis=1, keepdims=True), 1)
+        order = np.argsort(-share, axis=None, kind="stable")[:most]
+        pairs = [np.unravel_index(k, share.shape) for k in order if share.flat[k] > 0]
+        return [
+            f"{name_touch(self.classes[i])} as {name_touch(self.classes[j])}: {share[i, j]:.0%}"
+            for i, j in pairs
+        ]
+
+
+@checked
+def train_decoder(
+    robot: RobotFile | Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    robots: Count = 24,
+    seed: Seed = 0,
+    noise: float | None = None,
+    calibration: SensorCalibration | None = None,
+    joints: Joints = (),
+    name: str = "",
+    progress: Advance | None = None,
+    **how: Any,
+) -> RobotDecoder:
+    """A decoder of a robot's touches, trained on simulated touches of surrogate robots around it.
+
+    Parameters
+    ----------
+    robot
+        What :func:`feeler.robot.load_robot` gives, or an antenna; default: the paper's robot.
+    trials
+        The touches to be discriminated, as :func:`feeler.robot.make_touches` gives them.
+    robots
+        Surrogate robots; half as many others touch unknown objects.
+    noise
+        Standard deviation of each reading [rad]; default: that of :class:`feeler.robot.Gap`.
+    calibration, joints, name
+        Kept in the decoder; default: those of the robot's file.
+    progress
+        Called with (done, total) surrogate robots; default: a bar that appears after 5 s.
+    how
+        ``engine``, ``timestep`` and ``workers``, as for :func:`feeler.touch`.
+
+    Raises
+    ------
+    InvalidInput
+        Touches of which fewer than two can be discriminated, or a noise that is not > 0.
+    """
+    antenna = robot.antenna if isinstance(robot, RobotFile) else robot or make_robot()
+    trials = make_touches() if trials is None else list(trials)
+    if isinstance(robot, RobotFile):
+        if calibration is None and robot.calibration is not None:
+            calibration = load_calibration(robot.calibration)
+        joints = joints or robot.sensors.joints
+    if noise is not None and not noise > 0:
+        raise InvalidInput(f"noise must be > 0 rad, got {noise:g}.")
+    gap = Gap() if noise is None else Gap(noise=noise)
+    lessons = draw_training_set(
+        antenna, trials, robots=robots, seed=seed, gap=gap, progress=progress, **how
+    )
+    classifier = make_classifier(lessons=lessons)
+    stream = lessons.watch(make_decoder(antenna, trials, seed=seed, **how))
+    return RobotDecoder(
+        robot=name or antenna.name,
+        antenna=antenna,
+        recipe=_describe_recipe(trials, robots, seed, gap, how),
+        classifier=classifier,
+        stream=stream,
+        before=choose_before(antenna, trials),
+        tolerance=_measure_tolerance(classifier, seed),
+        calibration=calibration,
+        joints=joints,
+    )
+
+
+def _describe_recipe(
+    trials: Sequence[Trial], robots: int, seed: int, gap: Gap, how: dict[str, Any]
+) -> dict[str, Any]:
+    return {
+        "touches": [trial.to_plain() for trial in trials],
+        "robots": robots,
+        "seed": seed,
+        "noise": gap.noise,
+        "gap": gap.to_plain(),
+        "friction": sorted({trial.friction for trial in trials}),
+        "how": {key: value for key, value in how.items() if key in ("engine", "timestep")},
+        "feeler": find_version("feeler"),
+        "physics": PHYSICS,
+    }
+
+
+def _measure_tolerance(classifier: StudentTClassifier, seed: int) -> dict[str, float]:
+    """Held-out accuracy without sensors that are drawn at random."""
+    rng, found = np.random.default_rng([seed, 2]), {}
+    n_sensors, n_samples = classifier.shape_
+    for count in _DROPPED:
+        if count >= n_sensors:
+            continue
+        shares = []
+        for _ in range(min(_DRAWS, n_sensors)):
+            touch = np.zeros((1, n_sensors, n_samples))
+            touch[:, rng.choice(n_sensors, count, replace=False)] = np.nan
+            confusion = classifier._look(touch, None)[0].confusion_
+            shares.append(np.trace(confusion) / confusion.sum())
+        classifier._without.clear()
+        found[str(count)] = float(np.mean(shares))
+    return found
+
+
+# Decoders that were trained without a file's name are kept in the user's cache.
+
+
+def find_cache() -> Path:
+    """The folder in which decoders are kept: ``FEELER_CACHE``, else ``feeler`` in
+    ``XDG_CACHE_HOME`` or ``~/.cache``.
+    """
+    if chosen := os.environ.get("FEELER_CACHE"):
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "feeler"
+
+
+def find_cached(
+    antenna: Antenna,
+    trials: Sequence[Trial],
+    *,
+    robots: int = 24,
+    seed: int = 0,
+    **how: Any,
+) -> Path:
+    """Where a decoder of this recipe is kept, whether it is there or not."""
+    recipe = _describe_recipe(trials, robots, seed, Gap(), how)
+    content = json.dumps(to_jsonable([antenna.to_plain(), recipe, _VERSION]), sort_keys=True)
+    return find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
+
+
+def keep_cached(decoder: RobotDecoder, path: Path) -> bool:
+    """Write a decoder to the cache, of which the eight latest stay; False where it cannot be."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        decoder.save(path)
+        kept = sorted(path.parent.glob("*.decoder"), key=lambda file: -file.stat().st_mtime)
+        for old in kept[_MOST_KEPT:]:
+            old.unlink(missing_ok=True)
+    except (OSError, InvalidInput):
+        return False
+    return True
+
+
+def with_robot(
+    decoder: RobotDecoder,
+    calibration: SensorCalibration | None,
+    joints: Joints = (),
+) -> RobotDecoder:
+    """The same decoder with another calibration or other joints, where they are given."""
+    return replace(
+        decoder,
+        calibration=calibration or decoder.calibration,
+        joints=joints or decoder.joints,
+    )
