@@ -5,19 +5,23 @@ planted one, in its unit.
 import json
 import re
 from importlib.resources import files
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 from calibration._fits import make_fit
+from matplotlib.figure import Figure
 from tensors._sets import make_set
 from typer.testing import CliRunner
 
 import feeler
 from feeler import calibration, wall
 from feeler.cli.app import app
+from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
+from feeler.cli.tracks import _plot
 from feeler.presets import cockroach
 from feeler.robot.classify import Answer, name_touch
 from feeler.robot.description import get_example
@@ -293,6 +297,27 @@ def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
     )
 
 
+def test_the_picture_of_tracks_is_in_degrees_over_seconds():
+    path = Path(str(files("feeler.tracking"))) / "data" / "synthetic_tracks_xypts.csv"
+    tracks = feeler.tracking.load_tracks(path, frame_rate=30)
+    result = feeler.tracking.measure_exploration([tracks])
+    _plot(figure := Figure(), [path], [tracks], result)
+    angle, speed = figure.axes
+    assert (angle.get_xlabel(), angle.get_ylabel()) == ("time [s]", "angle [°]")
+    assert (speed.get_xlabel(), speed.get_ylabel()) == ("time [s]", "|speed| [°/s]")
+    for k, sweeps in enumerate(result.sweeps[0]):
+        np.testing.assert_allclose(
+            angle.lines[k].get_data(), [tracks.time / 1e3, sweeps.angle * 180 / np.pi]
+        )
+        fast, peaks = speed.lines[2 * k : 2 * k + 2]
+        np.testing.assert_allclose(
+            fast.get_data(), [tracks.time / 1e3, np.abs(sweeps.speed) * 180e3 / np.pi]
+        )
+        np.testing.assert_allclose(
+            peaks.get_data(), [sweeps.peak_time / 1e3, sweeps.peak_speed * 180e3 / np.pi]
+        )
+
+
 def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
     bend = xr.DataArray(
         np.deg2rad([[10.0, -30.0], [20.0, 5.0], [np.nan, 15.0]]),
@@ -366,3 +391,19 @@ def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):
         100 * ringing["r_squared"],
     ]
     assert row == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_search_says_its_best_error_and_each_start_its_own(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    watch = _Watch()
+    watch(12, 0.5)
+    watch(24, 0.125)
+    watch(36, 0.25)  # a worse one
+    watch.end_start(1, 3, SimpleNamespace(error=0.25, evaluations=36, seconds=4.2), 0.125)
+    said = capsys.readouterr().err
+    assert re.findall(r"(\d+) antennas, best error ([\d.]+)", said) == [
+        ("12", "0.5"),
+        ("24", "0.125"),
+        ("36", "0.125"),
+    ]
+    assert "start 1/3: error 0.25 after 36 antennas, 4.2 s; best 0.125" in said

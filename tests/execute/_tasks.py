@@ -20,7 +20,7 @@ def name_process(_):
     return os.getpid(), multiprocessing.get_start_method()
 
 
-def raise_if_invalid(x):
+def refuse(x):
     raise ValueError(f"no {x}")
 
 

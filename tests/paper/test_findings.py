@@ -5,6 +5,7 @@ import pytest
 from paper.claims import load_claims
 from paper.declared import read_declared
 from paper.findings import (
+    OPEN,
     PLACE,
     _load_findings,
     choose_answer,
@@ -16,6 +17,7 @@ from paper.findings import (
     list_screens,
 )
 from paper.reproduce import STAGES
+from paper.story import _count_unsupported
 from paper.verdicts import ClaimResult
 
 
@@ -116,3 +118,26 @@ def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():
     for one, less in zip(full, empty, strict=True):
         assert "{" not in one["words"] + less["words"] and less["words"]
         assert len(less["words"]) <= len(one["words"])
+
+
+def test_what_no_definition_reproduces_is_counted_apart():
+    """Of four statements two are open and never reproduced, one is open and reproduced by one of
+    its definitions, and one is not open.
+    """
+    claims = [one for one in load_claims() if one.whose == "paper" and one.definitions]
+    first, second, third, fourth = ({one.statement: one for one in claims}[name] for name in sorted(
+        {one.statement for one in claims})[:4])  # fmt: skip
+
+    def read(claim, verdict, *readings):
+        under = tuple(
+            ClaimResult(claim=claim, verdict=word, ours="", why="") for word in readings
+        )
+        return ClaimResult(claim=claim, verdict=verdict, ours="", why="", readings=under)
+
+    judged = [
+        read(first, OPEN, "not reproduced", "partly"),
+        read(second, OPEN, "reproduced", "not reproduced"),
+        read(third, "no evidence", "no evidence", "no evidence"),
+        read(fourth, OPEN, "partly", "partly"),
+    ]
+    assert _count_unsupported(judged) == 2

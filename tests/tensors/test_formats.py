@@ -4,6 +4,7 @@ harm.
 
 import json
 import os
+import sys
 from datetime import UTC, datetime
 
 import h5netcdf
@@ -13,7 +14,7 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.tensors.formats import (
     FORMATS,
     Format,
@@ -180,6 +181,12 @@ def test_a_series_of_another_rate_and_beginning_keeps_its_times(tmp_path, whole)
             np.testing.assert_allclose(read - start, 1e-3 * (time - time[0]), atol=1e-10)
         assert starts[0] == pytest.approx(12.5e-3)
     np.testing.assert_allclose(load(tmp_path / "set.nwb")["time"], time, rtol=1e-12)
+
+
+def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pynwb", None)
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[nwb\]'"):
+        save(whole, tmp_path / "set.nwb", **NWB)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,9 @@
 a tracker's file has its numbers.
 """
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -201,3 +204,28 @@ def test_one_frame_that_stretches_a_piece_bends_no_other_frame():
     found = measure_posture(walk, NAMES)
     np.testing.assert_allclose(found["piece_length"], [2.0, 3.0])
     np.testing.assert_allclose(found["curvature"], (np.pi / 2) / 2.5)
+
+
+def test_a_trial_s_bridged_and_missing_frames_are_those_of_both_sides():
+    from feeler.cli.tracks import _describe
+
+    rest = {"cutoff": 0.01, "unmeasured": 0}
+    sides = [
+        SimpleNamespace(bridged=3, missing=1, **rest),
+        SimpleNamespace(bridged=4, missing=7, **rest),
+    ]
+    result = SimpleNamespace(
+        mean_peak=np.ones((1, 2)),
+        error=np.ones((1, 2)),
+        n_peaks=np.ones((1, 2)),
+        sweeps=[sides],
+        mean=1.0,
+        lateral_speed=0.7,
+        length=40.0,
+        source="x",
+        left_out=[{}],
+        remarks=[()],
+    )
+    trial = SimpleNamespace(doubted=0, n_frames=9, interval=10.0, notes={})
+    said = _describe([Path("a.csv")], [trial], result, {"tips": ("a", "b")})
+    assert (said["trials"][0]["bridged"], said["trials"][0]["missing"]) == ([3, 4], [1, 7])
