@@ -37,3 +37,7 @@ __all__ = [
     "reconstruct",
     "save_encoder",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -39,3 +39,7 @@ __all__ = [
     "place_sensilla",
     "thin_spikes",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

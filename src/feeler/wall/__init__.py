@@ -65,3 +65,7 @@ __all__ = [
     "slide",
     "summarise",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
