@@ -3,6 +3,7 @@ page, and goes on.
 """
 
 import json
+import re
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -15,11 +16,13 @@ from typer.testing import CliRunner
 
 import feeler
 from feeler.cli.app import app
-from feeler.design import load_plan
+from feeler.cli.design import _report
+from feeler.design import load_plan, page
 from feeler.design import plan as outcome
-from feeler.design.page import plot_confusion, plot_designs
+from feeler.design.page import _say_making, _say_result, plot_confusion, plot_designs
 from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.errors import InvalidInput
+from feeler.report import Section
 from tests.design.test_design import ANTENNA, TASK
 
 TEXT = """\
@@ -85,6 +88,17 @@ def test_the_best_is_that_of_the_test_draws_and_looks_are_counted_by_the_final_s
     assert again.best == low.design.antenna and [one.bits for one in again.tests] == [2.0, 1.0]
     assert sorted(asked) == ["final"] * 2 + ["test"] * 3
     assert list(json.loads((tmp_path / "out" / "finals.json").read_text())) == ["3"]
+
+
+def test_by_speed_bits_stand_before_errors_and_the_least_of_the_damping_ratios_is_told(
+    made, monkeypatch
+):
+    _, found = made
+    np.testing.assert_allclose(found.final.by_speed, [[found.final.bits, found.final.errors]])
+    assert found.final.bits != found.final.errors
+    modes = SimpleNamespace(damping_ratio=np.array([0.5, 0.2, 0.3]))
+    monkeypatch.setattr(page, "compute_modes", lambda *_: modes)
+    assert page._list_cells(found.final, ANTENNA)[-1] == 0.2
 
 
 def test_the_template_is_a_plan(tmp_path):
@@ -178,6 +192,102 @@ def test_the_verb_writes_a_page_and_goes_on(again, monkeypatch):
     )
 
 
+def read_numbers(pattern, text):
+    return [
+        float(number) for number in re.search(pattern.replace("#", r"([\d.]+)"), text).groups()
+    ]
+
+
+@pytest.mark.long
+def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, capsys):
+    """Of eight touches the reference names all, half … wrong, the best antenna fewer: errors
+    avoided, with their SE.
+    """
+    _, found = made
+    other = np.array([[[1.0, 0.5, 0.5, 1.0], [0.75, 0.25, 0.5, 0.5]]])  # (speed, class, touch)
+    mine = other * np.array([0.5, 1.0, 0.25, 0.75])
+    final, reference = (
+        replace(score, wrong=wrong, errors=float(wrong.mean()), errors_error=error)
+        for score, wrong, error in (
+            (found.final, mine, 0.031),
+            (found.reference_final, other, 0.042),
+        )
+    )
+    told = replace(found, final=final, reference_final=reference, looks=1)
+    touches = (other - mine).mean(axis=(0, 1))
+    fewer, error = (
+        touches.mean() / other.mean(),
+        touches.std(ddof=1) / np.sqrt(4) / other.mean(),
+    )
+    assert told.compare() == pytest.approx((fewer, error))
+    assert replace(
+        told, reference_final=replace(reference, errors=0.0)
+    ).compare() == pytest.approx((np.nan,) * 2, nan_ok=True)
+    _report(told, tmp_path, robot=False, movie=False, executor=None, as_json=False)
+    said = read_numbers(
+        r"final draws: # % wrong, the reference # %: errors avoided # ± # %\n",
+        capsys.readouterr().out,
+    )
+    assert said == pytest.approx(
+        [100 * mine.mean(), 100 * other.mean(), 100 * fewer, 100 * error], abs=0.5
+    )
+    page = re.sub("<[^>]+>", " ", (tmp_path / "design.html").read_text(encoding="utf-8"))
+    told_page = (
+        r"names # ± # % of noisy touches wrong, the reference # ± # %: errors avoided # ± # %"
+        r" \(standard error\)"
+    )
+    expected = [mine.mean(), 0.031, other.mean(), 0.042, fewer, error]
+    assert read_numbers(told_page, page) == pytest.approx([100 * x for x in expected], abs=0.5)
+    _report(
+        replace(told, looks=3), tmp_path, robot=False, movie=False, executor=None, as_json=False
+    )
+    assert "(look number 3)" in capsys.readouterr().out
+
+
+def test_the_page_lists_each_design_with_its_scores(made, tmp_path):
+    _, found = made
+    section = Section(name="design", title="", folder=tmp_path, vector=False)
+    _say_result(found, section)
+    _say_making(found, section, [found.tests[0], found.reference_test])
+    scores, strips = [block for block in section.blocks if block["kind"] == "table"]
+    assert f"At most {np.log2(4):.2f} bits" in scores["caption"]
+    assert scores["header"][1:6] == [
+        "bits",
+        "± SE",
+        "wrong [%]",
+        "peak [rad]",
+        "least damping ratio",
+    ]
+    antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
+    for row, score, antenna in zip(
+        scores["rows"], (found.reference_test, *found.tests), antennas, strict=True
+    ):
+        least = feeler.antenna.compute_modes(antenna, 6).damping_ratio.min()
+        expected = [score.bits, score.bits_error, 100 * score.errors, score.peak, least]
+        assert [float(cell) for cell in row[1:6]] == pytest.approx(expected, rel=1e-3)
+    made_of = make_strips(found.best)
+    expected = np.stack([found.best.stiffness, made_of.width, made_of.thickness], axis=1)
+    np.testing.assert_allclose(
+        [[float(cell) for cell in row[1:]] for row in strips["rows"]], expected, rtol=1e-3
+    )
+    errors, bits = zip(
+        *((one.errors, one.bits) for one in (found.tests[0], found.reference_test)), strict=True
+    )
+    pattern = r"test draws\): # % wrong \(# to #\) in place of # %, # bits in place of #\."
+    told = read_numbers(
+        pattern, next(b["text"] for b in section.blocks if "Made 5 %" in str(b.get("text")))
+    )
+    expected = [
+        100 * np.mean(errors),
+        100 * min(errors),
+        100 * max(errors),
+        100 * errors[0],
+        np.mean(bits),
+        bits[0],
+    ]
+    assert told == pytest.approx(expected, abs=0.06)
+
+
 def test_the_pictures_of_a_design_are_in_their_units(made):
     _, found = made
     plot_designs(found, figure := Figure())
@@ -227,6 +337,19 @@ def test_copies_made_wrong_differ_and_one_made_right_does_not():
     assert right.bits == pytest.approx(feeler.design.score(ANTENNA, TASK).bits, abs=1e-6)
 
 
+def test_a_share_of_damping_is_lacked_as_far_as_the_worst_mode_lacks_it(monkeypatch):
+    from feeler.design import search as constraints
+
+    ratios = {"own": np.array([0.9, 0.2, 0.5]), "reference": np.array([0.8, 0.7, 0.6])}
+    monkeypatch.setattr(
+        constraints,
+        "compute_modes",
+        lambda name, n: SimpleNamespace(damping_ratio=ratios[name]),
+    )
+    lacks = constraints.Constraints(damping_share=1.0, modes=3).check("own", "reference")
+    assert lacks == {"damping_share": pytest.approx(np.log(0.7 / 0.2))}
+
+
 def test_each_hinge_is_cut_from_the_thickest_sheet_of_which_a_strip_is_soft_enough():
     from feeler.design.plan import WIDEST
     from feeler.robot.description import ROBOT_FACTS
@@ -263,3 +386,16 @@ def test_a_ledger_of_looks_is_whole_or_as_it_was_and_loses_none_of_two_searches(
             outcome._count_looks(path, SimpleNamespace(seeds={"final": 4}), ANTENNA)
     assert path.read_text() == before and len(json.loads(before)["3"]) == 24
     assert outcome._count_looks(path, SimpleNamespace(seeds={"final": 4}), ANTENNA) == 1
+
+
+def test_a_section_is_whole_or_as_it_was(tmp_path, monkeypatch):
+    section = Section(name="a", title="A", folder=tmp_path, values={"x": 1})
+    section.save()
+    before = (tmp_path / "section.json").read_text()
+    section.values["x"] = 2
+    with monkeypatch.context() as broken:
+        broken.setattr("pathlib.Path.write_text", break_off)
+        with pytest.raises(KeyboardInterrupt):
+            section.save()
+    assert (tmp_path / "section.json").read_text() == before
+    assert Section.load(tmp_path).values == {"x": 1}

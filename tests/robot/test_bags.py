@@ -10,7 +10,7 @@ from mcap_ros2.writer import Writer
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.robot import load_recording
 from feeler.tensors.bags import describe_bag, read_bag
 from feeler.tensors.formats import load
@@ -283,6 +283,12 @@ def test_a_bag_that_was_cut_is_damaged_and_no_bag_is_no_file(tmp_path):
         load_recording(f"{path}:joint_states")
     with pytest.raises(InvalidInput, match=r"no such file|No such file"):
         load_recording(tmp_path / "none.mcap:joint_states")
+
+
+def test_without_its_package_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr("feeler.tensors.bags.find_spec", lambda name: None)
+    with pytest.raises(MissingDependencyError, match=r"pip install 'feeler\[ros\]'"):
+        load_recording(write(tmp_path / "run.mcap"))
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ from feeler.antenna.files import Source, load_antenna, save_antenna
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.design.search import SEARCHES, Constraints, DesignProblem, Optimum, Space, optimise
-from feeler.errors import InvalidInput, require_extra
+from feeler.errors import InvalidInput
 from feeler.files import (
     ensure_folder,
     make_record,
@@ -344,6 +344,8 @@ def run_plan(
     MissingDependencyError
         The extra ``design`` is not installed.
     """
+    from feeler.errors import require_extra
+
     require_extra("filelock", "design", "a design's journal")
     out = Path(out)
     ensure_folder(out)
