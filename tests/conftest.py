@@ -35,7 +35,7 @@ FIRST = (
     "physics/test_rod.py",
     "encoding/test_figures.py",
     "active/test_observer.py",
-    "dispersion/test_dispersion.py",
+    "analysis/test_dispersion.py",
     "physics/test_parity_chain.py",
     "active/test_environment.py",
     "calibration/test_own.py",

@@ -18,5 +18,5 @@ def test_a_dask_client_runs_a_batch():
             for o in run_batch(_tasks.double, enumerate(range(12)), executor=client)
         }
         assert outcomes == {i: 2 * i for i in range(12)}
-        failed = next(iter(run_batch(_tasks.raise_if_invalid, [(0, 7)], executor=client)))
+        failed = next(iter(run_batch(_tasks.refuse, [(0, 7)], executor=client)))
         assert isinstance(failed.error, ValueError) and "no 7" in str(failed.error)

@@ -320,25 +320,3 @@ def test_what_is_said_of_time_is_what_was_recorded():
         .history[-1]
         .endswith("none dropped; resampled to 1 ms")
     )
-
-
-def test_a_gap_of_exactly_the_longest_is_mended():
-    ten, more = (
-        np.concatenate([np.arange(50.0), 49 + gap + np.arange(50.0)]) for gap in (10.0, 10.5)
-    )
-    assert np.isfinite(repair(record(ten)).values).all()
-    with pytest.raises(ValueError, match=r"gaps longer than 10 ms, the longest 10\.5 ms"):
-        repair(record(more))
-
-
-@pytest.mark.parametrize(
-    ("run", "n", "stuck"),
-    [(19, 150, False), (21, 150, True), (99, 2000, False), (101, 2000, True)],
-)
-def test_a_channel_is_saturated_from_20_samples_and_a_tenth_or_100_in_a_row(run, n, stuck):
-    rng = np.random.default_rng(0)
-    values = 0.01 * rng.standard_normal((2, n))
-    values[1, 10 : 10 + run] = 1.0
-    assert list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == (
-        [2] if stuck else []
-    )

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
 from feeler.robot.recordings import Recording, load_recording, save_recording
@@ -343,30 +341,6 @@ def test_calibration_of_another_robot_is_refused():
     np.testing.assert_allclose(angles.values, 0.5)
     with pytest.raises(InvalidInput, match="already holds angles"):
         angles.to_angles(fit)
-
-
-@settings(max_examples=200, deadline=None)
-@example(["time_ms", "hinge1_deg"], "", "")  # a header and nothing below it
-@given(
-    st.lists(
-        st.sampled_from(["time_ms", "t_s", "hinge1_deg", "c2_pF", "hinge2 (rad)", "c2", "x"]),
-        max_size=4,
-    ),
-    st.text(alphabet="0123456789.,-\nNa", max_size=80),
-    st.sampled_from(["", "# source: surrogate\n", "# speed: -\n", "# unit: furlong\n"]),
-)
-def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body, notes):
-    path = tmp_path_factory.mktemp("fuzz") / "r.csv"
-    path.write_text(notes + ",".join(header) + "\n" + body)
-    try:
-        fixed = repair(
-            load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing"
-        )
-    except InvalidInput:
-        return
-    assert fixed.values.shape == (fixed.values.shape[0], fixed.time.size) and np.all(
-        np.diff(fixed.time) > 0
-    )
 
 
 def test_a_european_table_with_remarks_and_temperature_is_read_and_says_what_it_left_out(

@@ -6,8 +6,6 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
 from feeler.tensors.table import parse_table, read_table
@@ -88,29 +86,6 @@ def test_binary_and_oversized_files(tmp_path):
         read_table(path, max_bytes=50)
     with pytest.raises(InvalidInput, match="exceed 100 cells"):
         read_table(path, max_cells=100)
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.binary(max_size=400))
-def test_any_bytes_give_a_table_or_our_error(tmp_path_factory, raw):
-    path = tmp_path_factory.mktemp("fuzz") / "t.csv"
-    path.write_bytes(raw)
-    try:
-        table = read_table(path)
-    except InvalidInput:
-        return
-    assert table.values.shape[1] == len(table.columns)
-    assert not np.isinf(table.values).any()
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.text(alphabet='ab,;\t\n"#: 01.e-+_nN∞', max_size=120))
-def test_any_text_gives_a_table_or_our_error(text):
-    try:
-        table = parse_table(text)
-    except InvalidInput:
-        return
-    assert table.values.shape == (table.line.size, len(table.columns))
 
 
 @pytest.mark.parametrize(

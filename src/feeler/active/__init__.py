@@ -32,3 +32,7 @@ __getattr__ = find_renamed(__name__)
 
 if find_spec("gymnasium"):
     from feeler.active import environment  # noqa: F401
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

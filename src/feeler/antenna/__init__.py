@@ -19,3 +19,7 @@ __all__ = [
     "make_even_sensors",
     "sample_antennas",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -61,3 +61,7 @@ __all__ = [
     "make_svm",
     "measure_reader",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

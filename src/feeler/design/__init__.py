@@ -55,3 +55,7 @@ __all__ = [
     "score",
     "write_design",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

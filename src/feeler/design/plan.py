@@ -372,6 +372,7 @@ def run_plan(
     MissingDependencyError
         The extra ``design`` is not installed.
     """
+
     require_extra("filelock", "design", "a design's journal")
     out = Path(out)
     ensure_folder(out)

@@ -49,3 +49,7 @@ __all__ = [
     "save_encoder",
     "select_encoder",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

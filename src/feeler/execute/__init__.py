@@ -21,3 +21,7 @@ __all__ = [
     "run_batch",
     "run_groups",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -62,3 +62,7 @@ __all__ = [
     "sample_trials",
     "split_convex",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -42,3 +42,7 @@ __all__ = [
     "write_touch_movie",
     "write_touches_movie",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -59,3 +59,7 @@ __all__ = [
     "read_trains",
     "thin_spikes",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

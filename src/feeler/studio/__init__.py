@@ -21,3 +21,7 @@ __all__ = [
 ]
 
 __getattr__ = find_renamed(__name__)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

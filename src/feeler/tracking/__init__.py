@@ -54,3 +54,7 @@ __all__ = [
     "save_dltdv",
     "save_poses",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

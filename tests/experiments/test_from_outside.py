@@ -4,7 +4,7 @@ decoding, export.
 
 import numpy as np
 import pytest
-from stimulus._capsule import Capsule
+from objects._capsule import Capsule
 
 import feeler
 from feeler.analysis import compute_dispersion
