@@ -573,7 +573,7 @@ def _open(path: Path) -> xr.Dataset:
 
 def _fix_width(item: xr.Variable) -> xr.Variable:
     """The variable, with texts in NumPy's usual type."""
-    if item.dtype.kind not in "OT":
+    if item.dtype.kind not in ("O", "T"):
         return item
     return item.copy(data=np.array(item.values.tolist(), str).reshape(item.shape))
 
