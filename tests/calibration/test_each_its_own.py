@@ -12,9 +12,9 @@ from feeler.calibration import traces as recording
 from feeler.calibration import traces as trace
 from feeler.calibration.fitting import bootstrap, make_starts
 from feeler.calibration.hinges import Band, Hinges, make_scale
-from feeler.calibration.problem import Protocol, make_targets
+from feeler.calibration.problem import make_targets
 from feeler.calibration.traces import Traces
-from feeler.errors import FeelerError, InvalidInput
+from feeler.errors import InvalidInput
 
 from .small_antenna import make_small
 
@@ -41,75 +41,6 @@ def test_an_animal_s_points_rise_and_stand_beside_their_own_places():
     assert traces.take("a")[0].tolist() == [1.0]
     with pytest.raises(InvalidInput, match=r"trace 'c@1\.5': what follows @ is a fraction"):
         recording.get_place("c@1.5")
-
-
-def test_fitted_traces_stand_in_the_order_of_the_recorded_ones_each_with_its_own_release(
-    monkeypatch,
-):
-    asked = []
-
-    def simulate(hinges, xs, how, time, places, shifts):
-        asked.append((xs, places.tolist(), shifts))
-        return np.array([[np.full(4, 10 * xs[0] + place) for place in places]])
-
-    monkeypatch.setattr(own, "_simulate_steps", simulate)
-    found = [SimpleNamespace(x=1.0, shift=0.3), SimpleNamespace(x=2.0, shift=0.7)]
-    rows = own._simulate_all(make_traces(), None, found, None)
-    assert rows[:, 0].tolist() == [10.4, 21.0, 11.0, 10.7]
-    assert asked == [([1.0], [0.4, 0.7, 1.0], [0.3]), ([2.0], [1.0], [0.7])]
-
-
-def test_a_step_is_told_as_a_share_of_the_last_place_while_it_is_held():
-    """Two vectors and two places; one vector's trace begins later than its release."""
-    antenna = make_small()
-    step = np.linspace(0.0, 90.0, 181)
-    moved = [np.array([[0.5 * a], [2.0 * a]]) * np.exp(-step / 20) for a in (1.0, 3.0)]
-    asked = []
-
-    def run(antennas, places):
-        asked.append((len(antennas), list(places)))
-        return [(step, one) for one in moved]
-
-    how = SimpleNamespace(simulate_steps=run)
-    hinges, time = make_scale(antenna), np.array([0.0, 4.0, 10.0])
-    xs = [np.zeros(2), np.ones(2)]
-    found = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [0.0, 5.0])
-    assert asked == [(2, [0.3, 1.0])]
-    for one, shift in zip(found, (0.0, 5.0), strict=True):
-        wanted = np.array([[0.25], [1.0]]) * np.exp(-(time + shift) / 20)
-        np.testing.assert_allclose(one, wanted, rtol=1e-6)
-    early = own._simulate_steps(hinges, xs, how, time, [0.3, 1.0], [-3.0, 0.0])[0]
-    np.testing.assert_allclose(early[:, 0], [0.25, 1.0])  # it is held before
-    with pytest.raises(FeelerError, match="no"):
-        failed = SimpleNamespace(simulate_steps=lambda *given: [FeelerError("no")])
-        own._simulate_steps(hinges, xs[:1], failed, time)
-
-
-def test_what_is_fitted_is_every_point_as_a_share_of_the_outermost(monkeypatch):
-    goals = []
-    monkeypatch.setattr(own, "_fit_targets", lambda *given: (np.zeros(2), 0.0))
-
-    def stop(residual, start, **how):
-        residual(start)
-        return SimpleNamespace(x=start, cost=0.5, jac=np.eye(len(start)))
-
-    monkeypatch.setattr(own, "least_squares", stop)
-    monkeypatch.setattr(own, "_simulate_steps", lambda *given: np.ones((1, 3, TIME.size)))
-    monkeypatch.setattr(own, "_subtract", lambda some, goal: goals.append(goal) or some)
-    traces = make_traces()
-    fitted = own._fit_one(traces, "b", make_scale(make_small()), Protocol(), "trace")
-    rows = traces.take("b")[1] / 7.0
-    np.testing.assert_allclose(goals[0], rows.ravel())
-    assert fitted.residual == pytest.approx(1 / np.linalg.norm(rows)) and fitted.shift == 0.0
-
-
-def test_what_other_numbers_can_undo_is_taken_away():
-    jacobian = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, 0.0]])
-    others = np.array([[1.0], [1.0], [0.0]])
-    left = own._project(jacobian, others)
-    np.testing.assert_allclose(others.T @ left, 0.0, atol=1e-12)
-    np.testing.assert_allclose(left, [[0.5, 0.5], [-0.5, -0.5], [3.0, 0.0]], atol=1e-12)
-    assert own._project(jacobian, np.empty((3, 0))) is jacobian
 
 
 def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():

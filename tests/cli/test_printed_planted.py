@@ -24,7 +24,6 @@ from feeler.presets import cockroach
 from feeler.robot.classify import Answer, name_touch
 from feeler.robot.description import get_example
 from feeler.robot.sensors import SensorCalibration
-from feeler.robot.stream import Link
 from feeler.tensors.formats import save
 
 from .test_printed import NUMBER, read, run
@@ -335,40 +334,6 @@ def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
     )
     said = run("tracks", tmp_path / "x.csv", "--points", "base,p1,p2,tip")
     assert "x.csv: 7.5 mm long, 2 of 3 frames whole; largest bend p1 20.0°, p2 30.0°" in said
-
-
-def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
-    from feeler.cli.robot_live import _decode, _say_end, _say_state
-
-    def state(word, since, probability, label=None):
-        fields = {
-            "state": word,
-            "since_contact": since,
-            "probability": probability,
-            "label": label,
-        }
-        return SimpleNamespace(**fields, strange=since == 1, strangeness=2.5, mirrored=False)
-
-    states = iter(
-        [
-            state("waiting", -1, 0.0),
-            state("touching", 0, 0.25, ("ball", 0.7, 0.3)),
-            state("touching", 1, 0.5, ("box", 0.9, 0.3)),
-        ]
-    )
-    touch = SimpleNamespace(update=lambda angle, time: next(states), end=lambda: None)
-    samples = [(t, np.zeros(2)) for t in range(3)]
-    _decode(touch, samples, None, every=50, say=_say_state, link=Link(2))
-    _say_end(True, 3, "", "")
-    said = capsys.readouterr().out
-    assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [
-        0,
-        0.25,
-        0.7,
-        0.3,
-    ]
-    assert "0.50  so far unlike any touch I know; nearest box at 0.9 of the length" in said
-    assert "3 samples were missing" in said
 
 
 def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):

@@ -133,7 +133,7 @@ def test_weights_survive_the_disk(tmp_path):
     ("model", "labels", "message"),
     [
         (TouchNetwork(**QUICK), np.zeros(36), "only one class"),
-        (TouchNetwork(**QUICK), np.arange(5), "36 tensors but labels"),
+        (TouchNetwork(**QUICK), np.arange(5), "36 tensors but 5 labels"),
         (TouchNetwork((10, 28)), np.arange(36), "at least 12 × 12"),
         (TouchNetwork((56, 380)), np.arange(36), "do not have the shape"),
         (TouchNetwork(SHAPE, validation_share=0.0), np.arange(36), "validation_share"),

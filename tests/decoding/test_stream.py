@@ -369,7 +369,8 @@ def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
     asked = {}
 
     class Port:
-        lines: ClassVar[list[bytes]] = [b"1,2\n", b"3,4\n", b""]
+        pieces: ClassVar[list[bytes]] = [b"1,2\n3", b",4\n", b""]
+        in_waiting = 0
 
         def __init__(self, port, baudrate, timeout):
             asked.update(port=port, baudrate=baudrate, timeout=timeout)
@@ -380,8 +381,8 @@ def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
         def __exit__(self, *_):
             asked["closed"] = True
 
-        def readline(self, most):
-            return self.lines.pop(0)
+        def read(self, most):
+            return self.pieces.pop(0)
 
     monkeypatch.setitem(
         sys.modules, "serial", SimpleNamespace(Serial=Port, SerialException=OSError)

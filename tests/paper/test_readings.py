@@ -161,9 +161,9 @@ def test_a_single_start_is_drawn_evenly_and_the_best_of_all_by_its_chance():
     rows = make_rows(
         sentence, [({"code": "x", "angle": "30"}, {"M3": low, "M4": high, "M5": low}, {})]
     )
-    assert rows[0]["share"] == pytest.approx(1 / 4)  # the second start alone, twice out of two
-    single = readings._share_draws(sentence, [low, high, low], {"fit": "one start"})
-    assert single == pytest.approx(1 / 2)
+    assert rows[0]["share"] == pytest.approx(1 / 2)
+    best = readings._share_draws(sentence, [low, high, low], {"fit": "best of all starts"})
+    assert best == pytest.approx(1 / 4)  # the second start alone, twice out of two
 
 
 def test_identical_touches_that_show_the_effect_are_named_and_the_main_reading_decides():

@@ -385,11 +385,20 @@ def mirror_film(world: Film) -> Film:
 
 
 def swap_sides(answer: Answer) -> Answer:
-    """A list of two belongs to the left and the right; notes name the tips."""
+    """A list of two belongs to the left and the right, as do rhythms; notes name the tips."""
     answer = {k: swap_tips(v) if "notes" in k else v for k, v in answer.items()}
     ends = {"[0]": "[1]", "[1]": "[0]"}
     paired = {k for k in answer if k.startswith("trials") and k[-3:] in ends}
-    return {(k[:-3] + ends[k[-3:]] if k in paired else k): v for k, v in answer.items()}
+    swapped = {(k[:-3] + ends[k[-3:]] if k in paired else k): v for k, v in answer.items()}
+    other = {"rhythm.left.": "rhythm.right.", "rhythm.right.": "rhythm.left."}
+    found: Answer = {}
+    for key, value in swapped.items():
+        behind = (
+            key.endswith(("against right.lag", "against right.phase")) and value is not None
+        )
+        key = re.sub(r"rhythm\.(left|right)\.", lambda m: other[m[0]], key)
+        found[key] = -value if behind else value
+    return found
 
 
 def swap_tips(words: str) -> str:
@@ -407,11 +416,13 @@ def say_rate(world: Film) -> Film:
 
 
 def half_speeds(answer: Answer) -> Answer:
-    """Speeds are half; so is the cut-off, where it is told."""
-    words = ("mean", "error", "speed", "cutoff", "cut_off", "frame_rate")
-    return {
+    """Speeds and frequencies are half, as is the cut-off where it is told; lags are twice."""
+    words = ("mean", "error", "speed", "cutoff", "cut_off", "frame_rate", ".frequency")
+    lags = {k: 2 * v for k, v in answer.items() if k.endswith(".lag") and isinstance(v, float)}
+    return lags | {
         k: v / 2 if isinstance(v, float) and any(w in k for w in words) else v
         for k, v in answer.items()
+        if k not in lags
     }
 
 
@@ -616,7 +627,7 @@ CHANGES = [
       for what in ("partial_fit", "fit_stream")),
     # antennas by name; releases
     Change(name="alone", of=Named, expect=lambda a: {
-               k: v for k, v in a.items() if k.startswith("linear")},
+               k: v for k, v in a.items() if k.startswith(("linear", "posture", "units"))},
            apply=lambda w: replace(w, names=("linear",))),
     Change(name="permute antennas", of=Named,
            apply=lambda w: replace(w, names=w.names[::-1])),

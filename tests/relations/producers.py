@@ -127,7 +127,12 @@ def ask_touch(world: Scene) -> Answer:
 
 # ---- simulations in the hand -------------------------------------------------------------------
 
-SHOWS = [n for n, p in inspect.getmembers(feeler.Simulation) if isinstance(p, property)]
+GIVEN = {"objects", "names"}  # what a simulation was made of
+SHOWS = [
+    n
+    for n, p in inspect.getmembers(feeler.Simulation)
+    if isinstance(p, property) and n not in GIVEN
+]
 BY_OBJECT = ("place", "forward", "force", "work.objects")
 
 

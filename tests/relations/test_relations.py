@@ -273,6 +273,7 @@ NOT_ASKED = {
     "info": "it says what a file is, in words",
     "compare": "minutes; what it computes is asked as groups, codes, indices and classifiers",
     "tradeoff": "minutes; as compare",
+    "animal": "its plan names a folder of films; tests/animal",
     "active": "minutes; its observer is the ideal one",
     "design": "minutes; it minimises a score of the same classifiers",
     "follow": "a closed loop, in which no change has a known answer",

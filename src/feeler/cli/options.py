@@ -88,12 +88,15 @@ _SHOWN_FIRST = {
     "reproduce": ("scale", "out", "open_", "antenna", "change"),
     "tradeoff": ("out", "antenna", "objects", "speed", "reader"),
     "active": ("out", "policy", "antenna", "noise", "sets"),
+    "export": ("feature", "location", "speed", "antenna", "body"),
+    "follow": ("turn", "speed", "target", "friction", "out"),
     "wall": ("angle", "reading", "near", "far", "out"),
     "convert": ("variable", "trial", "session_start", "identifier", "subject"),
     "robot check": ("antenna", "calibration", "unit", "gaps", "out"),
     "robot convert": ("out", "antenna", "calibration", "unit", "gaps"),
     "robot fit": ("antenna", "calibration", "unit", "method", "out"),
     "robot classify": ("antenna", "objects", "speeds", "calibration", "out"),
+    "robot train": ("out", "speeds", "noise", "calibration", "joints"),
     "robot stream": ("antenna", "objects", "speeds", "calibration", "serial"),
 }
 """The five options of a verb with many that most people want."""

@@ -87,6 +87,7 @@ def tradeoff(
         say_json(
             {
                 "antennas": {name: found.to_dict() for name, found in measured.items()},
+                "readers": reader,
                 "page": page,
             }
         )
