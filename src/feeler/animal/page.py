@@ -92,7 +92,14 @@ def draw_overlay(
         ax.plot(*points.T, "o", color=colour, ms=4, mec="white", mew=0.5)
     ax.set_aspect("equal")
     ax.set(xlabel=f"x in the film [{film.unit}]", ylabel=f"y [{film.unit}]")
-    ax.legend(title="dots: filmed\nlines: simulated", fontsize=7, title_fontsize=7)
+    ax.legend(
+        title="dots: filmed\nlines: simulated",
+        fontsize=7,
+        title_fontsize=7,
+        frameon=True,
+        facecolor="white",
+        framealpha=0.9,
+    )
 
 
 def _find_scale(film: Film, found: Prediction) -> float:
