@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.files import save_antenna
 from feeler.calibration import Film, MeasurementFit, Measurements, Prediction
-from feeler.errors import require_extra
+from feeler.errors import FeelerError, require_extra
 from feeler.files import ensure_folder, write_text
 from feeler.plotting.results import draw_forces, draw_measurements, draw_prediction
 from feeler.report import Section, write_page
@@ -92,7 +92,14 @@ def draw_overlay(
         ax.plot(*points.T, "o", color=colour, ms=4, mec="white", mew=0.5)
     ax.set_aspect("equal")
     ax.set(xlabel=f"x in the film [{film.unit}]", ylabel=f"y [{film.unit}]")
-    ax.legend(title="dots: filmed\nlines: simulated", fontsize=7, title_fontsize=7)
+    ax.legend(
+        title="dots: filmed\nlines: simulated",
+        fontsize=7,
+        title_fontsize=7,
+        frameon=True,
+        facecolor="white",
+        framealpha=0.9,
+    )
 
 
 def _find_scale(film: Film, found: Prediction) -> float:
@@ -121,7 +128,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
             name,
             f"The release of {found.name}, which was not used in the fit: filmed points, and the"
             " fitted antenna at the same moments.",
-            partial(draw_overlay, film, found, frame=read_frame(study, found.name, film)),
+            partial(draw_overlay, film, found, frame=_try_frame(study, found.name, film)),
             height=4.5,
         )
         section.figure(
@@ -209,7 +216,7 @@ def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
     require_extra("imageio_ffmpeg", "movie", "reading a video")
     import imageio_ffmpeg
 
-    frames = imageio_ffmpeg.read_frames(str(study.plan.find(file)), pix_fmt="gray")
+    frames = imageio_ffmpeg.read_frames(str(study.plan.find(file)))
     width, height = next(frames)["size"]
     held = len(film.position) - film.make_traces().time.size + film.first
     last = None
@@ -218,4 +225,17 @@ def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
         if k >= held:
             break
     frames.close()
-    return None if last is None else np.frombuffer(last, np.uint8).reshape(height, width)
+    return None if last is None else _read_grey(last, height, width)
+
+
+def _read_grey(raw: bytes, height: int, width: int) -> np.ndarray:
+    return np.frombuffer(raw, np.uint8).reshape(height, width, 3).mean(axis=2)
+
+
+def _try_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
+    """The video's frame; a video that cannot be read is noted, and the page is written without."""
+    try:
+        return read_frame(study, name, film)
+    except (FeelerError, OSError, ValueError) as error:
+        study.problems[f"video of {name}"] = str(error).split("\n", maxsplit=1)[0][:200]
+        return None

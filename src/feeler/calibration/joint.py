@@ -45,6 +45,7 @@ _LEAST = (
     5e-3  # [C] least sd of a deflection or force, as a share of the largest: the model's own
 )
 _LEAST_RATIO = 0.01  # [C] of an impulse's deflection ratio
+_HEAVY = 2.0  # [C] factor on the mass that is questioned
 _ROUNDS = 3  # fits, with the noise of each measurement taken from the fit before
 _MAX_STEPS = 30
 _BAD = 0.15  # [C] relative residual, beyond which another start is tried
@@ -174,6 +175,11 @@ class MeasurementFit(Shown):
         for name, p, low, high, known in rows:
             words = "" if known else "; these data hardly determine it"
             lines.append(f"{name} = {p:.4g}  (95 %: {low:.4g} to {high:.4g}{words})")
+            if name == "mass" and not 1 / _HEAVY < p < _HEAVY:
+                lines.append(
+                    f"the antenna is {p:.3g} times as heavy as its diameters and density say: are"
+                    " the frame rate, the force's unit and the place where it acts right?"
+                )
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
 
 
