@@ -233,7 +233,7 @@ def _plot_costs(measured: Mapping[str, xr.Dataset], axes: Sequence[Axes]) -> Non
 
 _SHOWN = ("accuracy", "bits", "work", "force", "release", "speed", "level", "window", "kind")
 _ASKED = (
-    "How well an ideal observer, who knows every touch exactly, tells {} touches apart from the"
+    "How well an ideal observer, who knows every touch exactly, discriminates {} touches by the"
     " noisy tensor, by time, by distance and by number of samples since contact; and what the touch"
     " costs."
 )

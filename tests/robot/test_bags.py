@@ -267,11 +267,6 @@ def test_a_bag_spans_from_its_first_message_to_its_last_in_whichever_file(
             r"unit of the channels is 'volts'; valid: .*run\.mcap:TOPIC:UNIT",
         ),
         ({"dims": 2}, ":antenna/touch", r"arrays have 2 dimensions; a message is one sample"),
-        (
-            {"names": lambda k: NAMES if k < 9 else NAMES[::-1]},
-            ":joint_states",
-            "joints change from hinge_0, hinge_10",
-        ),
     ],
 )
 def test_what_is_wrong_with_a_bag_is_said(tmp_path, change, address, match):
