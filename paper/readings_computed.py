@@ -86,7 +86,9 @@ def _fit_identical(context: Context) -> dict[str, dict[str, float]]:
         encoder = context.effort.make_encoder(
             n_components=rank, n_restarts=1, random_state=context.seed
         )
-        if rank * encoder.n_lags > tensors.shape[-1]:  # one touch is too short for so many bases
+        if (
+            rank * encoder.n_lags > tensors.shape[-1]
+        ):  # one touch is too short for so many bases
             continue
         encoder = encoder.fit(make_null(tensors, 1))
         found.setdefault("residual", {})[f"M{rank}"] = float(encoder.relative_residual_)
