@@ -10,6 +10,7 @@ the folder write side by side. Labels of the trials are written by the process t
 import asyncio
 import json
 import os
+import threading
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -96,11 +97,15 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     return sum(file.stat().st_size for file in files)
 
 
+_opening = threading.Lock()
+
+
 def _open_arrays(path: Path, consolidated: bool = True) -> dict[str, Any]:
     """The arrays of trials, to be written: a file for each chunk, so that what lacks one is
     damaged.
     """
-    with zarr.config.set({"array.write_empty_chunks": True}):
+    # zarr's configuration is one for all threads: what one restores must not reach into another's
+    with _opening, zarr.config.set({"array.write_empty_chunks": True}):
         root = zarr.open_group(_DurableFolder(path), mode="r+", use_consolidated=consolidated)
         return {name: array for name, array in root.arrays() if _is_of_trials(array)}
 
