@@ -115,7 +115,8 @@ def reproduce_measured(words):
 
 
 def measure_all(figure):
-    """What can be read of a figure that is laid out."""
+    """What can be read of a figure as it is drawn."""
+    figure.draw_without_rendering()  # a legend's places are those of the last drawing
     return measure_words(figure) | {
         "named": list_named(figure),
         "covered": find_covered(figure),

@@ -117,7 +117,6 @@ def test_one_antenna_alone_still_has_its_speeds(tensors):
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="the comparison's legend is measured before it is laid out")
 def test_comparison_page_is_whole(tensors, tmp_path):
     found = compare_antennas(
         {"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN

@@ -16,7 +16,6 @@ radius = 3.0
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="the comparison's legend is measured before it is laid out")
 def test_equal_antennas_have_equal_numbers_and_others_their_own(tmp_path):
     (tmp_path / "objects.toml").write_text(OBJECT)
     run("antenna", "twin.toml", "--preset", "robot", cwd=tmp_path)
