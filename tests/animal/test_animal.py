@@ -10,7 +10,6 @@ import pytest
 
 from feeler.animal import (
     PLANTED,
-    find_contacts,
     load_animal,
     study_animal,
     write_animal_page,
@@ -53,7 +52,7 @@ def test_the_whole_example_finds_the_animal_and_predicts_another_film(example, t
     assert told.name == "c4" and told.error < 0.5 * told.error_before
     assert told.error < 4 * study.spread
     # the left antenna of the film meets the stone once, bends, and the simulation follows its tip
-    assert len(study.contacts) == 1 and 0.5 < study.contacts[0].place < 1
+    assert len(study.contacts) == 1 and 0.5 < study.contacts["place"][0] < 1
     assert study.tip_error < 0.4  # mm
     names = write_animal_page(study, tmp_path)
     assert all((tmp_path / name).exists() for name in names)
@@ -121,13 +120,3 @@ def test_the_template_is_a_plan(tmp_path):
     }
     with pytest.raises(InvalidInput, match="exists already"):
         write_template(tmp_path / "animal.toml")
-
-
-def test_a_contact_bridges_a_flicker_and_may_last_to_the_end():
-    time, force = np.arange(100.0), np.zeros((100, 2))
-    force[10:20, 0] = force[25:30, 1] = force[80:, 0] = -1.0
-    place = np.where(force.any(axis=1), 0.5, np.nan)
-    first, last = find_contacts(time, force, place)
-    assert (first.on, first.off, first.place) == (10, 29, 0.5)
-    assert last.on == 80 and np.isnan(last.off) and "the end" in last.describe()
-    assert find_contacts(time, 0 * force, place) == []

@@ -23,6 +23,7 @@ from feeler.tracking import (
     measure_exploration,
     measure_rhythm,
 )
+from feeler.tracking.contacts import tabulate_contacts
 
 STEP = 4.0  # ms
 NAMES = ("base", "middle", "tip", "knob", "head", "abdomen")
@@ -274,3 +275,13 @@ def test_tracks_and_explorations_show_themselves(tmp_path):
         assert "data:image/png" in shown._repr_html_() and "<td>" in shown._repr_html_()
     with pytest.raises(InvalidInput, match="Nearest: left_tip"):
         tracks.of("lefttip")
+
+
+def test_a_contact_of_a_signal_bridges_a_flicker_and_may_last_to_the_end():
+    force = np.zeros(100)
+    force[10:20] = force[25:30] = force[80:] = 1.0
+    place = np.where(force > 0, 0.5, np.nan)
+    found = tabulate_contacts(force, 0.5, place, 2.0, max_gap=5)
+    assert found["on_ms"].tolist() == [20, 160] and found["off_ms"].tolist() == [60, 200]
+    assert found["whole"].tolist() == [True, False] and set(found["place"]) == {0.5}
+    assert tabulate_contacts(0 * force, 0.5, place, 2.0).empty

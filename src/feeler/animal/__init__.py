@@ -3,14 +3,12 @@
 from feeler.animal.example import PLANTED, write_example, write_template
 from feeler.animal.page import save_fit, write_animal_page
 from feeler.animal.plan import AnimalPlan, load_animal
-from feeler.animal.study import AnimalStudy, ContactEvent, find_contacts, study_animal
+from feeler.animal.study import AnimalStudy, study_animal
 
 __all__ = [
     "PLANTED",
     "AnimalPlan",
     "AnimalStudy",
-    "ContactEvent",
-    "find_contacts",
     "load_animal",
     "save_fit",
     "study_animal",

@@ -147,7 +147,8 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
             "Angle of every sensor while the object is touched.",
             lambda figure: _draw_touch(study.touch, figure),
         )
-        rows = [[one.on, one.off, one.off - one.on, one.place] for one in study.contacts]
+        shown = study.contacts[["on_ms", "off_ms", "duration_ms", "place"]]
+        rows = shown.to_numpy().tolist()
         section.table(["contact on [ms]", "off [ms]", "duration [ms]", "place (0 base)"], rows)
     section.heading("In words")
     for words in study.describe():
@@ -165,7 +166,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
             for one in study.predictions
         },
         "spread": study.spread,
-        "contacts": [vars(one) for one in study.contacts],
+        "contacts": study.contacts.to_dict("records"),
         "tip_error": study.tip_error,
         "spikes": study.spikes,
         "missing": study.missing,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from feeler.animal.plan import AnimalPlan, Films, load_animal
@@ -41,9 +42,8 @@ from feeler.physics.statics import compute_point
 from feeler.presets import PRESETS, make_preset
 from feeler.progress import Advance
 from feeler.records import Shown
-from feeler.spikes import draw_spikes, find_gain, place_sensilla
+from feeler.spikes import draw_spikes, find_gain, place_sensilla, read_trains
 from feeler.tensors.schema import make_motion_tensors
-from feeler.tensors.table import read_table
 from feeler.tracking import (
     Exploration,
     Tracks,
@@ -51,6 +51,7 @@ from feeler.tracking import (
     make_base_motion,
     measure_exploration,
 )
+from feeler.tracking.contacts import tabulate_contacts
 from feeler.validation import checked
 from feeler.wall import DISTANCES, DistanceMap, Posture, approach, map_distance
 
@@ -68,22 +69,6 @@ _LONGEST = 2000.0  # [C] ms of a touch that is simulated
 _SAMPLE = 0.5  # [C] ms; sensilla adapt too fast for 1 ms
 _LET_GO = 10.0  # [C] ms without force that end a contact
 _PRESSED = 1e-3  # [C] share of the largest force above which an antenna is in contact
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContactEvent:
-    """A contact: on and off [ms; NaN where it lasts to the end], and its centre of pressure as a
-    fraction of the length.
-    """
-
-    on: float
-    off: float
-    place: float
-
-    def describe(self) -> str:
-        """In words."""
-        end = "the end" if np.isnan(self.off) else f"{self.off:.4g} ms"
-        return f"{self.on:.4g} ms to {end}, at {self.place:.2f} of the length"
 
 
 @dataclass(kw_only=True, eq=False)
@@ -106,7 +91,7 @@ class AnimalStudy(Shown):
         Releases that were not.
     touch : xr.Dataset | None
         The touch of the object.
-    contacts : list[ContactEvent]
+    contacts : pandas.DataFrame
     tip_error : float
         Root mean square distance of the simulated tip from the filmed one [mm].
     missing : dict[str, str]
@@ -128,7 +113,7 @@ class AnimalStudy(Shown):
     spread: float = float("nan")
     kinematics: Exploration | None = None
     touch: xr.Dataset | None = None
-    contacts: list[ContactEvent] = field(default_factory=list)
+    contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     tip_error: float = float("nan")
     wall: DistanceMap | None = None
     spikes: dict[str, float] = field(default_factory=dict)
@@ -166,8 +151,12 @@ class AnimalStudy(Shown):
                 if np.isfinite(row).any()
             )
             lines.append(f"kinematics: mean peak speed {speeds} °/s")
-        lines += [f"contact: {one.describe()}" for one in self.contacts]
-        if self.touch is not None and not self.contacts:
+        for one in self.contacts.itertuples():
+            end = f"{one.off_ms:.4g} ms" if one.whole else "the end"
+            lines.append(
+                f"contact: {one.on_ms:.4g} ms to {end}, at {one.place:.2f} of the length"
+            )
+        if self.touch is not None and self.contacts.empty:
             lines.append("contact: none")
         if np.isfinite(self.tip_error):
             lines.append(f"tip: {self.tip_error:.3g} mm (r.m.s.) from the filmed one")
@@ -423,7 +412,7 @@ def _touch(study: AnimalStudy, walks: Sequence[Tracks]) -> None:
         "seed": [0],
     }
     study.touch = make_motion_tensors(antenna, [motion], trials=trial)
-    study.contacts = find_contacts(motion.time, motion.force, motion.contact_place)
+    study.contacts = _find_contacts(motion)
     if touched.landmark and how is not None and base is not None and not antenna.spatial:
         study.tip_error = _compare_tip(walks[0], how, antenna, motion, base)
 
@@ -471,24 +460,14 @@ def _set_scene(
     return scene, end
 
 
-def find_contacts(time: np.ndarray, force: np.ndarray, place: np.ndarray) -> list[ContactEvent]:
-    """Contacts from the force (sample, axis) [N]: on, off [ms] and mean centre of pressure.
-
-    Force counts above 1/1000 of the largest, and a contact ends after 10 ms without.
+def _find_contacts(motion: Any) -> pd.DataFrame:
+    """Contacts of a simulated touch, one a row as of :func:`feeler.tracking.find_contacts`: where
+    the force is above 1/1000 of the largest; a contact ends after 10 ms without.
     """
-    size = np.linalg.norm(force, axis=1)
-    pressed = size > max(_PRESSED * size.max(), 1e-15)
-    touched = np.flatnonzero(pressed)
-    parts = np.split(touched, np.flatnonzero(np.diff(time[touched]) > _LET_GO) + 1)
-    return [
-        ContactEvent(
-            on=float(time[part[0]]),
-            off=float(time[part[-1]]) if part[-1] + 1 < time.size else float("nan"),
-            place=float(np.nanmean(place[part])),
-        )
-        for part in parts
-        if part.size
-    ]
+    size, step = np.linalg.norm(motion.force, axis=1), float(np.diff(motion.time[:2])[0])
+    least = max(_PRESSED * float(size.max()), 1e-15)
+    gap = round(_LET_GO / step)
+    return tabulate_contacts(size, least, motion.contact_place, step, max_gap=gap)
 
 
 def _compare_tip(
@@ -522,24 +501,12 @@ def _fire(study: AnimalStudy) -> None:
     study.spikes = {"simulated": float(np.isfinite(times).sum())}
     if study.plan.spikes is None:
         return
-    table = read_table(study.plan.find(study.plan.spikes.file), words=True)
-    column = next((name for name in ("time_s", "time_ms") if name in table.columns), "")
-    if not column:
-        raise InvalidInput(
-            f"{table.source} needs a column time_s or time_ms of spike times; its columns are"
-            f" {', '.join(table.columns[:12])}."
-        )
-    recorded = table.column(column) * (1.0 if column == "time_s" else 1e-3)
-    length = float(np.ptp(recorded)) if recorded.size > 1 else float("nan")
-    if length > 1e5:
-        raise InvalidInput(
-            f"{table.source}: the spikes last {length:.3g} s, more than a day: are the times in ms,"
-            " or samples? Name the column time_ms."
-        )
-    study.spikes |= {
-        "recorded": float(recorded.size),
-        "recorded rate [Hz]": recorded.size / length,
-    }
+    trains = read_trains(study.plan.find(study.plan.spikes.file))
+    for name, train in trains.items():
+        unit = f" of {name}" if len(trains) > 1 else ""
+        study.spikes[f"recorded{unit}"] = float(train.size)
+        if train.size > 1:
+            study.spikes[f"recorded rate{unit} [Hz]"] = 1e3 * train.size / float(np.ptp(train))
 
 
 def _meet_wall(study: AnimalStudy) -> None:

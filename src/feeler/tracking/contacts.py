@@ -154,6 +154,25 @@ def find_contacts(
         strength, least = -distance, -within
     if not np.isfinite(strength).any():
         raise InvalidInput(f"{', '.join(points)} are never seen together: there is no contact.")
+    table = tabulate_contacts(
+        strength, least, place, tracks.interval, min_duration=min_duration, max_gap=max_gap
+    )
+    table.attrs = {"within": abs(least), "unit": "rad" if target is None else tracks.unit}
+    return table
+
+
+def tabulate_contacts(
+    strength: np.ndarray,
+    least: float,
+    place: np.ndarray,
+    interval: float,
+    *,
+    min_duration: float = 0.0,
+    max_gap: int = 0,
+) -> pd.DataFrame:
+    """Contacts, one a row as of :func:`find_contacts`: where a signal (sample,), ``interval`` ms
+    apart and NaN where it is not known, is at least ``least``.
+    """
     touching = strength >= least  # False where it is not known
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touching, [0]])))
     spans = edges.reshape(-1, 2).tolist()
@@ -163,18 +182,17 @@ def find_contacts(
             joined[-1][1] = stop
         else:
             joined.append([start, stop])
-    known = np.isfinite(strength)
-    step, n = tracks.interval, tracks.n_frames
+    known, n = np.isfinite(strength), len(strength)
     rows: list[dict[str, Any]] = []
     for start, stop in joined:
-        if (stop - start) * step < min_duration:
+        if (stop - start) * interval < min_duration:
             continue
         whole = start > 0 and stop < n and bool(known[start - 1] and known[stop])
         rows.append(
             {
-                "on_ms": start * step,
-                "off_ms": stop * step,
-                "duration_ms": (stop - start) * step,
+                "on_ms": start * interval,
+                "off_ms": stop * interval,
+                "duration_ms": (stop - start) * interval,
                 "first_frame": start,
                 "last_frame": stop - 1,
                 "place": float(np.nanmedian(place[start:stop])),
@@ -182,9 +200,7 @@ def find_contacts(
             }
         )
     names = ["on_ms", "off_ms", "duration_ms", "first_frame", "last_frame", "place", "whole"]
-    table = pd.DataFrame(rows, columns=names)
-    table.attrs = {"within": abs(least), "unit": "rad" if target is None else tracks.unit}
-    return table
+    return pd.DataFrame(rows, columns=names)
 
 
 def _measure_bending(
