@@ -285,3 +285,11 @@ def test_a_contact_of_a_signal_bridges_a_flicker_and_may_last_to_the_end():
     assert found["on_ms"].tolist() == [20, 160] and found["off_ms"].tolist() == [60, 200]
     assert found["whole"].tolist() == [True, False] and set(found["place"]) == {0.5}
     assert tabulate_contacts(0 * force, 0.5, place, 2.0).empty
+
+
+@pytest.mark.parametrize("frequency", [3.0, 3.02, 4.3, 6.9])
+def test_opposite_sides_agree_best_half_a_period_later(frequency):
+    left, right = sweep(15.0, frequency), sweep(15.0, frequency, 500.0 / frequency)
+    found = compare_sides(left, right, STEP)
+    assert abs(found.lag) == pytest.approx(500.0 / frequency, abs=STEP)
+    assert found.correlation < -0.95 < 0.99 < found.best_correlation

@@ -1,5 +1,6 @@
 """Rhythm of an antenna or whisker, left against right, and groups of animals."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
@@ -137,7 +138,8 @@ def compare_sides(left: Sweeps, right: Sweeps, interval: Annotated[float, Gt(0)]
         if apart.size:
             mean = apart.mean()
             phase, locking = float(np.angle(mean)), float(abs(mean))
-    reach = int(0.5 / (frequency * interval)) if frequency > 0 else 0
+    # half a period and a frame more: opposite sides agree best just there
+    reach = math.ceil(0.5 / (frequency * interval)) + 1 if frequency > 0 else 0
     reach = min(reach, left.angle.size // 4)
     shifts = np.arange(-reach, reach + 1)
     r = np.array([_correlate(left.angle, right.angle, int(shift)) for shift in shifts])
