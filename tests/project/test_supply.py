@@ -13,7 +13,6 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 OURS = {"test", "check", "docs", "lab", "bench", "audit"}
 """Extras for those who work on feeler."""
-FREE = {"torch"}  # which build fits depends on the machine; the extra names its version
 EXTRAS = PROJECT["optional-dependencies"]
 
 
@@ -57,7 +56,7 @@ def test_what_users_install_has_its_licence(package):
 
 def test_every_version_that_ends_up_installed_is_named():
     """Of what users install, and of what is named and needs others itself."""
-    assert set(list_installed(USED | FIXED)) - FIXED - FREE - {"setuptools"} == set()
+    assert set(list_installed(USED | FIXED)) - FIXED - {"setuptools"} == set()
 
 
 def test_licences_that_ask_for_more_are_named():

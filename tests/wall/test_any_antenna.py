@@ -98,6 +98,16 @@ def test_an_antenna_of_one_s_own_runs_and_leaves_page_picture_and_tables(tmp_pat
     assert told["settings"]["penetration"] < 0.02 and told["outcome"] in ("passed", "collided")
 
 
+@pytest.mark.parametrize("size", [0.1, 1.0])
+def test_a_body_that_passed_has_come_past_the_turn(size):
+    """Also one whose antenna is a tenth as long; its course is a tenth as long then."""
+    whole = cockroach()
+    antenna = whole.replace(segment_length=size * whole.segment_length)
+    course = make_turn(30.0, [150.0 * measure_scale(antenna)] * 2)
+    seen = follow(antenna, course, oracle=True)
+    assert not seen.collided and seen.body[-1, 1] > 1.5 * course.lengths[0]
+
+
 def test_an_antenna_without_a_map_is_a_result_with_its_reason(tmp_path):
     said = run("follow", "constant", "--out", "o", cwd=tmp_path).stdout
     assert "no map to steer by" in said and "at its base" in said and "--oracle" in said

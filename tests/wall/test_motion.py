@@ -312,6 +312,7 @@ def test_who_feels_nothing_turns_towards_the_wall_as_at_the_farthest_known_dista
         """A body that runs, and whose antenna touches nothing."""
 
         period, speed, angle = 1.0, 0.45, np.zeros(3)
+        antenna = cockroach()
 
         def __init__(self):
             self.turns, self.x = [], -12.0

@@ -174,7 +174,8 @@ Watch = Callable[[np.ndarray, np.ndarray], None]
 """Called after each period with the body (3,) and the antenna's hinge angles (segment,); what it
 raises ends the run.
 """
-BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
+# [C] mm; a body nearer than this has run into the wall; less in proportion to a shorter antenna
+BODY_LOST = 1.0
 # [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
 RUN_SUBSTEP = 5.0
 _GRID = 0.5  # mm; samples of the smoothed curvature in the loop
@@ -518,8 +519,10 @@ def _run(
     body, estimate, angle = [runner.body], [np.nan], [runner.angle]
     distance = [course.measure(runner.body[None, :2])[0]]
     whole = sum(course.lengths)
-    n_periods = max(1, round((whole - max(20.0, whole / 15)) / runner.speed / runner.period))
-    while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST):
+    size = min(1.0, measure_scale(runner.antenna))
+    left = max(20.0 * size, whole / 15)  # [C] mm of wall ahead of the end
+    n_periods = max(1, round((whole - left) / runner.speed / runner.period))
+    while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST * size):
         runner.go(turn)
         body.append(runner.body)
         angle.append(runner.angle)
@@ -535,7 +538,7 @@ def _run(
         distance=np.array(distance),
         estimate=np.array(estimate),
         target=controller.target,
-        collided=bool(distance[-1] <= BODY_LOST),
+        collided=bool(distance[-1] <= BODY_LOST * size),
         map=known,
         angle=np.array(angle),
     )
