@@ -55,7 +55,7 @@ def compute(
     asked: Mapping[str, Any],
     **options: Any,
 ) -> xr.DataArray:
-    """Accuracy (antenna, speed, set, level, case) over sets of touches, each drawn anew; all
+    """Accuracy (antenna, speed, set, level, case) over sets of touches, each resampled; all
     antennas and speeds meet the same draws. ``asked``: what declared.toml declares, with the
     ``shapes`` and ``locations`` of the scale.
     """
@@ -95,15 +95,15 @@ def _measure_set(
     duration = np.ceil(LEAD + antenna.length / speed + _TAIL)
     tensors = touch(antenna, [*met, *learned], duration=duration, save=("angle",), **options)
     angle = in_unit(tensors["angle"], "rad").values
-    known, lessons = np.split(angle, [len(met)])
+    known, training = np.split(angle, [len(met)])
     rng, copies = np.random.default_rng([asked["seed"], number]), asked["copies"]
     truth, many = np.tile(true, copies), copies * asked["train"]
     rows = []
     for noise in noises.values():
         seen = noise.add(known, rng, copies)
         again = make_lda().fit(noise.add(known, rng, many), np.tile(true, many))
-        other = make_lda().fit(noise.add(lessons, rng, copies), np.tile(taught, copies))
-        told = TemplateReader(noise).fit(lessons, taught)
+        other = make_lda().fit(noise.add(training, rng, copies), np.tile(taught, copies))
+        told = TemplateReader(noise).fit(training, taught)
         ideal = measure_information(
             compute_energy(noise.whiten(known)),
             noise.size,
@@ -172,7 +172,7 @@ def show(context: Context, section: Section) -> None:
     section.figure(
         "front",
         f"Accuracy of slow touches (0.06 m/s) against noise on every sample, {asked['sets']} sets"
-        " of touches, one of each class, each drawn anew (placement, size, approach, friction);"
+        " of touches, one of each class, each resampled (placement, size, approach, friction);"
         " mean and 95 % confidence interval over the sets, chance dotted. Noise: the same on every"
         " antenna (above), or in proportion to each touch's own peak (below). Linear classifier:"
         " LDA on 30 principal components; the ideal observer knows every touch and the noise; the"

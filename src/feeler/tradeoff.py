@@ -237,7 +237,7 @@ _ASKED = (
     " noisy tensor, by time, by distance and by number of samples since contact; and what the touch"
     " costs."
 )
-_SPREAD = "Intervals are 95 % over sets of touches that were drawn anew."
+_SPREAD = "Intervals are 95 % over sets of touches that were resampled."
 TRADEOFF_LEAD = f"{_ASKED.format('thirty')} {_SPREAD}"
 
 

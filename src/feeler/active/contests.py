@@ -359,7 +359,7 @@ CONTEST_LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"
     " them known to an ideal observer that also knows what its own body did, so that its answers"
     " are Bayes' own. Time is counted from the beginning, the way to the object included. Intervals"
-    " are 95 % over sets of touches that were drawn anew."
+    " are 95 % over sets of touches that were resampled."
 )
 
 _NEAR = (

@@ -222,7 +222,7 @@ class TouchVectorEnv(VectorEnv):
         if not self._warned and not valid.all():
             self._warned = True
             warnings.warn(
-                "a contact sank in by more than half of the smaller radius, where forces are not"
+                "a contact penetrates by more than half of the smaller radius, where forces are not"
                 " those of solid bodies; info['valid'] names such episodes from now on. Give"
                 " max_speed= and max_turn= to the task to keep away from it.",
                 ModelValidityWarning,

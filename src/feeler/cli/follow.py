@@ -157,7 +157,7 @@ def _tell(name: str, run: Any, oracle: bool) -> list[str]:
         chosen = run.settings
         words.append(
             f"  {chosen['speed']:.3g} m/s, {run.target:.3g} mm to keep; engine"
-            f" {chosen['engine']}, timestep {chosen['timestep']:.3g} ms; contacts sank in by at"
+            f" {chosen['engine']}, timestep {chosen['timestep']:.3g} ms; contacts penetrate by at"
             f" most {chosen['penetration']:.2g} mm"
         )
     return [line, *words]

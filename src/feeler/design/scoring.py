@@ -346,7 +346,7 @@ def _draw_units(entries: int) -> np.ndarray:
 
 
 def estimate_error(values: np.ndarray) -> float:
-    """Standard error of the mean of values (speed, class, touch): touches are drawn anew, classes
+    """Standard error of the mean of values (speed, class, touch): touches are resampled, classes
     and speeds are given.
     """
     count = values.shape[2]
