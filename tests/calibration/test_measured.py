@@ -148,6 +148,19 @@ def test_force_and_deflection_are_a_cantilevers(tmp_path, radii, at):
     assert found.names == ("stiffness",) and "release" in found.held["damping"]
 
 
+@pytest.mark.parametrize(("factor", "asked"), [(1 / 160, True), (1 / 20, False), (1e3, True)])
+def test_a_stiffness_of_another_unit_is_questioned(factor, asked):
+    antenna = Antenna.from_beam(
+        length=20.0, radius=0.2, modulus=1000.0, density=1e-3, n_segments=8, damping_time=1.0
+    )
+    moved = np.linspace(0.0, 1.0, 6)
+    curve = ForceCurve(
+        deflection=moved, force=factor * compute_force(antenna, moved, 16.0), at=16.0
+    )
+    said = " ".join(fit_measurements([Measurements(forces=(curve,))], antenna).describe())
+    assert ("are its modulus and the units of force and deflection right?" in said) is asked
+
+
 def test_large_deflections_stiffen_as_the_statics_say():
     antenna = make_small()
     import feeler

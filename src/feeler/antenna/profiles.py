@@ -399,9 +399,11 @@ def _bend_in_space(
 
 
 def _doubt(name: str, values: np.ndarray, usual: tuple[float, float], unit: str) -> None:
-    """Warn of numbers that look like another unit's."""
+    """Warn of numbers that look like another unit's, by the largest: a tip may be as thin as it
+    likes.
+    """
     low, high = usual
-    if values.min() < low or values.max() > high:
+    if not low <= values.max() <= high:
         ends = dict.fromkeys((f"{values.min():.4g}", f"{values.max():.4g}"))
         warnings.warn(
             f"{name} of {' to '.join(ends)} is outside {low:g} to {high:g}: is it in {unit}?",

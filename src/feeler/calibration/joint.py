@@ -46,6 +46,7 @@ _LEAST = (
 )
 _LEAST_RATIO = 0.01  # [C] of an impulse's deflection ratio
 _HEAVY = 2.0  # [C] factor on the mass that is questioned
+_STIFF = 30.0  # [C] the same of the stiffness, of which a modulus is a first guess only
 _ROUNDS = 3  # fits, with the noise of each measurement taken from the fit before
 _MAX_STEPS = 30
 _BAD = 0.15  # [C] relative residual, beyond which another start is tried
@@ -179,6 +180,11 @@ class MeasurementFit(Shown):
                 lines.append(
                     f"the antenna is {p:.3g} times as heavy as its diameters and density say: are"
                     " the frame rate, the force's unit and the place where it acts right?"
+                )
+            if name == "stiffness" and not 1 / _STIFF < p < _STIFF:
+                lines.append(
+                    f"the antenna is {p:.3g} times as stiff as the first guess: are its modulus and"
+                    " the units of force and deflection right?"
                 )
         return [*lines, *(f"{name}: as given; {why}" for name, why in self.held.items())]
 
