@@ -1103,7 +1103,8 @@ class Simulation:
         return self._lanes.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to a moment of this simulation, or of another one made alike, to the last bit.
+        """Go back to a moment of this simulation, or of another one made alike, to the last bit
+        and with the objects that it had then.
 
         Raises
         ------
