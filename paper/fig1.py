@@ -16,7 +16,7 @@ from feeler.analysis import find_noise
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.antenna.segments import Antenna
 from feeler.decoding import compute_left_out
-from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
@@ -90,7 +90,6 @@ def _read(
     """How often each touch is classified correctly (touch,) from noisy copies, when its
     group was left out of the training; in a group every label stands once.
     """
-    least = min(np.sum(groups != group) for group in np.unique(groups))
     folds = compute_left_out(
         array,
         labels,
@@ -100,7 +99,7 @@ def _read(
         n_repeats=plan.control_repeats or plan.n_repeats,
         noise=Common(reference=1.0),
         rotate=True,
-        estimator=make_fitting_lda(int(least), plan.n_copies),
+        estimator=make_lda(),
         random_state=random_state,
     )
     return np.concatenate(

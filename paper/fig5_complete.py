@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from feeler.analysis import INDICES, Dispersion, compute_dispersion
 from feeler.decoding import NOISES, Sweep, compute_sweep
-from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
 from feeler.experiments.tactile import DURATION
 from feeler.plotting.results import plot_sweep
@@ -52,7 +52,7 @@ def compute(
         "n_copies": plan.n_copies,
         "n_repeats": plan.n_repeats,
         "rotate": True,
-        "estimator": make_fitting_lda(len(labels), plan.n_copies),
+        "estimator": make_lda(),
         "random_state": random_state,
     }
     sweeps = {

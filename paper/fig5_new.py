@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from feeler import touch
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
-from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
 from feeler.experiments.tactile import DURATION
 from feeler.objects import Nuisances
@@ -69,11 +69,9 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> Simple
         labels = np.array(
             [" ".join(row) for row in zip(*(names[a] for a in read), strict=True)]
         )
-        least = min(np.sum(groups != group) for group in np.unique(groups))
-        lda = make_fitting_lda(int(least), plan.n_copies)
         folds = list(
             compute_left_out(
-                array / array.max(), labels, groups, estimator=lda, **options
+                array / array.max(), labels, groups, estimator=make_lda(), **options
             ).values()
         )
         touches[split] = np.concatenate([sweep.hits[-1].mean(axis=0) for sweep in folds])
@@ -261,7 +259,7 @@ def score_again(
         known / known.max(),
         labels,
         held_out=(asked / known.max(), labels),
-        estimator=make_fitting_lda(len(labels), plan.n_copies),
+        estimator=make_lda(),
         **_list_options(plan, plan.other_repeats, random_state),
     )
     return float(sweep.clean.mean())

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from feeler.analysis import compute_dispersion
 from feeler.decoding import Relative, Sweep, compute_sweep, make_labels
-from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import pick_colours
@@ -48,7 +48,7 @@ def compute(
             n_repeats=n_repeats,
             noise=Relative(),
             rotate=True,
-            estimator=make_fitting_lda(len(labels), plan.n_copies),
+            estimator=make_lda(),
             random_state=random_state,
         )
 

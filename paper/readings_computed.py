@@ -16,7 +16,7 @@ import numpy as np
 from feeler.analysis import compute_dispersion
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import compute_sweep, make_labels
-from feeler.decoding.classifiers import PrincipalComponents, make_fitting_lda
+from feeler.decoding.classifiers import PrincipalComponents, make_lda
 from feeler.decoding.curves import configure, encode_with, make_null
 from feeler.encoding import hoyer_sparseness
 from feeler.experiments.tactile import DURATION
@@ -452,7 +452,7 @@ def _sweep_noisy(
         n_repeats=1,  # of 300 tests at each of six ratios
         noise=noise,
         rotate=noise.is_even(code),
-        estimator=make_fitting_lda(len(labels), plan.n_copies),
+        estimator=make_lda(),
         random_state=context.seed,
     )
     return float(found.noisy.mean()), float(found.clean.mean())

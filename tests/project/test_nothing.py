@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 
 from feeler import study
-from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.classifiers import make_lda
 from feeler.experiments import tactile as experiment_touch
 from feeler.report import Section
 from feeler.robot import make_touches
@@ -122,7 +122,7 @@ def show_nothing(kind, seed, name):
         )
         patch.setattr(fig1, "touch", touch)
         patch.setattr(figS4, "import_torch", lambda: _Torch)
-        patch.setattr(figS4, "TouchNetwork", lambda shape, **options: make_fitting_lda(18, 3))
+        patch.setattr(figS4, "TouchNetwork", lambda shape, **options: make_lda())
         places = (np.arange(N_SENSORS) + 0.5) / N_SENSORS
         patch.setattr(fig5_bending, "place_sensors", lambda antenna: places)
         section = Section(name=name, title="", folder=Path(folder), vector=False)

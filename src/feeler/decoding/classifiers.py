@@ -539,11 +539,6 @@ def make_lda(n_components: int | None = _N_COMPONENTS) -> _FlatPipeline:
     return _chain(n_components, LinearDiscriminantAnalysis())
 
 
-def make_fitting_lda(n_trials: int, n_copies: int) -> _FlatPipeline:
-    """``make_lda`` with as many of the 30 components as ``n_copies`` of ``n_trials`` can give."""
-    return make_lda(min(_N_COMPONENTS, n_trials * n_copies - 1))
-
-
 @checked
 def make_svm(
     n_components: int | None = _N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0

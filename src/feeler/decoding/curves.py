@@ -12,7 +12,7 @@ from sklearn.base import clone
 
 from feeler.analysis.dispersion import Interval, bootstrap_difference
 from feeler.analysis.indices import check_tensors
-from feeler.decoding.classifiers import READERS, Reader, make_fitting_lda, make_labels, make_lda
+from feeler.decoding.classifiers import READERS, Reader, make_labels, make_lda
 from feeler.decoding.sweeps import Plan, Sweep, compute_sweep
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import NOISES, Common, Relative
@@ -203,7 +203,7 @@ def compare_twins(
         "n_copies": plan.n_copies,
         "n_repeats": plan.n_repeats,
         "noise": Relative(each="vector"),
-        "estimator": make_fitting_lda(len(labels), plan.n_copies),
+        "estimator": make_lda(),
         "random_state": random_state,
     }
     same = compute_sweep(first, labels, **options)
@@ -421,7 +421,7 @@ def _sweep_kind(
         jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
     for name, array in codes.items():
         for n_copies, ratios, n_repeats in jobs:
-            estimator = reader or make_fitting_lda(len(labels), n_copies)
+            estimator = reader or make_lda()
             rotate = not getattr(estimator, "knows_noise", False) and kind == "raw"
             found[Curve(name, kind, model, n_copies)] = compute_sweep(
                 array,
@@ -460,7 +460,7 @@ def _sweep_before(
                     n_repeats=plan.before_repeats,
                     noise=NOISES[model]().suit(reference=peak),
                     encode=encode_noisy,
-                    estimator=reader or make_fitting_lda(len(group.labels), plan.before_copies),
+                    estimator=reader or make_lda(),
                     random_state=random_state,
                 )
     return found
