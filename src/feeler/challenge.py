@@ -211,7 +211,12 @@ class Task:
         drawn = np.random.default_rng(0).integers(len(hits), size=(_DRAWS, len(hits)))
         shares = hits[drawn].sum(axis=1) / touches[drawn].sum(axis=1)
         low, high = np.quantile(shares, [0.025, 0.975])
-        return {"noise": noise, "accuracy": float(right.mean()), "low": float(low), "high": float(high)}
+        return {
+            "noise": noise,
+            "accuracy": float(right.mean()),
+            "low": float(low),
+            "high": float(high),
+        }
 
 
 def make_smooth_svm() -> Any:
