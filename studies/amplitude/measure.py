@@ -19,7 +19,7 @@ from benchmarks.kept import note_kept
 from feeler import touch
 from feeler.antenna.segments import Antenna
 from feeler.decoding import TemplateReader, make_lda
-from feeler.objects import NOISES, Noise, Nuisances, Task
+from feeler.objects import NOISES, Common, Mixed, Noise, Nuisances, Task
 from feeler.presets import cockroach
 from studies.gradient.section import make_graded
 from studies.stored import read_declared, store
@@ -27,7 +27,7 @@ from studies.stored import read_declared, store
 CLASSIFIERS = ("linear", "smoothed", "template")
 AMPLITUDES = ("as_is", "peak", "rms")
 """Of the second antenna of a pair: what of its tensors is made equal to the first's."""
-_WHITE = NOISES["common"](1.0)
+_WHITE = Common(1.0)
 Touches = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
@@ -46,7 +46,7 @@ def make_noise(law: str, size: float, bend_equal: float) -> Noise:
     grows with the bend and equals it at ``bend_equal``.
     """
     if law == "receptor":
-        return NOISES["mixed"](size, share=size / bend_equal)
+        return Mixed(size, share=size / bend_equal)
     return NOISES["common" if law == "absolute" else law](size)
 
 
