@@ -84,7 +84,9 @@ def multiply(touches: Touches, factor: float) -> Touches:
 
 
 def measure_amplitude(touches: Touches, amplitude: str) -> float:
-    """Mean peak, or root mean square over all samples, of what is learned and asked about."""
+    """Mean peak, or root mean square over all samples, of what is learned and asked about; of
+    ``as_is`` 1.
+    """
     tensors = np.concatenate([part for part, _ in touches.values()])
     if amplitude == "peak":
         return float(np.abs(tensors).max(axis=(1, 2)).mean())
@@ -108,9 +110,10 @@ def classify(
     return [float(np.mean(answer == truth)) for answer in (linear, smoothed, told)]
 
 
-def compute_run(reference: Antenna, asked: Mapping[str, Any]) -> xr.DataArray:
-    """Accuracy (set, placement, law, level, pair, part, classifier) of one declared run: of the
-    ``first`` antenna of each pair, and of the second with each of AMPLITUDES.
+def compute_run(reference: Antenna, asked: Mapping[str, Any]) -> xr.Dataset:
+    """``accuracy`` (set, placement, law, level, pair, part, classifier) of one declared run: of the
+    ``first`` antenna of each pair, and of the second with each of AMPLITUDES made equal by a
+    ``factor`` (set, placement, pair, amplitude).
     """
     dims = {
         "set": range(asked["sets"]),
@@ -120,46 +123,65 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any]) -> xr.DataArray:
         "pair": [" ".join(pair) for pair in asked["pairs"]],
         "part": ["first", *AMPLITUDES],
         "classifier": CLASSIFIERS,
+        "amplitude": AMPLITUDES,
     }
     antennas = make_antennas(reference)
     names = antennas.keys() & {name for pair in asked["pairs"] for name in pair}
-    found = []
+    found: dict[str, list] = {"accuracy": [], "factor": []}
     for number, placement in product(dims["set"], dims["placement"]):
         touches = {
             name: make_touches(antennas[name], asked, placement, number) for name in names
         }
-        touches["again"] = touches["graded"]
-        touches["louder"] = multiply(touches["refitted"], asked["louder"])
+        touches |= {
+            "again": touches["graded"],
+            "louder": multiply(touches["refitted"], asked["louder"]),
+        }
+        factors = [
+            [
+                measure_amplitude(touches[first], one) / measure_amplitude(touches[second], one)
+                for one in AMPLITUDES
+            ]
+            for first, second in asked["pairs"]
+        ]
+        found["factor"] += factors
         for law in dims["law"]:
-            found += compare(touches, law, asked, number)
-    shape = [len(values) for values in dims.values()]
-    coords = {name: list(values) for name, values in dims.items()}
-    return xr.DataArray(np.reshape(found, shape), coords, list(dims))
+            found["accuracy"] += compare(touches, factors, law, asked, number)
+    shown = {"accuracy": [*dims][:-1], "factor": ["set", "placement", "pair", "amplitude"]}
+    return xr.Dataset(
+        {
+            name: (axes, np.reshape(found[name], [len(dims[axis]) for axis in axes]))
+            for name, axes in shown.items()
+        },
+        {name: list(values) for name, values in dims.items()},
+    )
 
 
 def compare(
-    touches: Mapping[str, Touches], law: str, asked: Mapping[str, Any], number: int
+    touches: Mapping[str, Touches],
+    factors: list[list[float]],
+    law: str,
+    asked: Mapping[str, Any],
+    number: int,
 ) -> list[list[float]]:
     """Accuracy of each classifier, level by level, pair by pair and part by part."""
 
     @cache
-    def ask(size: float, name: str, like: str, amplitude: str) -> list[float]:
+    def ask(size: float, name: str, factor: float) -> list[float]:
         # the same draws for all antennas and levels, so that only the tensors differ
         rng = np.random.default_rng([asked["seed"], number, name == "again"])
-        own, other = (measure_amplitude(touches[one], amplitude) for one in (name, like))
-        scaled = multiply(touches[name], other / own)
-        return classify(scaled, make_noise(law, size, asked["bend_equal"]), asked, rng)
+        noise = make_noise(law, size, asked["bend_equal"])
+        return classify(multiply(touches[name], factor), noise, asked, rng)
 
     found = []
-    for size, (first, second) in product(asked["noise"][law], asked["pairs"]):
-        found.append(ask(size, first, first, "as_is"))
-        for amplitude in AMPLITUDES:  # which changes nothing in relative noise
-            equal = "as_is" if law == "relative" else amplitude
-            found.append(ask(size, second, first, equal))
+    for size, k in product(asked["noise"][law], range(len(factors))):
+        first, second = asked["pairs"][k]
+        found.append(ask(size, first, 1.0))
+        for factor in factors[k]:  # changes nothing in relative noise
+            found.append(ask(size, second, 1.0 if law == "relative" else factor))
     return found
 
 
-def compute(reference: Antenna) -> dict[str, xr.DataArray]:
+def compute(reference: Antenna) -> dict[str, xr.Dataset]:
     """Every declared run, by name."""
     asked = read_declared("amplitude")
     return {one["name"]: compute_run(reference, asked | one) for one in asked["run"]}
