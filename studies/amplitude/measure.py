@@ -176,8 +176,9 @@ def compare(
     for size, k in product(asked["noise"][law], range(len(factors))):
         first, second = asked["pairs"][k]
         found.append(ask(size, first, 1.0))
-        for factor in factors[k]:  # changes nothing in relative noise
-            found.append(ask(size, second, 1.0 if law == "relative" else factor))
+        # which changes nothing in relative noise
+        equal = [1.0 if law == "relative" else factor for factor in factors[k]]
+        found += [ask(size, second, factor) for factor in equal]
     return found
 
 
