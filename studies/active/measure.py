@@ -45,9 +45,10 @@ JOURNAL = ROOT / "build" / "active.jsonl"  # of one state of the code, so not ke
 
 
 def keep(**values: object) -> None:
-    """Add to the results what was measured."""
+    """Add to the results, and to what the report shows, what was measured."""
     found = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     write_kept(RESULTS, json.dumps(to_json(found | values), indent=1, sort_keys=True) + "\n")
+    store()
 
 
 def compare() -> None:
@@ -77,7 +78,6 @@ def write() -> None:
         declared=comparison.to_plain(),
     )
     print(verdict.to_dataframe().to_string())
-    store()
 
 
 def meet_again() -> tuple[Contest, xr.Dataset, xr.Dataset]:
@@ -104,7 +104,6 @@ def confirm() -> None:
     found = confirm_steering(measured, verdict, comparison.confirm["first"])
     print(found.to_dataframe().round(2).to_string())
     keep(confirmed=found.to_dict() | {"attrs": {"sets": comparison.confirm["sets"]}})
-    store()
 
 
 def confirm_learned() -> None:
@@ -130,7 +129,6 @@ def confirm_learned() -> None:
         rows[f"{deadline:g}"] = row
     print(rows)
     keep(confirmed_learned=rows)
-    store()
 
 
 def run_learned(comparison: Contest, number: int) -> list[list[float]]:
@@ -225,7 +223,6 @@ def store_learned() -> None:
         learned=learned.to_dict(), judged=judged.to_dict(), practice=practice, declared=declared
     )
     print(judged.to_dataframe().round(2).to_string(), rms)
-    store()
 
 
 def speed() -> None:

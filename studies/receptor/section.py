@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from feeler.analysis import compute_information_known_noise, find_told
 from feeler.antenna.segments import Antenna
+from feeler.decoding import IdealReader
 from feeler.objects import Mixed
 from feeler.plotting.style import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
@@ -21,15 +22,12 @@ from feeler.tensors.transforms import in_unit
 from feeler.tradeoff import average_sets, load_declared
 from paper.context import Context
 from studies.gradient.section import make_graded
-from studies.receptor.best import (
-    PUBLISHED_RATE,
-    find_best,
-    find_jump,
-    find_lag,
-    find_lead,
-)
+from studies.spikes.found import average, say_mean
 from studies.stored import load_stored, read_declared
 
+PUBLISHED_RATE = -0.0827  # 1/joint [P]
+_SHARE = 0.95
+_SEED = 0
 _SIGNALS = {"sample": "the bend at that moment", "tensor": "the touch's greatest bend"}
 _LINES = {
     ("main", "sample"): "0.3 m/s",
@@ -40,7 +38,9 @@ _LINES = {
 }
 _SLOW, _MEDIUM = pick_shades("speed", 3)[:2]
 _COLOURS = (_MEDIUM, PALETTE[1], PALETTE[2], _SLOW, PALETTE[4])
-_RUNS = tuple(dict.fromkeys(run for run, _ in _LINES))
+_SIZES = "sizes"  # the run of the observer that knows the size of each touch's own noise
+_RUNS = (*dict.fromkeys(run for run, _ in _LINES), _SIZES)
+_SHOWN = {"uniform": 0.0, "published": PUBLISHED_RATE, "steepest": -0.15}
 
 
 def compute(
@@ -87,10 +87,8 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
         number = asked.get("first", 0) + row
         angle = touch(antenna, "test", number)
         for cells, noise, floor in zip(right[row], noises, floors, strict=True):
-            sd = floor * noise.sd(angle)
-            cells[k] = compute_information_known_noise(
-                angle, sd, random_state=number, **drawn
-            ).accuracy
+            met = noise.replace(size=float(floor), share=float(floor) * noise.share)
+            cells[k] = _measure(angle, met, asked, number)
     shape = (len(asked["signals"]), len(asked["bends"]))
     dims = ("set", "signal", "bend", "rate")
     return xr.Dataset(
@@ -100,6 +98,94 @@ def compute_run(reference: Antenna, asked: Mapping[str, Any], **options: Any) ->
         },
         {"signal": list(asked["signals"]), "bend": asked["bends"], "rate": asked["rates"]},
     )
+
+
+def _measure(angle: np.ndarray, noise: Mixed, asked: Mapping[str, Any], number: int) -> float:
+    """Share classified correctly by the declared observer: one that knows how large the noise of
+    each entry is in the mean over touches, or (``knows_sizes``) how large each touch's own is.
+    """
+    if not asked.get("knows_sizes"):
+        found = compute_information_known_noise(
+            angle, noise.sd(angle), n_draws=asked["draws"], random_state=number
+        )
+        return found.accuracy
+    labels, copies = np.arange(len(angle)), asked["copies"]
+    met = noise.add(angle, np.random.default_rng([asked["seed"], number]), copies)
+    return IdealReader(noise).fit(angle, labels).score(met, np.tile(labels, copies))
+
+
+# The best of a family of rates, with intervals over sets of touches; see declared.toml.
+
+
+def find_best(data: xr.Dataset, resamples: int) -> dict[str, np.ndarray]:
+    """``value`` (bend,) of the best rate and the ``ends`` (2, bend) of its bootstrap interval."""
+    drawn = _resample(data, resamples)
+    margin = (1 - _SHARE) / 2
+    return {
+        "value": _find_peak(*_sort(data, data["accuracy"].mean("set").values)),
+        "ends": np.quantile(drawn, (margin, 1 - margin), axis=0),
+    }
+
+
+def find_jump(data: xr.Dataset) -> tuple[float, float] | None:
+    """The two bends [rad] between which the best rate first becomes as steep as the published one,
+    or steeper; None: it never does.
+    """
+    steep = _find_peak(*_sort(data, data["accuracy"].mean("set").values)) <= PUBLISHED_RATE
+    falls = np.flatnonzero(~steep[:-1] & steep[1:])
+    bends = data["bend"].values
+    return (float(bends[falls[0]]), float(bends[falls[0] + 1])) if falls.size else None
+
+
+def find_lag(data: xr.Dataset) -> xr.Dataset:
+    """Points that the published rate is behind the best, ± half of 95 % (bend,): chosen on sets of
+    even number, judged on the others.
+    """
+    accuracy = 100 * data["accuracy"]
+    chosen = accuracy.isel(set=slice(0, None, 2)).mean("set").argmax("rate")
+    judged = accuracy.isel(set=slice(1, None, 2))
+    return average_sets(judged.isel(rate=chosen) - judged.sel(rate=PUBLISHED_RATE))
+
+
+def find_lead(data: xr.Dataset) -> dict[str, Any]:
+    """Points that the published rate is ahead of all others, for the mixture where that is most;
+    mixture and rival are chosen on sets of even number, judged on the others.
+    """
+    accuracy = 100 * data["accuracy"]
+    lead = accuracy.sel(rate=PUBLISHED_RATE) - accuracy.drop_sel(rate=PUBLISHED_RATE)
+    chosen = lead.isel(set=slice(0, None, 2)).mean("set")
+    place = chosen.min("rate").argmax("bend")
+    judged = lead.isel(set=slice(1, None, 2), bend=place)
+    found = average_sets(judged.isel(rate=chosen.isel(bend=place).argmin("rate")))
+    bend, n = float(data["bend"][place]), judged.sizes["set"]
+    return {"bend": bend} | make_interval(float(found["mean"]), float(found["half"]), n=n)
+
+
+def _resample(data: xr.Dataset, resamples: int) -> np.ndarray:
+    """Best rates (resample, bend) of sets drawn with replacement."""
+    accuracy = data["accuracy"].transpose("set", "bend", "rate").values
+    rng, count = np.random.default_rng(_SEED), len(accuracy)
+    weight = rng.multinomial(count, np.full(count, 1 / count), size=resamples) / count
+    return _find_peak(*_sort(data, np.einsum("ns,sbr->nbr", weight, accuracy)))
+
+
+def _sort(data: xr.Dataset, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    order = np.argsort(data["rate"].values)
+    return data["rate"].values[order], mean[..., order]
+
+
+def _find_peak(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Where y (…, place) over rising x is greatest: a parabola through three places, or an end."""
+    best = y.argmax(axis=-1)
+    middle = np.clip(best, 1, len(x) - 2)
+    near = [np.take_along_axis(y, (middle + k)[..., None], axis=-1)[..., 0] for k in (-1, 0, 1)]
+    back, on = x[middle] - x[middle - 1], x[middle] - x[middle + 1]
+    fall, rise = near[1] - near[2], near[1] - near[0]
+    below = back * fall - on * rise
+    top = x[middle] - 0.5 * (back**2 * fall - on**2 * rise) / np.where(
+        below == 0, np.inf, below
+    )
+    return np.where(best == middle, top, x[best])
 
 
 def plot(found: Mapping[str, xr.Dataset], resamples: int, figure: Figure) -> None:
@@ -160,7 +246,13 @@ def collect_values(found: Mapping[str, xr.Dataset], resamples: int) -> dict[str,
         "receptor.published": PUBLISHED_RATE,
         "receptor.steepest": found["main"]["rate"].values.min(),
     }
-    for run, signal in [(run, s) for run, data in found.items() for s in data["signal"].values]:
+    for run in found.keys() & {"main", _SIZES}:
+        right = 100 * found[run]["accuracy"].sel(signal="sample")
+        for bend, (word, rate) in product(right["bend"].values, _SHOWN.items()):
+            spread = average(right.sel(bend=bend, rate=rate).values)
+            values[f"receptor.{run}.right.{bend:g}.{word}"] = spread
+    rated = {run: data for run, data in found.items() if run != _SIZES}
+    for run, signal in [(run, s) for run, data in rated.items() for s in data["signal"].values]:
         data, sets = found[run].sel(signal=signal), found[run].sizes["set"]
         rates, lost = find_best(data, resamples), find_lag(data)
         for k, bend in enumerate(data["bend"].values):
@@ -216,11 +308,30 @@ def show(context: Context, section: Section) -> None:
             for part in ("best", "behind")
         ]
         for run, data in found.items()
+        if run != _SIZES
         for signal, bend in product(data["signal"].values, data["bend"].values)
     ]
     header = ["run", "noise grows with", "equal noise at [rad]", "floor [rad a sample]"]
     header += ["best rate [1/joint]", "published behind it [points]"]
     section.table(header, rows, "In brackets 95 % over sets.")
+    bends = found["main"]["bend"].values
+    section.table(
+        ["equal noise at [rad]"]
+        + [f"{word}, {who}" for who in ("mean", "each touch's own") for word in _SHOWN],
+        [
+            [float(bend)]
+            + [
+                say_mean(values[f"receptor.{run}.right.{bend:g}.{word}"])
+                for run in ("main", _SIZES)
+                for word in _SHOWN
+            ]
+            for bend in bends
+        ],
+        "Classified correctly [%] with three antennas of the family, by the observer that knows the"
+        " mean size of the noise, and by one that knows the size of each touch's own noise: where"
+        " noise grows with the bend, it tells of the touch by itself. ± is half the 95 %"
+        " confidence interval over sets.",
+    )
     section.values.update(values)
 
 

@@ -6,7 +6,7 @@ import pytest
 import feeler
 from feeler.design.scoring import CHOICES, _touch_classes, choose_sensors, measure_sensors
 from feeler.errors import InvalidInput
-from studies.design import front
+from studies.design import measure
 from tests.design.test_design import ANTENNA, TASK
 
 
@@ -56,7 +56,7 @@ def test_more_sensors_than_there_are_are_refused():
 
 def test_the_front_holds_what_nothing_beats():
     costs = np.array([[1.0, 5.0], [2.0, 2.0], [3.0, 3.0], [5.0, 1.0], [2.0, 2.5]])
-    assert list(front.find_front(costs)) == [0, 1, 3]
+    assert list(measure.find_front(costs)) == [0, 1, 3]
 
 
 @pytest.mark.parametrize("damping", [0.2, 30.0])
@@ -71,4 +71,4 @@ def test_one_hinge_settles_as_the_closed_form_says(damping):
     )
     inertia = 1e-3 * 10.0**2 / 3
     roots = np.roots([inertia, damping, 0.5])
-    assert front.compute_settling(one) == pytest.approx(np.log(20) / np.abs(roots.real).min())
+    assert measure.compute_settling(one) == pytest.approx(np.log(20) / np.abs(roots.real).min())

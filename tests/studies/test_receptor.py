@@ -8,14 +8,15 @@ from feeler.presets import cockroach
 from paper.statements import load_statements
 from paper.table import Results
 from paper.verdicts import judge
-from studies.receptor.best import (
+from studies.receptor.section import (
     PUBLISHED_RATE,
+    collect_values,
+    compute_run,
     find_best,
     find_jump,
     find_lag,
     find_lead,
 )
-from studies.receptor.section import collect_values, compute_run
 from studies.stored import read_declared
 
 ASKED = read_declared("receptor")
