@@ -120,9 +120,11 @@ class Touched(Record):
 
 
 class WallPlan(Record):
-    """A wall that approaches: angle between the antennae [degrees]."""
+    """A wall that approaches: angle of the antenna to the midline [degrees]; otherwise as
+    ``feeler wall``.
+    """
 
-    angle: float = 30.0
+    angle: float = 35.0
 
 
 class SpikePlan(Record):
