@@ -61,7 +61,8 @@ def save_fit(out: Path, fit: MeasurementFit, animals: Sequence[Measurements]) ->
     section = Section(name="calibration", title="The fitted antenna", folder=out, vector=False)
     add_fit(section, fit, animals)
     save_antenna(fit.antenna, out / "antenna.toml")
-    write_page(out / "calibration.html", "Mechanics that fit", fit.antenna.name, section)
+    title = f"Fitted mechanics of {fit.antenna.name}"
+    write_page(out / "calibration.html", title, "; ".join(fit.describe()), section)
     write_text(out / "calibration.json", json.dumps(to_json(fit.to_plain()), indent=1) + "\n")
 
 

@@ -160,7 +160,8 @@ class AnimalPlan(Record):
         """The path of a file that the plan names."""
         path = Path(self.folder) / file
         if not path.exists():
-            raise InvalidInput(f"no such file: {file} (in {Path(self.folder).resolve()}).")
+            folder = Path(self.folder).resolve()
+            raise InvalidInput(f"cannot read {file}: no such file in {folder}. Check the plan.")
         return path
 
 
