@@ -318,9 +318,11 @@ def plot(data: Comparison, figure: Figure) -> None:
 def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title = " against ".join(data.names)
+    (measure, name), first = next(iter(data.differences.items()))
     lead = (
-        "The same touches, at one speed: how far apart their tensors lie, and how well they are"
-        " discriminated."
+        f"{data.names[0]} minus {name}, {measure}: {_say_points(first.estimate)} percentage points"
+        f" (95 % CI {_say_points(first.low)} to {_say_points(first.high)}); the same touches, at"
+        " one speed."
     )
     with temporary_folder() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=folder)

@@ -89,7 +89,7 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
     try:
         descriptor = os.open(path, flags)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
+        reason = _explain_read(error)
         raise InvalidInput(
             f"cannot read {os.fspath(path)!s}: {reason}. Check the path."
         ) from error
@@ -190,8 +190,12 @@ def read_start(path: str | os.PathLike, n_bytes: int) -> bytes:
     except (OSError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
-        words = getattr(error, "strerror", None) or error
-        raise InvalidInput(f"cannot read {path!s}: {words}.") from error
+        raise InvalidInput(f"cannot read {path!s}: {_explain_read(error)}.") from error
+
+
+def _explain_read(error: Exception) -> object:
+    absent = isinstance(error, FileNotFoundError)
+    return "no such file" if absent else getattr(error, "strerror", None) or error
 
 
 def read_text(path: str | os.PathLike, max_bytes: int) -> str:

@@ -131,6 +131,7 @@ class Shown:
     """A result that shows itself in a notebook; ``plot`` draws it anywhere.
 
     ``DRAWN`` is the function that draws it, ``draw(result)`` gives a figure; empty for no picture.
+    Beside it stand the lines of ``describe()``, where a result has them, or its attributes.
     """
 
     DRAWN: ClassVar[str] = ""
@@ -140,7 +141,11 @@ class Shown:
         return resolve_name(f"{_PICTURES}:{self.DRAWN}")(self)
 
     def _repr_html_(self) -> str:
-        rows = [(one.name, getattr(self, one.name)) for one in fields(self)]  # type: ignore[arg-type]
+        rows = (
+            [("", line) for line in self.describe()]
+            if hasattr(self, "describe")
+            else [(one.name, getattr(self, one.name)) for one in fields(self)]  # type: ignore[arg-type]
+        )
         return show_html(type(self).__name__, rows, self.plot() if self.DRAWN else None)
 
 

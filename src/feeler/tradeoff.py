@@ -273,10 +273,15 @@ def write_tradeoff(
     n = study.task.n_classes
     one = "One set of touches was drawn, so nothing says how far another one would differ."
     known = f"All {n} discriminated are {np.log2(n):.2f} bits."
-    lead = f"{_ASKED.format(n)} {known} {_SPREAD if study.sets > 1 else one}"
-    return write_page(
-        out / "tradeoff.html", "Speed against accuracy against energy", lead, section
+    section.text(f"{_ASKED.format(n)} {known} {_SPREAD if study.sets > 1 else one}")
+    level = next(iter(study.shown.values()))
+    tables = {name: _list_rows(data, study, level) for name, data in measured.items()}
+    answer = "; ".join(
+        f"{name} {', '.join(f'{row[-1]} m/s for {row[0]}' for row in (rows[0], rows[-1]))}"
+        for name, rows in tables.items()
     )
+    lead = f"Most accurate speed at noise {level}: {answer}."
+    return write_page(out / "tradeoff.html", "Speed, accuracy and energy", lead, section)
 
 
 @checked

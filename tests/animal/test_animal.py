@@ -86,6 +86,21 @@ def test_a_part_at_fault_stops_no_other(example, tmp_path):
     assert (plan.parent / "out" / "antenna.toml").exists()
 
 
+@pytest.mark.parametrize("preset", ["cricket", "constant"])
+def test_a_wall_is_as_feeler_wall_says_and_its_page_explains_it(tmp_path, preset):
+    plan = tmp_path / "animal.toml"
+    plan.write_text(f'schema = "feeler.animal/1"\nantenna = "{preset}"\n[wall]\nangle = 30.0\n')
+    study = study_animal(plan)
+    said = json.loads(run("wall", preset, "--angle", "30", "--json", cwd=tmp_path).stdout)[
+        preset
+    ]
+    assert not study.problems
+    np.testing.assert_allclose(study.wall.distance, said["distance"])
+    np.testing.assert_allclose(study.wall.r2, said["r2"], rtol=1e-6)
+    write_animal_page(study, tmp_path / "out")
+    assert study.wall.bending.split(",")[0] in (tmp_path / "out" / "animal.html").read_text()
+
+
 @pytest.mark.parametrize(
     ("change", "match"),
     [

@@ -34,7 +34,7 @@ from ._command import run
         ),
         (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
-        (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file or folder"),
+        (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
         (["design", "absent.toml"], "feeler: cannot read absent.toml: No such file"),
     ],
 )

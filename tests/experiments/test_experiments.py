@@ -99,7 +99,7 @@ def test_a_diverging_trial_is_named_and_the_others_survive():
         for lead in (5.0, 400.0)
     ]
     with pytest.raises(
-        SimulationDivergedError, match=r"ball 1 mm at 0.5 L.* diverged at"
+        SimulationDivergedError, match=r"ball \(radius 1 mm\) at 0.5 L.* diverged at"
     ) as caught:
         feeler.touch(wild, trials, duration=60.0, timestep=0.05)
     assert caught.value.tensors.sizes["trial"] == 1

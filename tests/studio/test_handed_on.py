@@ -42,9 +42,9 @@ def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
 @pytest.mark.parametrize(
     ("count", "by_hand", "title"),
     [
-        (0, False, "linear: ball 2.2 mm at 0.61 L, 0.37 m/s"),
-        (1, False, "linear: ball 2.2 mm at 0.61 L, 0.37 m/s, and 1 more"),
-        (3, False, "linear: ball 2.2 mm at 0.61 L, 0.37 m/s, and 3 more"),
+        (0, False, "linear: ball (radius 2.2 mm) at 0.61 L, 0.37 m/s"),
+        (1, False, "linear: ball (radius 2.2 mm) at 0.61 L, 0.37 m/s, and 1 more"),
+        (3, False, "linear: ball (radius 2.2 mm) at 0.61 L, 0.37 m/s, and 3 more"),
         (2, True, "linear: ball moved by hand, and 2 more"),
     ],
 )

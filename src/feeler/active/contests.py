@@ -394,9 +394,15 @@ def write_active(
         out / "active.csv", index=False, float_format="%.6g"
     )
     write_text(out / "active.json", json.dumps(to_json(measured.to_dict())))
-    return write_page(
-        out / "active.html", "How to move in order to know", CONTEST_LEAD, section
+    section.text(CONTEST_LEAD)
+    mean = 100 * measured["accuracy"].mean("set")
+    best = ", ".join(
+        f"{one.idxmax('policy').values!s} at {float(one['deadline']):g} ms"
+        f" ({float(one.max()):.0f} %)"
+        for one in (mean.sel(deadline=d) for d in mean["deadline"].values)
     )
+    lead = f"Most accurate of {mean.sizes['policy']} policies at each deadline: {best}."
+    return write_page(out / "active.html", "Policies of active touch", lead, section)
 
 
 def fill_comparison(

@@ -13,7 +13,7 @@ from feeler.antenna.files import save_antenna
 from feeler.calibration import Film, MeasurementFit, Measurements, Prediction
 from feeler.errors import FeelerError, require_extra
 from feeler.files import ensure_folder, write_text
-from feeler.plotting.results import draw_forces, draw_measurements, draw_prediction
+from feeler.plotting.results import draw_forces, draw_measurements, draw_prediction, plot_maps
 from feeler.report import Section, write_page
 from feeler.report.page import to_json
 from feeler.tensors.formats import save as save_tensors
@@ -61,7 +61,8 @@ def save_fit(out: Path, fit: MeasurementFit, animals: Sequence[Measurements]) ->
     section = Section(name="calibration", title="The fitted antenna", folder=out, vector=False)
     add_fit(section, fit, animals)
     save_antenna(fit.antenna, out / "antenna.toml")
-    write_page(out / "calibration.html", "Mechanics that fit", fit.antenna.name, section)
+    title = f"Fitted mechanics of {fit.antenna.name}"
+    write_page(out / "calibration.html", title, "; ".join(fit.describe()), section)
     write_text(out / "calibration.json", json.dumps(to_json(fit.to_plain()), indent=1) + "\n")
 
 
@@ -150,13 +151,21 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         shown = study.contacts[["on_ms", "off_ms", "duration_ms", "place"]]
         rows = shown.to_numpy().tolist()
         section.table(["contact on [ms]", "off [ms]", "duration [ms]", "place (0 base)"], rows)
-    section.heading("In words")
+    if study.wall is not None:
+        section.heading("How far a wall is")
+        section.figure(
+            "wall",
+            "Distance of a wall beside the body against the place where the antenna bends most."
+            f" This antenna {study.wall.bending}",
+            lambda figure: plot_maps({study.antenna.name: study.wall}, figure.subplots()),
+        )
+    section.heading("All results")
     for words in study.describe():
         section.text(words)
     write_page(
         out / "animal.html",
         study.plan.name,
-        "Filmed and simulated, and what the films say of the antenna.",
+        study.answer,
         section,
     )
     numbers = {
@@ -169,6 +178,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         "contacts": study.contacts.to_dict("records"),
         "tip_error": study.tip_error,
         "spikes": study.spikes,
+        "wall": study.wall and {"r2": study.wall.r2, "error_mm": study.wall.error},
         "missing": study.missing,
         "problems": study.problems,
         "plan": study.plan.to_plain(),

@@ -120,9 +120,11 @@ class Touched(Record):
 
 
 class WallPlan(Record):
-    """A wall that approaches: angle between the antennae [degrees]."""
+    """A wall that approaches: angle of the antenna to the midline [degrees]; otherwise as
+    ``feeler wall``.
+    """
 
-    angle: float = 30.0
+    angle: float = 35.0
 
 
 class SpikePlan(Record):
@@ -158,7 +160,8 @@ class AnimalPlan(Record):
         """The path of a file that the plan names."""
         path = Path(self.folder) / file
         if not path.exists():
-            raise InvalidInput(f"no such file: {file} (in {Path(self.folder).resolve()}).")
+            folder = Path(self.folder).resolve()
+            raise InvalidInput(f"cannot read {file}: no such file in {folder}. Check the plan.")
         return path
 
 

@@ -53,7 +53,8 @@ from feeler.tracking import (
 )
 from feeler.tracking.contacts import tabulate_contacts
 from feeler.validation import checked
-from feeler.wall import DISTANCES, DistanceMap, Posture, approach, map_distance
+from feeler.wall import DISTANCES, NEAREST, DistanceMap, approach, map_distance
+from feeler.wall.following import measure_scale
 
 _NEEDS = {
     "antenna": "[microscope], or antenna = FILE",
@@ -125,6 +126,24 @@ class AnimalStudy(Shown):
         """The antenna in space."""
         return None if self.antenna is None else self.antenna.unflatten()
 
+    @property
+    def answer(self) -> str:
+        """The main result in one sentence."""
+        if self.predictions:
+            one = self.predictions[0]
+            beside = "" if np.isnan(self.spread) else f"; animals differ by {self.spread:.1%}"
+            return (
+                f"The fitted antenna follows the film of {one.name}, which was not used in the"
+                f" fit, to {one.error:.1%} of the held displacement (r.m.s.){beside}."
+            )
+        if self.fit is not None:
+            parts = zip(self.fit.names, self.fit.p, self.fit.low, self.fit.high, strict=True)
+            return "Fitted: " + "; ".join(
+                f"{name.replace('_', ' ')} {p:.3g} (95 % CI {low:.3g} to {high:.3g})"
+                for name, p, low, high in parts
+            )
+        return next(iter(self.describe()), "Nothing could be computed.").capitalize()
+
     def describe(self) -> list[str]:
         """What was found, a line each, and what was not computed."""
         lines = []
@@ -161,10 +180,10 @@ class AnimalStudy(Shown):
         if np.isfinite(self.tip_error):
             lines.append(f"tip: {self.tip_error:.3g} mm (r.m.s.) from the filmed one")
         if self.wall is not None:
-            words = (
-                self.wall.undefined or f"R² {self.wall.r2:.3f}, off by {self.wall.error:.3g} mm"
-            )
+            found = f"R² {self.wall.r2:.3f}, off by {self.wall.error:.3g} mm"
+            words = self.wall.undefined or found
             lines.append(f"wall: distance from the place of greatest curvature: {words}")
+            lines.append(f"wall: this antenna {self.wall.bending}")
         lines += [f"spikes: {name} {value:.4g}" for name, value in self.spikes.items()]
         lines += [f"problem with {name}: {words}" for name, words in self.problems.items()]
         return [
@@ -514,6 +533,7 @@ def _meet_wall(study: AnimalStudy) -> None:
     if study.plan.wall is None or study.antenna is None:
         return
     antenna = study.antenna
-    reach = antenna.length / 42.0  # the paper's distances, as shares of the length
-    posture = Posture(inter_antennal_angle=study.plan.wall.angle)
-    study.wall = map_distance(approach(antenna, posture, reach * np.asarray(DISTANCES)))
+    posture = NEAREST.replace(inter_antennal_angle=study.plan.wall.angle)
+    study.wall = map_distance(
+        approach(antenna, posture, measure_scale(antenna) * np.asarray(DISTANCES))
+    )

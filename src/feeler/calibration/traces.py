@@ -157,7 +157,7 @@ def load_traces(
         table = read_table(path)
     else:
         raise InvalidInput(
-            f"no such file: {path}. Give a CSV file, or {_EXAMPLE!r} for the example."
+            f"cannot read {path}: no such file. Give a CSV file, or {_EXAMPLE!r} for the example."
         )
     time, column = _read_time(table, frame_rate)
     names = tuple(name for name in table.columns if name != column)

@@ -35,8 +35,10 @@ def animal(
     ] = Path("out/animal"),
     as_json: Json = False,
 ) -> None:
-    """Compute what can be computed of an animal's films and tables: kinematics, one antenna fitted
-    to releases, forces and impulses, predictions of other films, a touch, spikes.
+    """Fit an antenna to an animal and predict its films.
+
+    One file names films and tables. Computed is what they allow: kinematics, one antenna fitted to
+    releases, forces and impulses, predictions of other films, a touch, a wall, spikes.
     """
     from feeler.animal import study_animal, write_animal_page, write_example, write_template
     from feeler.progress import ProgressBar

@@ -302,8 +302,11 @@ def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
             err=True,
         )
     if said.out is not None:
+        parts = zip(result.names, result.p, result.low, result.high, strict=True)
+        answer = ", ".join(f"{n} = {p:.4g} ({a:.4g} to {b:.4g})" for n, p, a, b in parts)
         words = (
-            f"An antenna fitted to {traces.source} traces: {_explain(profile, antenna.name)}."
+            f"{answer}, values with 95 % intervals: {_explain(profile, antenna.name)}, fitted to"
+            f" {traces.source} traces."
         )
         _save(said.out, traces, antenna, hinges, result, said.session_start, words)
 
@@ -398,7 +401,7 @@ def _save(
         section.text(result.directions.describe("data"))
     write_page(
         out / "calibration.html",
-        "Mechanics that fit",
+        "Fitted mechanics",
         lead,
         section,
     )

@@ -67,7 +67,7 @@ def convert(
         _convert_bag(source, target)
         return
     if not source.exists():  # before any option of the target is asked for
-        raise InvalidInput(f"cannot read {source}: no such file or folder. Check the path.")
+        raise InvalidInput(f"cannot read {source}: no such file. Check the path.")
     wanted = list_options(target.suffix.lower())
     given: dict[str, object] = {
         "variable": variable,

@@ -34,7 +34,7 @@ def export(
         typer.Option(help="of an antenna in space: turn of the approach about it [degrees]"),
     ] = 0.0,
     side: Annotated[str, typer.Option(help="left or right")] = "left",
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = ("exponential"),
     control: Annotated[
         bool,
         typer.Option("--control", help="servos at the base, sensors, objects as mocap bodies"),

@@ -40,7 +40,7 @@ def info(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
-    """Print what files hold; nothing in them is executed.
+    """Print what files hold, executing nothing in them.
 
     Sizes, units, labels, configuration, versions, licence.
     """

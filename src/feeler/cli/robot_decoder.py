@@ -61,7 +61,7 @@ def train(
     workers: Workers = None,
     as_json: Json = False,
 ) -> None:
-    """Train a decoder of a robot's touches, once, and write it into one file.
+    """Train a decoder of a robot's touches into one file.
 
     classify, stream, Python and a ROS 2 node load the file and answer at once. It holds how it was
     trained, the calibration, the channels' names, and its accuracy on robots that were left out.

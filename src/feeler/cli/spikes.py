@@ -52,7 +52,7 @@ class _SpikeOptions:
     contact: Annotated[
         str, typer.Option(help="smooth, hard or even; smooth:0.05 sets its time constant [ms]")
     ] = "smooth"
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential"
     sensors: Annotated[
         int | None,
         typer.Option(min=1, help="places of sensilla, evenly; default: those of the sensors"),
@@ -233,15 +233,16 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: 
     if note:
         section.text(f"{note[0].upper()}{note[1:]}.")
     page = said.out / "spikes.html"
-    write_page(page, "Spikes", "What the nerve of this antenna says of a touch.", section)
+    answer = (
+        f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
+        f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
+    )
+    write_page(page, "Spikes", f"{answer}.", section)
     if said.as_json:
         units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
         say_json({**known, "unit": units, "page": page, "files": files})
         return
-    typer.echo(
-        f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
-        f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
-    )
+    typer.echo(answer)
     if note:
         typer.echo(note)
     typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")

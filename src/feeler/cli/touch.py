@@ -82,7 +82,7 @@ class _TouchOptions:
             " x y z [m/s], as in drag=2e-5,x=0.3"
         ),
     ] = None
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential"
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
     )
@@ -225,13 +225,15 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     adapted = say_adapted(tensors) if said.contact == "smooth" else ""
     if adapted:
         section.text(f"{adapted[0].upper()}{adapted[1:]}.")
-    write_page(
-        out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
+    angle, curvature, force = (value for value, _ in facts.values())
+    answer = (
+        f"{antenna.name} bends by at most {angle:.3g}° at one hinge and is pushed with at most"
     )
+    lead = f"{answer} {force:.3g} mN by a {trial.label}."
+    write_page(out / "touch.html", f"A touch of {antenna.name}", lead, section)
     if said.as_json:
         _tell_machine(trial.label, known, error, out / "touch.html")
         return
-    angle, curvature, _ = (value for value, _ in facts.values())
     typer.echo(
         f"{trial.label}: peak hinge angle {angle:.3g}°, peak curvature {curvature:.3g} /mm"
     )

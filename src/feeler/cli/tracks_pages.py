@@ -106,7 +106,6 @@ def save_pages(
         [_list_cells(row) for row in found["trials"]],
         "Mean of the peak speeds ± standard error.",
     )
-    section.text(write_mean(found))
     for words in list_groups(found):
         section.text(words.strip())
     section.heading("How it was measured")
@@ -118,8 +117,8 @@ def save_pages(
     )
     write_page(
         out / "tracks.html",
-        "How fast the antennae move",
-        ", ".join(file.name for file in files),
+        "Antennal movement: " + ", ".join(file.name for file in files),
+        write_mean(found),
         section,
     )
     typer.echo(

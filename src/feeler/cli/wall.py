@@ -247,8 +247,12 @@ def _save(
         section.numbers(name, distance=found.distance, position=found.position, r2=found.r2)
     write_page(
         out / "wall.html",
-        "How far is the wall?",
-        "Read from where each antenna bends most.",
+        "Wall distance",
+        "Where an antenna bends most gives the wall's distance: "
+        + "; ".join(
+            f"{name} {found.undefined or f'R² {found.r2:.3f}, error {found.error:.2g} mm'}"
+            for name, found in maps.items()
+        ),
         section,
     )
     typer.echo(

@@ -43,7 +43,7 @@ def write_design(
     """
     folder = ensure_folder(out)
     section = Section(name="design", title="The best antennas", folder=folder, vector=False)
-    _say_result(found, section)
+    answer = _say_result(found, section)
     section.figure(
         "profiles",
         "Stiffness (strokes: sensors) and damping of the best antenna of each start (colours) and"
@@ -64,10 +64,12 @@ def write_design(
     if tolerance:
         _say_making(found, section, tolerance)
     section.text(conditions)
-    return write_page(out / "design.html", "Which antenna should I build?", _LEAD, section)
+    section.text(_LEAD)
+    return write_page(out / "design.html", "Best antennas of a design", answer, section)
 
 
-def _say_result(found: DesignOutcome, section: Section) -> None:
+def _say_result(found: DesignOutcome, section: Section) -> str:
+    """The table of designs, and the result in one sentence."""
     fewer, error = found.compare()
     sure = (
         f"{100 * fewer:.0f} ± {100 * error:.0f} % (standard error)"
@@ -86,10 +88,7 @@ def _say_result(found: DesignOutcome, section: Section) -> None:
         f"{100 * s.errors:.1f} ± {100 * s.errors_error:.1f} %"
         for s in (found.final, found.reference_final)
     )
-    section.text(
-        f"On the final draws the best antenna names {mine} of noisy touches wrong, the reference"
-        f" {other}: errors avoided {sure}. " + looks
-    )
+    section.text(looks)
     rows: list[list[object]] = [
         ["reference", *_list_cells(found.reference_test, found.plan.reference), "", "", ""]
     ]
@@ -120,6 +119,10 @@ def _say_result(found: DesignOutcome, section: Section) -> None:
         rows,
         f"At most {np.log2(found.plan.task.n_classes):.2f} bits. Where bits are"
         " much higher on the search's draws than on the test draws, touches were learned by heart.",
+    )
+    return (
+        f"On the final draws the best antenna classifies {mine} of noisy touches incorrectly, the"
+        f" reference {other}: errors avoided {sure}."
     )
 
 

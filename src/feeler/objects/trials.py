@@ -98,7 +98,10 @@ class Trial(Record):
     @property
     def label(self) -> str:
         """One readable line for messages and titles."""
-        size = f" {self.feature.size:g} mm" if np.isfinite(self.feature.size) else ""
+        measure = "radius" if self.feature.kind in ("ball", "peg") else "half-width"
+        size = (
+            f" ({measure} {self.feature.size:g} mm)" if np.isfinite(self.feature.size) else ""
+        )
         return f"{self.feature.name}{size} at {self.location:g} L, {self.speed:g} m/s"
 
     def _repr_html_(self) -> str:

@@ -4,6 +4,8 @@ import base64
 import io
 import json
 import os
+import shlex
+import sys
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -315,6 +317,7 @@ def render_page(
     beside: Mapping[str, str] | None = None,
     closed: bool = False,
     warned: Sequence[str] = (),
+    command: str = "",
 ) -> str:
     """Parts and sections, in order, as one page of HTML.
 
@@ -333,6 +336,8 @@ def render_page(
         Whether every part is closed until it is asked for.
     warned
         What the command that writes the page has warned of.
+    command
+        The command that writes it.
     """
     shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
     css, script = (
@@ -349,6 +354,7 @@ def render_page(
         story=story,
         closed=closed,
         warned=warned,
+        command=command,
         parts=shown,
         css=css,
         script=script,
@@ -358,11 +364,18 @@ def render_page(
 
 @checked
 def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Section) -> Path:
-    """Keep the page of these sections; the file appears under its name only when it is whole."""
-    path = Path(path)
+    """Keep the page of these sections, with the main result as its ``lead`` and the command that
+    makes it; the file appears under its name only when it is whole.
+    """
+    path, program = Path(path), Path(sys.argv[0])
+    known = "feeler" in (
+        program.stem,
+        program.parent.name,
+    )  # not a script, a test or a notebook
+    command = shlex.join(["feeler", *sys.argv[1:]]) if known else ""
     ensure_folder(path.parent)
     with writing(path) as part:
-        text = render_page(title, lead, list(sections), warned=list_said())
+        text = render_page(title, lead, list(sections), warned=list_said(), command=command)
         part.write_text(text, encoding="utf-8", errors="backslashreplace")
     return path
 

@@ -11,11 +11,14 @@ and a kind's posterior is its share of Σ p_n. A touch whose closest template is
 held-out touches are from theirs is outside what the decoder was trained on.
 """
 
-from collections.abc import Sequence
+import base64
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.fft import dct, idct
 from scipy.stats import qmc
 
 from feeler.decoding.streams import OnsetFinder, Stream
@@ -171,6 +174,30 @@ class TouchDecoder:
         self.tempering_, self.limit_ = 1.0, np.full(self.window, np.inf)
         return self
 
+    def coarsen(self, step: float) -> "TouchDecoder":
+        """Round the templates to what :meth:`to_plain` keeps of them."""
+        self._packed = _pack_templates(self.templates_, step)
+        return self.adopt(_unpack_templates(self._packed), self.kinds_)
+
+    def to_plain(self) -> dict[str, Any]:
+        """A coarsened decoder as JSON has it."""
+        return {
+            "templates": self._packed,
+            "kinds": self.kinds_.tolist(),
+            "onset": self.onset,
+            "noise": self.noise,
+            "tempering": self.tempering_,
+            "limit": [float(f"{value:.4g}") for value in self.limit_],
+        }
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> "TouchDecoder":
+        """What :meth:`to_plain` gave."""
+        made = cls(plain["onset"], plain["noise"])
+        made.adopt(_unpack_templates(plain["templates"]), np.array(plain["kinds"]))
+        made.tempering_, made.limit_ = plain["tempering"], np.array(plain["limit"])
+        return made
+
     def calibrate(self, touches: np.ndarray, kinds: Sequence[str]) -> "TouchDecoder":
         """Set τ and the limit of what is known on held-out touches.
 
@@ -316,6 +343,37 @@ class _TouchStream(Stream):
         self.outside = self.outside or bool(near > decoder.limit_[since])
         shares = decoder._weigh_kinds(self.evidence[:, None] / decoder.tempering_)[:, 0]
         self.posterior = np.append(shares * (not self.outside), float(self.outside))
+
+
+def _pack_templates(expected: np.ndarray, step: float) -> dict[str, Any]:
+    """What a decoder expects (template, sensor, time) in few bytes: cosines in time of few patterns
+    over the sensors, rounded to multiples of ``step``.
+
+    The patterns are principal components and both transforms keep lengths, so
+    an expected value is off by less than ``step / 3`` (root mean square).
+    """
+    n_templates, n_sensors, n_samples = expected.shape
+    flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1).astype(float)
+    shares = np.linalg.eigh(flat @ flat.T)[1][:, ::-1]
+    cosines = dct((shares.T @ flat).reshape(-1, n_templates, n_samples), norm="ortho", axis=2)
+    step = max(step, float(np.abs(cosines).max()) / 32767)  # whole numbers of 16 bits
+    rounded = np.rint(cosines / step)
+    rank = int(np.flatnonzero(rounded.any(axis=(1, 2))).max(initial=0)) + 1
+    whole = [np.rint(32767 * shares.T[:rank]), rounded[:rank]]
+    raw = np.concatenate([part.ravel() for part in whole]).astype("<i2").tobytes()
+    data = base64.b64encode(zlib.compress(raw, 9)).decode()
+    return {"shape": [n_templates, n_sensors, n_samples, rank], "step": step, "data": data}
+
+
+def _unpack_templates(packed: Mapping[str, Any]) -> np.ndarray:
+    """Templates (template, sensor, time) that were packed."""
+    n_templates, n_sensors, n_samples, rank = packed["shape"]
+    raw = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), "<i2")
+    shares, rounded = np.split(raw.astype(float), [rank * n_sensors])
+    cosines = packed["step"] * rounded.reshape(rank, n_templates, n_samples)
+    series = idct(cosines, norm="ortho", axis=2)
+    patterns = shares.reshape(rank, n_sensors) / 32767
+    return np.einsum("ms,mnt->nst", patterns, series, optimize=True).astype(np.float32)
 
 
 def _know_nothing() -> np.ndarray:

@@ -4,7 +4,6 @@ import base64
 import io
 import json
 import re
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 from importlib.metadata import metadata, version
@@ -13,7 +12,7 @@ from threading import Event
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from scipy.fft import dct, idct
+from jinja2 import Environment, StrictUndefined
 
 from feeler.antenna.animals import match_damping
 from feeler.antenna.files import write_antenna
@@ -33,9 +32,9 @@ from feeler.studio import study
 from feeler.studio.decoder import ANSWERS, NOISE
 from feeler.studio.live import LONGEST, Command, read_commands, replay
 from feeler.studio.requests import (
+    PREVIEW,
     SAMPLE_INTERVAL,
     AntennaRequest,
-    ObjectRequest,
     TouchRequest,
     count_samples,
     describe_antenna,
@@ -122,163 +121,40 @@ def _fill_page(config: Mapping[str, Any]) -> str:
 
 # A wish as a Python script: running it gives the same tensor, to the last bit of its float32.
 
-_HEAD = '''"""What feeler studio showed: {title}. Needs feeler {version}."""
-
-import hashlib
-
-import numpy as np
-
-import feeler
-'''
-_TAIL = """
-tensor = angle.astype("<f4")  # (sensor, time) [rad], as shown
-print(tensor.shape, hashlib.sha256(np.ascontiguousarray(tensor).tobytes()).hexdigest())
-"""
+_SHAPES = {
+    "ball": "feeler.Ball(radius={0!r})",
+    "box": "feeler.Box(half_width={0!r}, half_height={0!r})",
+    "triangle": "feeler.Triangle(half_width={0!r})",
+    "wall": "feeler.Wall()",
+}
 
 
 def _write_script(
     wish: TouchRequest, commands: list[Command] | None = None, n_samples: int = 0
 ) -> str:
     """The text of a script; with ``commands`` that of a run by hand of so many samples."""
-    lines = [
-        _HEAD.format(title=wish.make_trial().label, version=version("feeler")),
-        *_write_antenna(wish.antenna),
-    ]
-    lines += ["trial = feeler.Trial(", *_write_trial(wish), ")"]
-    if commands is not None:
-        lines += _write_hand(wish, commands, n_samples)
-    elif wish.objects:
-        lines += [
-            *_write_objects(wish.objects),
-            f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})",
-            "rows = [simulation.angle]",
-            f"for _ in range({round(wish.duration / SAMPLE_INTERVAL) - 1}):",
-            f"    simulation.step({SAMPLE_INTERVAL})  # ms",
-            "    rows.append(simulation.angle)",
-            "angle = np.array(rows)[:, antenna.sensors - 1].T",
-        ]
-    else:
-        lines += [
-            f"tensors = feeler.touch(antenna, trial, duration={wish.duration!r}{_step(wish)})",
-            _read_angle(wish),
-        ]
-    return "\n".join(lines) + "\n" + _TAIL
-
-
-def _read_angle(wish: TouchRequest) -> str:
-    """The line that takes the tensor; in space the sensors of one plane after those of another."""
-    if not wish.antenna.make_any().spatial:
-        return 'angle = tensors["angle"].values[0]'
-    return 'angle = tensors["angle"].values[0].reshape(-1, tensors.sizes["time"])'
-
-
-def _step(wish: TouchRequest) -> str:
-    from feeler.physics.contact import get_contact
-    from feeler.studio.requests import PREVIEW
-
-    if not wish.preview:
-        return ""
-    return f", timestep={get_contact(None, wish.antenna.make_any()).scale_timestep(PREVIEW)}"
-
-
-def _write_antenna(wish: AntennaRequest) -> list[str]:
-    if wish.toml:
-        text = wish.toml.replace("\\", "\\\\")
-        text = re.sub(r'"""|"\Z', lambda found: found[0].replace('"', '\\"'), text)
-        lines = [
-            "from feeler.antenna.files import parse_antenna",
-            "",
-            f'antenna = parse_antenna("""\\\n{text}""").antenna',
-        ]
-    else:
-        lines = [f"antenna = feeler.presets.make_preset({wish.preset!r})"]
-    changes = []
-    for name in ("stiffness", "damping"):
-        handles = getattr(wish, name)
-        if handles is not None:
-            at, values = [list(column) for column in zip(*handles, strict=True)]
-            lines += [
-                f"# {name}: straight lines of the logarithm between these places",
-                "places = np.linspace(0.0, 1.0, antenna.n_segments)",
-                f"{name} = np.exp(np.interp(places, {at}, np.log({values})))",
-            ]
-            changes.append(f"{name}={name}")
-    if wish.matched and wish.stiffness is not None:
-        lines.append(
-            "stiffness *= float(np.sum(1 / stiffness)) / float(np.sum(1 / antenna.stiffness))  #"
-            " same compliance"
-        )
-    if wish.length is not None:
-        lines.append(f"factor = {wish.length!r} / antenna.length")
-        changes += [
-            "segment_length=factor * antenna.segment_length",
-            "segment_mass=factor * antenna.segment_mass",
-        ]
-    if wish.sensors is not None:
-        lines.append("from feeler.antenna.segments import make_even_sensors\n")
-        changes.append(f"sensors=make_even_sensors(antenna.n_segments, {wish.sensors})")
-    if wish.name:
-        changes.append(f"name={wish.name!r}")
-    if changes:
-        lines += ["antenna = antenna.replace(", *(f"    {change}," for change in changes), ")"]
-    return lines
-
-
-def _write_trial(wish: TouchRequest) -> list[str]:
-    names = ["location", "speed", "approach", "side", "friction", "lead"]
-    names += ["azimuth"] if wish.antenna.make_any().spatial else []
-    return [
-        f"    feature={_write_shape(wish.kind, wish.size)},",
-        *(f"    {n}={getattr(wish, n)!r}," for n in names),
-    ]
-
-
-def _write_shape(kind: str, size: float) -> str:
-    return {
-        "ball": f"feeler.Ball(radius={size!r})",
-        "box": f"feeler.Box(half_width={size!r}, half_height={size!r})",
-        "triangle": f"feeler.Triangle(half_width={size!r})",
-        "wall": "feeler.Wall()",
-    }[kind]
-
-
-def _write_objects(objects: tuple[ObjectRequest, ...]) -> list[str]:
-    made = [item.make(number) for number, item in enumerate(objects)]
-    return [
-        "objects = [",
-        *(
-            f"    feeler.Object(feature={_write_shape(wish.kind, wish.size)}, place={item.place!r},"
-            f" forward={item.forward!r}, velocity={item.velocity!r}, friction={item.friction!r},"
-            f" name={item.name!r}),"
-            for wish, item in zip(objects, made, strict=True)
-        ),
-        "]",
-    ]
-
-
-def _write_hand(wish: TouchRequest, commands: list[Command], n_samples: int) -> list[str]:
-    lines = [
-        *_write_objects(wish.objects),
-        "# what the hand did: sample, object (-1: the base), velocity x, y, turn",
-        "commands = [",
-        *(f"    {tuple(command)!r}," for command in commands),
-        "]",
-    ]
-    return [
-        *lines,
-        f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})",
-        "rows = [simulation.angle]",
-        f"for k in range(1, {n_samples}):",
-        "    while commands and commands[0][0] <= k:",
-        "        _, what, vx, vy, turn = commands.pop(0)",
-        "        if what < 0:",
-        "            simulation.move_base((vx, vy), turn)",
-        "        else:",
-        "            simulation.move_object(what, (vx, vy), turn)",
-        f"    simulation.step({SAMPLE_INTERVAL})  # ms",
-        "    rows.append(simulation.angle)",
-        "angle = np.array(rows)[:, antenna.sensors - 1].T",
-    ]
+    asked, antenna = wish.antenna, wish.antenna.make_any()
+    text = asked.toml.replace("\\", "\\\\")
+    step = f", timestep={get_contact(None, antenna).scale_timestep(PREVIEW)}"
+    changed = [name for name in ("stiffness", "damping") if getattr(asked, name) is not None]
+    found = Environment(trim_blocks=True, keep_trailing_newline=True, undefined=StrictUndefined)
+    found.filters["repr"] = repr
+    script = files("feeler.studio").joinpath("script.jinja").read_text(encoding="utf-8")
+    return found.from_string(script).render(
+        title=wish.make_trial().label,
+        version=version("feeler"),
+        wish=wish,
+        antenna=asked,
+        spatial=antenna.spatial,
+        toml=re.sub(r'"""|"\Z', lambda found: found[0].replace('"', '\\"'), text),
+        handles=[(name, *map(list, zip(*getattr(asked, name), strict=True))) for name in changed],
+        shape=lambda kind, size: _SHAPES[kind].format(size),
+        objects=[(item, item.make(number)) for number, item in enumerate(wish.objects)],
+        commands=None if commands is None else [tuple(command) for command in commands],
+        n_samples=count_samples(wish) if commands is None else n_samples,
+        interval=SAMPLE_INTERVAL,
+        step=step if wish.preview else "",
+    )
 
 
 # What a page shows, as a picture and as a movie: its quantity, all of its objects, and a run by
@@ -586,28 +462,18 @@ def _keep(
     wish: AntennaRequest, speed: float, unsure: float, step: float
 ) -> dict[str, Any] | None:
     """A decoder as the page reads it; None where this antenna's touches teach nothing."""
-    packed: dict[str, Any] = {}
-
-    def coarsen(templates: np.ndarray) -> np.ndarray:
-        found, packed["templates"] = _pack_expected(templates, step)
-        return found
-
+    antenna = wish.make()
     try:
         decoder, trained, scores = train(
-            wish.make(), speed, lambda doing, share: None, Event(), unsure, coarsen
+            antenna, speed, lambda doing, share: None, Event(), unsure, step
         )
     except (InvalidInput, SimulationDivergedError):
         return None
-    antenna, most = wish.make(), np.abs(decoder.templates_).max(axis=(0, 2))
+    most = np.abs(decoder.templates_).max(axis=(0, 2))
     return {
-        **packed,
+        **decoder.to_plain(),
         "peak": float(most.max()),
         "curvature": float((most / antenna.segment_length[antenna.sensors - 1]).max()),
-        "kinds": decoder.kinds_.tolist(),
-        "onset": decoder.onset,
-        "noise": decoder.noise,
-        "tempering": decoder.tempering_,
-        "limit": [float(f"{value:.4g}") for value in decoder.limit_],
         "range": trained.to_plain(),
         "scores": scores,
     }
@@ -651,29 +517,6 @@ def _pack_shape(feature: Feature, antenna: Antenna) -> dict[str, Any]:
         "rounding": rounding,
         "unbounded": unbounded,
     }
-
-
-def _pack_expected(expected: np.ndarray, step: float) -> tuple[np.ndarray, dict[str, Any]]:
-    """What a decoder expects (template, sensor, time), rounded, and the same in few bytes: cosines
-    in time of few patterns over the sensors, rounded to multiples of ``step``.
-
-    The patterns are principal components and both transforms keep lengths, so
-    an expected value is off by less than ``step / 3`` (root mean square).
-    """
-    n_templates, n_sensors, n_samples = expected.shape
-    flat = np.moveaxis(expected, 1, 0).reshape(n_sensors, -1).astype(float)
-    shares = np.linalg.eigh(flat @ flat.T)[1][:, ::-1]
-    cosines = dct((shares.T @ flat).reshape(-1, n_templates, n_samples), norm="ortho", axis=2)
-    step = max(step, float(np.abs(cosines).max()) / 32767)  # whole numbers of 16 bits
-    rounded = np.rint(cosines / step)
-    rank = int(np.flatnonzero(rounded.any(axis=(1, 2))).max(initial=0)) + 1
-    whole = [np.rint(32767 * shares.T[:rank]), rounded[:rank]]
-    raw = np.concatenate([part.ravel() for part in whole]).astype("<i2").tobytes()
-    data = base64.b64encode(zlib.compress(raw, 9)).decode()
-    series = step * idct(whole[1], norm="ortho", axis=2)
-    found = np.einsum("ms,mnt->nst", whole[0] / 32767, series, optimize=True)
-    packed = {"shape": [n_templates, n_sensors, n_samples, rank], "step": step, "data": data}
-    return found.astype(np.float32), packed
 
 
 # Whatever is shown can leave: as antenna file, Python script, picture, movie or a page that

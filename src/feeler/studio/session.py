@@ -406,17 +406,16 @@ class Session:
         """Code and verdict, where the antenna has been studied at this speed. Of a touch outside
         what the decoder was trained on there is no verdict but this.
         """
-        known = study.find_study(antenna, wish.speed, self._unsure)
-        if known is None or tensor.shape[1] < known.encoder.n_lags:
+        if (trained := study.find_trained(antenna, wish.speed, self._unsure)) is None:
             return
-        posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]])
-        if (outside := known.range.find_outside(wish)) and noticed >= 0:
+        posterior, noticed = trained[0].decode(tensor[:, : round(study.DURATION)])
+        if (outside := trained[1].find_outside(wish)) and noticed >= 0:
             posterior[noticed:] = np.array(ANSWERS) == OUTSIDE
-        self._say(
-            {**about, "type": "reading", "noticed": noticed, "outside": outside},
-            code=known.encode(tensor),
-            posterior=posterior,
-        )
+        known = study.find_study(antenna, wish.speed, self._unsure)
+        long = known is not None and tensor.shape[1] >= known.encoder.n_lags
+        code = {"code": known.encode(tensor)} if known is not None and long else {}
+        reading = {"type": "reading", "noticed": noticed, "outside": outside}
+        self._say({**about, **reading}, posterior=posterior, **code)
 
     def _study(self, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
         antenna = AntennaRequest.from_plain(message.get("antenna")).make()
@@ -426,15 +425,14 @@ class Session:
         def tell(doing: str, share: float) -> None:
             self._say({**about, "part": "doing", "doing": doing, "share": share})
 
+        if (trained := study.find_trained(antenna, speed, self._unsure)) is not None:
+            self._say({**about, "part": "decoder", **_describe_decoder(*trained)})
         made = study.make_study(antenna, speed, tell, stop, self._unsure)
         averages = {name: made.average(name) for name in study.INDEX_NAMES}
         header = {
             "part": "end",
             "labels": made.labels,
-            "answers": ANSWERS,
-            "range": made.range.to_plain(),
-            "scores": made.scores,
-            "noise": made.decoder.noise,
+            **_describe_decoder(made.decoder, made.range, made.scores),
             "averages": averages,
             "peak": made.peak,
             "speed": speed,
@@ -494,6 +492,12 @@ class Session:
         """The study of an antenna at the speed of a message, once it was made."""
         speed = read_number(message.get("speed", 0.06), "speed", 1e-3, 4.0)
         return lambda antenna: study.find_study(antenna, speed, self._unsure)
+
+
+def _describe_decoder(decoder: Any, trained: Any, scores: dict[str, float]) -> dict[str, Any]:
+    """What a page says of a decoder."""
+    known = {"range": trained.to_plain(), "scores": scores, "noise": decoder.noise}
+    return {"answers": ANSWERS, **known}
 
 
 def _advise(asked: str) -> str:

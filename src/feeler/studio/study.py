@@ -2,9 +2,12 @@
 a decoder that is trained on touches at random locations.
 """
 
+import json
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
 from threading import Event, Lock
 from typing import Any
 
@@ -17,10 +20,12 @@ from feeler.objects.trials import Trial, trials
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Clock, make_scene
+from feeler.presets import make_preset
+from feeler.provenance import PHYSICS
 from feeler.studio.decoder import N_HELD_OUT, N_TEMPLATES, Range, TouchDecoder
 from feeler.tensors.transforms import rectify, scale_common
 
-_DURATION, _INTERVAL = 380.0, 1.0  # ms [P]
+DURATION, _INTERVAL = 380.0, 1.0  # ms [P]
 INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}
 _ENCODER: dict[str, Any] = {
     "n_components": 3,
@@ -39,6 +44,8 @@ UNSURE = 0.02
 _KEPT = 6  # studies
 
 _Label = tuple[str, float, float]
+Trained = tuple[TouchDecoder, Range, dict[str, float]]
+"""A decoder, what it was trained on, and its scores on held-out touches."""
 _Tell = Callable[[str, float], None]
 
 
@@ -109,6 +116,23 @@ def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Antenn
         return _kept.get((antenna, speed, unsure))
 
 
+@lru_cache(maxsize=1)
+def _list_shipped() -> dict[tuple[Antenna, float, float], dict[str, Any]]:
+    """The decoders that come with feeler, unless its physics has changed since."""
+    text = files("feeler.studio").joinpath("trained.json").read_text(encoding="utf-8")
+    known = [one for one in json.loads(text) if one["physics"] == PHYSICS]
+    return {(make_preset(one["preset"]), one["speed"], one["unsure"]): one for one in known}
+
+
+def find_trained(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Trained | None:
+    """The decoder of an antenna at a speed, if a study has trained it or it comes with feeler."""
+    if (known := find_study(antenna, speed, unsure)) is not None:
+        return known.decoder, known.range, known.scores
+    if (plain := _list_shipped().get((antenna, speed, unsure))) is None:
+        return None
+    return TouchDecoder.from_plain(plain), Range.around(speed, unsure), plain["scores"]
+
+
 def make_study(
     antenna: Antenna, speed: float, tell: _Tell, stop: Event, unsure: float = UNSURE
 ) -> AntennaStudy:
@@ -139,7 +163,8 @@ def _make(
     thirty = trials([speed])
     labels = tuple((trial.feature.kind, trial.feature.size, trial.location) for trial in thirty)
     angle = _simulate(antenna, thirty, lambda doing, share: tell(doing, 0.05 * share), stop)
-    decoder, trained, scores = train(antenna, speed, tell, stop, unsure)
+    ready = find_trained(antenna, speed, unsure)
+    decoder, trained, scores = ready or train(antenna, speed, tell, stop, unsure)
     tell("comparing", 0.65)
     scaled = scale_common(rectify(angle))
     similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
@@ -164,11 +189,11 @@ def train(
     tell: _Tell,
     stop: Event,
     unsure: float,
-    coarsen: Callable[[np.ndarray], np.ndarray] | None = None,
-) -> tuple[TouchDecoder, Range, dict[str, float]]:
+    step: float = 0.0,
+) -> Trained:
     """A decoder, the range on which it was trained, and its scores on held-out touches.
 
-    ``coarsen`` rounds what it learned (template, sensor, time) before it is calibrated.
+    ``step`` rounds what it learned before it is calibrated (:meth:`TouchDecoder.coarsen`).
 
     Raises
     ------
@@ -187,8 +212,8 @@ def train(
     )
     decoder = TouchDecoder(onset=_ONSET * float(np.abs(angle[known]).max()))
     decoder.fit(angle[known], [kinds[k] for k in known])
-    if coarsen is not None:
-        decoder.adopt(coarsen(decoder.templates_), decoder.kinds_)
+    if step:
+        decoder.coarsen(step)
     check_cancelled(stop)
     decoder.calibrate(angle[held], [kinds[k] for k in held])
     check_cancelled(stop)
@@ -199,7 +224,7 @@ def _simulate(antenna: Antenna, touches: list[Trial], tell: _Tell, stop: Event) 
     """Angles (trial, sensor, time) of all touches, in lanes, with looks at ``stop`` in between."""
     scenes = [make_scene(antenna, touch) for touch in touches]
     clock = Clock(
-        duration=_DURATION,
+        duration=DURATION,
         sample_interval=_INTERVAL,
         timestep=choose_timestep(None, DEFAULT_ENGINE, scenes[0].contact),
     )

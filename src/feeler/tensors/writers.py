@@ -233,7 +233,7 @@ _MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
 
 
 def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
-    """Write a Dataset as a MATLAB version 5 file."""
+    """Write a Dataset as a MATLAB version 5 file; its struct ``units`` has each variable's unit."""
     dataset = complete(dataset)
     content: dict[str, object] = {}
     for name, variable in dataset.variables.items():
@@ -243,7 +243,8 @@ def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
             )
         text = variable.dtype.kind in "UOT"
         content[str(name)] = variable.values.astype(str).ravel() if text else variable.values
-    content[DESCRIPTION] = describe(dataset)
+    units = {str(name): item.attrs.get("units") for name, item in dataset.variables.items()}
+    content |= {"units": {k: v for k, v in units.items() if v}, DESCRIPTION: describe(dataset)}
     buffer = io.BytesIO()
     savemat(buffer, content, format="5", long_field_names=True, oned_as="row")
     write_atomic(Path(path), buffer.getvalue())

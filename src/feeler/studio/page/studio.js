@@ -268,7 +268,7 @@ export class App {
       return;
     }
     this.studies[header.slot] = { ...header, ...arrays, key: doing.key };
-    this.studying[header.slot] = null;
+    if (header.part === "end") this.studying[header.slot] = null;
     if (this.store.state.mode === "board") {
       if (this.opened) this.open(this.opened);
     } else if (this.store.state.mode === "touch" && !this.plan.alone && !this.isSpatial()) // a standalone page has read it already
