@@ -421,17 +421,14 @@ def _sweep_kind(
         jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
     for name, array in codes.items():
         for n_copies, ratios, n_repeats in jobs:
-            estimator = reader or make_lda()
-            rotate = not getattr(estimator, "knows_noise", False) and kind == "raw"
             found[Curve(name, kind, model, n_copies)] = compute_sweep(
                 array,
                 labels,
                 ratios=ratios,
                 n_copies=n_copies,
                 n_repeats=n_repeats,
-                estimator=estimator,
+                estimator=reader or make_lda(),
                 noise=noise,
-                rotate=rotate and noise.is_even(array),
                 random_state=random_state,
             )
     return found
