@@ -38,7 +38,7 @@ def test_only_what_belongs_to_the_touch_carries_over_to_its_twin(mark, kept):
 
 
 def test_the_null_is_fitted_with_its_own_iterations_and_says_how_it_ended():
-    found = fit_null(TENSORS, MarkEncoder(), 7)
+    found = fit_null(TENSORS, MarkEncoder(), PLAN)
     assert found.n_iter == 7 and not found.converged
     assert (found.codes == found.codes[0]).all() and len(found.codes) == len(TENSORS)
 

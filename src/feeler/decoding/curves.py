@@ -172,16 +172,17 @@ def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
     )
 
 
-def _fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
-    """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
-    fitted = configure(encoder, {"max_iter": n_iter}).fit(tensors)
+def _fit_jointly(tensors: np.ndarray, encoder: Any, plan: Plan) -> JointFit:
+    """Codes of one joint fit of the plan's effort, where the encoder has such limits."""
+    settings = {"max_iter": plan.null_iter, "n_restarts": plan.null_starts}
+    fitted = configure(encoder, settings).fit(tensors)
     done = int(getattr(fitted, "n_iter_", 0))
-    return JointFit(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
+    return JointFit(codes=fitted.activations_, n_iter=done, converged=done < plan.null_iter)
 
 
-def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
+def fit_null(tensors: np.ndarray, encoder: Any, plan: Plan) -> JointFit:
     """Joint codes of one tensor, repeated as if it were different touches."""
-    return _fit_jointly(make_null(tensors), encoder, n_iter)
+    return _fit_jointly(make_null(tensors), encoder, plan)
 
 
 def compare_twins(
@@ -196,7 +197,7 @@ def compare_twins(
 
     A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
     """
-    fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
+    fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan)
     first, second = np.split(fitted.codes, 2)
     options: dict[str, Any] = {
         "ratios": plan.ratios,
@@ -384,7 +385,7 @@ def compute_curves(
     fits = {}
     if "joint" in kinds:
         fits = {
-            name: group.null or fit_null(group.tensors, group.encoder, plan.null_iter)
+            name: group.null or fit_null(group.tensors, group.encoder, plan)
             for name, group in groups.items()
         }
     nulls: dict[Curve, Sweep] = {}
@@ -537,7 +538,7 @@ def group_tensors(
 
     def find_null(array: np.ndarray) -> JointFit:
         if (key := array.tobytes()) not in nulls:
-            nulls[key] = fit_null(array, configure(encoder, settings), plan.null_iter)
+            nulls[key] = fit_null(array, configure(encoder, settings), plan)
         return nulls[key]
 
     if "speed" in listed:

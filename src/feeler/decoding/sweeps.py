@@ -209,8 +209,10 @@ class Plan(Record):
         Noise before encoding for all groups and noises, or for one of each.
     n_restarts : int
         Restarts of an encoder's fit.
+    null_restarts : int
+        Restarts of the joint fits of identical touches and of twins, at most ``n_restarts``.
     null_iter : int
-        Iterations of the joint fits of identical touches and of twins.
+        Their iterations.
     twins : str
         Groups whose touches are fitted twice: all, the ends of each comparison, or none.
     """
@@ -226,8 +228,14 @@ class Plan(Record):
     before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
     n_restarts: _Count = 3
-    null_iter: _Count = 100
+    null_restarts: _Count = 2
+    null_iter: _Count = 60
     twins: Literal["all", "ends", "none"] = "all"
+
+    @property
+    def null_starts(self) -> int:
+        """Starts of a null's fit."""
+        return min(self.null_restarts, self.n_restarts)
 
 
 # Accuracy against noise: learn noisy copies, then name other noisy copies and the originals.
