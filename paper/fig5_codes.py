@@ -73,7 +73,7 @@ def show(context: Context, section: Section) -> None:
     if len(names) < 2:
         return
     data = load(context)
-    starts = {"activation": plan.n_restarts, "null": plan.null_starts}
+    starts = {"activation": plan.n_restarts, "null": plan.null_restarts}
     rows = []
     for name, sweep in data.curves.find("joint").items():
         cells = []

@@ -18,7 +18,7 @@ from paper.fig5_data import load, name_speeds, spread_accuracy
 def show(context: Context, section: Section) -> None:
     """Null of each group's dispersion and accuracy, and the twin test, beside the real numbers."""
     data, speeds = load(context), name_speeds(context)
-    starts = context.effort.plan.null_starts
+    starts = context.effort.plan.null_restarts
     section.heading("Identical touches, and every touch twice")
     rows = []
     for comparison, curves in data.curves.items():
@@ -113,11 +113,11 @@ def _show_twins(
     for group, found in twins.items():
         name = speeds.get(group, group)
         section.values[f"classification.twin.{name}"] = spread_accuracy(
-            found.other, plan.null_starts
+            found.other, plan.null_restarts
         )
         low, high = _bound_kept(found)
         section.values[f"classification.twin_kept.{name}"] = make_spread(
-            found.kept, low, high, n=plan.null_starts
+            found.kept, low, high, n=plan.null_restarts
         )
         accuracies = [
             " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))

@@ -221,13 +221,10 @@ def _find_longest(square: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         return eigh(square, subset_by_index=(n - k, n - 1))
 
 
-def compute_kept_variance(components: PrincipalComponents, X: np.ndarray) -> float:
-    """Share of the variance of ``X`` (trial, entry) about its own mean that the components keep."""
-    return share_kept(X, components.components_)
-
-
 def share_kept(X: np.ndarray, axes: np.ndarray) -> float:
-    """Share of the variance of ``X`` (trial, entry) that unit axes (component, entry) keep."""
+    """Share of the variance of ``X`` (trial, entry) about its own mean that orthonormal axes
+    (component, entry) keep.
+    """
     centred = X - X.mean(axis=0)
     total = float(np.vdot(centred, centred))
     kept = centred @ axes.T

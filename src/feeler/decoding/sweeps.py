@@ -17,7 +17,6 @@ from feeler.decoding.classifiers import (
     Labels,
     PrincipalComponents,
     Reader,
-    compute_kept_variance,
     fit_lda,
     make_lda,
     project,
@@ -47,7 +46,7 @@ def draw_rotated(
     n_entries: int,
     n_copies: int,
     rng: np.random.Generator,
-    n_learned: int | None = None,
+    n_learned: int,
 ) -> np.ndarray:
     """Isotropic noise of sd 1 in far fewer coordinates, for PCA, LDA and support vector machines.
 
@@ -69,19 +68,18 @@ def draw_rotated(
         Entries of a clean vector.
     n_learned
         The first so many copies are compared with each other and with all others; the others only
-        with them and with the clean vectors. None: all with all.
+        with them and with the clean vectors.
 
     Returns
     -------
     Noise (copy, coordinate); the clean vectors have zeros beyond their rank.
     """
-    learned = n_copies if n_learned is None else n_learned
     rest = n_entries - rank
-    noise = rng.standard_normal((n_copies, rank + min(rest, learned)), dtype=np.float32)
-    if rest >= learned:
-        factor = noise[:learned, rank:]
-        factor[np.triu_indices(learned, 1)] = 0
-        np.fill_diagonal(factor, np.sqrt(rng.chisquare(rest - np.arange(learned))))
+    noise = rng.standard_normal((n_copies, rank + min(rest, n_learned)), dtype=np.float32)
+    if rest >= n_learned:
+        factor = noise[:n_learned, rank:]
+        factor[np.triu_indices(n_learned, 1)] = 0
+        np.fill_diagonal(factor, np.sqrt(rng.chisquare(rest - np.arange(n_learned))))
     return noise
 
 
@@ -210,7 +208,7 @@ class Plan(Record):
     n_restarts : int
         Restarts of an encoder's fit.
     null_restarts : int
-        Restarts of the joint fits of identical touches and of twins, at most ``n_restarts``.
+        Restarts of the joint fits of identical touches and of twins.
     null_iter : int
         Their iterations.
     twins : str
@@ -231,11 +229,6 @@ class Plan(Record):
     null_restarts: _Count = 2
     null_iter: _Count = 60
     twins: Literal["all", "ends", "none"] = "all"
-
-    @property
-    def null_starts(self) -> int:
-        """Starts of a null's fit."""
-        return min(self.null_restarts, self.n_restarts)
 
 
 # Accuracy against noise: learn noisy copies, then name other noisy copies and the originals.
@@ -589,10 +582,8 @@ def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:
     """Variance kept by the pipeline's principal components, if it begins with them."""
     if not _begins_with_components(model):
         return np.nan, np.nan
-    first = model[0]
-    return float(first.explained_variance_ratio_.sum()), compute_kept_variance(
-        first, originals.reshape(len(originals), -1)
-    )
+    first, flat = model[0], originals.reshape(len(originals), -1)
+    return float(first.explained_variance_ratio_.sum()), share_kept(flat, first.components_)
 
 
 # Harder splits than copies of the same tensor: unseen sizes, shifted places, other speeds.
