@@ -13,6 +13,7 @@ from feeler.cli.options import report_interrupt
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.progress import ProgressBar
+from paper.cache import SOURCES, list_sources
 from paper.context import Context
 from paper.inputs import read_inputs
 from paper.reproduce import STAGES, reproduce
@@ -127,6 +128,12 @@ def _summarise(context, made, seconds: float, log_json: bool) -> None:
         return
     if judged:
         typer.echo(summarise_counts(judged))
+    counts = list_sources(made).groupby(["source", "result"]).size()
+    said = "; ".join(
+        f"{source}: " + ", ".join(f"{n} × {result}" for result, n in one.droplevel(0).items())
+        for source, one in counts.groupby(level=0)
+    )
+    typer.echo(f"{said} ({context.out / SOURCES})")
     pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
     results = context.out / RESULTS
     typer.echo(

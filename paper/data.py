@@ -13,8 +13,9 @@ from feeler.objects.trials import SPEEDS, Trial, make_features
 from feeler.presets import paper_trials
 from feeler.provenance import make_key
 from feeler.tensors.store import read_store
+from paper.cache import hold
 from paper.context import Context
-from paper.stage import hold, is_kept
+from paper.stage import is_kept
 
 COMPLETE = 800.0  # [C] ms; the last slow touch of any profile ends before 700
 

@@ -98,7 +98,6 @@ def _read(
         n_copies=plan.n_copies,
         n_repeats=plan.control_repeats or plan.n_repeats,
         noise=Common(reference=1.0),
-        rotate=True,
         estimator=make_lda(),
         random_state=random_state,
     )

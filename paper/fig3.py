@@ -26,6 +26,7 @@ from feeler.wall import (
     map_distance,
     slide,
 )
+from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles
 from paper.scale import Scale
@@ -71,7 +72,10 @@ def compute(
     first, lead = next(iter(antennas.values())), get_lead()
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
     sweeps, default, straight = (
-        {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
+        {
+            name: keep("wall", approach, antenna, posture, DISTANCES)
+            for name, antenna in antennas.items()
+        }
         for posture in (lead, Posture(), Posture().replace(**_STRAIGHT))
     )
     return SimpleNamespace(
@@ -80,16 +84,16 @@ def compute(
         default_sweeps=default,
         default_maps={name: map_distance(sweep) for name, sweep in default.items()},
         straight={name: map_distance(sweep) for name, sweep in straight.items()},
-        slides=slide(first, lead, SLIDE_DISTANCES, **options),
+        slides=keep("wall", slide, first, lead, SLIDE_DISTANCES, **options),
         drives={
-            name: drive(antennas[name], lead, **options)
+            name: keep("wall", drive, antennas[name], lead, **options)
             for name in list(antennas)[: effort.drives]
         },
         far_slides={
-            name: slide(antennas[name], lead, DISTANCES, **options)
+            name: keep("wall", slide, antennas[name], lead, DISTANCES, **options)
             for name in list(antennas)[: effort.far_slides]
         },
-        default_slides=slide(first, Posture(), DISTANCES, **options)
+        default_slides=keep("wall", slide, first, Posture(), DISTANCES, **options)
         if effort.far_slides != 0
         else None,
         moved_r2=_find_moved(first, Posture()),
@@ -103,7 +107,10 @@ def _find_moved(antenna: Antenna, posture: Posture) -> list[float]:
     digit of a number.
     """
     moved = (np.multiply(DISTANCES, 1 + hair) for hair in _HAIRS)
-    return [map_distance(approach(antenna, posture, distances)).r2 for distances in moved]
+    return [
+        map_distance(keep("wall", approach, antenna, posture, distances)).r2
+        for distances in moved
+    ]
 
 
 @lru_cache(maxsize=1)

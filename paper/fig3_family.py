@@ -16,6 +16,7 @@ from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.distance import SETUP_CHOICES
+from paper.cache import keep
 from paper.context import Context
 from paper.declared import CLAIMED
 from paper.fig3 import load
@@ -121,7 +122,8 @@ def compute(
     """
     chosen = {name: antennas[name] for name in CLAIMED if name in antennas}
     postures, measures = list_setups(part)
-    cases = compare(chosen, postures, measures=measures, workers=workers, known=known)
+    options = {"measures": measures, "workers": workers, "known": known}
+    cases = keep("wall", compare, chosen, postures, **options)
     found: dict[tuple, dict[str, tuple[float, float]]] = {}
     for case in cases:
         r2 = np.nan if case.map.undefined else case.map.r2

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from feeler.encoding import (
     LABELS,
+    ConvolutiveNMF,
     compute_entropies,
     compute_mass_entropy,
     hoyer_sparseness,
@@ -26,10 +27,28 @@ from feeler.plotting.style import BASIS_COLOURS
 from feeler.report import Section
 from feeler.tensors import in_unit, rectify
 from paper import fig4_map
+from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, load_tensors
 from paper.fig4_map import span
 from paper.scale import Scale
+
+
+class CachedNMF(ConvolutiveNMF, auto_wrap_output_keys=None):  # type: ignore[call-arg]
+    """The encoder; a fit of the same tensors with the same settings comes from the cache."""
+
+    def fit(self, X: Any, y: Any = None, **beside: Any) -> "CachedNMF":
+        """Learn the bases of tensors, or recall them."""
+        settings = self.get_params()
+        n_jobs = settings.pop("n_jobs")
+        self.__dict__ |= keep("fit", _fit, settings, X, workers=n_jobs, **beside)
+        return self
+
+
+def _fit(settings: dict[str, Any], X: Any, workers: int, **beside: Any) -> dict[str, Any]:
+    fitted = vars(ConvolutiveNMF(**settings, n_jobs=workers).fit(X, **beside))
+    return {name: value for name, value in fitted.items() if name not in (*settings, "n_jobs")}
+
 
 MAIN_RANK = 3  # [P]
 _RESIDUAL, _ENTROPY = "#000000", "#777777"
@@ -234,8 +253,8 @@ def show(context: Context, section: Section) -> None:
     _show_codes(section, data)
     section.text(
         f"Effort at this scale: {effort.restarts} random starts by rank, {effort.side_restarts} by"
-        f" profile and duration, at most {effort.max_iter} iterations, stopping when one gains less"
-        f" than {effort.tol:g}."
+        f" duration, {effort.plan.n_restarts} by profile, at most {effort.max_iter} iterations,"
+        f" stopping when one gains less than {effort.tol:g}."
     )
 
 

@@ -13,6 +13,7 @@ from feeler.analysis import INDICES, compute_dispersion
 from feeler.decoding.curves import Group, compute_curves, configure, fit_null, make_codes
 from feeler.decoding.sweeps import Plan
 from feeler.report import Section, make_spread
+from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, load_complete
 from paper.fig5_data import spread_accuracy
@@ -40,14 +41,13 @@ def compute(
     for name, array in arrays.items():
         fitted = configure(encoder, settings)
         codes = make_codes(array, fitted, kinds=("joint",))
-        null = fit_null(array, configure(encoder, settings), plan.null_iter)
+        null = fit_null(array, configure(encoder, settings), plan)
         groups[name] = Group(
             tensors=array, labels=labels, encoder=fitted, codes=codes, null=null
         )
     once = replace(plan, other_copies=(), before_repeats=0)
-    curves = compute_curves(
-        groups, once, kinds=("joint",), noises=("relative",), random_state=random_state
-    )
+    options = {"kinds": ("joint",), "noises": ("relative",), "random_state": random_state}
+    curves = keep("curves", compute_curves, groups, once, **options)
     codes = {name: group.codes["joint"] for name, group in groups.items()}
     dispersion = {
         "activation": compute_dispersion(codes, random_state=random_state),
@@ -73,13 +73,14 @@ def show(context: Context, section: Section) -> None:
     if len(names) < 2:
         return
     data = load(context)
+    starts = {"activation": plan.n_restarts, "null": plan.null_restarts}
     rows = []
     for name, sweep in data.curves.find("joint").items():
         cells = []
         for index in INDICES:
             for part, prefix in _PARTS.items():
-                found = data.dispersion[part].average[index][name]
-                spread = make_spread(found.estimate, found.low, found.high, n=plan.n_restarts)
+                found, n = data.dispersion[part].average[index][name], starts[part]
+                spread = make_spread(found.estimate, found.low, found.high, n=n)
                 section.values[f"{prefix}.{index}.{WINDOWS[1]}.{name}"] = spread
                 kept = section.values.get(f"{prefix}.{index}.{name}")
                 section.values[f"{prefix}.{index}.{WINDOWS[0]}.{name}"] = kept
@@ -90,7 +91,7 @@ def show(context: Context, section: Section) -> None:
         alone = data.curves.find_null("joint", group=name)
         assert alone is not None  # compute_curves makes one for every group
         for part, one in (("lda", sweep), ("null", alone)):
-            spread = spread_accuracy(one, plan.n_restarts)
+            spread = spread_accuracy(one, starts.get(part, plan.n_restarts))
             prefix = "lda" if part == "lda" else f"lda.{part}"
             section.values[f"{prefix}.{WINDOWS[1]}, {JOINT_CODES}.{name}"] = spread
         cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")

@@ -51,7 +51,6 @@ def compute(
         "ratios": plan.ratios,
         "n_copies": plan.n_copies,
         "n_repeats": plan.n_repeats,
-        "rotate": True,
         "estimator": make_lda(),
         "random_state": random_state,
     }

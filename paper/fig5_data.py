@@ -4,7 +4,7 @@
 ``fig5_new`` touches that no training copy was made of.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -30,6 +30,7 @@ from feeler.decoding.curves import (
 from feeler.decoding.sweeps import Plan
 from feeler.encoding import LABELS
 from feeler.report import make_spread
+from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, list_speeds, load_tensors
 
@@ -44,7 +45,6 @@ def compute(
     plan: Plan,
     reference: str = "exponential",
     random_state: int = 0,
-    report: Callable[[str], None] = lambda line: None,
 ) -> SimpleNamespace:
     """Both comparisons: the reference antenna at its speeds, and all antennas at the slowest speed.
 
@@ -70,7 +70,6 @@ def compute(
     groups = group_tensors(
         tensors, encoder, plan, reference=reference, random_state=random_state
     )
-    report("encoded " + ", ".join(name for members in groups.values() for name in members))
     dispersions = {
         comparison: {
             kind: compute_dispersion(
@@ -86,8 +85,8 @@ def compute(
         # The first group of both comparisons is the same antenna at the same speed: noise before
         # encoding once.
         once = replace(plan, before_repeats=0) if curves and not plan.before_all else plan
-        curves[comparison] = compute_curves(
-            members, once, random_state=random_state, report=report
+        curves[comparison] = keep(
+            "curves", compute_curves, members, once, random_state=random_state
         )
     return SimpleNamespace(
         groups=groups,

@@ -122,7 +122,6 @@ def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, An
         "ratios": (plan.probe,),
         "n_copies": plan.n_copies,
         "n_repeats": n_repeats,
-        "rotate": True,
         "noise": Relative(),
         "random_state": random_state,
     }

@@ -3,7 +3,6 @@ over to a twin.
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from paper.fig5_data import load, name_speeds, spread_accuracy
 def show(context: Context, section: Section) -> None:
     """Null of each group's dispersion and accuracy, and the twin test, beside the real numbers."""
     data, speeds = load(context), name_speeds(context)
-    starts = context.effort.plan.n_restarts
+    starts = context.effort.plan.null_restarts
     section.heading("Identical touches, and every touch twice")
     rows = []
     for comparison, curves in data.curves.items():
@@ -77,8 +76,7 @@ def _compare_all_twins(
 ) -> dict[str, DuplicateControl]:
     """The twin test of the groups that the plan asks for."""
     plan, seed = context.effort.plan, context.seed
-    settings: dict[str, Any] = {"n_restarts": plan.n_restarts, "random_state": seed}
-    encoder = configure(context.effort.make_encoder(), settings)
+    encoder = configure(context.effort.make_encoder(), {"random_state": seed})
     return {
         name: compare_twins(group.tensors, group.labels, encoder, plan, random_state=seed)
         for name, group in _list_twins(groups, plan.twins).items()
@@ -115,11 +113,11 @@ def _show_twins(
     for group, found in twins.items():
         name = speeds.get(group, group)
         section.values[f"classification.twin.{name}"] = spread_accuracy(
-            found.other, plan.n_restarts
+            found.other, plan.null_restarts
         )
         low, high = _bound_kept(found)
         section.values[f"classification.twin_kept.{name}"] = make_spread(
-            found.kept, low, high, n=plan.n_restarts
+            found.kept, low, high, n=plan.null_restarts
         )
         accuracies = [
             " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))

@@ -47,7 +47,6 @@ def compute(
             n_copies=plan.n_copies,
             n_repeats=n_repeats,
             noise=Relative(),
-            rotate=True,
             estimator=make_lda(),
             random_state=random_state,
         )

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler.decoding import make_labels
 from feeler.encoding import (
     compute_entropies,
     compute_histogram_entropy,
@@ -92,15 +93,19 @@ def compute(
         *(set(np.unique(np.round(d["speed"].values, 6))) for d in tensors.values())
     )
     speed = min(common) if speed is None else speed
-    chosen = {
-        name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6)
-        for name, d in tensors.items()
-    }
+    # on the scale and in the order in which Fig. 5A–E fits the same tensors, which then come from
+    # the cache
+    peak = max(float(prepare(dataset, quantity).max()) for dataset in tensors.values())
+    chosen = {}
+    for name, dataset in tensors.items():
+        order = np.argsort(make_labels(dataset), kind="stable")
+        slow = np.abs(dataset["speed"].values[order] - speed) < 1e-6
+        chosen[name] = dataset.isel(trial=order[slow])
     encoders, mapping = {}, {}
     for name, dataset in chosen.items():
-        data = prepare(dataset, quantity)
+        data = prepare(dataset, quantity) / peak
         encoder = effort.make_encoder(
-            n_restarts=effort.side_restarts, random_state=random_state
+            n_restarts=effort.plan.n_restarts, random_state=random_state
         )
         encoders[name] = encoder.fit(data)
         code = encoders[name].transform(data, code="ridge")

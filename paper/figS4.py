@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from hashlib import sha256
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +13,7 @@ from feeler.decoding.network import TouchNetwork, import_torch
 from feeler.plotting.results import plot_sweep
 from feeler.plotting.style import PALETTE, pick_colours
 from feeler.report.page import Section
+from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, load_complete, load_tensors
 from paper.fig5_data import name_speeds, spread_accuracy
@@ -85,21 +85,20 @@ def _sweep_groups(
     max_epochs = options.pop("max_epochs")
     options |= {"noise": Relative(), "n_jobs": 1, "random_state": random_state}
     sweeps: dict[str, dict[str, Sweep]] = {}
-    known: dict[bytes, Sweep] = {}  # slow touches of the reference stand in both comparisons
     for comparison, members in groups.items():
         sweeps[comparison] = {}
         for name, (array, labels) in members.items():
-            key = sha256(array.tobytes() + repr(labels).encode()).digest()
-            if key not in known:
-                network = TouchNetwork(
-                    array.shape[1:],
-                    max_epochs=max_epochs,
-                    batch_size=_BATCH_SIZE,
-                    device=device,
-                    random_state=random_state,
-                )
-                known[key] = compute_sweep(array, labels, estimator=network, **options)
-            sweeps[comparison][name] = known[key]
+            network = TouchNetwork(
+                array.shape[1:],
+                max_epochs=max_epochs,
+                batch_size=_BATCH_SIZE,
+                device=device,
+                random_state=random_state,
+            )
+            # slow touches of the reference stand in both comparisons
+            sweeps[comparison][name] = keep(
+                "sweep", compute_sweep, array, labels, estimator=network, **options
+            )
     return sweeps
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from feeler.analysis import compute_dispersion
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import compute_sweep, make_labels
-from feeler.decoding.classifiers import PrincipalComponents, make_lda
+from feeler.decoding.classifiers import PrincipalComponents, fit_lda, make_lda
 from feeler.decoding.curves import configure, encode_with, make_null
 from feeler.encoding import hoyer_sparseness
 from feeler.experiments.tactile import DURATION
@@ -330,27 +330,17 @@ def classify_projected(
     root = turn * np.sqrt(np.maximum(energy, 0))[:, None]
     places = (codes.reshape(n, -1) - components.mean_) @ axes.T
     noisy, clean = np.empty((len(ratios), n_repeats)), np.empty((len(ratios), n_repeats))
+    own = np.arange(n)
+    every = np.tile(own, n_copies)
     for repeat in range(n_repeats):
         drawn = rng.standard_normal((2, n_copies, n, len(axes)))
-        train, test = np.einsum("nkl,scnl->scnk", root, drawn, optimize=True)
+        noise = np.einsum("nkl,scnl->scnk", root, drawn, optimize=True)
         for k, ratio in enumerate(ratios):
-            classify = fit_lda(places + ratio * train)
-            noisy[k, repeat] = np.mean(classify(places + ratio * test) == np.arange(n))
-            clean[k, repeat] = np.mean(classify(places) == np.arange(n))
+            train, test = (places + ratio * noise).reshape(2, every.size, -1)
+            classify = fit_lda(train, every)
+            noisy[k, repeat] = np.mean(classify(test) == every)
+            clean[k, repeat] = np.mean(classify(places) == own)
     return noisy, clean
-
-
-def fit_lda(train: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """The classes that LDA with equal priors gives (…, entry), of copies (copy, class, entry)."""
-    means = train.mean(axis=0)
-    apart = (train - means).reshape(-1, train.shape[2])
-    within = apart.T @ apart / max(len(apart) - len(means), 1)
-    energy, turn = np.linalg.eigh(within)
-    keep = energy > 1e-10 * max(energy[-1], np.finfo(float).tiny)
-    white = turn[:, keep] / np.sqrt(energy[keep])
-    centres = means @ white
-    offset = 0.5 * (centres**2).sum(axis=1)
-    return lambda places: (places @ white @ centres.T - offset).argmax(axis=-1)
 
 
 def _compute_lda(sentence: Sentence, context: Context, section: Section) -> Iterator[Reading]:
@@ -451,7 +441,6 @@ def _sweep_noisy(
         n_copies=plan.n_copies,
         n_repeats=1,  # of 300 tests at each of six ratios
         noise=noise,
-        rotate=noise.is_even(code),
         estimator=make_lda(),
         random_state=context.seed,
     )

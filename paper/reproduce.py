@@ -11,6 +11,7 @@ from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.page import Section
 from paper import inputs, readings_page
+from paper.cache import SOURCES, list_sources
 from paper.context import Context
 from paper.kept import find_shipped
 from paper.report import write_page, write_report
@@ -174,6 +175,7 @@ def reproduce(
     if context.is_cockroach:
         ordered.append(readings_page.make_section(ordered, context))
     write_report(context, ordered, judged)
+    list_sources(ordered).to_csv(context.out / SOURCES, index=False)
     return ordered
 
 

@@ -63,8 +63,8 @@ class Scale(Record):
     followers : int | None
         How many profiles a body follows a wall with; None: all.
     side_restarts : int
-        Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G)
-        [C].
+        Restarts of other durations (Fig. S5) and readings of the bases, for which the paper states
+        none [C].
     warn : bool
         Whether a fit that stops early says so; below paper scale it does so on purpose.
     sweep : Mapping[str, Any]
@@ -194,7 +194,7 @@ class Scale(Record):
         """An unfitted encoder with the paper's M = 3, T = 40 and sparseness 0.8; ``changes``
         override.
         """
-        from feeler.encoding import ConvolutiveNMF
+        from paper.fig4 import CachedNMF
 
         settings = {
             "n_restarts": self.restarts,
@@ -202,7 +202,7 @@ class Scale(Record):
             "tol": self.tol,
             "warn": self.warn,
         }
-        return ConvolutiveNMF(**(settings | {"random_state": 0, "n_jobs": -1} | changes))
+        return CachedNMF(**(settings | {"random_state": 0, "n_jobs": -1} | changes))
 
 
 _HEADLINE = {"relative": (1.0,), "common": (0.03,)}
@@ -332,6 +332,7 @@ QUICK = Scale(
         "other_copies": (),
         "before_repeats": 0,
         "n_restarts": 1,
+        "null_restarts": 1,
         "null_iter": 20,
         "twins": "ends",
     },
@@ -370,6 +371,7 @@ _SMOKE = QUICK.replace(
         "other_copies": (),
         "before_repeats": 0,
         "n_restarts": 1,
+        "null_restarts": 1,
         "null_iter": 5,
         "twins": "none",
     },

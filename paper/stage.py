@@ -3,19 +3,17 @@
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import cast
 
-from filelock import FileLock
-
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
 from feeler.provenance import compute_digest, make_key
 from feeler.report.page import MARKER, Section
+from paper import cache
 from paper.context import KEYED, Context, View
 
 
@@ -70,14 +68,6 @@ def is_kept(path: Path, context: Context) -> bool:
     return path.exists() and (not context.fresh or path.stat().st_mtime >= context.started)
 
 
-@contextmanager
-def hold(path: Path) -> Iterator[None]:
-    """Let one process at a time make ``path``; who comes second waits and then finds it made."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with FileLock(path.with_name(f".{path.name}.lock")):
-        yield
-
-
 def find_kept(stage: Stage, context: Context) -> Section | None:
     """The stage's section if the cache holds it whole."""
     folder = _find_folder(stage, context)
@@ -106,6 +96,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
     partial.mkdir(parents=True)
     section = Section(name=stage.name, title=stage.title, folder=partial, vector=context.vector)
     start = time.perf_counter()
+    used = cache.begin(context.started if context.fresh else 0.0)
     try:
         with hold_blas():
             stage.show(cast(Context, View(context, stage.reads)), section)
@@ -123,6 +114,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
         shutil.rmtree(partial, ignore_errors=True)
         raise
     section.seconds = time.perf_counter() - start
+    section.numbers(cache.USED, results=used)
     section.save()
     shutil.rmtree(final, ignore_errors=True)
     partial.replace(final)

@@ -67,6 +67,7 @@ _QUICK: dict[str, Any] = {
     "other_copies": (),
     "before_repeats": 0,
     "n_restarts": 1,
+    "null_restarts": 1,
     "twins": "ends",
 }
 EFFORTS.register(

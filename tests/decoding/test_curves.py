@@ -1,4 +1,4 @@
-"""The whole comparison on a toy encoder; verdicts on planted orders."""
+"""The whole comparison on a toy encoder."""
 
 from dataclasses import replace
 
@@ -12,8 +12,6 @@ from feeler.decoding.curves import (
     Group,
     PeakEncoder,
     compute_curves,
-    compute_explained,
-    judge_order,
     make_codes,
 )
 from feeler.decoding.sweeps import Plan, compute_sweep
@@ -137,41 +135,11 @@ def test_null_unmasks_a_code_that_depends_on_the_trials_place(curves):
     assert curves.find_null("joint").noisy[0].mean() > 0.8
     for kind in ("sparse", "ridge", "raw"):
         assert curves.find_null(kind).noisy.mean() < 0.3
-    assert compute_explained(curves.find("joint")["strong"], curves.find_null("joint")) > 0.7
-    assert compute_explained(curves.find("raw")["strong"], curves.find_null("raw")) < 0.3
 
 
 def test_stronger_tensors_stand_common_noise_better(curves):
     found = {name: sweep.area for name, sweep in curves.find("raw", "common").items()}
-    verdict = judge_order(found, claim="strong > weak", measure="accuracy")
-    assert verdict.word == "agrees" and verdict.is_evidence
-    explained = judge_order(found, claim="strong > weak", measure="accuracy", explained=1.0)
-    assert "no evidence: identical tensors reach 100 %" in explained.describe()
-
-
-RISING = np.arange(30.0)
-
-
-@pytest.mark.parametrize(
-    ("values", "greater", "word"),
-    [
-        ((RISING + 2, RISING + 1, RISING), True, "agrees"),
-        ((RISING + 2, RISING + 1, RISING), False, "opposite"),
-        ((RISING, RISING + 1, RISING + 2), False, "agrees"),
-        ((RISING + 1, RISING + 2, RISING), True, "ends agree"),
-        ((RISING, RISING + 1, RISING[::-1]), True, "undecided"),
-    ],
-)
-def test_verdicts_on_planted_orders(values, greater, word):
-    verdict = judge_order(
-        dict(zip("abc", values, strict=True)), claim="c", measure="m", greater=greater
-    )
-    assert verdict.word == word and word in verdict.describe()
-
-
-def test_one_group_has_no_order():
-    with pytest.raises(InvalidInput, match="two groups"):
-        judge_order({"a": RISING}, claim="c", measure="m")
+    assert found["strong"].mean() > found["weak"].mean() + 0.1
 
 
 def test_curve_names_what_it_is():

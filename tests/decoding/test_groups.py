@@ -106,7 +106,8 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
     assert (
         len(nulls) == 4
     )  # slow, fast, constant, linear: the slow ones stand in both comparisons
-    assert {fit[1] for fit in Noting.fits} == {PLAN.n_restarts}
+    assert {fit[1] for fit in Noting.fits if fit[2] == 100} == {PLAN.n_restarts}
+    assert {fit[1] for fit in nulls} == {PLAN.null_restarts}
     for kind, found in groups.items():
         size = 4 if kind == "speed" else 2
         for group in found.values():

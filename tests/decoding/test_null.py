@@ -1,5 +1,7 @@
 """Twins and identical touches, with an encoder that marks places in the set or does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
@@ -30,13 +32,13 @@ class MarkEncoder(BaseEstimator):
 
 @pytest.mark.parametrize(("mark", "kept"), [(0.0, 1.0), (100.0, 0.0)])
 def test_only_what_belongs_to_the_touch_carries_over_to_its_twin(mark, kept):
-    found = compare_twins(TENSORS, np.arange(8), MarkEncoder(mark), PLAN)
+    found = compare_twins(TENSORS, np.arange(8), MarkEncoder(mark), replace(PLAN, n_repeats=8))
     assert found.same.noisy.mean() == 1.0
     assert found.kept == pytest.approx(kept, abs=0.1)
 
 
 def test_the_null_is_fitted_with_its_own_iterations_and_says_how_it_ended():
-    found = fit_null(TENSORS, MarkEncoder(), 7)
+    found = fit_null(TENSORS, MarkEncoder(), PLAN)
     assert found.n_iter == 7 and not found.converged
     assert (found.codes == found.codes[0]).all() and len(found.codes) == len(TENSORS)
 

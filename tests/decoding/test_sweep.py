@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.decomposition import PCA
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
 
 from feeler.decoding import (
     PeakEncoder,
@@ -68,6 +70,24 @@ def test_the_null_of_identical_codes_stays_at_chance(rotate):
     )
     np.testing.assert_allclose(sweep.noisy.mean(axis=1), 1 / 6, atol=0.04)
     np.testing.assert_allclose(sweep.clean, 1 / 6)
+
+
+def test_the_short_way_of_lda_names_what_scikit_learns_does_on_the_same_draws():
+    """Uneven classes and noise, held-out trials, noise from none to much."""
+    codes = np.concatenate([make_bumps(width=9.0), make_bumps((22, 33, 44), 3.0)])
+    codes *= np.random.default_rng(0).uniform(0.5, 2, (9, 3, 1))
+    labels, kept = np.array([*"abcdef", *"abc"]), slice(None, None, 2)
+    options = {"ratios": (0.0, 0.3, 1.0, 3.0), "held_out": (codes[kept], labels[kept]), **FEW}
+    steps = PrincipalComponents(12), LinearDiscriminantAnalysis(tol=1.00001e-4)
+    ours, theirs = (
+        compute_sweep(codes, labels, estimator=one, **options)
+        for one in (make_lda(12), make_pipeline(*steps))
+    )
+    assert 0.3 < ours.noisy.min() < 0.9
+    for name in ("noisy", "hits", "confusion"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), name)
+    for name in ("kept_noisy", "kept_clean"):
+        np.testing.assert_allclose(getattr(ours, name), getattr(theirs, name), rtol=1e-9)
 
 
 def test_threads_do_not_change_the_numbers():

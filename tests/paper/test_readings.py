@@ -28,7 +28,6 @@ from paper.readings_computed import (
     classify_projected,
     compute_gini,
     fit_components,
-    fit_lda,
     scale_noise,
 )
 
@@ -212,14 +211,6 @@ def test_copies_drawn_among_the_components_are_classified_as_copies_drawn_whole(
     assert 0.2 < np.mean(direct) < 0.98
     assert abs(noisy.mean() - np.mean(direct)) < 4 * spread
     assert clean.mean() >= noisy.mean()
-
-
-def test_our_lda_names_what_scikit_learns_does(rng):
-    train = rng.normal(size=(9, 7, 5)) + 1.5 * rng.normal(size=(7, 5))
-    test = rng.normal(size=(40, 5))
-    labels = np.tile(np.arange(7), 9)
-    known = LinearDiscriminantAnalysis().fit(train.reshape(-1, 5), labels).predict(test)
-    assert np.array_equal(fit_lda(train)(test), known)
 
 
 def test_the_scale_of_noise_is_that_of_a_vector_of_a_touch_or_of_all():

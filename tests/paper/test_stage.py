@@ -3,8 +3,9 @@
 import pytest
 
 from feeler.errors import FeelerError
+from paper.cache import hold
 from paper.context import Context
-from paper.stage import Stage, hold, is_kept, run_stage
+from paper.stage import Stage, is_kept, run_stage
 
 
 def make_stage(make):

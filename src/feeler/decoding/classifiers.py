@@ -1,6 +1,6 @@
 """Classifiers by name, as scikit-learn estimators on few principal components."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated, Any, Protocol
@@ -149,29 +149,14 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
             No component asked for, or numbers whose squares are none.
         """
         X = validate_data(self, X, dtype=float, ensure_min_samples=2)
-        n, n_entries = X.shape
-        k = min(self.n_components, n_entries, n)
+        k = min(self.n_components, *X.shape)
         if k < 1:
             raise InvalidInput(f"n_components must be at least 1; got {self.n_components!r}.")
         check_squares(X, "training trials")
         self.mean_ = X.mean(axis=0)
-        centred = X - self.mean_
-        if n <= n_entries:
-            energy, left = _find_longest(centred @ centred.T, k)
-            axes = left.T @ centred
-        else:
-            energy, right = _find_longest(centred.T @ centred, k)
-            axes = right.T
-        order = np.argsort(energy)[::-1]
-        spanned = np.count_nonzero(energy > _PRECISION * energy.max())
-        order = order[: max(1, spanned)]
-        norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
-        self.components_ = axes[order] / np.maximum(norm, np.finfo(float).tiny)
-        total = np.vdot(centred, centred)
-        self.explained_variance_ = np.maximum(energy[order], 0.0) / (n - 1)
-        self.explained_variance_ratio_ = (
-            self.explained_variance_ * (n - 1) / max(total, np.finfo(float).tiny)
-        )
+        self.components_, energy, total = _find_components(X - self.mean_, k)
+        self.explained_variance_ = energy / (len(X) - 1)
+        self.explained_variance_ratio_ = energy / total
         return self
 
     @property
@@ -188,12 +173,46 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         )
 
 
+def _find_components(centred: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """At most k unit components (component, entry), the sum of squares of rows (trial, entry) along
+    each, and over all.
+    """
+    tiny = np.finfo(float).tiny
+    if len(centred) <= centred.shape[1]:
+        energy, left = _find_longest(centred @ centred.T, k)
+        axes = left.T @ centred
+    else:
+        energy, right = _find_longest(centred.T @ centred, k)
+        axes = right.T
+    order = np.argsort(energy)[::-1]
+    spanned = np.count_nonzero(energy > _PRECISION * energy.max())
+    order = order[: max(1, spanned)]
+    norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
+    total = max(float(np.vdot(centred, centred)), tiny)
+    return axes[order] / np.maximum(norm, tiny), np.maximum(energy[order], 0.0), total
+
+
+def project(
+    sets: Sequence[np.ndarray], n_components: int
+) -> tuple[list[np.ndarray], tuple[float, float]]:
+    """Every set (trial, ...) in the principal components of the first, as
+    :class:`PrincipalComponents` gives them, and which shares of the variance of the first and of
+    the last they keep.
+    """
+    flat = [one.reshape(len(one), -1) for one in sets]
+    mean = flat[0].mean(axis=0)
+    centred = flat[0] - mean
+    axes, energy, total = _find_components(centred, min(n_components, *centred.shape))
+    found = [centred @ axes.T, *((one - mean) @ axes.T for one in flat[1:])]
+    return found, (float(energy.sum() / total), share_kept(flat[-1], axes))
+
+
 def _find_longest(square: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
     """The k greatest eigenvalues of a symmetric matrix and their vectors, by Lanczos' method where
     it is three times as fast; it stops at 1e-12 of them.
     """
     n = len(square)
-    if n < 10 * k:
+    if n < 20 * k:
         return eigh(square, subset_by_index=(n - k, n - 1))
     start = np.random.default_rng(0).standard_normal(n)  # ones would lie in the null space
     try:
@@ -202,11 +221,13 @@ def _find_longest(square: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         return eigh(square, subset_by_index=(n - k, n - 1))
 
 
-def compute_kept_variance(components: PrincipalComponents, X: np.ndarray) -> float:
-    """Share of the variance of ``X`` (trial, entry) about its own mean that the components keep."""
+def share_kept(X: np.ndarray, axes: np.ndarray) -> float:
+    """Share of the variance of ``X`` (trial, entry) about its own mean that orthonormal axes
+    (component, entry) keep.
+    """
     centred = X - X.mean(axis=0)
     total = float(np.vdot(centred, centred))
-    kept = centred @ components.components_.T
+    kept = centred @ axes.T
     return float(np.vdot(kept, kept)) / total if total > 0 else float("nan")
 
 
@@ -492,6 +513,8 @@ def _name_classes(found: Any, classes: Any) -> Any:
 # Classifiers as scikit-learn pipelines; everything they learn, they learn in ``fit``.
 
 _N_COMPONENTS = 30  # [P] "selected the first 30 features"
+_LDA_TOL = 1e-4  # scikit-learn's, of singular values within classes
+_MOST_SCORES = 2**23  # at a time, which bounds memory
 
 
 class _FlatPipeline(Reader, Pipeline):
@@ -537,6 +560,38 @@ def make_lda(n_components: int | None = _N_COMPONENTS) -> _FlatPipeline:
     Paper, "Feature classification from tactile tensors".
     """
     return _chain(n_components, LinearDiscriminantAnalysis())
+
+
+def fit_lda(rows: np.ndarray, classes: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """What says the class of rows (row, entry), as scikit-learn's ``LinearDiscriminantAnalysis``.
+
+    Parameters
+    ----------
+    rows, classes
+        To learn from; classes are numbered from 0, and each occurs.
+    """
+    counts = np.bincount(classes)
+    starts = np.cumsum(counts) - counts
+    means = np.add.reduceat(rows[np.argsort(classes, kind="stable")], starts)
+    means /= counts[:, None]
+    within = rows - means[classes]
+    scale = within.std(axis=0)
+    scale[scale == 0] = 1.0
+    within /= scale
+    energy, turn = np.linalg.eigh(within.T @ within / max(len(rows) - counts.size, 1))
+    keep = energy > _LDA_TOL**2
+    white = turn[:, keep] / np.sqrt(energy[keep]) / scale[:, None]
+    centre = means.mean(axis=0)
+    centres = (means - centre) @ white
+    offset = np.log(counts / len(rows)) - 0.5 * (centres**2).sum(axis=1)
+
+    def classify(asked: np.ndarray) -> np.ndarray:
+        parts = np.array_split(asked, 1 + len(asked) * counts.size // _MOST_SCORES)
+        return np.concatenate(
+            [((part - centre) @ white @ centres.T + offset).argmax(axis=1) for part in parts]
+        )
+
+    return classify
 
 
 @checked

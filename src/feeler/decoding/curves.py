@@ -1,16 +1,14 @@
-"""Accuracy curves of a comparison with their nulls and baselines, and whether an order holds."""
+"""Accuracy curves of a comparison with their nulls and baselines."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
 from sklearn.base import clone
 
-from feeler.analysis.dispersion import Interval, bootstrap_difference
 from feeler.analysis.indices import check_tensors
 from feeler.decoding.classifiers import READERS, Reader, make_labels, make_lda
 from feeler.decoding.sweeps import Plan, Sweep, compute_sweep
@@ -172,16 +170,17 @@ def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
     )
 
 
-def _fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
-    """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
-    fitted = configure(encoder, {"max_iter": n_iter}).fit(tensors)
+def _fit_jointly(tensors: np.ndarray, encoder: Any, plan: Plan) -> JointFit:
+    """Codes of one joint fit of the plan's effort, where the encoder has such limits."""
+    settings = {"max_iter": plan.null_iter, "n_restarts": plan.null_restarts}
+    fitted = configure(encoder, settings).fit(tensors)
     done = int(getattr(fitted, "n_iter_", 0))
-    return JointFit(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
+    return JointFit(codes=fitted.activations_, n_iter=done, converged=done < plan.null_iter)
 
 
-def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
+def fit_null(tensors: np.ndarray, encoder: Any, plan: Plan) -> JointFit:
     """Joint codes of one tensor, repeated as if it were different touches."""
-    return _fit_jointly(make_null(tensors), encoder, n_iter)
+    return _fit_jointly(make_null(tensors), encoder, plan)
 
 
 def compare_twins(
@@ -196,7 +195,7 @@ def compare_twins(
 
     A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
     """
-    fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
+    fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan)
     first, second = np.split(fitted.codes, 2)
     options: dict[str, Any] = {
         "ratios": plan.ratios,
@@ -384,7 +383,7 @@ def compute_curves(
     fits = {}
     if "joint" in kinds:
         fits = {
-            name: group.null or fit_null(group.tensors, group.encoder, plan.null_iter)
+            name: group.null or fit_null(group.tensors, group.encoder, plan)
             for name, group in groups.items()
         }
     nulls: dict[Curve, Sweep] = {}
@@ -421,17 +420,14 @@ def _sweep_kind(
         jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
     for name, array in codes.items():
         for n_copies, ratios, n_repeats in jobs:
-            estimator = reader or make_lda()
-            rotate = not getattr(estimator, "knows_noise", False) and kind == "raw"
             found[Curve(name, kind, model, n_copies)] = compute_sweep(
                 array,
                 labels,
                 ratios=ratios,
                 n_copies=n_copies,
                 n_repeats=n_repeats,
-                estimator=estimator,
+                estimator=reader or make_lda(),
                 noise=noise,
-                rotate=rotate and noise.is_even(array),
                 random_state=random_state,
             )
     return found
@@ -540,7 +536,7 @@ def group_tensors(
 
     def find_null(array: np.ndarray) -> JointFit:
         if (key := array.tobytes()) not in nulls:
-            nulls[key] = fit_null(array, configure(encoder, settings), plan.null_iter)
+            nulls[key] = fit_null(array, configure(encoder, settings), plan)
         return nulls[key]
 
     if "speed" in listed:
@@ -634,102 +630,3 @@ def _measure_other_way(tensors: Any) -> float:
         known = np.isin(tensors["side"], ("left", "right"))
         share = share[~(known & (np.asarray(tensors.coords.get("azimuth", 0.0)) == 0))]
     return float(share.max(initial=0.0))
-
-
-# Whether an order that was claimed holds, with effect size, interval and null.
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verdict:
-    """One claim of an order, first to last, on one measure.
-
-    Attributes
-    ----------
-    means : tuple[tuple[str, float], ...]
-        Groups with their means, in the claimed order.
-    difference : Interval
-        First minus last over paired stimuli, > 0 if the ends stand as claimed; d_z as effect.
-    word : str
-        ``agrees``, ``ends agree`` (the middle does not), ``undecided`` or ``opposite``.
-    explained : float
-        Share of the first group's accuracy above chance that the null reaches; NaN: no null.
-    """
-
-    claim: str
-    measure: str
-    means: tuple[tuple[str, float], ...]
-    difference: Interval
-    word: str
-    explained: float = float("nan")
-
-    @property
-    def is_evidence(self) -> bool:
-        """Whether the null leaves the measure standing: less than half of it explained."""
-        return not self.explained >= 0.5
-
-    def describe(self) -> str:
-        """One line of words."""
-        order = ", ".join(f"{name} {mean:.3g}" for name, mean in self.means)
-        line = f"{self.claim}, {self.measure}: {self.word} ({order}; difference {self.difference}, "
-        line += f"d_z {self.difference.effect:.2g})"
-        if not self.is_evidence:
-            line += f"; no evidence: identical tensors reach {100 * self.explained:.0f} % of it"
-        return line
-
-
-def judge_order(
-    values: Mapping[Any, np.ndarray],
-    *,
-    claim: str,
-    measure: str,
-    greater: bool = True,
-    explained: float = float("nan"),
-    random_state: int = 0,
-) -> Verdict:
-    """Judge "the first is the greatest, the last the least" (``greater``), or the reverse.
-
-    Parameters
-    ----------
-    values
-        Values per stimulus (stimulus,) for each group, in the claimed order; stimuli in the same
-        order in all groups.
-    greater
-        True if the claim says first > … > last, False if first < … < last.
-
-    Notes
-    -----
-    ``agrees``: the means stand in the claimed order and the 95 % bootstrap interval of the ends'
-    difference lies above 0. ``ends agree``: the latter only. ``opposite``: the interval lies below
-    0. Otherwise ``undecided``.
-    """
-    if len(values) < 2:
-        raise InvalidInput(f"an order needs at least two groups, got {len(values)}.")
-    groups = [np.asarray(v, dtype=float) for v in values.values()]
-    sign = 1.0 if greater else -1.0
-    difference = bootstrap_difference(
-        sign * groups[0], sign * groups[-1], np.random.default_rng(random_state)
-    )
-    means = [float(v.mean()) for v in groups]
-    ordered = all(sign * a > sign * b for a, b in pairwise(means))
-    word = "opposite" if difference.high < 0 else "undecided"
-    if difference.low > 0:
-        word = "agrees" if ordered else "ends agree"
-    return Verdict(
-        claim=claim,
-        measure=measure,
-        means=tuple(zip(map(str, values), means, strict=True)),
-        difference=difference,
-        word=word,
-        explained=explained,
-    )
-
-
-def compute_explained(sweep: Sweep, null: Sweep) -> float:
-    """Share of a sweep's accuracy above chance that the null reaches, ≥ 0."""
-    above = np.isin(sweep.ratios, null.ratios), np.isin(null.ratios, sweep.ratios)
-    height = sweep.noisy[above[0]].mean() - sweep.chance
-    return (
-        float(max(null.noisy[above[1]].mean() - null.chance, 0.0) / height)
-        if height > 0
-        else float("nan")
-    )

@@ -4,9 +4,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations, count
+from threading import Lock
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator, eigsh
 from sklearn.base import clone
 
 from feeler.analysis.indices import check_tensors
@@ -15,8 +17,11 @@ from feeler.decoding.classifiers import (
     Labels,
     PrincipalComponents,
     Reader,
-    compute_kept_variance,
+    fit_lda,
+    make_lda,
+    project,
     read_labels,
+    share_kept,
 )
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
@@ -30,16 +35,20 @@ from feeler.validation import Seed, checked
 
 # Noisy copies in few coordinates, for methods that see only distances and angles.
 
+_PARALLEL = 1e-10  # relative length below which a vector holds nothing new
+_MORE = 256  # products for which memory is taken at once
+_UNSEEN_TOL = 1e-6  # of the components of copies that are not drawn
+_MOST_COPIES = 2000  # to learn, that are drawn: beyond, their Gram matrix costs more
+
 
 def draw_rotated(
-    coordinates: np.ndarray,
+    rank: int,
     n_entries: int,
-    owner: np.ndarray,
-    sd: np.ndarray,
+    n_copies: int,
     rng: np.random.Generator,
-    n_learned: int | None = None,
+    n_learned: int,
 ) -> np.ndarray:
-    """Noisy copies in far fewer coordinates, for PCA, LDA and support vector machines.
+    """Isotropic noise of sd 1 in far fewer coordinates, for PCA, LDA and support vector machines.
 
     These methods see only distances and angles.
 
@@ -49,38 +58,115 @@ def draw_rotated(
     exactly that Gram matrix in m coordinates. Of copies that are only compared with those m, the
     coordinates along them are normal and all others are of no account. So 600 copies of 21,280
     entries, of which 300 are learned, become 600 vectors of about 330, with the same joint
-    distribution of all inner products that count.
+    distribution of all inner products that count, also after each is multiplied by its own sd.
 
     Parameters
     ----------
-    coordinates
-        Of the clean vectors in a basis of their span (trial, rank), from :func:`span`.
+    rank
+        Of the clean vectors, whose coordinates (trial, rank) :func:`span` gives.
     n_entries
         Entries of a clean vector.
-    owner
-        Which clean vector each copy is made from (copy,).
-    sd
-        Noise of each copy (copy,), the same for all its entries.
     n_learned
         The first so many copies are compared with each other and with all others; the others only
-        with them and with the clean vectors. None: all with all.
+        with them and with the clean vectors.
 
     Returns
     -------
-    Noisy copies (copy, coordinate); the clean vectors have zeros beyond ``coordinates``.
+    Noise (copy, coordinate); the clean vectors have zeros beyond their rank.
     """
-    n_copies, rank = owner.size, coordinates.shape[1]
-    learned = n_copies if n_learned is None else n_learned
     rest = n_entries - rank
-    noise = rng.standard_normal((n_copies, rank + min(rest, learned)), dtype=np.float32)
-    noise = noise.astype(float)
-    if rest >= learned:
-        factor = noise[:learned, rank:]
-        factor[np.triu_indices(learned, 1)] = 0
-        np.fill_diagonal(factor, np.sqrt(rng.chisquare(rest - np.arange(learned))))
-    noise *= sd[:, None]
-    noise[:, :rank] += coordinates[owner]
+    noise = rng.standard_normal((n_copies, rank + min(rest, n_learned)), dtype=np.float32)
+    if rest >= n_learned:
+        factor = noise[:n_learned, rank:]
+        factor[np.triu_indices(n_learned, 1)] = 0
+        np.fill_diagonal(factor, np.sqrt(rng.chisquare(rest - np.arange(n_learned))))
     return noise
+
+
+class UnseenNoise:
+    """A matrix of standard normals (row, column) of which only products with vectors are drawn.
+
+    A product with a new direction is normal too, but for its parts along what products from the
+    other side have shown already. So it has exactly the distribution of products with one matrix,
+    which is never held: a few hundred of them say what PCA finds in it.
+    """
+
+    def __init__(self, n_rows: int, n_columns: int, rng: np.random.Generator) -> None:
+        self._rng, lengths = rng, (n_columns, n_rows)
+        # orthonormal directions that were asked for, and their products, from either side
+        self._known = [
+            [np.zeros((0, a)), np.zeros((0, b))] for a, b in (lengths, lengths[::-1])
+        ]
+        self._counts = [0, 0]
+
+    def multiply(self, vector: np.ndarray, transposed: bool = False) -> np.ndarray:
+        """The matrix, or its transpose, times a vector."""
+        (asked, found), n = self._known[transposed], self._counts[transposed]
+        others, shown = (a[: self._counts[not transposed]] for a in self._known[not transposed])
+        share = asked[:n] @ vector
+        rest = vector - share @ asked[:n]
+        again = asked[:n] @ rest
+        rest, share = rest - again @ asked[:n], share + again
+        norm = np.linalg.norm(rest)
+        if norm <= _PARALLEL * np.linalg.norm(vector):
+            return share @ found[:n]
+        if n == len(asked):
+            asked, found = self._known[transposed] = [
+                np.concatenate([a, np.empty((_MORE, a.shape[1]))]) for a in (asked, found)
+            ]
+        asked[n] = rest / norm
+        fresh = self._rng.standard_normal(found.shape[1])
+        found[n] = fresh + (shown @ asked[n] - others @ fresh) @ others
+        self._counts[transposed] += 1
+        return share @ found[:n] + norm * found[n]
+
+
+def project_unseen(
+    clean: Sequence[np.ndarray],
+    sd: Sequence[np.ndarray],
+    n_copies: int,
+    n_entries: int,
+    n_components: int,
+    rng: np.random.Generator,
+) -> tuple[list[np.ndarray], tuple[float, float]]:
+    """What :func:`feeler.decoding.classifiers.project` gives of noisy copies that are never drawn
+    whole.
+
+    Parameters
+    ----------
+    clean
+        Coordinates (trial, rank), from :func:`span`, of the trials to learn and of those to test.
+    sd
+        Of the noise of each of these trials (trial,).
+    """
+    (train, test), n_rows = clean, n_copies * len(clean[0])
+    rank, each = train.shape[1], np.tile(sd[0], n_copies)
+    noise = UnseenNoise(n_rows, n_entries, rng)
+
+    def multiply(vector: np.ndarray) -> np.ndarray:
+        return np.tile(train @ vector[:rank], n_copies) + each * noise.multiply(vector)
+
+    def square(vector: np.ndarray) -> np.ndarray:
+        column = multiply(np.ravel(vector))
+        column -= column.mean()
+        found = noise.multiply(each * column, transposed=True)
+        found[:rank] += train.T @ column.reshape(n_copies, -1).sum(axis=0)
+        return found
+
+    k = min(n_components, n_rows - 1, n_entries - 1)
+    operator = LinearOperator((n_entries, n_entries), matvec=square, dtype=float)
+    start = rng.standard_normal(n_entries)
+    energy, axes = eigsh(operator, k, ncv=3 * k, tol=_UNSEEN_TOL, v0=start)
+    axes = axes[:, energy > _UNSEEN_TOL**2 * energy.max()]
+    learned = np.stack([multiply(axis) for axis in axes.T], axis=1)
+    mean = learned.mean(axis=0)
+    originals = test @ axes[:rank] - mean
+    drawn = rng.standard_normal((n_copies, *originals.shape)) * sd[1][:, None]
+    apart = train - train.mean(axis=0)
+    # of the noise its expectation, from which 10⁹ numbers differ by less than 10⁻⁴
+    total = n_copies * (np.vdot(apart, apart) + n_entries * np.vdot(sd[0], sd[0]))
+    shares = float(energy.sum() / total), share_kept(test, axes[:rank].T)
+    return [learned - mean, (originals + drawn).reshape(-1, len(mean)), originals], shares
 
 
 def span(clean: np.ndarray) -> np.ndarray:
@@ -121,8 +207,10 @@ class Plan(Record):
         Noise before encoding for all groups and noises, or for one of each.
     n_restarts : int
         Restarts of an encoder's fit.
+    null_restarts : int
+        Restarts of the joint fits of identical touches and of twins.
     null_iter : int
-        Iterations of the joint fits of identical touches and of twins.
+        Their iterations.
     twins : str
         Groups whose touches are fitted twice: all, the ends of each comparison, or none.
     """
@@ -138,7 +226,8 @@ class Plan(Record):
     before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
     n_restarts: _Count = 3
-    null_iter: _Count = 100
+    null_restarts: _Count = 2
+    null_iter: _Count = 60
     twins: Literal["all", "ends", "none"] = "all"
 
 
@@ -238,19 +327,19 @@ def compute_sweep(
     noise: str | Noise = "relative",
     encode: _Encode | None = None,
     held_out: tuple[Any, Labels] | None = None,
-    rotate: bool = False,
+    rotate: bool | None = None,
     random_state: Seed = 0,
     n_jobs: int | None = None,
     progress: Advance | None = None,
 ) -> Sweep:
     """Accuracy of a classifier against the noise ratio.
 
-    Per ratio and repeat: draw ``n_copies`` noisy copies of every trial to train on and as many
-    others to test on, fit a fresh clone of the reader on the training copies alone, and score it on
-    the test copies and on the clean originals. Copies of the same trial stand on both sides, so
-    this measures robustness to noise, not generalisation to other touches; ``held_out`` measures
-    that. A reader that is told the noise (``ideal``, ``templates``) learns the originals instead of
-    their copies.
+    Per repeat: draw ``n_copies`` noisy copies of every trial to train on and as many others to test
+    on. Per ratio, which scales the noise of the repeat: fit a fresh clone of the reader on the
+    training copies alone, and score it on the test copies and on the clean originals. Copies of the
+    same trial stand on both sides, so this measures robustness to noise, not generalisation to
+    other touches; ``held_out`` measures that. A reader that is told the noise (``ideal``,
+    ``templates``) learns the originals instead of their copies.
 
     Parameters
     ----------
@@ -274,8 +363,9 @@ def compute_sweep(
     held_out
         Other trials ``(codes, labels)`` to test on instead of the training trials.
     rotate
-        Use ``draw_rotated``: exact for readers that see only distances and angles, and noise that
-        is the same over a whole trial (``Relative()`` or ``Common()``).
+        Use ``draw_rotated``: exact for classifiers that see only distances and angles, and noise
+        that is the same over a whole trial (``Relative()`` or ``Common()``). None: with such noise
+        for pipelines that begin with principal components.
     random_state
         Seed; equal seeds give equal sweeps.
     n_jobs
@@ -300,40 +390,58 @@ def compute_sweep(
     noise = parse_noise(noise)
     reader = READERS[estimator]() if isinstance(estimator, str) else estimator
     told = getattr(reader, "knows_noise", False)
-    if rotate and (encode is not None or told or not noise.is_even(sets[0])):
+    even = encode is None and not told and noise.is_even(sets[0])
+    if rotate and not even:
         raise InvalidInput(
             "rotate needs noise that is the same over a trial: Relative() or Common(), no encode,"
             " and a reader that is not told the noise."
         )
-    classes = np.unique(sets[1])
-    place = {name: number for number, name in enumerate(classes.tolist())}
     if n_repeats < 1:
         raise InvalidInput(f"n_repeats must be ≥ 1, got {n_repeats}.")
+    rotate = even and _begins_with_components(reader) if rotate is None else rotate
+    classes = np.unique(sets[1])
+    place = {name: number for number, name in enumerate(classes.tolist())}
+    own, true = (np.array([place[name] for name in sets[k].tolist()]) for k in (1, 3))
     shape = (len(ratios), n_repeats)
     noisy, kept_noisy, kept_clean = (np.full(shape, np.nan) for _ in range(3))
-    hits = np.zeros((*shape, len(sets[3])), dtype=bool)
-    confusion = np.zeros((n_repeats, len(ratios), classes.size, classes.size), dtype=int)
-    draw = partial(_draw_rotated, _span_all(sets)) if rotate else _draw_encoded
+    hits = np.zeros((*shape, true.size), dtype=bool)
+    confusion, lock = np.zeros((len(ratios), classes.size, classes.size), np.int32), Lock()
     noises = [
         noise.replace(size=max(ratio, _LEAST_RATIO) if ratio >= 0 else ratio)
         for ratio in ratios
     ]
+    copies = _Copies(sets[0], sets[2], n_copies, rotate)
+    n_components = 0 if encode else _find_lda(reader)
+    many = n_components and rotate and n_copies * len(sets[0]) > _MOST_COPIES
+    draw: Any = partial(copies.project, n_components) if many else copies.draw
+
+    def ask(noise: Noise, drawn: Any) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
+        if n_components:
+            projected, kept = drawn if many else project(drawn, n_components)
+            classify = fit_lda(projected[0], np.tile(own, n_copies))
+            return classify(projected[1]), classify(projected[2]), kept
+        model = clone(reader)
+        train, test, originals = (_encode(codes, encode) for codes in drawn)
+        if told:
+            model.set_params(noise=noise)
+            model.fit(_encode(sets[0], encode), sets[1])
+        else:
+            model.fit(_shape(train, model), np.tile(sets[1], n_copies))
+        found, right = (
+            np.array([place.get(one, -1) for one in model.predict(_shape(codes, model))])
+            for codes in (test, originals)
+        )
+        return found, right, _measure_kept(model, originals)
 
     def run(r: int, seed: np.random.SeedSequence) -> None:
-        for k, child in enumerate(seed.spawn(len(noises))):
-            rng = np.random.default_rng(child)
-            train, test, originals = draw(sets, noises[k], n_copies, encode, rng)
-            model = clone(reader)
-            if told:
-                model.set_params(noise=noises[k])
-                train = (_encode(sets[0], encode), sets[1])
-            model.fit(_shape(train[0], model), train[1])
-            true, found = _answer(model, test, place)
-            noisy[k, r] = np.mean(found == true)
-            hits[k, r] = np.equal(*_answer(model, originals, place))
+        for k, drawn in enumerate(draw(noises, seed)):
+            found, right, kept = ask(noises[k], drawn)
+            asked = np.tile(true, n_copies)
+            noisy[k, r], hits[k, r] = np.mean(found == asked), right == true
             named = found >= 0
-            np.add.at(confusion[r, k], (true[named], found[named]), 1)
-            kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
+            with lock:
+                np.add.at(confusion[k], (asked[named], found[named]), 1)
+            kept_noisy[k, r], kept_clean[k, r] = kept
             advance(next(done), len(noises) * n_repeats)
 
     n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
@@ -350,7 +458,7 @@ def compute_sweep(
         classes=classes,
         noisy=noisy,
         hits=hits,
-        confusion=confusion.sum(axis=0),
+        confusion=confusion,
         kept_noisy=kept_noisy,
         kept_clean=kept_clean,
     )
@@ -393,40 +501,59 @@ def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.nda
     return codes, found
 
 
-def _draw_encoded(sets, noise, n_copies, encode, rng):
-    """Training copies, test copies and clean originals, each with its labels."""
-    train, labels, test, test_labels = sets
-    drawn = []
-    for codes, names in ((train, labels), (test, test_labels)):
-        copies = noise.add(codes, rng, n_copies)
-        drawn.append((_encode(copies, encode), np.tile(names, n_copies)))
-    return *drawn, (_encode(test, encode), test_labels)
+class _Copies:
+    """Noisy copies of trials to learn and of trials to test, drawn apart, and the clean tests."""
 
+    def __init__(
+        self, train: np.ndarray, test: np.ndarray, n_copies: int, rotate: bool
+    ) -> None:
+        self._given, self._n_copies, self._rotate = (train, test), n_copies, rotate
+        self._clean = self._given
+        if rotate:
+            every = train if test is train else np.concatenate([train, test])
+            turned = span(every.reshape(len(every), -1))
+            self._clean = turned[: len(train)], turned[-len(test) :]
 
-def _span_all(sets) -> np.ndarray:
-    """Coordinates of all clean trials, those to learn first."""
-    train, _, test, _ = sets
-    everything = train if test is train else np.concatenate([train, test])
-    return span(everything.reshape(len(everything), -1))
+    def draw(self, noises: Sequence[Noise], seed: Any) -> Iterator[tuple[np.ndarray, ...]]:
+        """Training copies, test copies and clean tests for each noise, from one draw: what differs
+        between them is how strong it is. Rotated ones are flat.
+        """
+        if not noises[0].is_gaussian:
+            for noise in noises:
+                rng = np.random.default_rng(seed)
+                train, test = (noise.add(one, rng, self._n_copies) for one in self._given)
+                yield train, test, self._given[1]
+            return
+        rng, clean = np.random.default_rng(seed), self._clean
+        lengths = [self._n_copies * len(one) for one in clean]
+        if self._rotate:
+            rank, n_entries = clean[0].shape[1], self._given[0][0].size
+            drawn = draw_rotated(rank, n_entries, sum(lengths), rng, lengths[0])
+            more = ((0, 0), (0, drawn.shape[1] - rank))
+            clean = np.pad(clean[0], more), np.pad(clean[1], more)
+        else:
+            drawn = rng.standard_normal((sum(lengths), *clean[0].shape[1:]), dtype=np.float32)
+        parts = np.split(drawn, lengths[:1])
+        for noise in noises:
+            yield *map(self._add, parts, clean, self._given, [noise] * 2), clean[1]
 
+    def project(
+        self, n_components: int, noises: Sequence[Noise], seed: Any
+    ) -> Iterator[tuple[list[np.ndarray], tuple[float, float]]]:
+        """Rotated copies of each noise in principal components, where they are too many to draw."""
+        rng, n_entries = np.random.default_rng(seed), self._given[0][0].size
+        for noise in noises:
+            sd = [np.broadcast_to(noise.sd(a).ravel(), len(a)) for a in self._given]
+            yield project_unseen(self._clean, sd, self._n_copies, n_entries, n_components, rng)
 
-def _draw_rotated(coordinates, sets, noise, n_copies, encode, rng):
-    """The same through ``draw_rotated``."""
-    train, labels, test, test_labels = sets
-    offset = 0 if test is train else len(train)
-    first = np.tile(np.arange(len(train)), n_copies)
-    second = offset + np.tile(np.arange(len(test)), n_copies)
-    everything = train if test is train else np.concatenate([train, test])
-    sd = np.broadcast_to(noise.sd(everything), (len(everything), 1, 1))[:, 0, 0]
-    owner = np.concatenate([first, second])
-    noisy = draw_rotated(coordinates, train[0].size, owner, sd[owner], rng, first.size)
-    clean = np.zeros((len(test), noisy.shape[1]))
-    clean[:, : coordinates.shape[1]] = coordinates[offset:]
-    return (
-        (noisy[: first.size], np.tile(labels, n_copies)),
-        (noisy[first.size :], np.tile(test_labels, n_copies)),
-        (clean, test_labels),
-    )
+    def _add(
+        self, drawn: np.ndarray, clean: np.ndarray, given: np.ndarray, noise: Noise
+    ) -> np.ndarray:
+        sd = noise.sd(given)
+        each = drawn.reshape(self._n_copies, *clean.shape)
+        copies = np.multiply(each, sd[..., 0] if self._rotate else sd, dtype=float)
+        copies += clean
+        return copies.reshape(drawn.shape)
 
 
 def _encode(codes: np.ndarray, encode: _Encode | None) -> np.ndarray:
@@ -438,22 +565,25 @@ def _shape(codes: np.ndarray, model: Any) -> np.ndarray:
     return codes if isinstance(model, Reader) else codes.reshape(len(codes), -1)
 
 
-def _answer(model, trials, place: dict[Any, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the true and of the named classes; −1 for a touch in which no contact was seen."""
-    codes, labels = trials
-    named = model.predict(_shape(codes, model))
-    true, found = (np.array([place.get(one, -1) for one in each]) for each in (labels, named))
-    return true, found
+def _begins_with_components(reader: Any) -> bool:
+    """Whether a pipeline begins with principal components, and so sees inner products alone."""
+    return hasattr(reader, "steps") and isinstance(reader[0], PrincipalComponents)
+
+
+def _find_lda(reader: Any) -> int:
+    """The number of components if the classifier is what ``make_lda`` gives, else 0."""
+    plain = _begins_with_components(reader) and len(reader) == 2
+    lda = make_lda()[-1]
+    same = plain and type(reader[1]) is type(lda) and reader[1].get_params() == lda.get_params()
+    return reader[0].n_components if same else 0
 
 
 def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:
     """Variance kept by the pipeline's principal components, if it begins with them."""
-    first = model[0] if hasattr(model, "steps") else None
-    if not isinstance(first, PrincipalComponents):
+    if not _begins_with_components(model):
         return np.nan, np.nan
-    return float(first.explained_variance_ratio_.sum()), compute_kept_variance(
-        first, originals.reshape(len(originals), -1)
-    )
+    first, flat = model[0], originals.reshape(len(originals), -1)
+    return float(first.explained_variance_ratio_.sum()), share_kept(flat, first.components_)
 
 
 # Harder splits than copies of the same tensor: unseen sizes, shifted places, other speeds.
