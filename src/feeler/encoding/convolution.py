@@ -25,7 +25,7 @@ from feeler.validation import checked
 # matrices are Toeplitz up to the end of the window, so that two small sums along diagonals give
 # them exactly.
 
-_REGISTER = 8  # numbers of double precision in the widest vector register
+_REGISTER = 16  # numbers of single precision in the widest vector register
 
 
 @checked
@@ -288,17 +288,25 @@ def multiply_activations(seen, kernel, fringe, pull, activations, n_sweeps):
 
 @compiled
 def project_activations(activations, l1, joint):
-    """Put activations (trial, component, time) onto the sparseness constraint, in place; ``joint``:
-    one constraint per component over all trials.
+    """Put activations ≥ 0 (trial, component, time) onto the sparseness constraint, in place;
+    ``joint``: one constraint per component over all trials. What is 0 stays 0, unless too few
+    entries are not.
     """
     n_trials, n_components, n_times = activations.shape
     together = n_trials if joint else 1
-    row, projected = np.empty((together, n_times)), np.empty((together, n_times))
+    row = np.empty((together, n_times))
     for first in range(0, n_trials, together):
         for m in range(n_components):
             row[:] = activations[first : first + together, m]
-            project_row(row.ravel(), l1, projected.ravel())
-            activations[first : first + together, m] = projected
+            flat = row.ravel()
+            active = flat > 0.0
+            if active.sum() < l1 * l1:
+                active[:] = True
+            chosen = flat[active]
+            projected = np.empty_like(chosen)
+            project_row(chosen, l1, projected)
+            flat[active] = projected
+            activations[first : first + together, m] = row
 
 
 @compiled
@@ -308,8 +316,8 @@ def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_s
     Activations are (trial, component, time). With ``joint`` there is one constraint per component
     over all trials given, otherwise one per component and trial. ``steps`` (trial, component) are
     the step sizes in units of the step that cannot fail; they are kept between calls. A trial ends
-    early once a sweep lowers its loss by less than ``tol`` times what the bases explain. Returns
-    the most sweeps that any trial took.
+    early once a sweep lowers its loss by less than ``tol`` times what the bases explain. Numbers
+    are in the precision of what is given. Returns the most sweeps that any trial took.
     """
     safe = np.empty(kernel.shape[0])
     for m in range(safe.size):
@@ -341,10 +349,11 @@ def descend_activations(seen, kernel, fringe, activations, steps, l1, joint, n_s
 def _descend_group(seen, kernel, fringe, activations, steps, safe, l1, n_sweeps, tol):
     """Sweeps over the components of trials that share one constraint per component."""
     n_trials, n_components, n_times = activations.shape
-    row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
-    change = np.zeros((n_trials, n_times + 3))
-    pulled = np.empty((n_trials, n_components, n_times + kernel.shape[2]))
-    pull = np.empty((n_trials, n_times + kernel.shape[2]))
+    number = kernel.dtype
+    row, projected = np.empty(n_trials * n_times, number), np.empty(n_trials * n_times, number)
+    change = np.zeros((n_trials, n_times + 3), number)
+    pulled = np.empty((n_trials, n_components, n_times + kernel.shape[2]), number)
+    pull = np.empty((n_trials, n_times + kernel.shape[2]), number)
     for n in range(n_trials):
         _apply_wide(kernel, fringe, activations[n], change[n], pulled[n])
     for sweep in range(n_sweeps):
@@ -384,7 +393,8 @@ def _descend_row(
     The next step begins longer.
     """
     while True:
-        _step_down(m, fringe.shape[2], seen, activations, pulled, steps[m] * safe, row)
+        step = kernel.dtype.type(steps[m] * safe)
+        _step_down(m, fringe.shape[2], seen, activations, pulled, step, row)
         project_row(row, l1, projected)
         fall = _measure_fall(
             m, seen, kernel[m, m], fringe[m, m], activations, pulled, projected, change, pull
@@ -416,7 +426,7 @@ def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, chang
     """How far the loss falls if row m becomes ``projected``; the change, and G times it."""
     n_trials, _, n_times = activations.shape
     reach = fringe.shape[0]
-    total = 0.0
+    total, half = kernel.dtype.type(0), kernel.dtype.type(0.5)
     for n in range(n_trials):
         old, new = activations[n, m], projected[n * n_times : (n + 1) * n_times]
         delta = change[n, :n_times]
@@ -428,7 +438,7 @@ def _measure_fall(m, seen, kernel, fringe, activations, pulled, projected, chang
         before, after = pulled[n, m, reach : reach + n_times], pull[n, reach : reach + n_times]
         wanted = seen[n, m]
         for t in range(first, stop):
-            total -= delta[t] * (before[t] - wanted[t] + 0.5 * after[t])
+            total -= delta[t] * (before[t] - wanted[t] + half * after[t])
     return total
 
 

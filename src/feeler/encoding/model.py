@@ -78,11 +78,11 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         V_n(x, t) ≈ Σ_m Σ_τ W_m(x, τ) H_nm(t − τ),   τ = 0 … n_lags − 1,   W ≥ 0, H ≥ 0.
 
     The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it. The activations take projected-gradient
-    steps with Hoyer's exact projection, row by row; a step is accepted only if the loss falls. Then
-    each entry of the bases goes to its best value. An iteration begins a little further along the
-    last one's change. After 5, 10, 20 and 40 of them each basis is tried where a wider window of
-    lags says that its pattern begins, and stays there if five iterations end lower. No trial runs
-    into the next.
+    steps with Hoyer's exact projection, row by row, in single precision; a step is accepted only if
+    the loss falls. Then, in double precision, each entry of the bases goes to its best value. An
+    iteration begins further along the last one's change. After 5, 10, 20 and 40 of them each basis
+    is tried where a wider window of lags says that its pattern begins, and stays there if five
+    iterations end lower. No trial runs into the next.
 
     Parameters
     ----------

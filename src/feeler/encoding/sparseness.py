@@ -123,13 +123,14 @@ def project_row(v, l1, out):
     if ties > l1 * l1:
         _rank_ties(out)
     threshold = _threshold(out, l1)
-    dot, square = 0.0, 0.0
+    zero = v.dtype.type(0)
+    dot, square = zero, zero
     for i in range(n):
-        w = max(out[i] - threshold, 0.0)
+        w = max(out[i] - threshold, zero)
         out[i] = w
         dot += w * v[i]
         square += w * w
-    scale = max(dot, 0.0) / square if square > 0.0 else 0.0
+    scale = max(dot, zero) / square if square > zero else zero
     for i in range(n):
         out[i] *= scale
 
@@ -161,20 +162,22 @@ def _threshold(z, l1):
     l1·√(q/(k − l1²)). Dropping the entries below λ and solving again (Hoyer's loop) only raises λ,
     and ends at the exact one.
     """
-    threshold, active = -np.inf, 1.0 * z.size
-    total, square = 0.0, 0.0
+    number = z.dtype.type
+    l1, zero, one = number(l1), number(0), number(1)
+    threshold, active = number(-np.inf), number(z.size)
+    total, square = zero, zero
     for i in range(z.size):
         total += z[i]
         square += z[i] * z[i]
     while True:
         mean = total / active
         # the peak is 0 and active, so that the spread is no small rest of a difference
-        spread = max(square - total * mean, 0.0)
+        spread = max(square - total * mean, zero)
         threshold = max(threshold, mean - l1 * np.sqrt(spread / active / (active - l1 * l1)))
-        left, total, square = 0.0, 0.0, 0.0
+        left, total, square = zero, zero, zero
         for i in range(z.size):
-            value = z[i] if z[i] > threshold else 0.0
-            left += 1.0 if z[i] > threshold else 0.0
+            value = z[i] if z[i] > threshold else zero
+            left += one if z[i] > threshold else zero
             total += value
             square += value * value
         if left == active or left <= l1 * l1:
