@@ -122,10 +122,7 @@ def compute_activity(
     Returns
     -------
     SimpleNamespace
-        ``active`` by threshold: sensors whose angle passes it, mean over touches. ``noise``: the
-        noise floor [rad] at which an ideal observer still names three of four objects at a place,
-        mean over places. Both with their bootstrap intervals.
-    """
+        XX"""
     angle = rectify(
         in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values
     )
@@ -138,11 +135,8 @@ def compute_activity(
     drawn = {"n_draws": asked["draws"], "random_state": random_state}
     noise = [find_noise(angle[places == place], **drawn)[0] for place in np.unique(places)]
     return SimpleNamespace(
-        active={
-            name: _average((peak > threshold).sum(axis=1))
-            for name, threshold in thresholds.items()
-        },
-        noise=_average(np.nan_to_num(noise)),  # no noise is borne where all touches are one
+        active={name: (peak > threshold).sum(axis=1) for name, threshold in thresholds.items()},
+        noise=np.nan_to_num(noise),  # none is tolerated where all touches are one
     )
 
 
@@ -164,7 +158,7 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     axes[0].set(xlabel="spacing of sensors [mm]", ylabel="place classified correctly [%]")
     axes[1].set(xlabel="sampling rate [Hz]", ylabel="shape and size classified correctly [%]")
     for k, name in enumerate(next(iter(activity.values())).active):
-        active = {factor: found.active[name] for factor, found in activity.items()}
+        active = {factor: _average(found.active[name]) for factor, found in activity.items()}
         _plot_curve(
             axes[2],
             active,
@@ -172,7 +166,7 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
             _SHORT.get(name, name.replace("threshold ", "> ")),
             1,
         )
-    noise = {factor: found.noise for factor, found in activity.items()}
+    noise = {factor: _average(found.noise) for factor, found in activity.items()}
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
     axes[3].set(xlabel="stiffness [× its own]", ylabel="noise tolerance [rad]", ylim=(0, None))
@@ -261,7 +255,13 @@ def _list_values(data: SimpleNamespace) -> dict[str, object]:
     }
     values |= {f"axes.object.{rate:g} Hz": value for rate, value in data.reading.thing.items()}
     for factor, found in data.activity.items():
-        values[f"axes.noise75.stiffness x {factor:g}"] = found.noise
+        values[f"axes.noise75.stiffness x {factor:g}"] = _average(found.noise)
         for name, active in found.active.items():
-            values[f"axes.active.{name}.stiffness x {factor:g}"] = active
-    return values
+            values[f"axes.active.{name}.stiffness x {factor:g}"] = _average(active)
+    stiff, soft = (data.activity[end(data.activity)] for end in (max, min))
+    for name, active in soft.active.items():  # of the same touches: pairs
+        values[f"axes.gain.{name}"] = _average(active - stiff.active[name])
+    gain = np.divide(
+        soft.noise, stiff.noise, where=stiff.noise > 0, out=np.ones_like(soft.noise)
+    )
+    return values | {"axes.gain.noise75": _average(gain - 1)}

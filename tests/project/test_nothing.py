@@ -33,11 +33,12 @@ from paper import (
     figS4,
 )
 from paper.context import Context
+from paper.readings import NEVER, NOT
 from paper.reproduce import STAGES
 from paper.scale import QUICK, SCALES
 from paper.statements import load_statements
 from paper.table import Results, read_declared
-from paper.verdicts import NEVER, NOT, judge
+from paper.verdicts import judge
 from studies.bounds import section as open_bounds
 from studies.gradient import section as open_gradient
 from studies.speed import section as open_speed
