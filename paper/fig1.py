@@ -20,7 +20,7 @@ from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.style import PALETTE, mark_places
+from feeler.plotting.style import PALETTE, mark_panel, mark_places
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
 from paper import fig1_compliance
@@ -170,8 +170,8 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
     axes[3].set(xlabel="stiffness [× its own]", ylabel="noise tolerance [rad]", ylim=(0, None))
-    for letter, ax in zip("ABCD", axes, strict=True):
-        ax.set_title(letter, loc="left")
+    for letter, ax in zip("abcd", axes, strict=True):
+        mark_panel(ax, letter)
         ax.legend(
             fontsize=6.5,
             handlelength=1.0,

@@ -54,5 +54,6 @@ def show(context: Context, section: Section) -> None:
         "fig2d_stimuli",
         "What touches, and where. (Fig. 2D)",
         lambda figure: plot(context.antenna, figure),
+        height=1.9,
         numbers={name: slow[name] for name in ("feature", "size", "location")},
     )

@@ -4,15 +4,11 @@ judged.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from feeler.antenna.segments import Antenna
-from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.distance import SETUP_CHOICES
@@ -137,68 +133,6 @@ def compute(
     )
 
 
-def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
-    """R² of every defined set-up, a line each through the profiles; the paper's values as crosses,
-    medians as bars.
-    """
-    place, defined = np.arange(len(family.names)), family.defined
-    for row in defined:
-        ordered = all(a > b for a, b in pairwise(row))
-        ax.plot(place, row, "-", color=PALETTE[0] if ordered else "#BBBBBB", lw=0.6, alpha=0.7)
-    for k, name in enumerate(family.names):
-        ax.plot(
-            np.full(len(defined), k),
-            defined[:, k],
-            ".",
-            ms=3,
-            color=PROFILE_COLOURS.get(name, PALETTE[0]),
-        )
-        if len(defined):
-            ax.plot(
-                [k - 0.15, k + 0.15], [np.median(defined[:, k])] * 2, color="#000000", lw=1.5
-            )
-        ax.plot(k, targets[name], "kx")
-    for style, label in (
-        ({"color": PALETTE[0], "lw": 0.6}, "in the paper's order"),
-        ({"color": "#BBBBBB", "lw": 0.6}, "in another"),
-        ({"color": "#000000", "lw": 1.5}, "median"),
-        ({"color": "#000000", "marker": "x", "ls": ""}, "the paper's value"),
-    ):
-        ax.plot([], [], label=label, **style)
-    ax.legend(loc="lower left")
-    _name_profiles(family, ax)
-    ax.set(
-        ylabel="R²",
-        ylim=(-0.05, 1.05),
-        title=f"{len(defined)} of {len(family.r2)} set-ups have all R²",
-    )
-
-
-def _plot_offset(family: Family, ax: Axes) -> None:
-    """How far from the contact the antenna bends most: a dot per set-up, medians as bars."""
-    rng = np.random.default_rng(0)  # spreads the dots sideways only
-    for k, name in enumerate(family.names):
-        found = family.offset[:, k][np.isfinite(family.offset[:, k])]
-        place = k + rng.uniform(-0.2, 0.2, found.size)
-        colour = PROFILE_COLOURS.get(name, PALETTE[0])
-        ax.plot(place, 100 * found, ".", ms=3, color=colour, alpha=0.6)
-        if found.size:
-            ax.plot([k - 0.3, k + 0.3], [100 * np.median(found)] * 2, color="#000000", lw=1.5)
-    ax.axhline(100 * _NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
-    ax.plot([], [], color="#000000", lw=1.5, label="median")
-    _name_profiles(family, ax)
-    ax.set(ylabel="greatest curvature from contact\n[% of the length]", ylim=(-3, 103))
-    ax.set_title("every set-up with three distances or more")
-    ax.legend()
-
-
-def _name_profiles(family: Family, ax: Axes) -> None:
-    """Each profile's name below its dots, in their colour."""
-    ax.set_xticks(range(len(family.names)), family.names)
-    for name, label in zip(family.names, ax.get_xticklabels(), strict=True):
-        label.set_color(PROFILE_COLOURS.get(name, PALETTE[0]))
-
-
 def show(context: Context, section: Section) -> None:
     """Every set-up, in how many the paper's order holds, and the values that the wall claims are
     judged by.
@@ -216,21 +150,13 @@ def show(context: Context, section: Section) -> None:
     section.heading("What R² depends on")
     tolerances = dict.fromkeys(CLAIMED, said["factor"])
     section.text(_count(family) + " " + _describe_nearest(family, targets, tolerances))
-    section.figure(
+    section.numbers(
         "fig3_family",
-        "Left: R² of every set-up of the declared family in which it is defined for all profiles: a"
-        " line each, coloured where the order is the paper's; bars are medians, crosses the paper's"
-        " values. Right: median distance along the antenna between the point of greatest curvature"
-        " and the contact (the mean place of the wall's push).",
-        lambda figure: _draw(family, figure, targets),
-        height=3.2,
-        numbers={
-            "names": family.names,
-            "choices": family.choices,
-            "r2": family.r2,
-            "offset": family.offset,
-            "targets": targets,
-        },
+        names=family.names,
+        choices=family.choices,
+        r2=family.r2,
+        offset=family.offset,
+        targets=targets,
     )
     section.values |= _list_values(family, tolerances, targets) | _list_readings(family)
     _tabulate_readings(section, family)
@@ -253,12 +179,6 @@ def show(context: Context, section: Section) -> None:
         "R² of every set-up. Undefined: the peak stays at one place, mostly the base hinge, or too"
         " few distances hold a J.",
     )
-
-
-def _draw(family: Family, figure: Figure, targets: Mapping[str, float]) -> None:
-    left, right = figure.subplots(1, 2)
-    plot(family, left, targets)
-    _plot_offset(family, right)
 
 
 def _list_offsets(family: Family) -> dict[str, object]:

@@ -22,7 +22,7 @@ from feeler.encoding import (
 )
 from feeler.encoding.inputs import check_choice
 from feeler.plotting import plot_bases
-from feeler.plotting.style import BASIS_COLOURS
+from feeler.plotting.style import BASIS_COLOURS, mark_panel
 from feeler.report import Section
 from feeler.tensors import in_unit, rectify
 from paper import fig4_map
@@ -166,13 +166,12 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
         (ax, data.residual, _RESIDUAL, "o"),
         (right, data.entropy["mean of rows"], _ENTROPY, "s"),
     )
-    for axis, values, colour, marker in curves:
+    for shift, (axis, values, colour, marker) in zip((-0.04, 0.04), curves, strict=True):
         middle = values[:, 0]
         ends = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
         spread = ends if values.shape[1] > 1 else None  # one start has none
-        axis.errorbar(
-            ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2
-        )
+        axis.plot(ranks + shift, middle, color=colour)
+        axis.errorbar(ranks + shift, middle, spread, color=colour, fmt=marker, ms=4, capsize=3)
     ax.set_xticks(ranks)
     ax.set_xlabel("number of bases M")
     ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=_RESIDUAL)
@@ -201,22 +200,19 @@ def _plot_examples(data: SimpleNamespace, axes: np.ndarray) -> None:
             ax.set_ylim(0, 1)
             ax.set_title(f"{name} at {key.split()[1]} L", pad=2)
         column[-1].set_xlabel("time [ms]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("activation")
+    axes[len(axes) // 2, 0].set_ylabel("activation [of the greatest]")
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:
     """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
     left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
     top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
-    _plot_ranks(data, top.subplots())
-    top.suptitle("B", x=0.02, ha="left")
+    _plot_ranks(data, above := top.subplots())
     sets = {
         f"M = {len(encoder.components_)}": encoder.components_
         for encoder in data.encoders.values()
     }
-    plot_bases(sets, data.sampling, bottom.subplots())
-    bottom.suptitle("C", x=0.02, ha="left")
+    plot_bases(sets, data.sampling, below := bottom.subplots())
     n_rows = (
         max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1)
         or 1
@@ -224,7 +220,8 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
     _plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    right.suptitle("D", x=0.02, ha="left")
+    for letter, ax in zip("bcd", (above, below, axes[0, 0]), strict=True):
+        mark_panel(ax, letter)
 
 
 def show(context: Context, section: Section) -> None:

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from feeler import touch
 from feeler.analysis.dispersion import bootstrap_mean
@@ -20,7 +18,6 @@ from feeler.decoding.sweeps import Plan
 from feeler.experiments.tactile import DURATION
 from feeler.objects import Nuisances
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.tensors.transforms import rectify
 from paper.context import Context
@@ -128,38 +125,6 @@ def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, An
     }
 
 
-def plot(data: Mapping[str, Mapping[str, SimpleNamespace]], figure: Figure) -> None:
-    """Accuracy on a new size and a new place, and how much each attribute changes a tensor; a row
-    for each window.
-    """
-    axes = figure.subplots(len(data), 2, sharex="col", sharey="col", squeeze=False)
-    for (window, profiles), row in zip(data.items(), axes, strict=True):
-        _plot_window(profiles, *row)
-        row[0].set(ylabel=f"{window}\nright [%]", ylim=(0, 103))
-        row[1].set_ylabel("change [% of norm]")
-    axes[0, 0].set_title("trained without it")
-    axes[0, 1].set_title("what a tensor changes with")
-    axes[-1, 0].set_xticks(
-        range(len(_SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"]
-    )
-    axes[-1, 1].set_xticks(range(len(_ATTRIBUTES)), ["shape", "size", "place, one step"])
-    axes[0, 0].legend(frameon=False)
-
-
-def _plot_window(profiles: Mapping[str, SimpleNamespace], left: Axes, right: Axes) -> None:
-    width = 0.8 / len(profiles)
-    for k, (name, new) in enumerate(profiles.items()):
-        colour = PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)])
-        shift = (k - (len(profiles) - 1) / 2) * width
-        for ax, shares in ((left, new.accuracy), (right, new.change)):
-            heights = [100 * share for share in shares.values()]
-            ax.bar(np.arange(len(heights)) + shift, heights, width, color=colour, label=name)
-    for place, chance in enumerate(next(iter(profiles.values())).chance.values()):
-        left.plot(
-            [place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1
-        )
-
-
 def show(context: Context, section: Section) -> None:
     """New sizes and places, by profile at slow touch, in both windows; then shifted places and
     other speeds.
@@ -173,21 +138,7 @@ def show(context: Context, section: Section) -> None:
         for window, profiles in _load_windows(context, names).items()
     }
     section.heading("New sizes and places")
-    section.figure(
-        "fig5_new",
-        "Left: accuracy of LDA on clean slow touches whose size, or place, was never trained"
-        f" (noise of {100 * plan.probe:g} % in training; dotted: chance). Right: how much a tensor"
-        " changes when only its shape, size or place is changed. Above, the paper's window, in"
-        " which some touches of the linear and of the constant profile are the same tensor; below,"
-        " complete touches.",
-        lambda figure: plot(data, figure),
-        height=4.6,
-        numbers={
-            window: {name: vars(new) for name, new in profiles.items()}
-            for window, profiles in data.items()
-        },
-    )
-    _keep_values(section, data)
+    _keep_values(section, data, plan.probe)
     if context.effort.jitters and len(names) > 1:
         _show_jittered(context, section)
 
@@ -203,7 +154,9 @@ def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.
     return dict(zip(WINDOWS, (slow, whole), strict=True))
 
 
-def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespace]]) -> None:
+def _keep_values(
+    section: Section, data: Mapping[str, Mapping[str, SimpleNamespace]], probe: float
+) -> None:
     rows = []
     for window, profiles in data.items():
         for name, new in profiles.items():
@@ -215,12 +168,18 @@ def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespa
             for attribute, change in new.change.items():
                 section.values[f"generalise.change.{attribute}.{window}.{name}"] = change
             shares = [(new.accuracy[s], *new.parts[s].values()) for s in _SPLITS]
-            rows.append([window, name, *(100 * share for split in shares for share in split)])
+            changed = [100 * new.change[attribute] for attribute in _LEFT_OUT.values()]
+            rows.append(
+                [window, name, *(100 * one for split in shares for one in split), *changed]
+            )
     header = ["window", "profile", "new size [%]", "of it shape", "place"]
     section.table(
-        [*header, "new place [%]", "of it shape", "size"],
+        [*header, "new place [%]", "of it shape", "size", "change by size [%]", "by place"],
         rows,
-        "Share of answers that are right, and of which each part is right (on noisy copies).",
+        "Accuracy of LDA on clean slow touches whose size, or place, was never trained (noise of"
+        f" {100 * probe:g} % in training), and how often each part is right (on noisy copies)."
+        " Last: by"
+        " which share of its norm a tensor changes if only its size or its place (one step) does.",
     )
 
 

@@ -163,9 +163,10 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
         thumbs,
     )
     able = sum(counts.values()) - [*counts.values()][-1]
-    title = f"Meng et al. 2025, recomputed: {next(iter(counts.values()))} of {able} comparable statements"
+    first = next(iter(counts.values()))
     return render_page(
-        f"{title} are reproduced under the paper's own words",
+        f"Meng et al. 2025, recomputed: {first} of {able} comparable statements are reproduced"
+        " under the paper's own words",
         _describe(context),
         parts,
         opening=opening,
@@ -220,9 +221,9 @@ def _describe_methods(context: Context) -> str:
         " at constant velocity. Contact is MuJoCo's soft contact with a pyramidal friction cone,"
         f" solref {contact.solref} [ms, 1], solimp {contact.solimp}; no gravity; integration step"
         f" {context.timestep:g} ms, one sample per ms at {antenna.sensors.size} hinges. Tensors"
-        " hold joint angle and curvature (angle over segment length) with their signs; pictures,"
-        " encoder and indices take angles with negative values set to 0 and one common scale for a"
-        f" whole set. Physics: the {context.engine}"
+        " hold joint angle and curvature (angle over segment length) with their signs; pictures"
+        " show curvature, encoder and indices take angles with negative values set to 0 and one"
+        f" common scale for a whole set. Physics: the {context.engine}"
         f" engine{end if context.engine == 'chain' else '.'}"
     )
 
