@@ -77,7 +77,7 @@ def compute(
     SimpleNamespace
         By profile: ``main_sweeps``, the quasi-static approach in the configuration nearest to the
         paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
-        same in the leading set-up; ``default_sweeps`` and ``default_maps``, the same in the default one;
+        same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
         ``straight``, maps of antennas that are not pre-bent; ``drives``, a wall that comes nearer
         without stopping; ``far_slides``, a wall past the first profiles at every distance.
         ``slides``: a wall past the first profile at a few constant distances. ``default_slides``:
