@@ -174,7 +174,7 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
         axis.errorbar(ranks + shift, middle, spread, color=colour, fmt=marker, ms=4, capsize=3)
     ax.set_xticks(ranks)
     ax.set_xlabel("number of bases M")
-    ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=_RESIDUAL)
+    ax.set_ylabel("relative residual (L2 norm)", color=_RESIDUAL)
     right.set_ylabel("activation entropy [bits]", color=_ENTROPY)
 
 
