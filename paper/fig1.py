@@ -10,6 +10,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from feeler import touch
 from feeler.analysis import find_noise
@@ -18,12 +20,14 @@ from feeler.antenna.segments import Antenna
 from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
+from feeler.objects import Trial, place
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
+from feeler.plotting.antennas import OBJECT_COLOUR, make_patch, plot_posture
 from feeler.plotting.style import PALETTE, mark_panel, mark_places
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
-from paper import fig1_compliance
+from feeler.tensors.transforms import reconstruct_posture
 from paper.context import Context
 from paper.data import COMPLETE, list_profiles, list_touches, load_complete
 from paper.drawn import find_touch
@@ -203,6 +207,76 @@ def _thin(places: Sequence[float]) -> list[float]:
     return [float(f"{places[k]:.2g}") for k in chosen]
 
 
+_ACTIVE, _SILENT = PALETTE[1], "#BBBBBB"
+
+
+def count_active(tensors: xr.Dataset, threshold: float) -> np.ndarray:
+    """Sensors whose angle [rad] is beyond a threshold (time, sensor) in a Dataset of one touch."""
+    return in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values[0] > (
+        threshold
+    )
+
+
+def plot_compliance(
+    antenna: Antenna,
+    trial: Trial,
+    touched: Mapping[float, xr.Dataset],
+    threshold: float,
+    figure: Figure,
+) -> None:
+    """The moment of most active sensors, a panel for each stiffness; ``touched`` by factor."""
+    axes = figure.subplots(1, len(touched), sharex=True, sharey=True)
+    for ax, (factor, tensors) in zip(axes, touched.items(), strict=True):
+        active = count_active(tensors, threshold)
+        now = int(active.sum(axis=1).argmax())
+        _draw(antenna, trial, tensors, now, active[now], ax)
+        words = "its own stiffness" if factor == 1 else f"{factor:g} × as stiff"
+        ax.set_title(f"{words}\n{active[now].sum()} of {active.shape[1]} sensors active")
+    marks = [
+        Line2D([], [], color=colour, marker="o", ls="", ms=3, label=label)
+        for colour, label in ((_ACTIVE, f"angle > {threshold:g} rad"), (_SILENT, "less"))
+    ]
+    met = Patch(color=OBJECT_COLOUR, label="object")
+    figure.legend(handles=[*marks, met], loc="outside lower center", ncols=3)
+
+
+def _draw(
+    antenna: Antenna, trial: Trial, tensors: xr.Dataset, now: int, active: np.ndarray, ax: Axes
+) -> None:
+    points = reconstruct_posture(tensors, antenna).values[0, now]
+    placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
+    ax.add_patch(
+        make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward)
+    )
+    plot_posture(points, ax, lw=1.5)
+    sensors = points[antenna.sensors - 1]
+    for chosen, colour in ((~active, _SILENT), (active, _ACTIVE)):
+        ax.plot(*sensors[chosen].T, "o", ms=2.2, color=colour, zorder=4)
+    ax.set(aspect="equal", xlim=(-0.25 * antenna.length, 0.75 * antenna.length))
+    ax.axis("off")
+
+
+def _show_compliance(
+    section: Section,
+    antenna: Antenna,
+    trial: Trial,
+    touched: Mapping[float, xr.Dataset],
+    threshold: float,
+) -> None:
+    """The drawing, and how many sensors are active over time."""
+    section.figure(
+        "fig1_compliance",
+        f"One touch ({trial.label}) of an antenna with other stiffness, each at the moment at which"
+        " most sensors are active. The object's path is the same for all. (Fig. 1A)",
+        lambda figure: plot_compliance(antenna, trial, touched, threshold, figure),
+        height=2.8,
+        numbers={
+            f"{factor:g}": count_active(tensors, threshold).sum(axis=1)
+            for factor, tensors in touched.items()
+        },
+    )
+
+
 def show(context: Context, section: Section) -> None:
     """What spacing, sampling and compliance do to slow touches of the first profile."""
     asked, name = read_declared("declared.toml")["axes"], list_profiles(context)[0]
@@ -231,7 +305,7 @@ def show(context: Context, section: Section) -> None:
         " shape, with less force."
     )
     ends = {factor: shown[factor] for factor in (max(shown), 1.0, min(shown))}
-    fig1_compliance.show(section, antenna, touches[number], ends, asked["threshold"])
+    _show_compliance(section, antenna, touches[number], ends, asked["threshold"])
     section.figure(
         "fig1_axes",
         f"A: place of touch, on objects never trained; B: shape and size, at places never trained"

@@ -4,6 +4,7 @@ tells the distance.
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import islice
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,10 +13,18 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.segments import Antenna
+from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.results import Shapes, plot_approach, plot_maps, plot_shapes
+from feeler.plotting.results import Shapes, plot_approach, plot_maps
 from feeler.plotting.style import mark_panel
 from feeler.plotting.tensors import plot_tensor
+from feeler.plotting.walls import (
+    APPROACH_SLOWER,
+    FOLLOW_SLOWER,
+    SHOWN,
+    write_drives_movie,
+    write_run_movie,
+)
 from feeler.report.page import Section
 from feeler.wall import (
     DISTANCES,
@@ -27,6 +36,7 @@ from feeler.wall import (
     map_distance,
     slide,
 )
+from feeler.wall.following import follow
 from paper.context import Context
 from paper.data import list_profiles
 from paper.readings import load_sentences
@@ -226,18 +236,11 @@ def show(context: Context, section: Section) -> None:
     if data.far_slides:
         _show_slides(section, data)
     _list_maps(section, data)
+    _show_movies(context, section)
 
 
 def _show_slides(section: Section, data: SimpleNamespace) -> None:
     shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
-    section.figure(
-        "fig3_slides",
-        "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at"
-        " every distance, leading set-up.",
-        lambda figure: plot_shapes(shapes, figure.subplots()),
-        height=3.2,
-        numbers={name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()},
-    )
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     for name, touched in (
         (LEADING, next(iter(data.far_slides.values()))),
@@ -318,3 +321,54 @@ def _row(name: str, found: DistanceMap) -> list[object]:
         ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
     )
     return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]
+
+
+# Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that
+# follows a wall by it.
+
+
+def _show_movies(context: Context, section: Section) -> None:
+    """The movies, and how well bodies follow."""
+    path = write_drives_movie(
+        load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps
+    )
+    section.movie(
+        path,
+        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
+        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
+    )
+    if context.effort.followers != 0:
+        _follow(context, section)
+
+
+def _follow(context: Context, section: Section) -> None:
+    rows: list[list[object]] = []
+    section.heading("Following a wall by it")
+    shown = False
+    for name, antenna in islice(context.profiles.items(), context.effort.followers):
+        try:
+            run = follow(antenna, posture=get_lead())
+        except InvalidInput:  # its peak stays at the base hinge: that is the result
+            rows.append([name, *["no map to steer by"] * 4])
+            continue
+        rows.append(
+            [name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"]
+        )
+        if not shown:
+            shown = True
+            path = section.folder / "movieS3_following.mp4"
+            write_run_movie(run, path, context.effort.fps)
+            section.movie(
+                path,
+                "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
+                f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
+                " curvature beyond rest. (Movie S3)",
+            )
+    section.table(
+        ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
+        rows,
+        "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance, in"
+        f" the leading set-up ({describe_posture(get_lead())}). With friction it sticks and slips,"
+        " so that a rounding can lead to another run, such as that of another kind of processor.",
+    )

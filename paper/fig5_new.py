@@ -10,36 +10,26 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feeler import touch
 from feeler.analysis.dispersion import bootstrap_mean
-from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
+from feeler.decoding import Relative, compute_left_out
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
-from feeler.experiments.tactile import DURATION
-from feeler.objects import Nuisances
 from feeler.objects.trials import SPEEDS
 from feeler.report import Section, make_spread
 from feeler.tensors.transforms import rectify
 from paper.context import Context
 from paper.data import (
-    COMPLETE,
     list_profiles,
-    list_touches,
     load_complete,
     load_tensors,
     select_speed,
 )
-from paper.window import WINDOWS, complete_tensors, measure_window, resample
+from paper.window import WINDOWS, complete_tensors
 
 _ATTRIBUTES = ("feature", "size", "location")
 _SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}
 """What is left out in turn, and what is then read of the touches that have it."""
 _LEFT_OUT = {"size": "size", "place": "location"}
-_JITTERS = {
-    "place shifted by up to 2 % of the length": (0.02, 0.0),
-    "speed changed by up to 10 %": (0.0, 0.1),
-}
-"""[C] Half-widths of uniform changes of place (share of the length) and speed (relative)."""
 
 
 def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> SimpleNamespace:
@@ -126,9 +116,7 @@ def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, An
 
 
 def show(context: Context, section: Section) -> None:
-    """New sizes and places, by profile at slow touch, in both windows; then shifted places and
-    other speeds.
-    """
+    """New sizes and places, by profile at slow touch, in both windows."""
     plan, names = context.effort.plan, list_profiles(context)
     data = {
         window: {
@@ -139,8 +127,6 @@ def show(context: Context, section: Section) -> None:
     }
     section.heading("New sizes and places")
     _keep_values(section, data, plan.probe)
-    if context.effort.jitters and len(names) > 1:
-        _show_jittered(context, section)
 
 
 def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.Dataset]]:
@@ -181,44 +167,3 @@ def _keep_values(
         " Last: by"
         " which share of its norm a tensor changes if only its size or its place (one step) does.",
     )
-
-
-def _show_jittered(context: Context, section: Section) -> None:
-    """Accuracy on clean slow touches, each a little off its place or speed, in both windows."""
-    plan, rng = context.effort.plan, np.random.default_rng(context.seed)
-    names = list_profiles(context)
-    known = _load_windows(context, names)
-    for title, (location, speed) in _JITTERS.items():
-        words: dict[str, list[str]] = {window: [] for window in known}
-        for name in names:
-            order = [t for t in list_touches(context, name) if t.speed == SPEEDS["slow"]]
-            moved = Nuisances.only(location=location, speed=speed).jitter(order, rng)
-            again = touch(context.profiles[name], moved, duration=COMPLETE, **context.physics)
-            for window, sets in known.items():
-                end = measure_window(load_complete(context, name)).end
-                end = DURATION if window == WINDOWS[0] else end
-                right = score_again(
-                    sets[name], resample(again, end, round(DURATION)), plan, context.seed
-                )
-                words[window].append(f"{name} {100 * right:.0f} %")
-        said = "; ".join(f"{window}: {', '.join(found)}" for window, found in words.items())
-        section.text(f"Touches never trained on, {title}, tensors by profile. {said}.")
-
-
-def score_again(
-    tensors: xr.Dataset, again: xr.Dataset, plan: Plan, random_state: int = 0
-) -> float:
-    """Accuracy of LDA, trained on noisy copies of tensors, on clean other ones."""
-    labels = make_labels(tensors)
-    known, asked = (
-        rectify(one["angle"].transpose("trial", "sensor", "time").values)
-        for one in (tensors, again)
-    )
-    sweep = compute_sweep(
-        known / known.max(),
-        labels,
-        held_out=(asked / known.max(), labels),
-        estimator=make_lda(),
-        **_list_options(plan, plan.other_repeats, random_state),
-    )
-    return float(sweep.clean.mean())

@@ -22,8 +22,7 @@ from feeler.plotting.style import mark_panel, pick_colours
 from feeler.report.page import Section
 from paper.context import Context
 from paper.data import list_profiles, load_complete, load_tensors
-from paper.fig4 import prepare
-from paper.fig4_map import span
+from paper.fig4 import prepare, span
 from paper.scale import Scale
 from paper.window import WINDOWS, complete_tensors
 

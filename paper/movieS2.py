@@ -1,23 +1,18 @@
-"""Movie S2: a tensor grows, slow beside fast on one clock; and each speed by itself."""
+"""Movie S2: a tensor grows, slow beside fast on one clock."""
 
 from feeler import touch
 from feeler.experiments.tactile import DURATION
 from feeler.objects import Ball, Trial
 from feeler.objects.trials import SPEEDS
-from feeler.plotting import SLOWER, write_touch_movie, write_touches_movie
+from feeler.plotting import SLOWER, write_touches_movie
 from feeler.report.page import Section
 from paper.context import Context
 
-_LASTING = {
-    "fast": 100.0,
-    "medium": 200.0,
-    "slow": DURATION,
-}  # ms, what is worth watching at each speed
 _TOGETHER = "movieS2_speeds"
 
 
 def show(context: Context, section: Section) -> None:
-    """A ball at the middle, at all speeds together, then at each."""
+    """A ball at the middle, at all speeds together."""
     fps, touches = context.effort.fps, {}
     for speed in reversed(context.effort.speeds):
         trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
@@ -36,18 +31,3 @@ def show(context: Context, section: Section) -> None:
         " than life. Below: the curvature that its sensors feel, the tensor. A slow touch fills it,"
         " a fast one is over in a few samples. (Movie S2)",
     )
-    for speed in context.effort.movie_speeds:
-        trial, everything = touches[speed]
-        path = section.folder / f"movieS2_{speed}.mp4"
-        write_touch_movie(
-            context.antenna,
-            trial,
-            everything.sel(time=slice(0, _LASTING[speed])),
-            path,
-            fps=fps,
-        )
-        section.movie(
-            path,
-            f"The same ball at {SPEEDS[speed]:g} m/s ({speed}), {SLOWER:g} times slower than life."
-            " (Movie S2)",
-        )

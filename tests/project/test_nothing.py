@@ -209,8 +209,7 @@ def _find_wall_values(rng):
         names=names, choices=(), r2=np.array(r2), offset=offset, cases=()
     )
     said = read_declared("declared.toml")["wall_paper"]
-    factors = dict.fromkeys(names, said["factor"])
-    values = fig3_family._list_values(family, factors, {name: said[name] for name in names})
+    values = fig3_family._list_values(family, {name: said[name] for name in names})
     for name, tensors in (("white", rng.random((9, 4, 30))), ("one", np.ones((9, 4, 30)))):
         wall = SimpleNamespace(
             contact=np.ones((9, 30), dtype=bool),
