@@ -30,7 +30,7 @@ from feeler.tensors import in_unit, rectify
 from feeler.tensors.transforms import reconstruct_posture
 from paper.context import Context
 from paper.data import COMPLETE, list_profiles, list_touches, load_complete
-from paper.drawn import find_touch
+from paper.fig1_touch import find_touch
 from paper.table import read_declared
 from paper.window import keep_whole
 

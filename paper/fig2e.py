@@ -12,8 +12,10 @@ from feeler import save, touch
 from feeler.analysis import INDICES, compute_dispersion
 from feeler.antenna.segments import Antenna
 from feeler.experiments.tactile import DURATION
+from feeler.objects import Ball, Trial
 from feeler.objects.trials import LOCATIONS, SPEEDS, make_features
 from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT
+from feeler.plotting import SLOWER, write_touches_movie
 from feeler.plotting.antennas import make_patch, plot_posture
 from feeler.plotting.tensors import plot_tensor_grid
 from feeler.report.page import Section, make_spread
@@ -78,14 +80,13 @@ def show(context: Context, section: Section) -> None:
     _tabulate(
         section, sets, {name: measure_window(load_complete(context, name)) for name in sets}
     )
-    slow = select_speed(next(iter(sets.values())), SPEEDS["slow"])["angle"].values
     section.values |= {
         "tensors.count": int(first.sizes["trial"]),
         "tensors.sensors": int(first.sizes["sensor"]),
         "tensors.samples": int(first.sizes["time"]),
-        "tensors.negative_energy_slow": _negative_share(slow),
     }
     _show_contacts(context, section)
+    _show_movie(context, section)
 
 
 def _draw_sets(section: Section, sets: dict) -> None:
@@ -137,10 +138,6 @@ def _tabulate(section: Section, sets: dict, windows: dict[str, Any]) -> None:
         "Peaks over sensors and time. Cut by the window: slow touches that go on, or begin again,"
         " after it, in a run of twice its length.",
     )
-
-
-def _negative_share(angle: np.ndarray) -> float:
-    return float(np.sum(np.minimum(angle, 0) ** 2) / np.sum(angle**2))
 
 
 # Softness of contact, which the paper does not state.
@@ -267,4 +264,31 @@ def _show_stimuli(context: Context, section: Section) -> None:
         lambda figure: plot_stimuli(context.antenna, figure),
         height=1.9,
         numbers={name: slow[name] for name in ("feature", "size", "location")},
+    )
+
+
+# Movie S2: a tensor grows, slow beside fast on one clock.
+
+_TOGETHER = "movieS2_speeds"
+
+
+def _show_movie(context: Context, section: Section) -> None:
+    """A ball at the middle, at all speeds together."""
+    fps, touches = context.effort.fps, {}
+    for speed in reversed(context.effort.speeds):
+        trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
+        touches[speed] = (
+            trial,
+            touch(
+                context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics
+            ),
+        )
+    path = section.folder / f"{_TOGETHER}.mp4"
+    titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}
+    write_touches_movie(context.antenna, titles, path, fps=fps)
+    section.movie(
+        path,
+        f"One ball of 1.53 mm touches the antenna at {len(touches)} speeds, {SLOWER:g} times slower"
+        " than life. Below: the curvature that its sensors feel, the tensor. A slow touch fills it,"
+        " a fast one is over in a few samples. (Movie S2)",
     )

@@ -45,11 +45,7 @@ from paper.table import read_declared
 
 LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
-_STRAIGHT = {"prebend": "none"}
 APART = 0.1  # [C] of a tensor's own root mean square: what discriminates two sliding tensors
-# [C] Shares by which every distance of the wall is moved, to see whether a fit hangs on the last
-# digit: about what processors differ by, and a thousand times as much.
-_HAIRS = (-1e-9, -1e-12, 1e-12, 1e-9)
 
 
 def get_lead() -> Posture:
@@ -88,17 +84,16 @@ def compute(
         By profile: ``main_sweeps``, the quasi-static approach in the configuration nearest to the
         paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
         same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
-        ``straight``, maps of antennas that are not pre-bent; ``drives``, a wall that comes nearer
+        ``drives``, a wall that comes nearer
         without stopping; ``far_slides``, a wall past the first profiles at every distance.
         ``slides``: a wall past the first profile at a few constant distances. ``default_slides``:
-        past the first profile at every distance, in the default set-up. ``moved_r2``: R² of the
-        first profile in the default set-up with every distance moved by a hair.
+        past the first profile at every distance, in the default set-up.
     """
     first, lead, (main, measure) = next(iter(antennas.values())), get_lead(), get_main()
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
-    mains, sweeps, default, straight = (
+    mains, sweeps, default = (
         {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
-        for posture in (main, lead, Posture(), Posture().replace(**_STRAIGHT))
+        for posture in (main, lead, Posture())
     )
     return SimpleNamespace(
         main_sweeps=mains,
@@ -107,7 +102,6 @@ def compute(
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         default_sweeps=default,
         default_maps={name: map_distance(sweep) for name, sweep in default.items()},
-        straight={name: map_distance(sweep) for name, sweep in straight.items()},
         slides=slide(first, lead, SLIDE_DISTANCES, **options),
         drives={
             name: drive(antennas[name], lead, **options)
@@ -120,18 +114,7 @@ def compute(
         default_slides=slide(first, Posture(), DISTANCES, **options)
         if effort.far_slides != 0
         else None,
-        moved_r2=_find_moved(first, Posture()),
     )
-
-
-def _find_moved(antenna: Antenna, posture: Posture) -> list[float]:
-    """R² of the map with every distance moved by each hair.
-
-    An antenna that rubs sticks and slips, and which of its nodes slips first can hang on the last
-    digit of a number.
-    """
-    moved = (np.multiply(DISTANCES, 1 + hair) for hair in _HAIRS)
-    return [map_distance(approach(antenna, posture, distances)).r2 for distances in moved]
 
 
 @lru_cache(maxsize=1)
@@ -260,7 +243,6 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
     rows = [_row(f"{name}, nearest to the words", m) for name, m in data.main_maps.items()]
     rows += [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
     rows += [_row(f"{name}, {DEFAULT}", found) for name, found in data.default_maps.items()]
-    rows += [_row(f"{name}, not pre-bent", found) for name, found in data.straight.items()]
     section.table(
         [
             "profile",
@@ -281,15 +263,6 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
         " moves on"
         " by more than a segment per step.",
     )
-    name, found = next(iter(data.default_maps.items()))
-    if np.isfinite(every := [found.r2, *data.moved_r2]).all():
-        section.text(
-            "An antenna that rubs against the wall sticks and slips, and which part of it slips"
-            f" first can hang on the last digit: in the default set-up, R² of {name} lies between"
-            f" {min(every):.3g} and {max(every):.3g} as every distance of the wall is moved by a"
-            " part in 10¹² or in 10⁹. Another processor may give any of these; the claims are"
-            " judged over the family of set-ups."
-        )
 
 
 def _compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:

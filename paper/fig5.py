@@ -1,6 +1,6 @@
 """Fig. 5A–D: how well touches are discriminated, by speed and by profile, against noise."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -25,8 +25,15 @@ KEPT_AT = (0.1, 0.3)
 """Noise ratios at which the paper names the variance that its principal components keep."""
 
 
-def plot(data: SimpleNamespace, curves: Mapping[str, Mapping], figure: Figure) -> None:
-    """The paper's panels a to d: NMI above, accuracy against noise below."""
+def plot(
+    data: SimpleNamespace,
+    curves: Mapping[str, Mapping[str, np.ndarray]],
+    ratios: Sequence[float],
+    figure: Figure,
+) -> None:
+    """The paper's panels a to d: NMI above; accuracy (ratio, repeat) of each group against noise
+    below.
+    """
     top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.25), squeeze=False).flat
     axes = top.subplots(1, 2 * len(curves), sharey=True, squeeze=False)[0]
     pairs = [(comparison, kind) for comparison in curves for kind in MAIN]
@@ -36,15 +43,15 @@ def plot(data: SimpleNamespace, curves: Mapping[str, Mapping], figure: Figure) -
     axes[0].set_ylabel("NMI with the closest match")
     for letter, ax in zip("ab", axes[::2], strict=False):
         mark_panel(ax, letter)
-    ratios = [100 * ratio for ratio in data.ratios if ratio > 0]
+    x, chance = [100 * ratio for ratio in ratios if ratio > 0], 1 / _count_classes(data)
     below = bottom.subplots(1, len(curves), sharey=True, squeeze=False)[0]
     for letter, (comparison, groups), ax in zip("cd", curves.items(), below, strict=False):
         colours = pick_colours(groups)
         for name, found in groups.items():
             mean, sd = 100 * found.mean(axis=1), 100 * found.std(axis=1)
-            ax.plot(ratios, mean, color=colours[name], label=name)
-            ax.fill_between(ratios, mean - sd, mean + sd, color=colours[name], alpha=0.2, lw=0)
-        ax.axhline(100 * data.chance, color="#888888", ls=":", lw=0.8, label="chance")
+            ax.plot(x, mean, color=colours[name], label=name)
+            ax.fill_between(x, mean - sd, mean + sd, color=colours[name], alpha=0.2, lw=0)
+        ax.axhline(100 * chance, color="#888888", ls=":", lw=0.8, label="chance")
         ax.set(
             xlabel="noise [% of each vector's maximum]", ylim=(0, 103), title=f"by {comparison}"
         )
@@ -53,27 +60,28 @@ def plot(data: SimpleNamespace, curves: Mapping[str, Mapping], figure: Figure) -
     below[0].set_ylabel("LDA accuracy [%]")
 
 
+def _count_classes(data: SimpleNamespace) -> int:
+    """Every touch of a group is a class."""
+    return len(next(iter(data.groups["speed"].values())).tensors)
+
+
 def show(context: Context, section: Section) -> None:
     """Accuracy by speed and by profile, beside its null."""
     data, plan = load(context), context.effort.plan
     traced = {comparison: trace_main(context, comparison) for comparison in data.curves}
-    data.ratios, data.chance = (
-        plan.ratios,
-        1 / len(next(iter(data.groups["speed"].values())).tensors),
-    )
     section.figure(
         "fig5_classification",
         "a, b: NMI of every tensor's closest match (dots), mean and 95 % bootstrap interval over"
         " the"
         " touches of the fixed grid, of activations and tensors. c, d: accuracy of LDA on"
         " activations"
-        f" against noise ({round(1 / data.chance)} classes), under the reading nearest to the"
+        f" against noise ({_count_classes(data)} classes), under the reading nearest to the"
         " paper's"
         " words: principal components of all clean activations, then noise; line: mean, shaded: ± 1"
         f" SD over {plan.n_repeats} repeats; chance dotted. Profiles in the paper's window;"
         " complete"
         " touches are in a figure of their own. (Fig. 5A–D)",
-        lambda figure: plot(data, traced, figure),
+        lambda figure: plot(data, traced, plan.ratios, figure),
         height=4.4,
         numbers={"accuracy": traced},
     )
@@ -102,11 +110,6 @@ def show(context: Context, section: Section) -> None:
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
         " repeated. Profiles in the paper's window; complete touches stand below.",
     )
-    section.heading("Variance kept, and confusions")
-    for comparison, curves in data.curves.items():
-        section.text(_describe_kept(comparison, curves))
-    for name, confused in data.confused.items():
-        section.text(f"{name}: {confused.describe()}")
     section.text(
         f"Effort at this scale: noise of {', '.join(f'{100 * ratio:g}' for ratio in plan.ratios)}"
         f" %, {plan.n_repeats} repeats with {plan.n_copies} copies per trial;"
@@ -170,15 +173,3 @@ def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
             )
             rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, shown])
     return rows
-
-
-def _describe_kept(comparison: str, curves: Curves) -> str:
-    name, sweep = next(iter(curves.find("joint").items()))
-    pairs = zip(
-        sweep.ratios, sweep.kept_noisy.mean(axis=1), sweep.kept_clean.mean(axis=1), strict=True
-    )
-    kept = ", ".join(f"{100 * r:.0f} %: {100 * a:.0f} / {100 * b:.0f} %" for r, a, b in pairs)
-    return (
-        f"by {comparison}, {name}: variance that 30 components keep, of noisy copies / of clean"
-        f" codes, at {kept}"
-    )

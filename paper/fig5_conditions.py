@@ -16,7 +16,7 @@ from feeler.report.page import Section
 from feeler.tensors.transforms import compute_bend, in_unit
 from paper.context import Context
 from paper.data import list_profiles, list_speeds, list_touches, load_tensors
-from paper.drawn import draw_moment, find_touch
+from paper.fig1_touch import draw_moment, find_touch
 
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
 _LATER = 15.0  # ms since contact, at every speed

@@ -39,7 +39,7 @@ STAGES = (
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1_touch", "fig5_conditions", "fig2e", "movieS2"),
+        figures=("fig1_touch", "fig5_conditions", "fig2e"),
     ),
     Stage(
         name="axes",

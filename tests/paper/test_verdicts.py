@@ -179,9 +179,9 @@ def test_what_is_declared_is_whole():
     for one in statements:
         for sentence in one.list_sentences():
             assert len({*sentence.groups}) == len(sentence.groups)
-    figures = read_declared("statements.toml")["figure"]
-    assert {one["picture"] for one in figures if "words" in one} == {
-        one["picture"] for one in figures if "title" in one
+    answers = read_declared("statements.toml")["answer"]
+    assert {one["statement"] for one in answers if "statement" in one} <= {
+        one.id for one in statements
     }
 
 

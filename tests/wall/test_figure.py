@@ -33,11 +33,11 @@ def test_figure_3_draws_what_was_computed():
         fig3.SLIDE_DISTANCES, reverse=True
     )
     assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
-    assert len(figure.axes) == 6
-    assert [ax.get_title() for ax in figure.axes[1:3]] == [
-        f"{name}\n{fig3.describe_posture(posture)}"
-        for name, posture in ((fig3.LEADING, fig3.get_lead()), (fig3.DEFAULT, Posture()))
-    ]
+    letters = [ax.get_title(loc="left") for ax in figure.axes]
+    assert [letter for letter in letters if letter] == ["a", "b", "c", "d"]
+    posture, measure = fig3.get_main()
+    assert data.main_sweeps["exponential"].posture == posture
+    assert (posture.friction, posture.hook_share, measure["quantity"]) == (1.0, 1.0, "total")
 
 
 def test_every_distance_is_drawn_with_its_wall():
