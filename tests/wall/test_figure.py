@@ -8,7 +8,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.plotting.results import Shapes, plot_shapes
-from feeler.plotting.style import PALETTE
 from feeler.presets import cockroach
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
 from feeler.wall.distance import SETUP_CHOICES
@@ -19,7 +18,6 @@ from paper.fig3_family import (
     compute,
     list_readings,
     list_setups,
-    plot,
 )
 from paper.scale import SCALES
 
@@ -202,14 +200,3 @@ def test_how_far_the_peak_is_from_the_contact_counts_every_standing_distance():
     )
     assert case.map.used.sum() == 0 and sweep.inverted.sum() == 4
     assert case.offset == pytest.approx(np.median(sweep.contact_position), abs=0.2)
-
-
-def test_the_family_is_drawn_with_its_medians():
-    family = make_family([[0.9, 0.8, 0.7], [0.8, 0.9, 0.7], [0.7, np.nan, 0.7]])
-    ax = Figure().subplots()
-    plot(family, ax, {"exponential": 0.985, "linear": 0.924, "constant": 0.704})
-    assert ax.get_title() == "2 of 3 set-ups have all R²"
-    assert [line.get_color() for line in ax.get_lines()[:2]] == [
-        PALETTE[0],
-        "#BBBBBB",
-    ]  # in the paper's order, and not
