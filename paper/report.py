@@ -37,6 +37,12 @@ DETAILS = "details.html"
 OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"
 _THUMB = (150, 96)  # pixels
 _NAMED = re.compile(r"(?:Fig\.|,) (S?\d)")
+_SAID = {
+    "good": "reproduced",
+    "half": "under another reading",
+    "bad": "not reproduced",
+    "none": "–",
+}
 _WORST = ("bad", "half", "good", "none")
 
 
@@ -90,12 +96,18 @@ def list_names(sections: Sequence[Section]) -> list[str]:
     ]
 
 
+def list_named(one: Judged) -> list[str]:
+    """The figures of the paper that a statement names, such as ``5`` and ``S6``."""
+    parts = one.statement.where.split(";")
+    return [name for part in parts if "Fig." in part for name in _NAMED.findall(part)]
+
+
 def place_statement(one: Judged) -> str:
     """The figure of the paper to which a statement belongs: the first that it names, or that of
     our picture; "": none.
     """
-    if named := _NAMED.search(one.statement.where):
-        return named[1]
+    if named := list_named(one):
+        return named[0]
     own = re.match(r"fig(S?\d)", one.statement.figure)
     return own[1] if own and one.statement.whose == "paper" else ""
 
@@ -137,9 +149,11 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
         )
         anchor = f"fig{number.replace(' ', '')}"
         parts.append(Part(name=anchor, title=f"{figure['name']}  {figure['title']}", body=body))
-        marks = [one.mark for one in named or own]
+        marks = [one.mark for one in (*named, *own)]
         worst = next((mark for mark in _WORST if mark in marks), "none")
-        thumbs.append((figure["name"], anchor, _shrink(*found[0]) if found else "", worst))
+        thumbs.append(
+            (figure["name"], anchor, _shrink(*found[0]) if found else "", worst, _SAID[worst])
+        )
     rest = [one for found in groups.values() for one in found]
     parts += [
         Part(name=name, title=title, body=body)
