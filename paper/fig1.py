@@ -10,6 +10,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from feeler import touch
 from feeler.analysis import find_noise
@@ -18,15 +20,17 @@ from feeler.antenna.segments import Antenna
 from feeler.decoding import compute_left_out
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
+from feeler.objects import Trial, place
 from feeler.objects.noise import Common
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.style import PALETTE, mark_places
+from feeler.plotting.antennas import OBJECT_COLOUR, make_patch, plot_posture
+from feeler.plotting.style import PALETTE, mark_panel, mark_places
 from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
-from paper import fig1_compliance
+from feeler.tensors.transforms import reconstruct_posture
 from paper.context import Context
 from paper.data import COMPLETE, list_profiles, list_touches, load_complete
-from paper.drawn import find_touch
+from paper.fig1_touch import find_touch
 from paper.table import read_declared
 from paper.window import keep_whole
 
@@ -121,10 +125,7 @@ def compute_activity(
     Returns
     -------
     SimpleNamespace
-        ``active`` by threshold: sensors whose angle passes it, mean over touches. ``noise``: the
-        noise floor [rad] at which an ideal observer still names three of four objects at a place,
-        mean over places. Both with their bootstrap intervals.
-    """
+        XX"""
     angle = rectify(
         in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time").values
     )
@@ -137,11 +138,8 @@ def compute_activity(
     drawn = {"n_draws": asked["draws"], "random_state": random_state}
     noise = [find_noise(angle[places == place], **drawn)[0] for place in np.unique(places)]
     return SimpleNamespace(
-        active={
-            name: _average((peak > threshold).sum(axis=1))
-            for name, threshold in thresholds.items()
-        },
-        noise=_average(np.nan_to_num(noise)),  # no noise is borne where all touches are one
+        active={name: (peak > threshold).sum(axis=1) for name, threshold in thresholds.items()},
+        noise=np.nan_to_num(noise),  # none is tolerated where all touches are one
     )
 
 
@@ -163,7 +161,7 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
     axes[0].set(xlabel="spacing of sensors [mm]", ylabel="place classified correctly [%]")
     axes[1].set(xlabel="sampling rate [Hz]", ylabel="shape and size classified correctly [%]")
     for k, name in enumerate(next(iter(activity.values())).active):
-        active = {factor: found.active[name] for factor, found in activity.items()}
+        active = {factor: _average(found.active[name]) for factor, found in activity.items()}
         _plot_curve(
             axes[2],
             active,
@@ -171,12 +169,12 @@ def plot(data: SimpleNamespace, spacing: float, figure: Figure) -> None:
             _SHORT.get(name, name.replace("threshold ", "> ")),
             1,
         )
-    noise = {factor: found.noise for factor, found in activity.items()}
+    noise = {factor: _average(found.noise) for factor, found in activity.items()}
     _plot_curve(axes[3], noise, PALETTE[3], "ideal observer", 1)
     axes[2].set(xlabel="stiffness [× its own]", ylabel="active sensors", ylim=(0, None))
     axes[3].set(xlabel="stiffness [× its own]", ylabel="noise tolerance [rad]", ylim=(0, None))
-    for letter, ax in zip("ABCD", axes, strict=True):
-        ax.set_title(letter, loc="left")
+    for letter, ax in zip("abcd", axes, strict=True):
+        mark_panel(ax, letter)
         ax.legend(
             fontsize=6.5,
             handlelength=1.0,
@@ -208,6 +206,76 @@ def _thin(places: Sequence[float]) -> list[float]:
     return [float(f"{places[k]:.2g}") for k in chosen]
 
 
+_ACTIVE, _SILENT = PALETTE[1], "#BBBBBB"
+
+
+def count_active(tensors: xr.Dataset, threshold: float) -> np.ndarray:
+    """Sensors whose angle [rad] is beyond a threshold (time, sensor) in a Dataset of one touch."""
+    return in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values[0] > (
+        threshold
+    )
+
+
+def plot_compliance(
+    antenna: Antenna,
+    trial: Trial,
+    touched: Mapping[float, xr.Dataset],
+    threshold: float,
+    figure: Figure,
+) -> None:
+    """The moment of most active sensors, a panel for each stiffness; ``touched`` by factor."""
+    axes = figure.subplots(1, len(touched), sharex=True, sharey=True)
+    for ax, (factor, tensors) in zip(axes, touched.items(), strict=True):
+        active = count_active(tensors, threshold)
+        now = int(active.sum(axis=1).argmax())
+        _draw(antenna, trial, tensors, now, active[now], ax)
+        words = "its own stiffness" if factor == 1 else f"{factor:g} × as stiff"
+        ax.set_title(f"{words}\n{active[now].sum()} of {active.shape[1]} sensors active")
+    marks = [
+        Line2D([], [], color=colour, marker="o", ls="", ms=3, label=label)
+        for colour, label in ((_ACTIVE, f"angle > {threshold:g} rad"), (_SILENT, "less"))
+    ]
+    met = Patch(color=OBJECT_COLOUR, label="object")
+    figure.legend(handles=[*marks, met], loc="outside lower center", ncols=3)
+
+
+def _draw(
+    antenna: Antenna, trial: Trial, tensors: xr.Dataset, now: int, active: np.ndarray, ax: Axes
+) -> None:
+    points = reconstruct_posture(tensors, antenna).values[0, now]
+    placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
+    ax.add_patch(
+        make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward)
+    )
+    plot_posture(points, ax, lw=1.5)
+    sensors = points[antenna.sensors - 1]
+    for chosen, colour in ((~active, _SILENT), (active, _ACTIVE)):
+        ax.plot(*sensors[chosen].T, "o", ms=2.2, color=colour, zorder=4)
+    ax.set(aspect="equal", xlim=(-0.25 * antenna.length, 0.75 * antenna.length))
+    ax.axis("off")
+
+
+def _show_compliance(
+    section: Section,
+    antenna: Antenna,
+    trial: Trial,
+    touched: Mapping[float, xr.Dataset],
+    threshold: float,
+) -> None:
+    """The drawing, and how many sensors are active over time."""
+    section.figure(
+        "fig1_compliance",
+        f"One touch ({trial.label}) of an antenna with other stiffness, each at the moment at which"
+        " most sensors are active. The object's path is the same for all. (Fig. 1A)",
+        lambda figure: plot_compliance(antenna, trial, touched, threshold, figure),
+        height=2.8,
+        numbers={
+            f"{factor:g}": count_active(tensors, threshold).sum(axis=1)
+            for factor, tensors in touched.items()
+        },
+    )
+
+
 def show(context: Context, section: Section) -> None:
     """What spacing, sampling and compliance do to slow touches of the first profile."""
     asked, name = read_declared("declared.toml")["axes"], list_profiles(context)[0]
@@ -236,7 +304,7 @@ def show(context: Context, section: Section) -> None:
         " shape, with less force."
     )
     ends = {factor: shown[factor] for factor in (max(shown), 1.0, min(shown))}
-    fig1_compliance.show(section, antenna, touches[number], ends, asked["threshold"])
+    _show_compliance(section, antenna, touches[number], ends, asked["threshold"])
     section.figure(
         "fig1_axes",
         f"A: place of touch, on objects never trained; B: shape and size, at places never trained"
@@ -260,7 +328,13 @@ def _list_values(data: SimpleNamespace) -> dict[str, object]:
     }
     values |= {f"axes.object.{rate:g} Hz": value for rate, value in data.reading.thing.items()}
     for factor, found in data.activity.items():
-        values[f"axes.noise75.stiffness x {factor:g}"] = found.noise
+        values[f"axes.noise75.stiffness x {factor:g}"] = _average(found.noise)
         for name, active in found.active.items():
-            values[f"axes.active.{name}.stiffness x {factor:g}"] = active
-    return values
+            values[f"axes.active.{name}.stiffness x {factor:g}"] = _average(active)
+    stiff, soft = (data.activity[end(data.activity)] for end in (max, min))
+    for name, active in soft.active.items():  # of the same touches: pairs
+        values[f"axes.gain.{name}"] = _average(active - stiff.active[name])
+    gain = np.divide(
+        soft.noise, stiff.noise, where=stiff.noise > 0, out=np.ones_like(soft.noise)
+    )
+    return values | {"axes.gain.noise75": _average(gain - 1)}

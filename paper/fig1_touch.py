@@ -1,5 +1,7 @@
 """Fig. 1B, E as a drawing: how one touch of the run becomes a tactile tensor."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -7,14 +9,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.antenna.segments import Antenna
-from feeler.objects import Trial
+from feeler.objects import Trial, place
 from feeler.objects.trials import SPEEDS
+from feeler.plotting.antennas import MovingAntenna, make_patch
 from feeler.plotting.tensors import plot_tensor, take_curvature
 from feeler.report.page import Section
-from feeler.tensors.transforms import in_unit
+from feeler.tensors.transforms import compute_bend, in_unit, reconstruct_posture
 from paper.context import Context
 from paper.data import list_profiles, list_touches, load_tensors
-from paper.drawn import draw_moment, find_touch
 
 _CORNER = (6, 8)  # sensors and samples that are drawn large
 
@@ -97,3 +99,41 @@ def show(context: Context, section: Section) -> None:
         height=4.0,
         numbers={"curvature": take_curvature(tensors)[0]},
     )
+
+
+# A touch of the run as a drawing: the antenna and the object at one moment, to scale.
+
+
+def find_touch(touches: Sequence[Trial], speed: float) -> int:
+    """The number of a touch that shows most: of the first kind of object the greater one, at the
+    place nearest the base.
+    """
+    asked = [k for k, one in enumerate(touches) if one.speed == speed]
+    kind = touches[asked[0]].feature.kind
+    same = [k for k in asked if touches[k].feature.kind == kind]
+    return min(same, key=lambda k: (touches[k].location, -touches[k].feature.size))
+
+
+def draw_moment(
+    antenna: Antenna,
+    trial: Trial,
+    tensors: xr.Dataset,
+    now: int,
+    ax: Axes,
+    norm: Normalize,
+) -> MovingAntenna:
+    """Antenna and object at sample ``now`` of a touch, coloured by its curvature, without frame;
+    ``tensors`` holds this one touch.
+    """
+    reach = antenna.length
+    left = max(0.16 * reach, 2.2 * trial.feature.size)
+    ax.set(xlim=(-left, 0.86 * reach), ylim=(-0.03 * reach, 1.08 * reach), aspect="equal")
+    ax.axis("off")
+    placed, time = place(antenna, trial), in_unit(tensors["time"], "ms").values[now]
+    ax.add_patch(
+        make_patch(trial.shape, placed.origin + placed.velocity * time, placed.forward)
+    )
+    drawn = MovingAntenna(antenna, ax, norm)
+    posture = reconstruct_posture(tensors, antenna).values[0, now]
+    drawn.move(posture, compute_bend(tensors, antenna)[now])
+    return drawn

@@ -4,6 +4,7 @@ tells the distance.
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import islice
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,9 +13,18 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.segments import Antenna
+from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.results import Shapes, plot_approach, plot_maps, plot_shapes
+from feeler.plotting.results import Shapes, plot_approach, plot_maps
+from feeler.plotting.style import mark_panel
 from feeler.plotting.tensors import plot_tensor
+from feeler.plotting.walls import (
+    APPROACH_SLOWER,
+    FOLLOW_SLOWER,
+    SHOWN,
+    write_drives_movie,
+    write_run_movie,
+)
 from feeler.report.page import Section
 from feeler.wall import (
     DISTANCES,
@@ -26,19 +36,17 @@ from feeler.wall import (
     map_distance,
     slide,
 )
+from feeler.wall.following import follow
 from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles
+from paper.readings import load_sentences
 from paper.scale import Scale
 from paper.table import read_declared
 
 LEADING, DEFAULT = "leading set-up", "default set-up"
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
-_STRAIGHT = {"prebend": "none"}
 APART = 0.1  # [C] of a tensor's own root mean square: what discriminates two sliding tensors
-# [C] Shares by which every distance of the wall is moved, to see whether a fit hangs on the last
-# digit: about what processors differ by, and a thousand times as much.
-_HAIRS = (-1e-9, -1e-12, 1e-12, 1e-9)
 
 
 def get_lead() -> Posture:
@@ -46,6 +54,19 @@ def get_lead() -> Posture:
     rule it was found.
     """
     return Posture(**read_declared("declared.toml")["wall_family"]["lead"])
+
+
+def get_main() -> tuple[Posture, dict[str, Any]]:
+    """The posture and the measure that are nearest to the paper's words, from readings.toml."""
+    first = next(one for one in load_sentences() if one.id == "wall-order").main
+    quantity, method = first["measure"].split()
+    posture = Posture(
+        inter_antennal_angle=float(first["angle"]),
+        friction=float(first["friction"]),
+        hook_share=float(first["hook"]),
+        tip_heading=float(first["tip"]),
+    )
+    return posture, {"quantity": quantity, "method": method}
 
 
 def compute(
@@ -61,29 +82,30 @@ def compute(
     Returns
     -------
     SimpleNamespace
-        By profile: ``sweeps``, the quasi-static approach in the leading set-up, and ``maps`` from
-        position to distance; ``default_sweeps`` and ``default_maps``, the same in the default one;
-        ``straight``, maps of antennas that are not pre-bent; ``drives``, a wall that comes nearer
+        By profile: ``main_sweeps``, the quasi-static approach in the configuration nearest to the
+        paper's words, and ``main_maps`` from position to distance; ``sweeps`` and ``maps``, the
+        same in the leading set-up; ``default_sweeps`` and ``default_maps``, in the default one;
+        ``drives``, a wall that comes nearer
         without stopping; ``far_slides``, a wall past the first profiles at every distance.
         ``slides``: a wall past the first profile at a few constant distances. ``default_slides``:
-        past the first profile at every distance, in the default set-up. ``moved_r2``: R² of the
-        first profile in the default set-up with every distance moved by a hair.
+        past the first profile at every distance, in the default set-up.
     """
-    first, lead = next(iter(antennas.values())), get_lead()
+    first, lead, (main, measure) = next(iter(antennas.values())), get_lead(), get_main()
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
-    sweeps, default, straight = (
+    mains, sweeps, default = (
         {
             name: keep("wall", approach, antenna, posture, DISTANCES)
             for name, antenna in antennas.items()
         }
-        for posture in (lead, Posture(), Posture().replace(**_STRAIGHT))
+        for posture in (main, lead, Posture())
     )
     return SimpleNamespace(
+        main_sweeps=mains,
+        main_maps={name: map_distance(sweep, **measure) for name, sweep in mains.items()},
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         default_sweeps=default,
         default_maps={name: map_distance(sweep) for name, sweep in default.items()},
-        straight={name: map_distance(sweep) for name, sweep in straight.items()},
         slides=keep("wall", slide, first, lead, SLIDE_DISTANCES, **options),
         drives={
             name: keep("wall", drive, antennas[name], lead, **options)
@@ -96,21 +118,7 @@ def compute(
         default_slides=keep("wall", slide, first, Posture(), DISTANCES, **options)
         if effort.far_slides != 0
         else None,
-        moved_r2=_find_moved(first, Posture()),
     )
-
-
-def _find_moved(antenna: Antenna, posture: Posture) -> list[float]:
-    """R² of the map with every distance moved by each hair.
-
-    An antenna that rubs sticks and slips, and which of its nodes slips first can hang on the last
-    digit of a number.
-    """
-    moved = (np.multiply(DISTANCES, 1 + hair) for hair in _HAIRS)
-    return [
-        map_distance(keep("wall", approach, antenna, posture, distances)).r2
-        for distances in moved
-    ]
 
 
 @lru_cache(maxsize=1)
@@ -125,19 +133,15 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     top, middle, bottom = figure.subfigures(
         3, 1, height_ratios=(1.5, 1.1, 0.9), squeeze=False
     ).flat
-    shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.sweeps.items()}
-    plot_approach(shown, top.subplots(1, len(shown), sharey=True, squeeze=False)[0])
-    top.suptitle("A  wall approaching: equilibrium at some of the distances", x=0.02, ha="left")
-    left, right = middle.subplots(1, 2, sharey=True)
-    for ax, maps, name, sweeps in (
-        (left, data.maps, LEADING, data.sweeps),
-        (right, data.default_maps, DEFAULT, data.default_sweeps),
-    ):
-        plot_maps(maps, ax)
-        ax.set_title(f"{name}\n{describe_posture(next(iter(sweeps.values())).posture)}")
-    right.set_ylabel("")
-    middle.suptitle("B", x=0.02, ha="left")
-    _plot_tensors(data, bottom, bottom.subplots(1, 2))
+    shown = {name: Shapes.of_sweep(sweep) for name, sweep in data.main_sweeps.items()}
+    above = top.subplots(1, len(shown), sharey=True, squeeze=False)[0]
+    plot_approach(shown, above)
+    below = middle.subplots()
+    plot_maps(data.main_maps, below)
+    columns = bottom.subplots(1, 2)
+    _plot_tensors(data, bottom, columns)
+    for letter, ax in zip("abcd", (above[0], below, *columns), strict=True):
+        mark_panel(ax, letter)
 
 
 def describe_posture(posture: Posture) -> str:
@@ -153,30 +157,33 @@ def _plot_tensors(data: SimpleNamespace, figure: Figure | SubFigure, axes: Seque
     (D).
     """
     slides, driven = data.slides.make_dataset(), next(iter(data.drives.values())).make_dataset()
-    curves = slides["curvature"].values[: len(SLIDE_DISTANCES)]
+    curves = np.abs(slides["curvature"].values[: len(SLIDE_DISTANCES)])
     n_times = curves.shape[2]
     gap = np.full((curves.shape[1], n_times // 20), np.nan)
     row = np.concatenate([part for curve in curves for part in (curve, gap)], axis=1)[
         :, : -gap.shape[1]
     ]
-    norm = Normalize(-(top := float(np.abs(curves).max())), top)
-    plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False).set_cmap("RdBu_r")
+    norm = Normalize(0, float(np.nanmax(curves)))
+    plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False)
     centres = (np.arange(len(curves)) * (n_times + gap.shape[1])) + n_times / 2
     axes[0].set(
         xticks=centres,
         xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]],
     )
     axes[0].set(
-        title=f"C  sliding past, {n_times} ms each",
+        title=f"sliding past, {n_times} ms each",
         ylabel="sensor (base → tip)",
         xlabel="wall distance; time runs to the right",
     )
     image = plot_tensor(
-        driven["curvature"].values[0], driven["time"].values, axes[1], norm, labels=False
+        np.abs(driven["curvature"].values[0]),
+        driven["time"].values,
+        axes[1],
+        norm,
+        labels=False,
     )
-    image.set_cmap("RdBu_r")
-    axes[1].set(title="D  wall approaching", xlabel="time [ms]")
-    figure.colorbar(image, ax=axes, label="curvature beyond rest [1/mm]", pad=0.01)
+    axes[1].set(title="wall approaching", xlabel="time [ms]")
+    figure.colorbar(image, ax=axes, label="|curvature beyond rest| [1/mm]", pad=0.01)
 
 
 def show(context: Context, section: Section) -> None:
@@ -184,47 +191,43 @@ def show(context: Context, section: Section) -> None:
     data = load(context)
     section.text(
         "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which"
-        " angle is meant and how much the wall rubs are not stated in the paper. The figure leads"
-        f" with one set-up of a family declared beforehand ({describe_posture(get_lead())}): the"
-        " first in which all three of the paper's profiles have a map, at rest and while the body"
-        " runs, whatever their R². Beside it stands the default of this software"
-        f" ({describe_posture(Posture())}), in which the peak of some profiles stays at one place"
-        " and gives no map. Both are set-ups of many: the claims on R² are judged over the family"
-        " below."
+        " angle is meant and how much the wall rubs are not stated in the paper. Panels a and b"
+        " show"
+        " the configuration nearest to its words; c, d and what slides show the first of a family"
+        f" declared beforehand ({describe_posture(get_lead())}) in which all three profiles have a"
+        " map, at rest and while the body runs, whatever their R². In the default of this software"
+        f" ({describe_posture(Posture())}) the peak of some profiles stays at one place and gives"
+        " no"
+        " map. Every R² is one of many: readings of the whole family decide."
     )
     section.figure(
         "fig3_wall",
-        "A: equilibria beside a wall that comes nearer, leading set-up; coloured by its distance;"
-        " dots: greatest bend. B: distance against the place of the greatest bend, with straight"
-        " lines, in the leading set-up and in the default one; open marks are not fitted. C, D:"
-        " tactile tensors of a wall that slides past at four distances and of one that comes"
-        " nearer, leading set-up. (Fig. 3A–D)",
+        "a: equilibria beside a wall that comes nearer, in the configuration nearest to the paper's"
+        f" words ({describe_posture(get_main()[0])}), coloured by its distance; dots: greatest"
+        " curvature. b: distance against its position, with straight lines; open marks are not"
+        " fitted"
+        " (one deterministic sweep each, no interval). c, d: tactile tensors of a wall that slides"
+        f" past at four distances and of one that comes nearer ({describe_posture(get_lead())}),"
+        " magnitude of the curvature. (Fig. 3A–D)",
         lambda figure: plot(data, figure),
         height=7.4,
         numbers={
             **{
-                part: {name: getattr(found, part) for name, found in data.maps.items()}
+                part: {name: getattr(found, part) for name, found in data.main_maps.items()}
                 for part in ("distance", "position", "r2")
             },
             "default_r2": {name: found.r2 for name, found in data.default_maps.items()},
-            "shapes": {name: sweep.points for name, sweep in data.sweeps.items()},
+            "shapes": {name: sweep.points for name, sweep in data.main_sweeps.items()},
         },
     )
     if data.far_slides:
         _show_slides(section, data)
     _list_maps(section, data)
+    _show_movies(context, section)
 
 
 def _show_slides(section: Section, data: SimpleNamespace) -> None:
     shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
-    section.figure(
-        "fig3_slides",
-        "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at"
-        " every distance, leading set-up.",
-        lambda figure: plot_shapes(shapes, figure.subplots()),
-        height=3.2,
-        numbers={name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()},
-    )
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     for name, touched in (
         (LEADING, next(iter(data.far_slides.values()))),
@@ -241,9 +244,9 @@ def _show_slides(section: Section, data: SimpleNamespace) -> None:
 
 
 def _list_maps(section: Section, data: SimpleNamespace) -> None:
-    rows = [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
+    rows = [_row(f"{name}, nearest to the words", m) for name, m in data.main_maps.items()]
+    rows += [_row(f"{name}, {LEADING}", found) for name, found in data.maps.items()]
     rows += [_row(f"{name}, {DEFAULT}", found) for name, found in data.default_maps.items()]
-    rows += [_row(f"{name}, not pre-bent", found) for name, found in data.straight.items()]
     section.table(
         [
             "profile",
@@ -257,21 +260,13 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
             "peak at base",
         ],
         rows,
-        "Leading set-up, default set-up, then the default without pre-bend. Error: predicted"
+        "Configuration nearest to the words, leading set-up, default set-up, then the default"
+        " without pre-bend. Error: predicted"
         " distance, each distance left out of its own fit. Monotone: the peak moves one way over"
         " all distances used. Discriminated: the longest run of distances over which the peak"
         " moves on"
         " by more than a segment per step.",
     )
-    name, found = next(iter(data.default_maps.items()))
-    if np.isfinite(every := [found.r2, *data.moved_r2]).all():
-        section.text(
-            "An antenna that rubs against the wall sticks and slips, and which part of it slips"
-            f" first can hang on the last digit: in the default set-up, R² of {name} lies between"
-            f" {min(every):.3g} and {max(every):.3g} as every distance of the wall is moved by a"
-            " part in 10¹² or in 10⁹. Another processor may give any of these; the claims are"
-            " judged over the family of set-ups."
-        )
 
 
 def _compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
@@ -303,3 +298,54 @@ def _row(name: str, found: DistanceMap) -> list[object]:
         ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
     )
     return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]
+
+
+# Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that
+# follows a wall by it.
+
+
+def _show_movies(context: Context, section: Section) -> None:
+    """The movies, and how well bodies follow."""
+    path = write_drives_movie(
+        load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps
+    )
+    section.movie(
+        path,
+        f"A wall (grey) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        f" colours: curvature beyond rest, on one scale, which {100 * (1 - SHOWN):.0f} % of bends"
+        " exceed; red: the point of greatest bend while in contact. (Movie S3)",
+    )
+    if context.effort.followers != 0:
+        _follow(context, section)
+
+
+def _follow(context: Context, section: Section) -> None:
+    rows: list[list[object]] = []
+    section.heading("Following a wall by it")
+    shown = False
+    for name, antenna in islice(context.profiles.items(), context.effort.followers):
+        try:
+            run = follow(antenna, posture=get_lead())
+        except InvalidInput:  # its peak stays at the base hinge: that is the result
+            rows.append([name, *["no map to steer by"] * 4])
+            continue
+        rows.append(
+            [name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"]
+        )
+        if not shown:
+            shown = True
+            path = section.folder / "movieS3_following.mp4"
+            write_run_movie(run, path, context.effort.fps)
+            section.movie(
+                path,
+                "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
+                f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
+                " curvature beyond rest. (Movie S3)",
+            )
+    section.table(
+        ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
+        rows,
+        "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance, in"
+        f" the leading set-up ({describe_posture(get_lead())}). With friction it sticks and slips,"
+        " so that a rounding can lead to another run, such as that of another kind of processor.",
+    )

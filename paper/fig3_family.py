@@ -4,15 +4,11 @@ judged.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from feeler.antenna.segments import Antenna
-from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
 from feeler.wall.distance import SETUP_CHOICES
@@ -24,8 +20,6 @@ from paper.table import read_declared
 
 _LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
-_NEAR = 0.1
-"""Share of the length within which greatest curvature is close to the contact."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -139,68 +133,6 @@ def compute(
     )
 
 
-def plot(family: Family, ax: Axes, targets: Mapping[str, float]) -> None:
-    """R² of every defined set-up, a line each through the profiles; the paper's values as crosses,
-    medians as bars.
-    """
-    place, defined = np.arange(len(family.names)), family.defined
-    for row in defined:
-        ordered = all(a > b for a, b in pairwise(row))
-        ax.plot(place, row, "-", color=PALETTE[0] if ordered else "#BBBBBB", lw=0.6, alpha=0.7)
-    for k, name in enumerate(family.names):
-        ax.plot(
-            np.full(len(defined), k),
-            defined[:, k],
-            ".",
-            ms=3,
-            color=PROFILE_COLOURS.get(name, PALETTE[0]),
-        )
-        if len(defined):
-            ax.plot(
-                [k - 0.15, k + 0.15], [np.median(defined[:, k])] * 2, color="#000000", lw=1.5
-            )
-        ax.plot(k, targets[name], "kx")
-    for style, label in (
-        ({"color": PALETTE[0], "lw": 0.6}, "in the paper's order"),
-        ({"color": "#BBBBBB", "lw": 0.6}, "in another"),
-        ({"color": "#000000", "lw": 1.5}, "median"),
-        ({"color": "#000000", "marker": "x", "ls": ""}, "the paper's value"),
-    ):
-        ax.plot([], [], label=label, **style)
-    ax.legend(loc="lower left")
-    _name_profiles(family, ax)
-    ax.set(
-        ylabel="R²",
-        ylim=(-0.05, 1.05),
-        title=f"{len(defined)} of {len(family.r2)} set-ups have all R²",
-    )
-
-
-def _plot_offset(family: Family, ax: Axes) -> None:
-    """How far from the contact the antenna bends most: a dot per set-up, medians as bars."""
-    rng = np.random.default_rng(0)  # spreads the dots sideways only
-    for k, name in enumerate(family.names):
-        found = family.offset[:, k][np.isfinite(family.offset[:, k])]
-        place = k + rng.uniform(-0.2, 0.2, found.size)
-        colour = PROFILE_COLOURS.get(name, PALETTE[0])
-        ax.plot(place, 100 * found, ".", ms=3, color=colour, alpha=0.6)
-        if found.size:
-            ax.plot([k - 0.3, k + 0.3], [100 * np.median(found)] * 2, color="#000000", lw=1.5)
-    ax.axhline(100 * _NEAR, ls="--", lw=0.8, color="#59636e", label="close: a tenth")
-    ax.plot([], [], color="#000000", lw=1.5, label="median")
-    _name_profiles(family, ax)
-    ax.set(ylabel="greatest curvature from contact\n[% of the length]", ylim=(-3, 103))
-    ax.set_title("every set-up with three distances or more")
-    ax.legend()
-
-
-def _name_profiles(family: Family, ax: Axes) -> None:
-    """Each profile's name below its dots, in their colour."""
-    ax.set_xticks(range(len(family.names)), family.names)
-    for name, label in zip(family.names, ax.get_xticklabels(), strict=True):
-        label.set_color(PROFILE_COLOURS.get(name, PALETTE[0]))
-
-
 def show(context: Context, section: Section) -> None:
     """Every set-up, in how many the paper's order holds, and the values that the wall claims are
     judged by.
@@ -216,25 +148,23 @@ def show(context: Context, section: Section) -> None:
     said = read_declared("declared.toml")["wall_paper"]
     targets = {name: said[name] for name in CLAIMED}
     section.heading("What R² depends on")
-    tolerances = dict.fromkeys(CLAIMED, said["factor"])
-    section.text(_count(family) + " " + _describe_nearest(family, targets, tolerances))
-    section.figure(
-        "fig3_family",
-        "Left: R² of every set-up of the declared family in which it is defined for all profiles: a"
-        " line each, coloured where the order is the paper's; bars are medians, crosses the paper's"
-        " values. Right: median distance along the antenna between the point of greatest curvature"
-        " and the contact (the mean place of the wall's push).",
-        lambda figure: _draw(family, figure, targets),
-        height=3.2,
-        numbers={
-            "names": family.names,
-            "choices": family.choices,
-            "r2": family.r2,
-            "offset": family.offset,
-            "targets": targets,
-        },
+    section.text(
+        "The paper does not state the posture of the J, the wall's friction, which angle is"
+        " meant, or"
+        " how the point of greatest curvature was found. So its sentences are judged over a"
+        " family of"
+        f" {len(family.r2)} set-ups declared beforehand (declared.toml). R² is defined for every"
+        f" profile in {len(family.defined)} of them; the others cannot be the paper's."
     )
-    section.values |= _list_values(family, tolerances, targets) | _list_readings(family)
+    section.numbers(
+        "fig3_family",
+        names=family.names,
+        choices=family.choices,
+        r2=family.r2,
+        offset=family.offset,
+        targets=targets,
+    )
+    section.values |= _list_values(family, targets) | _list_readings(family)
     _tabulate_readings(section, family)
     counts = count_orderings(family.cases, family.names)
     section.table(
@@ -257,58 +187,22 @@ def show(context: Context, section: Section) -> None:
     )
 
 
-def _draw(family: Family, figure: Figure, targets: Mapping[str, float]) -> None:
-    left, right = figure.subplots(1, 2)
-    plot(family, left, targets)
-    _plot_offset(family, right)
-
-
-def _list_offsets(family: Family) -> dict[str, object]:
-    """Median distance from the contact, as a share of the length, and in how many set-ups it is
-    close.
+def _list_values(family: Family, targets: Mapping[str, float]) -> dict[str, object]:
+    """How many set-ups have every R², in which share of these the order holds, and the R² of the
+    one nearest to all of the paper's values.
     """
-    values: dict[str, object] = {}
-    for name, offset in zip(family.names, family.offset.T, strict=True):
-        found = offset[np.isfinite(offset)]
-        if found.size:
-            values[f"wall.near.{name}"] = {
-                "value": float(np.mean(found < _NEAR)),
-                "n": found.size,
-            }
-            values[f"wall.apart.{name}"] = make_spread(
-                np.median(found), found.min(), found.max(), n=found.size
-            )
-        else:
-            none = {"undefined": "the antenna stands against the wall in no set-up"}
-            values |= {f"wall.near.{name}": none, f"wall.apart.{name}": none}
-    return values
-
-
-def _list_values(
-    family: Family, tolerances: Mapping[str, float], targets: Mapping[str, float]
-) -> dict[str, object]:
     values: dict[str, object] = {
         "wall.defined": len(family.defined),
         "wall.set_ups": len(family.r2),
+        "wall.family.order": family.share(family.in_order[family.is_defined]),
     }
-    by_name = dict(zip(family.names, family.defined.T, strict=True))
-    near = family.deviate(targets)[family.is_defined]
-    for k, (name, r2) in enumerate(by_name.items()):
-        values[f"wall.family.{name}"] = family.share(near[:, k] <= tolerances[name])
+    for name, r2 in zip(family.names, family.defined.T, strict=True):
         if r2.size:
-            values[f"wall.median.{name}"] = make_spread(
-                np.median(r2), r2.min(), r2.max(), n=len(r2)
-            )
-    for other in family.names[1:]:
-        higher = by_name[family.names[0]] > by_name[other]
-        values[f"wall.family.{family.names[0]} over {other}"] = family.share(higher)
-    values["wall.family.order"] = family.share(family.in_order[family.is_defined])
-    if len(near):
-        nearest = family.defined[near.max(axis=1).argmin()]
-        values |= {
-            f"wall.nearest.{name}": float(r2) for name, r2 in zip(by_name, nearest, strict=True)
-        }
-    return values | _list_offsets(family)
+            ends = np.median(r2), r2.min(), r2.max()
+            values[f"wall.median.{name}"] = make_spread(*ends, n=len(r2))
+            nearest = family.deviate(targets)[family.is_defined].max(axis=1).argmin()
+            values[f"wall.nearest.{name}"] = float(r2[nearest])
+    return values
 
 
 def list_readings() -> list[dict[str, Any]]:
@@ -349,50 +243,4 @@ def _tabulate_readings(section: Section, family: Family) -> None:
         rows,
         "The order of profiles by reading. The readings were formed after the family had been run,"
         " of the choices that decide most; together they are the whole family.",
-    )
-
-
-def _describe_nearest(
-    family: Family, targets: Mapping[str, float], tolerances: Mapping[str, float]
-) -> str:
-    """The set-up nearest to all of the paper's values, and how many are within tolerance."""
-    if not len(family.defined):
-        return ""
-    off = np.where(family.is_defined[:, None], family.deviate(targets), np.inf)
-    best = int(off.max(axis=1).argmin())
-    asked = np.array([tolerances[name] for name in family.names])
-    varied = zip(SETUP_CHOICES, zip(*family.choices, strict=True), strict=True)
-    shown = ", ".join(
-        f"{name.replace('_', ' ')} {own[best] if isinstance(own[best], str) else f'{own[best]:g}'}"
-        for name, own in varied
-        if len({*own}) > 1
-    )
-    r2, wanted = (
-        " / ".join(f"{value:.3f}" for value in values)
-        for values in (family.r2[best], [targets[name] for name in family.names])
-    )
-    return (
-        f"Nearest to all of the paper's values ({wanted}) is the configuration {shown}: R² {r2}."
-        f" In {int((off <= asked).all(axis=1).sum())} of {len(off)} configurations 1 − R² of every"
-        " profile is within its claim's factor of the paper's. All of them belong to the family"
-        " declared beforehand; which of them the paper used it does not say."
-    )
-
-
-def _count(family: Family) -> str:
-    """The family, where the order holds, medians and ranges in words."""
-    defined = family.defined
-    holds = int(family.in_order.sum())
-    words = [
-        f"{name} median {np.median(r2):.2f} ({r2.min():.2f}…{r2.max():.2f})"
-        for name, r2 in zip(family.names, defined.T, strict=True)
-        if r2.size
-    ]
-    return (
-        "The paper does not state the posture of the J, the wall's friction, which angle is meant,"
-        " or how the point of greatest curvature was found. So its claims are judged over a family"
-        f" of {len(family.r2)} set-ups declared beforehand (declared.toml). R² is defined for every"
-        f" profile in {len(defined)} of them; the others cannot be the paper's. R² falls from"
-        f" {' over '.join(family.names)} in {holds} of the {len(defined)}. R²:"
-        f" {'; '.join(words) or 'none'}."
     )

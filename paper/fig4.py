@@ -2,7 +2,8 @@
 locations.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from copy import copy
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -11,26 +12,28 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feeler.analysis.dispersion import student_mean
 from feeler.encoding import (
     LABELS,
     ConvolutiveNMF,
+    LocationMapping,
+    compute_basis_similarity,
     compute_entropies,
     compute_mass_entropy,
     hoyer_sparseness,
     locate_components,
     map_locations,
+    match_components,
     reconstruct,
 )
 from feeler.encoding.inputs import check_choice
 from feeler.plotting import plot_bases
-from feeler.plotting.style import BASIS_COLOURS
-from feeler.report import Section
+from feeler.plotting.style import BASIS_COLOURS, mark_panel
+from feeler.report import Section, make_spread
 from feeler.tensors import in_unit, rectify
-from paper import fig4_map
 from paper.cache import keep
 from paper.context import Context
 from paper.data import list_profiles, load_tensors
-from paper.fig4_map import span
 from paper.scale import Scale
 
 
@@ -88,8 +91,8 @@ def compute(
         ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
         restart); ``stability`` and ``stability_in_place``, how alike the restarts' bases are with
         and without shifts, (rank,); ``encoders``.
-        ``starts``: the bases of every start (:func:`.fig4_map.compute`); ``ranked``: how they
-        change with their number (:func:`.fig4_map.compare_ranks`), or None.
+        ``starts``: the bases of every start (:func:`.compute_map`); ``ranked``: how they
+        change with their number (:func:`.compare_ranks`), or None.
         ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
         ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
         component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
@@ -128,8 +131,8 @@ def compute(
         stability_in_place=np.array([e.stability_in_place_ for e in encoders.values()]),
         encoders=encoders,
         examples=_pick_examples(tensors, codes["sparse"]),
-        starts=fig4_map.compute(main, data, locations),
-        ranked=fig4_map.compare_ranks(encoders, MAIN_RANK) if max(ranks) > MAIN_RANK else None,
+        starts=compute_map(main, data, locations),
+        ranked=compare_ranks(encoders, MAIN_RANK) if max(ranks) > MAIN_RANK else None,
         mapping={code: map_locations(codes[code], locations, places) for code in codes},
         residual_by_code={
             code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
@@ -185,16 +188,15 @@ def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
         (ax, data.residual, _RESIDUAL, "o"),
         (right, data.entropy["mean of rows"], _ENTROPY, "s"),
     )
-    for axis, values, colour, marker in curves:
+    for shift, (axis, values, colour, marker) in zip((-0.04, 0.04), curves, strict=True):
         middle = values[:, 0]
         ends = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
         spread = ends if values.shape[1] > 1 else None  # one start has none
-        axis.errorbar(
-            ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2
-        )
+        axis.plot(ranks + shift, middle, color=colour)
+        axis.errorbar(ranks + shift, middle, spread, color=colour, fmt=marker, ms=4, capsize=3)
     ax.set_xticks(ranks)
     ax.set_xlabel("number of bases M")
-    ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=_RESIDUAL)
+    ax.set_ylabel("relative residual (L2 norm)", color=_RESIDUAL)
     right.set_ylabel("activation entropy [bits]", color=_ENTROPY)
 
 
@@ -220,22 +222,19 @@ def _plot_examples(data: SimpleNamespace, axes: np.ndarray) -> None:
             ax.set_ylim(0, 1)
             ax.set_title(f"{name} at {key.split()[1]} L", pad=2)
         column[-1].set_xlabel("time [ms]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("activation")
+    axes[len(axes) // 2, 0].set_ylabel("activation [of the greatest]")
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:
     """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
     left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
     top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
-    _plot_ranks(data, top.subplots())
-    top.suptitle("B", x=0.02, ha="left")
+    _plot_ranks(data, above := top.subplots())
     sets = {
         f"M = {len(encoder.components_)}": encoder.components_
         for encoder in data.encoders.values()
     }
-    plot_bases(sets, data.sampling, bottom.subplots())
-    bottom.suptitle("C", x=0.02, ha="left")
+    plot_bases(sets, data.sampling, below := bottom.subplots())
     n_rows = (
         max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1)
         or 1
@@ -243,7 +242,8 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
     _plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    right.suptitle("D", x=0.02, ha="left")
+    for letter, ax in zip("bcd", (above, below, axes[0, 0]), strict=True):
+        mark_panel(ax, letter)
 
 
 def show(context: Context, section: Section) -> None:
@@ -339,4 +339,136 @@ def _show_codes(section: Section, main: SimpleNamespace) -> None:
         "How well the dominant component tells the contact location: mutual information against a"
         " permutation null.",
     )
-    fig4_map.keep_values(section, main.starts)
+    keep_values(section, main.starts)
+
+
+# When and where each basis acts, and which contacts drive it, over every start of the fit.
+
+
+def compute_map(
+    encoder: ConvolutiveNMF, data: np.ndarray, locations: np.ndarray
+) -> SimpleNamespace:
+    """What the bases of each start say of time, place and contact, the best start first.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``lag`` (start, component): centre of mass of each basis over its lags [samples], and
+        ``span``: its standard deviation over them. ``place``
+        (start, component): over the sensors, 0 at the first and 1 at the last. ``mappings``, a
+        :class:`~feeler.encoding.LocationMapping` of each start's ridge codes. ``margin`` (start,):
+        by how much contacts at the first and last of ``locations`` single out the first and the
+        last basis, see :func:`measure_margin`.
+    """
+    bases = encoder.restart_components_
+    places = np.array([locate_components(one) for one in bases])
+    mappings = [
+        map_locations(_encode_with(encoder, one, data), locations, place)
+        for one, place in zip(bases, places, strict=True)
+    ]
+    along = bases.sum(axis=2)
+    mass = along.sum(axis=2)
+    share, lags = along / np.where(mass > 0, mass, np.nan)[..., None], np.arange(along.shape[2])
+    lag = share @ lags
+    span = np.sqrt(np.maximum(share @ lags**2 - lag**2, 0.0))
+    margin = np.array([measure_margin(one.share) for one in mappings])
+    return SimpleNamespace(lag=lag, span=span, place=places, mappings=mappings, margin=margin)
+
+
+def _encode_with(encoder: ConvolutiveNMF, bases: np.ndarray, data: np.ndarray) -> np.ndarray:
+    other = copy(encoder)
+    other.components_ = bases
+    return other.transform(data, code="ridge")
+
+
+def measure_margin(share: np.ndarray) -> float:
+    """Least margin by which the first basis belongs to the first location and the last to the last.
+
+    Of the ``share`` (location, component) of each basis in a code: that of the first basis at the
+    first location less any other's there, and less its own at the last location; and the mirror
+    image. Bases that do not know the location have none, whichever of them is the strongest.
+    """
+    near, far = share[0], share[-1]
+    return float(
+        min(
+            near[0] - near[1:].max(),
+            near[0] - far[0],
+            far[-1] - far[:-1].max(),
+            far[-1] - near[-1],
+        )
+    )
+
+
+def compare_ranks(
+    encoders: Mapping[int, ConvolutiveNMF], main: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """How alike the bases stay when their number changes, and how alike different ones are.
+
+    Returns
+    -------
+    least : np.ndarray
+        Of each start (start,) the least cosine, over shifts, between a basis of the ``main`` number
+        (its best start) and its match among those of a greater number.
+    others : np.ndarray
+        Of each start (start,) the greatest cosine between two different bases of the ``main``
+        number.
+    """
+    known = encoders[main]
+    more = [encoder for number, encoder in encoders.items() if number > main]
+    least = [
+        min(
+            match_components(known.components_, encoder.restart_components_[start])[1].min()
+            for encoder in more
+        )
+        for start in range(len(known.restart_components_))
+    ]
+    return np.array(least), np.array([compare_others(one) for one in known.restart_components_])
+
+
+def compare_others(bases: np.ndarray) -> float:
+    """The greatest similarity of two different bases of one fit."""
+    similarity = compute_basis_similarity(bases, bases)
+    return float(similarity[~np.eye(len(bases), dtype=bool)].max())
+
+
+def keep_values(section: Section, found: SimpleNamespace) -> None:
+    """The values of all starts that claims are held against, and a table of the best."""
+    best: LocationMapping = found.mappings[0]
+    rows = []
+    for k in range(found.lag.shape[1]):
+        section.values[f"encoding.lag.{k + 1}"] = _spread_starts(found.lag[:, k])
+        section.values[f"encoding.place.{k + 1}"] = span(found.place[:, k])
+        rows.append([k + 1, found.lag[0, k], found.place[0, k], *best.share[:, k]])
+    if found.span.shape[1] == 3:
+        section.values["encoding.span.2"] = _spread_starts(found.span[:, 1])
+        section.values["encoding.span.rival"] = _spread_starts(found.span[:, ::2].max(axis=1))
+    section.values["encoding.contact_margin"] = span(found.margin)
+    p = np.array([one.p_information for one in found.mappings])
+    section.values["encoding.location_p"] = span(p)
+    section.table(
+        [
+            "basis",
+            "lag [samples]",
+            "place",
+            *(f"share at {place:g} L" for place in best.locations),
+        ],
+        rows,
+        "Centre of mass of each basis over its lags and along the sensors (0: the first, 1: the"
+        " last), and its share of the energy of the ridge codes of contacts at each place; best"
+        " start.",
+    )
+
+
+def _spread_starts(starts: np.ndarray) -> dict[str, Any]:
+    """The mean of all starts with its 95 % interval."""
+    if not np.isfinite(starts).all():
+        return {"undefined": "a basis of some start is empty"}
+    mean = student_mean(starts)
+    return make_spread(mean.estimate, mean.low, mean.high, n=len(starts))
+
+
+def span(starts: np.ndarray) -> dict[str, Any]:
+    """The best start, which comes first, and the ends of all."""
+    if not np.isfinite(starts).all():
+        return {"undefined": "a basis of some start is empty"}
+    return make_spread(starts[0], np.min(starts), np.max(starts), n=len(starts))

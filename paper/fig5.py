@@ -1,18 +1,16 @@
-"""Fig. 5A–E: how well touches are discriminated, by speed and by profile, against noise."""
+"""Fig. 5A–D: how well touches are discriminated, by speed and by profile, against noise."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 
 from feeler.decoding import CODES
 from feeler.decoding.curves import Curves
 from feeler.encoding import LABELS
-from feeler.plotting.results import name_kinds, plot_curves, plot_kinds
-from feeler.plotting.tensors import plot_tensor_grid
+from feeler.plotting.results import plot_index
+from feeler.plotting.style import mark_panel, pick_colours
 from feeler.report import Section, make_spread
 from paper.context import Context
 from paper.fig5_data import (
@@ -21,106 +19,82 @@ from paper.fig5_data import (
     name_speeds,
     spread_accuracy,
 )
+from paper.readings_computed import trace_main
 
 KEPT_AT = (0.1, 0.3)
 """Noise ratios at which the paper names the variance that its principal components keep."""
-_UNIT = "of the greatest angle"
 
 
-def plot(data: SimpleNamespace, figure: Figure) -> None:
-    """5A, B above with the conditions of 5E; 5C and D below, a column per kind of code, a row per
-    noise model.
+def plot(
+    data: SimpleNamespace,
+    curves: Mapping[str, Mapping[str, np.ndarray]],
+    ratios: Sequence[float],
+    figure: Figure,
+) -> None:
+    """The paper's panels a to d: NMI above; accuracy (ratio, repeat) of each group against noise
+    below.
     """
-    n_blocks = len(data.curves)
-    top, *blocks = figure.subfigures(
-        1 + n_blocks, 1, height_ratios=(1.2, *[2] * n_blocks), squeeze=False
-    ).flat
-    _plot_top(data, top)
-    for (comparison, curves), block in zip(data.curves.items(), blocks, strict=True):
-        letter = "C" if comparison == "speed" else "D"
-        axes = block.subplots(len(curves.noises), len(CODES), sharex=True, sharey=True)
-        block.suptitle(f"{letter}  LDA accuracy by {comparison}", x=0.02, ha="left", fontsize=8)
-        for noise, line in zip(curves.noises, axes, strict=True):
-            for kind, ax in zip(CODES, line, strict=True):
-                plot_curves(curves, kind, noise, ax)
-            line[0].set_ylabel(f"accuracy [%]\n{noise} noise", fontsize=7)
-        for kind, above, below in zip(CODES, axes[0], axes[-1], strict=True):
-            above.set_title(LABELS[kind], fontsize=7)
-            below.set_xlabel("noise [%]", fontsize=7)
-        block.legend(
-            *axes[0, 0].get_legend_handles_labels(),
-            loc="outside lower center",
-            ncols=7,
-            fontsize=7,
-            columnspacing=1.0,
-            handletextpad=0.3,
+    top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.25), squeeze=False).flat
+    axes = top.subplots(1, 2 * len(curves), sharey=True, squeeze=False)[0]
+    pairs = [(comparison, kind) for comparison in curves for kind in MAIN]
+    for ax, (comparison, kind) in zip(axes, pairs, strict=True):
+        plot_index(data.dispersions[comparison][kind], "nmi", ax)
+        ax.set_title({"joint": "activations", "raw": "tensors"}[kind])
+    axes[0].set_ylabel("NMI with the closest match")
+    for letter, ax in zip("ab", axes[::2], strict=False):
+        mark_panel(ax, letter)
+    x, chance = [100 * ratio for ratio in ratios if ratio > 0], 1 / _count_classes(data)
+    below = bottom.subplots(1, len(curves), sharey=True, squeeze=False)[0]
+    for letter, (comparison, groups), ax in zip("cd", curves.items(), below, strict=False):
+        colours = pick_colours(groups)
+        for name, found in groups.items():
+            mean, sd = 100 * found.mean(axis=1), 100 * found.std(axis=1)
+            ax.plot(x, mean, color=colours[name], label=name)
+            ax.fill_between(x, mean - sd, mean + sd, color=colours[name], alpha=0.2, lw=0)
+        ax.axhline(100 * chance, color="#888888", ls=":", lw=0.8, label="chance")
+        ax.set(
+            xlabel="noise [% of each vector's maximum]", ylim=(0, 103), title=f"by {comparison}"
         )
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+        mark_panel(ax, letter)
+    below[0].set_ylabel("LDA accuracy [%]")
 
 
-def _plot_top(data: SimpleNamespace, figure: SubFigure) -> None:
-    """NMI of codes and tensors for both comparisons, and one tensor per condition."""
-    left, right = figure.subfigures(1, 2, width_ratios=(3, 2), squeeze=False).flat
-    axes = left.subplots(1, len(data.curves), squeeze=False)[0]
-    for letter, comparison, ax in zip("AB", data.curves, axes, strict=False):
-        found = [data.dispersions[comparison][kind] for kind in MAIN]
-        plot_kinds(found, "nmi", ax)
-        name_kinds(found, [LABELS[kind] for kind in MAIN], ax)
-        ax.set_title(f"{letter}  by {comparison}", loc="left")
-        ax.tick_params(labelsize=7)
-        ax.legend(fontsize=7, handletextpad=0)
-    axes[0].set_ylabel("NMI with closest match", fontsize=7)
-    examples = {
-        name: group.tensors[len(group.tensors) // 2]
-        for members in data.groups.values()
-        for name, group in members.items()
-    }
-    _plot_examples(examples, right.subplots())
-    right.suptitle(f"E  one tensor per condition ({_UNIT})", fontsize=8)
-
-
-def _plot_examples(examples: Mapping[str, np.ndarray], ax: Axes) -> None:
-    """One tensor (sensor, time) of each condition, on one colour scale."""
-    tensors = list(examples.values())
-    norm = Normalize(0, max(tensor.max() for tensor in tensors))
-    time = np.arange(tensors[0].shape[1])
-    image = plot_tensor_grid(
-        [[tensor] for tensor in tensors], time, ax, norm, list(examples), [""], _UNIT
-    )
-    if (figure := ax.get_figure(root=False)) is not None:
-        figure.colorbar(image, ax=ax, pad=0.02)
-    ax.tick_params(labelsize=7)
-    ax.set_xlabel("time [ms]", fontsize=7)
-    ax.set_ylabel("sensor (base → tip upwards)", fontsize=7)
+def _count_classes(data: SimpleNamespace) -> int:
+    """Every touch of a group is a class."""
+    return len(next(iter(data.groups["speed"].values())).tensors)
 
 
 def show(context: Context, section: Section) -> None:
     """Accuracy by speed and by profile, beside its null."""
     data, plan = load(context), context.effort.plan
-    section.heading("Classification")
-    section.text(
-        "Thirty classes (feature × location) by linear discriminant analysis of 30 principal"
-        " components, trained on noisy copies. The paper's copies of one tensor stand in training"
-        " and test alike, so its accuracy measures robustness against noise. Each curve of jointly"
-        " fitted codes therefore stands beside its own null (dashed, same colour): as many copies"
-        " of one single tensor of that group, fitted jointly and pushed through the same pipeline."
-        " What the null reaches is no evidence that tensors differ. Fixed bases give identical"
-        " tensors one code, so their null (black) is chance."
-    )
+    traced = {comparison: trace_main(context, comparison) for comparison in data.curves}
     section.figure(
         "fig5_classification",
-        "Top: NMI of the closest match, and one tensor for each condition. Below: accuracy"
-        " against noise for each kind of code, by speed and by profile; mean ± 1 SD over repeats;"
-        " null dashed, peak-position baseline dash-dotted, chance dotted. Profiles in the paper's"
-        " window; complete touches stand below, under that heading. (Fig. 5A–E)",
-        lambda figure: plot(data, figure),
-        height=9.0,
-        numbers={
-            name: {
-                comparison: {str(tuple(k)): getattr(v, part) for k, v in curves.sweeps.items()}
-                for comparison, curves in data.curves.items()
-            }
-            for name, part in (("curves", "noisy"), ("clean", "clean"))
-        },
+        "a, b: NMI of every tensor's closest match (dots), mean and 95 % bootstrap interval over"
+        " the"
+        " touches of the fixed grid, of activations and tensors. c, d: accuracy of LDA on"
+        " activations"
+        f" against noise ({_count_classes(data)} classes), under the reading nearest to the"
+        " paper's"
+        " words: principal components of all clean activations, then noise; line: mean, shaded: ± 1"
+        f" SD over {plan.n_repeats} repeats; chance dotted. Profiles in the paper's window;"
+        " complete"
+        " touches are in a figure of their own. (Fig. 5A–D)",
+        lambda figure: plot(data, traced, plan.ratios, figure),
+        height=4.4,
+        numbers={"accuracy": traced},
+    )
+    section.heading("Classification, other readings")
+    section.text(
+        "Thirty classes (feature × location) by linear discriminant analysis of 30 principal"
+        " components, here fitted to noisy training copies. The paper's copies of one tensor are in"
+        " training and test alike, so its accuracy measures robustness against noise. The null is"
+        " as"
+        " many copies of one single tensor, fitted jointly and pushed through the same pipeline:"
+        " what it reaches is no evidence that tensors differ. Fixed bases give identical tensors"
+        " one"
+        " code, so their null is chance."
     )
     section.values |= _collect_values(data.curves, name_speeds(context), plan.n_restarts)
     section.table(
@@ -136,11 +110,6 @@ def show(context: Context, section: Section) -> None:
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
         " repeated. Profiles in the paper's window; complete touches stand below.",
     )
-    section.heading("Variance kept, and confusions")
-    for comparison, curves in data.curves.items():
-        section.text(_describe_kept(comparison, curves))
-    for name, confused in data.confused.items():
-        section.text(f"{name}: {confused.describe()}")
     section.text(
         f"Effort at this scale: noise of {', '.join(f'{100 * ratio:g}' for ratio in plan.ratios)}"
         f" %, {plan.n_repeats} repeats with {plan.n_copies} copies per trial;"
@@ -204,15 +173,3 @@ def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
             )
             rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, shown])
     return rows
-
-
-def _describe_kept(comparison: str, curves: Curves) -> str:
-    name, sweep = next(iter(curves.find("joint").items()))
-    pairs = zip(
-        sweep.ratios, sweep.kept_noisy.mean(axis=1), sweep.kept_clean.mean(axis=1), strict=True
-    )
-    kept = ", ".join(f"{100 * r:.0f} %: {100 * a:.0f} / {100 * b:.0f} %" for r, a, b in pairs)
-    return (
-        f"by {comparison}, {name}: variance that 30 components keep, of noisy copies / of clean"
-        f" codes, at {kept}"
-    )

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.style import pick_colours, set_decades
+from feeler.plotting.style import mark_panel, pick_colours, set_decades
 from feeler.report.page import Section
 from feeler.tensors.transforms import compute_bend, in_unit
 from paper.context import Context
 from paper.data import list_profiles, list_speeds, list_touches, load_tensors
-from paper.drawn import draw_moment, find_touch
+from paper.fig1_touch import draw_moment, find_touch
 
 _PUSHED = 9.0  # mm that the object has moved since contact, at every profile
 _LATER = 15.0  # ms since contact, at every speed
@@ -55,6 +55,7 @@ def plot(found: Mapping[str, Mapping[str, _Touch]], figure: Figure) -> None:
     columns = 1 + max(len(profiles), len(speeds))
     axes = figure.subplots(2, columns, width_ratios=(1.2, *[1] * (columns - 1)))
     _draw_stiffness({name: touch[0] for name, touch in profiles.items()}, axes[0, 0])
+    mark_panel(axes[0, 0], "e")
     _draw_ways([trial.speed for _, trial, _, _ in speeds.values()], axes[1, 0])
     for row, touches in zip(axes[:, 1:], (profiles, speeds), strict=True):
         for ax, (name, (antenna, trial, tensors, moment)) in zip(
@@ -83,9 +84,9 @@ def _draw_stiffness(antennas: Mapping[str, Antenna], ax: Axes) -> None:
     for name, colour in pick_colours(antennas).items():
         one = antennas[name]
         ax.plot(one.hinge_position / one.length, one.stiffness, color=colour, label=name)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=0.8)
+    ax.legend(loc="lower left", borderpad=0.1)
     set_decades(ax)
-    ax.set(xlabel="place (base 0, tip 1)", ylabel="stiffness [N·mm/rad]")
+    ax.set(xlabel="location (base 0, tip 1)", ylabel="stiffness [N·mm/rad]")
 
 
 def _draw_ways(speeds: list[float], ax: Axes) -> None:

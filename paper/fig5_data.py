@@ -7,7 +7,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,18 +16,14 @@ from feeler.analysis import compute_dispersion
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.decoding import (
     CODES,
-    Confused,
     Sweep,
-    explain_confusion,
     group_tensors,
-    make_labels,
 )
 from feeler.decoding.curves import (
     Curves,
     compute_curves,
 )
 from feeler.decoding.sweeps import Plan
-from feeler.encoding import LABELS
 from feeler.report import make_spread
 from paper.cache import keep
 from paper.context import Context
@@ -64,8 +59,7 @@ def compute(
     SimpleNamespace
         By comparison (``speed``, ``profile``): ``groups``, each group's tensors and codes;
         ``dispersions`` by kind of code, groups in the claimed order, most dispersed first, controls
-        after; ``curves`` of accuracy. ``confused``: what is confused at the noisiest level, by
-        group and code.
+        after; ``curves`` of accuracy.
     """
     groups = group_tensors(
         tensors, encoder, plan, reference=reference, random_state=random_state
@@ -92,7 +86,6 @@ def compute(
         groups=groups,
         dispersions=dispersions,
         curves=curves,
-        confused=_explain_all(curves, tensors[reference]),
     )
 
 
@@ -125,16 +118,3 @@ def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]
     repeats = sweep.noisy.shape[1]
     one = bootstrap_mean(sweep.area, np.random.default_rng(0))
     return make_spread(one.estimate, one.low, one.high, n=min(repeats, starts or repeats))
-
-
-def _explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
-    """What is confused at the noisiest level, for the paper's code and the tensors."""
-    found = {}
-    known = {label: k for k, label in enumerate(make_labels(data))}
-    for (comparison, both), kind in product(curves.items(), MAIN):
-        for name, sweep in both.find(kind).items():
-            rows = [known[label] for label in sweep.classes]
-            attributes = {a: np.asarray(data[a])[rows] for a in ("feature", "size", "location")}
-            title = f"{comparison} {name}, {LABELS[kind]}, noise {100 * sweep.ratios[-1]:.0f} %"
-            found[title] = explain_confusion(sweep.confusion[-1], attributes)
-    return found

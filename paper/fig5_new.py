@@ -9,40 +9,27 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from feeler import touch
 from feeler.analysis.dispersion import bootstrap_mean
-from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
+from feeler.decoding import Relative, compute_left_out
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
-from feeler.experiments.tactile import DURATION
-from feeler.objects import Nuisances
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
 from feeler.tensors.transforms import rectify
 from paper.context import Context
 from paper.data import (
-    COMPLETE,
     list_profiles,
-    list_touches,
     load_complete,
     load_tensors,
     select_speed,
 )
-from paper.window import WINDOWS, complete_tensors, measure_window, resample
+from paper.window import WINDOWS, complete_tensors
 
 _ATTRIBUTES = ("feature", "size", "location")
 _SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}
 """What is left out in turn, and what is then read of the touches that have it."""
 _LEFT_OUT = {"size": "size", "place": "location"}
-_JITTERS = {
-    "place shifted by up to 2 % of the length": (0.02, 0.0),
-    "speed changed by up to 10 %": (0.0, 0.1),
-}
-"""[C] Half-widths of uniform changes of place (share of the length) and speed (relative)."""
 
 
 def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> SimpleNamespace:
@@ -127,42 +114,8 @@ def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, An
     }
 
 
-def plot(data: Mapping[str, Mapping[str, SimpleNamespace]], figure: Figure) -> None:
-    """Accuracy on a new size and a new place, and how much each attribute changes a tensor; a row
-    for each window.
-    """
-    axes = figure.subplots(len(data), 2, sharex="col", sharey="col", squeeze=False)
-    for (window, profiles), row in zip(data.items(), axes, strict=True):
-        _plot_window(profiles, *row)
-        row[0].set(ylabel=f"{window}\nright [%]", ylim=(0, 103))
-        row[1].set_ylabel("change [% of norm]")
-    axes[0, 0].set_title("trained without it")
-    axes[0, 1].set_title("what a tensor changes with")
-    axes[-1, 0].set_xticks(
-        range(len(_SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"]
-    )
-    axes[-1, 1].set_xticks(range(len(_ATTRIBUTES)), ["shape", "size", "place, one step"])
-    axes[0, 0].legend(frameon=False)
-
-
-def _plot_window(profiles: Mapping[str, SimpleNamespace], left: Axes, right: Axes) -> None:
-    width = 0.8 / len(profiles)
-    for k, (name, new) in enumerate(profiles.items()):
-        colour = PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)])
-        shift = (k - (len(profiles) - 1) / 2) * width
-        for ax, shares in ((left, new.accuracy), (right, new.change)):
-            heights = [100 * share for share in shares.values()]
-            ax.bar(np.arange(len(heights)) + shift, heights, width, color=colour, label=name)
-    for place, chance in enumerate(next(iter(profiles.values())).chance.values()):
-        left.plot(
-            [place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1
-        )
-
-
 def show(context: Context, section: Section) -> None:
-    """New sizes and places, by profile at slow touch, in both windows; then shifted places and
-    other speeds.
-    """
+    """New sizes and places, by profile at slow touch, in both windows."""
     plan, names = context.effort.plan, list_profiles(context)
     data = {
         window: {
@@ -172,23 +125,7 @@ def show(context: Context, section: Section) -> None:
         for window, profiles in _load_windows(context, names).items()
     }
     section.heading("New sizes and places")
-    section.figure(
-        "fig5_new",
-        "Left: accuracy of LDA on clean slow touches whose size, or place, was never trained"
-        f" (noise of {100 * plan.probe:g} % in training; dotted: chance). Right: how much a tensor"
-        " changes when only its shape, size or place is changed. Above, the paper's window, in"
-        " which some touches of the linear and of the constant profile are the same tensor; below,"
-        " complete touches.",
-        lambda figure: plot(data, figure),
-        height=4.6,
-        numbers={
-            window: {name: vars(new) for name, new in profiles.items()}
-            for window, profiles in data.items()
-        },
-    )
-    _keep_values(section, data)
-    if context.effort.jitters and len(names) > 1:
-        _show_jittered(context, section)
+    _keep_values(section, data, plan.probe)
 
 
 def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.Dataset]]:
@@ -202,7 +139,9 @@ def _load_windows(context: Context, names: list[str]) -> dict[str, dict[str, xr.
     return dict(zip(WINDOWS, (slow, whole), strict=True))
 
 
-def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespace]]) -> None:
+def _keep_values(
+    section: Section, data: Mapping[str, Mapping[str, SimpleNamespace]], probe: float
+) -> None:
     rows = []
     for window, profiles in data.items():
         for name, new in profiles.items():
@@ -214,51 +153,16 @@ def _keep_values(section: Section, data: Mapping[str, Mapping[str, SimpleNamespa
             for attribute, change in new.change.items():
                 section.values[f"generalise.change.{attribute}.{window}.{name}"] = change
             shares = [(new.accuracy[s], *new.parts[s].values()) for s in _SPLITS]
-            rows.append([window, name, *(100 * share for split in shares for share in split)])
+            changed = [100 * new.change[attribute] for attribute in _LEFT_OUT.values()]
+            rows.append(
+                [window, name, *(100 * one for split in shares for one in split), *changed]
+            )
     header = ["window", "profile", "new size [%]", "of it shape", "place"]
     section.table(
-        [*header, "new place [%]", "of it shape", "size"],
+        [*header, "new place [%]", "of it shape", "size", "change by size [%]", "by place"],
         rows,
-        "Share of answers that are right, and of which each part is right (on noisy copies).",
+        "Accuracy of LDA on clean slow touches whose size, or place, was never trained (noise of"
+        f" {100 * probe:g} % in training), and how often each part is right (on noisy copies)."
+        " Last: by"
+        " which share of its norm a tensor changes if only its size or its place (one step) does.",
     )
-
-
-def _show_jittered(context: Context, section: Section) -> None:
-    """Accuracy on clean slow touches, each a little off its place or speed, in both windows."""
-    plan, rng = context.effort.plan, np.random.default_rng(context.seed)
-    names = list_profiles(context)
-    known = _load_windows(context, names)
-    for title, (location, speed) in _JITTERS.items():
-        words: dict[str, list[str]] = {window: [] for window in known}
-        for name in names:
-            order = [t for t in list_touches(context, name) if t.speed == SPEEDS["slow"]]
-            moved = Nuisances.only(location=location, speed=speed).jitter(order, rng)
-            again = touch(context.profiles[name], moved, duration=COMPLETE, **context.physics)
-            for window, sets in known.items():
-                end = measure_window(load_complete(context, name)).end
-                end = DURATION if window == WINDOWS[0] else end
-                right = score_again(
-                    sets[name], resample(again, end, round(DURATION)), plan, context.seed
-                )
-                words[window].append(f"{name} {100 * right:.0f} %")
-        said = "; ".join(f"{window}: {', '.join(found)}" for window, found in words.items())
-        section.text(f"Touches never trained on, {title}, tensors by profile. {said}.")
-
-
-def score_again(
-    tensors: xr.Dataset, again: xr.Dataset, plan: Plan, random_state: int = 0
-) -> float:
-    """Accuracy of LDA, trained on noisy copies of tensors, on clean other ones."""
-    labels = make_labels(tensors)
-    known, asked = (
-        rectify(one["angle"].transpose("trial", "sensor", "time").values)
-        for one in (tensors, again)
-    )
-    sweep = compute_sweep(
-        known / known.max(),
-        labels,
-        held_out=(asked / known.max(), labels),
-        estimator=make_lda(),
-        **_list_options(plan, plan.other_repeats, random_state),
-    )
-    return float(sweep.clean.mean())

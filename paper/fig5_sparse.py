@@ -6,13 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from feeler.analysis import Interval
 from feeler.analysis.dispersion import bootstrap_mean
 from feeler.encoding import hoyer_sparseness
 from feeler.objects.trials import SPEEDS
-from feeler.plotting.results import plot_groups
 from feeler.report import Section, make_spread
 from paper.context import Context
 from paper.data import (
@@ -60,22 +58,6 @@ def _average(values: np.ndarray) -> Interval:
     return bootstrap_mean(values[np.isfinite(values)], np.random.default_rng(0))
 
 
-def plot(found: Mapping[str, Mapping[str, _Groups]], figure: Figure) -> None:
-    """A panel per comparison: every touch as a dot, averages with their intervals, by reading."""
-    axes = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
-    for letter, (comparison, readings), ax in zip("AB", found.items(), axes, strict=False):
-        sets = [
-            {n: (v, _average(v)) for n, v in groups.items()} for groups in readings.values()
-        ]
-        plot_groups(sets, ax)
-        n_groups = len(next(iter(readings.values())))
-        places = np.arange(len(readings)) * (n_groups + 1) + (n_groups - 1) / 2
-        ax.set_xticks(places, ["\n".join(name.rsplit(" ", 1)) for name in readings])
-        ax.set_title(f"{letter}  by {comparison}", loc="left")
-        ax.legend(title="mean, 95 % interval", title_fontsize=7, handletextpad=0.3)
-    axes[0].set_ylabel("Hoyer sparseness of a tensor\n(1: one entry alone)")
-
-
 def _list_groups(context: Context) -> dict[str, dict[str, xr.Dataset]]:
     """Whole touches: of the first profile at every speed, and slow ones of every profile."""
     profiles = list_profiles(context)
@@ -119,19 +101,23 @@ def show(context: Context, section: Section) -> None:
         " touches, of the samples between a touch's first and last contact, and of those in which"
         " anything moves, which hold the swing after the touch."
     )
-    section.figure(
-        "fig5_sparse",
-        "Hoyer sparseness of every tensor (dots), by speed with the exponential antenna and by"
-        " profile at slow touch; in the paper's window, over each group's own shortest window that"
-        " holds its touches whole, from a touch's first to its last contact, and while any sensor"
-        " passes a hundredth of the tensor's peak.",
-        lambda figure: plot(found, figure),
-        height=3.2,
-        numbers=found,
-    )
-    for readings in found.values():
+    for comparison, readings in found.items():
         for reading, members in readings.items():
             section.values |= _list_values(reading, members)
+        section.table(
+            [f"by {comparison}", *next(iter(readings.values()))],
+            [[reading, *map(_say, members.values())] for reading, members in readings.items()],
+            "Hoyer sparseness of tensors, mean and 95 % bootstrap interval over touches: in the"
+            " paper's"
+            " window, over each group's own shortest window that holds its touches whole, from a"
+            " touch's first to its last contact, and while any sensor passes a hundredth of the"
+            " tensor's peak.",
+        )
+
+
+def _say(values: np.ndarray) -> str:
+    mean = _average(values)
+    return f"{mean.estimate:.3f} ({mean.low:.3f} to {mean.high:.3f})"
 
 
 def _list_values(reading: str, groups: _Groups) -> dict[str, object]:

@@ -7,14 +7,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from feeler.analysis import compute_dispersion
 from feeler.decoding import Relative, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.sweeps import Plan
-from feeler.plotting.results import plot_sweep
-from feeler.plotting.style import pick_colours
 from feeler.report import Section
 from paper.context import Context
 from paper.data import (
@@ -57,21 +54,6 @@ def compute(
     return sweeps, sweep(repeated, labels, plan.control_repeats or plan.n_repeats)
 
 
-def plot(cut: Mapping[str, Sweep], whole: Mapping[str, Sweep], figure: Figure) -> None:
-    """Accuracy by speed against noise: the paper's window, and whole touches to its right."""
-    axes = figure.subplots(1, 2, sharey=True)
-    for ax, sweeps, window in zip(axes, (cut, whole), WINDOWS, strict=True):
-        colours = pick_colours(sweeps)
-        for name, sweep in sweeps.items():
-            plot_sweep(sweep, ax, color=colours[name], label=name)
-        ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
-        ax.set(
-            title=window, xlabel="noise [% of each tensor's peak]", xlim=(0, 32), ylim=(0, 103)
-        )
-    axes[0].set_ylabel("accuracy [%]")
-    axes[0].legend()
-
-
 def show(context: Context, section: Section) -> None:
     """LDA on tensors by speed, and every reading of the claims on LDA."""
     if len(list_speeds(context, list_profiles(context)[0])) < 2:
@@ -79,17 +61,18 @@ def show(context: Context, section: Section) -> None:
     whole, null = compute(_list_speeds(context), context.effort.plan, random_state=context.seed)
     cut = load(context).curves["speed"].find("raw")
     section.heading("Tensors by speed")
-    section.figure(
-        "fig5_speed",
-        "Accuracy of LDA on the tensors of every speed: in the paper's window, and over each"
-        " speed's own shortest window that holds its touches whole, at one sampling rate; mean"
-        " ± 1 SD over repeats.",
-        lambda figure: plot(cut, whole, figure),
-        height=2.6,
-        numbers={
-            window: {name: sweep.noisy for name, sweep in sweeps.items()}
+    section.table(
+        ["window", *whole],
+        [
+            [
+                window,
+                *(100 * float(one.noisy[one.ratios > 0].mean()) for one in sweeps.values()),
+            ]
             for window, sweeps in zip(WINDOWS, (cut, whole), strict=True)
-        },
+        ],
+        "Accuracy of LDA on the tensors of every speed [%], mean over the noise: in the paper's"
+        " window,"
+        " and over each speed's own shortest window that holds its touches whole.",
     )
     names = name_speeds(context)
     arrays = {name: array for name, (array, _) in _list_speeds(context).items()}

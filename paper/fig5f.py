@@ -18,12 +18,12 @@ from feeler.encoding import (
     locate_components,
     map_locations,
 )
-from feeler.plotting import PALETTE, plot_bases
+from feeler.plotting import plot_bases
+from feeler.plotting.style import mark_panel, pick_colours
 from feeler.report.page import Section
 from paper.context import Context
 from paper.data import list_profiles, load_complete, load_tensors
-from paper.fig4 import prepare
-from paper.fig4_map import span
+from paper.fig4 import prepare, span
 from paper.scale import Scale
 from paper.window import WINDOWS, complete_tensors
 
@@ -58,12 +58,8 @@ READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 basis as a picture, stretched to its greatest entry, of unit length, or all three together of unit
 length (256 levels, clipped at 1, as MATLAB's ``entropy`` does); with fewer levels; or its entries
 as shares of mass. Bits but for the one in nats."""
-_DRAWN = (
-    "histogram of [0, 1]",
-    "histogram of unit length",
-    "histogram, together of unit length",
-    "probability mass",
-)
+_DRAWN = "histogram of [0, 1]"
+"""The reading that is drawn: the nearest to the paper's words."""
 
 
 def compute(
@@ -144,32 +140,23 @@ def _find_nearest(data: SimpleNamespace) -> str:
 
 
 def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
-    """Fig. 5G: mean entropy of the bases by definition; whiskers span the restarts; crosses are the
-    paper's.
+    """Fig. 5G: mean entropy of the bases, 256 grey levels; whiskers span the restarts; crosses are
+    the paper's.
     """
-    names = list(data.encoders)
-    width = 0.8 / len(_DRAWN)
-    for i, definition in enumerate(_DRAWN):
-        values = [np.nanmean(data.entropy[definition][name], axis=1) for name in names]
-        middle = np.array([v[0] for v in values])
-        ends = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
-        spread = ends if values[0].size > 1 else None  # one start has none
-        place = np.arange(len(names)) + (i - (len(_DRAWN) - 1) / 2) * width
-        ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
-    known = [name for name in names if name in _PAPER]
-    ax.plot(
-        [names.index(n) for n in known],
-        [_PAPER[n] for n in known],
-        "kx",
-        label="paper (definition not stated)",
-    )
+    names, found = list(data.encoders), data.entropy[_DRAWN]
+    values = [np.nanmean(found[name], axis=1) for name in names]
+    middle = np.array([v[0] for v in values])
+    ends = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
+    spread = ends if values[0].size > 1 else None  # one start has none
+    for place, colour in enumerate(pick_colours(names).values()):
+        ax.bar(place, middle[place], 0.6, color=colour)
+    ax.errorbar(range(len(names)), middle, spread, fmt="none", color="#000000", capsize=3)
+    known = [(k, _PAPER[name]) for k, name in enumerate(names) if name in _PAPER]
+    ax.plot(*zip(*known, strict=True), "kx", label="the paper") if known else None
     ax.set_xticks(range(len(names)), names, rotation=20, ha="right", rotation_mode="anchor")
-    ax.set_ylabel("mean entropy of the bases [bits]")
-    ax.set_ylim(
-        top=1.45
-        * max(np.nanmax(values) for by in data.entropy.values() for values in by.values())
-    )
+    ax.set(ylabel="mean entropy of the bases [bits]", ylim=(0, 1.25 * float(middle.max())))
     ax.legend(loc="upper left")
+    mark_panel(ax, "g")
 
 
 def plot(data: SimpleNamespace, figure: Figure) -> None:
@@ -180,9 +167,8 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
         data.sampling,
         left.subplots(),
     )
-    left.suptitle("F", x=0.02, ha="left")
+    mark_panel(left.axes[0], "f")
     _plot_entropy(data, right.subplots())
-    right.suptitle("G", x=0.02, ha="left")
 
 
 @lru_cache(maxsize=1)
@@ -208,10 +194,10 @@ def show(context: Context, section: Section) -> None:
     section.heading("Bases by stiffness profile")
     section.figure(
         "fig5f_bases",
-        "Three bases of each profile's slow tensors, and their entropy by four of the definitions"
-        " below; whiskers span the restarts, where there are several; crosses are the paper's"
-        " values. The paper does not say how its entropy was computed. Both in the paper's window;"
-        " complete touches stand in the table. (Fig. 5F–G)",
+        "f: the three bases of each profile's slow tensors. g: their mean entropy (256 grey levels;"
+        " the paper does not name its definition), best of the restarts, whiskers span all;"
+        " crosses:"
+        " the paper. Both in the paper's window; complete touches are in the table. (Fig. 5F–G)",
         lambda figure: plot(data, figure),
         height=4.2,
         numbers={"entropy": found},

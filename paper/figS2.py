@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.plotting.style import PALETTE
+from feeler.plotting.style import PALETTE, mark_panel
 from feeler.report.page import Section
 from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
 from feeler.tracking.kinematics import CUTOFF, MAX_GAP
@@ -54,10 +54,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     _plot_path(data.trial, path)
     _plot_trace(data, trace)
     _plot_box(data, box)
-    if data.exploration.source == "synthetic":
-        figure.suptitle(
-            "Synthetic tracks with a planted mean of 86.67 °/s, not animal data", fontsize=8
-        )
+    mark_panel(path, "a")
+    mark_panel(box, "b")
 
 
 def _plot_path(tracks: Tracks, ax) -> None:
@@ -114,8 +112,10 @@ def show(context: Context, section: Section) -> None:
     )
     section.figure(
         "figS2_tracking",
-        "Synthetic tracks: paths of four landmarks, angle and angular speed of one trial with its"
-        " peaks, and the average maximum speed of every trial and side. (Fig. S2)",
+        "Synthetic tracks with a simulated mean of 86.67 °/s, not animal data. a: paths of four"
+        " landmarks, and angular speed of one trial with its peaks; b: average maximum speed of"
+        " every"
+        " trial (dots, n = 6) and side; red: median. (Fig. S2)",
         lambda figure: plot(data, figure),
         height=3.0,
         numbers={"mean_peak": data.exploration.mean_peak, "planted": data.planted},

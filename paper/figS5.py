@@ -13,8 +13,7 @@ from feeler.report.page import Section
 from feeler.tensors.transforms import in_unit
 from paper.context import Context
 from paper.data import list_profiles, load_tensors
-from paper.fig4 import load, prepare
-from paper.fig4_map import compare_others, span
+from paper.fig4 import compare_others, load, prepare, span
 from paper.scale import Scale
 
 _REFERENCE = 40  # [P]

@@ -2,50 +2,36 @@
 
 from types import SimpleNamespace
 
-import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.analysis import INDICES
-from feeler.encoding import LABELS
-from feeler.plotting.results import plot_kinds
+from feeler.plotting.results import plot_index
+from feeler.plotting.style import mark_panel, set_decades
 from feeler.report import Section, make_spread
 from paper.context import Context
-from paper.fig5_data import load, name_speeds
+from paper.fig5_data import MAIN, load, name_speeds
 
+_LEAST = 1e-5
+"""Of the greatest MSE that is drawn: identical pairs have none."""
 _KINDS = {"raw": "tensor", "joint": "activation"}
 """What the values of the paper's two data sets are called."""
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
-    """Rows: the four indices; columns: the comparisons; side by side the kinds of code, and in each
-    the groups.
-    """
-    axes = figure.subplots(
-        len(INDICES), len(data.dispersions), sharex="col", sharey="row", squeeze=False
-    )
-    for letter, (comparison, kinds), column in zip(
-        "AB", data.dispersions.items(), axes.T, strict=False
-    ):
+    """Rows: the four indices; columns: activations and tensors, by speed (a) and by profile (b)."""
+    pairs = [(comparison, kind) for comparison in data.dispersions for kind in MAIN]
+    axes = figure.subplots(len(INDICES), len(pairs), sharex="col", squeeze=False)
+    for column, (comparison, kind) in zip(axes.T, pairs, strict=True):
         for index, ax in zip(INDICES, column, strict=True):
-            plot_kinds(list(kinds.values()), index, ax)
-        n_groups = len(next(iter(kinds.values())).groups)
-        column[-1].set_xticks(
-            np.arange(len(kinds)) * (n_groups + 1) + (n_groups - 1) / 2,
-            [LABELS[kind].replace(", ", ",\n").replace(" (", "\n(") for kind in kinds],
-        )
-        column[0].set_title(f"{letter}  by {comparison}", loc="left")
-        column[0].legend(
-            loc="lower center",
-            bbox_to_anchor=(0.5, 1.12),
-            ncols=n_groups,
-            columnspacing=1,
-            handletextpad=0,
-        )
+            plot_index(data.dispersions[comparison][kind], index, ax)
+            if not INDICES[index].is_similarity:
+                set_decades(ax)
+                ax.set_ylim(bottom=max(ax.get_ylim()[0], _LEAST * ax.get_ylim()[1]))
+        column[0].set_title({"joint": "activations", "raw": "tensors"}[kind])
+    for letter, ax in zip("ab", axes[0, ::2], strict=False):
+        mark_panel(ax, letter)
     for index, ax in zip(INDICES, axes[:, 0], strict=True):
-        ax.set_ylabel(
-            f"{INDICES[index].label}\n{'low' if INDICES[index].is_similarity else 'high'}: more"
-            " dispersed"
-        )
+        ax.set_ylabel(INDICES[index].label)
 
 
 def show(context: Context, section: Section) -> None:
@@ -66,12 +52,13 @@ def show(context: Context, section: Section) -> None:
     }
     section.figure(
         "figS6_dispersion",
-        "Every tensor's closest match among the others of its group (dots) and the group's average"
-        " with its 95 % bootstrap interval, by four indices. Low Pearson r, SSIM and NMI and high"
-        " MSE mean more dispersed. Profiles in the paper's window; complete touches stand below,"
-        " under that heading. (Fig. 5A–B, Fig. S6)",
+        "Every tensor's closest match among the others of its group (dots), mean and 95 % bootstrap"
+        " interval over the touches of the fixed grid, by four indices; a: by speed, b: by profile."
+        " Low Pearson r, SSIM and NMI and high MSE mean more dispersed. Pairs without a"
+        " difference are below the axis of MSE. Profiles in the paper's"
+        " window; complete touches are in a table of their own. (Fig. S6)",
         lambda figure: plot(data, figure),
-        height=7.0,
+        height=6.4,
         numbers=values,
     )
     section.values |= values

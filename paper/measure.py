@@ -55,22 +55,10 @@ def run(
     )
 
 
-def measure_yardstick() -> float:
-    """Seconds of ten million additions in Python: how fast the machine is at that moment (shared
-    ones vary twofold).
-    """
-    start, total = time.perf_counter(), 0
-    for number in range(10_000_000):
-        total += number
-    return time.perf_counter() - start
-
-
 def measure(scale: str) -> dict[str, object]:
-    """Warm run, second run from the cache, seconds of each stage, verdicts; the yardstick
-    just before.
-    """
+    """Warm run, second run from the cache, seconds of each stage, verdicts."""
     with TemporaryDirectory() as folder:
-        out, yardstick = Path(folder), measure_yardstick()
+        out = Path(folder)
         first, stages, verdicts = run(scale, out)
         second, *_ = run(scale, out)
         if scale == "paper":
@@ -79,7 +67,6 @@ def measure(scale: str) -> dict[str, object]:
         "seconds": round(first, 1),
         "seconds_cached": round(second, 1),
         "cores": os.cpu_count(),
-        "yardstick": round(yardstick, 2),
         "verdicts": verdicts,
         "stages": {stage["title"]: stage["seconds"] for stage in stages},
     }

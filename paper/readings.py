@@ -8,10 +8,10 @@ follows.
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -24,7 +24,7 @@ from feeler.errors import InvalidInput
 from feeler.files import make_record
 from feeler.records import Record
 from feeler.report import Section
-from paper.table import read_declared
+from paper.table import Results, Value, read_declared, show
 
 WORDS = (
     "reproduced under the paper's own words",
@@ -33,6 +33,7 @@ WORDS = (
     "cannot be compared",
 )
 """Verdicts on a sentence."""
+OWN_WORDS, ANOTHER, NOT, NEVER = WORDS
 COLUMNS = (
     *("sentence", "quantity", "figure", "statement", "reading", "main", "natural", "group"),
     *("value", "low", "high", "n", "null", "unit", "share", "agrees", "identical"),
@@ -93,7 +94,11 @@ class Sentence(Record):
         target), ``factor`` (1 − value within ``tolerance`` as a factor of 1 − target), ``dip`` (the
         middle group is the least), ``above`` or ``below`` the target.
     least : float
-        Smallest effect that counts.
+        Smallest effect that counts; of a bound, counted from a target of 0.
+    share : float
+        The same as a share of the greatest value, where ``least`` is not declared.
+    of : str
+        What values are ``n`` of; of one draw nothing is decided. Empty or "nothing": not asked.
     ratio : bool
         Whether effects are logarithms of ratios, not differences.
     identical : str
@@ -115,9 +120,11 @@ class Sentence(Record):
     target: tuple[float, ...] = ()
     tolerance: float = 0.0
     least: float = 0.0
+    share: float = 0.0
     ratio: bool = False
-    unit: str
-    identical: str
+    unit: str = ""
+    of: str = ""
+    identical: str = ""
     key: str = ""
     index: str = ""
     choice: tuple[Option, ...] = ()
@@ -130,6 +137,23 @@ class Sentence(Record):
     def is_main(self, chosen: Mapping[str, str]) -> bool:
         """Whether every choice that a reading makes is the first."""
         return all(self.main[name] == option for name, option in chosen.items())
+
+    def list_chosen(self) -> list[dict[str, str]]:
+        """The choices of every reading, the main one first."""
+        names = [one.name for one in self.choice]
+        return [
+            dict(zip(names, options, strict=True))
+            for options in product(*(one.options for one in self.choice))
+        ]
+
+    def list_keys(self) -> set[str]:
+        """Every value that it reads."""
+        return {
+            self.key.format(group=group, **chosen)
+            for chosen in self.list_chosen()
+            for group in self.groups
+            if self.key
+        }
 
     def weigh(self, chosen: Mapping[str, str]) -> str:
         """How natural a reading is."""
@@ -207,11 +231,13 @@ def measure_effect(sentence: Sentence, values: Sequence[float]) -> float:
             return -float(np.exp(factors.max()))
 
 
-def find_threshold(sentence: Sentence) -> float:
-    """The effect from which on a reading agrees."""
+def find_threshold(sentence: Sentence, values: Sequence[float] = ()) -> float:
+    """The effect from which on a reading of these values agrees."""
     if sentence.kind in ("value", "factor"):
         return -sentence.tolerance
-    return sentence.least
+    if sentence.kind in ("above", "below") and any(sentence.target):
+        return 0.0
+    return sentence.least or sentence.share * float(np.abs(values).max(initial=0.0))
 
 
 def agree(
@@ -220,32 +246,48 @@ def agree(
     """Whether the groups' values agree with the sentence; None where their spreads leave it open.
 
     Evidence is asked for both ways: agreement must survive the spreads of the groups, and so must
-    its absence. ``least`` replaces the sentence's own threshold.
+    its absence. Of an order the ends must be apart; the groups between them must be in order.
+    ``least`` replaces the sentence's own threshold.
     """
     points = [value for value, *_ in spreads]
     if not np.isfinite(points).all():
         return None
-    threshold = find_threshold(sentence) if least is None else least
-    holds = measure_effect(sentence, points) >= threshold
+    threshold = find_threshold(sentence, points) if least is None else least
     ends = [
         [value] if not np.isfinite([low, high]).all() else [low, high]
         for value, low, high in spreads
     ]
-    others = [measure_effect(sentence, chosen) for chosen in product(*ends)]
     if sentence.kind in ("value", "factor"):
-        return True if holds else None if max(others) >= threshold else False
-    if holds:
-        return True if min(others) > 0 else None
-    return None if max(others) >= threshold else False
+        for one, target in zip(ends, sentence.target, strict=True):
+            one += [target] if min(one) < target < max(one) else []
+    asked = sentence
+    if sentence.kind == "order" and len(spreads) > 2:
+        asked = sentence.replace(groups=(sentence.groups[0], sentence.groups[-1]))
+        ends, reversed_ = (
+            [ends[0], ends[-1]],
+            [min(one) > max(other) for one, other in pairwise(ends)],
+        )
+        if any(reversed_):
+            return False
+    others = [measure_effect(asked, chosen) for chosen in product(*ends)]
+    if max(others) < threshold:
+        return False
+    if measure_effect(sentence, points) < threshold:
+        return None
+    return True if min(others) >= (threshold if any(sentence.target) else 0) else None
 
 
-def decide(agrees: Sequence[bool | None], main: bool | None) -> str:
-    """The verdict from the readings of a sentence: whether each agrees, and the main one."""
-    if main:
-        return WORDS[0]
+def decide(agrees: Sequence[bool | None]) -> str:
+    """The verdict from whether each reading agrees, the main one first.
+
+    Not reproduced: the main reading speaks against it, and none for it. Where the main reading is
+    not decided and no other agrees, nothing can be said.
+    """
+    if agrees[0]:
+        return OWN_WORDS
     if any(agrees):
-        return WORDS[1]
-    return WORDS[2] if False in agrees else WORDS[3]
+        return ANOTHER
+    return NOT if agrees[0] is False else NEVER
 
 
 # Rows of one sentence.
@@ -270,6 +312,8 @@ def make_rows(
         spreads = [_spread(by_group[group]) for group in sentence.groups]
         share, values = np.nan, [spread[:3] for spread in spreads]
         agrees = agree(sentence, values)
+        if sentence.of not in ("", "nothing") and min(spread[3] for spread in spreads) < 2:
+            agrees = None
         if isinstance(next(iter(by_group.values())), np.ndarray):
             share = _share_draws(
                 sentence, [by_group[group] for group in sentence.groups], chosen
@@ -360,6 +404,10 @@ class Finding:
         The main reading, which natural departures from it change the answer, and identical touches.
     moves : str
         How the verdict moves with its threshold.
+    ours : str
+        The main reading's values with their intervals.
+    agrees : tuple[bool | None, ...]
+        Whether each reading agrees, the main one first.
     rows : pd.DataFrame
         ``COLUMNS`` and ``choices``.
     """
@@ -369,71 +417,104 @@ class Finding:
     line: str
     note: str
     moves: str
+    ours: str = "–"
+    agrees: tuple[bool | None, ...] = ()
     rows: pd.DataFrame = field(repr=False)
-
-    @property
-    def statements(self) -> tuple[str, ...]:
-        """The statements that it answers."""
-        return self.sentence.claims
 
 
 def collect(sections: Sequence[Section]) -> pd.DataFrame:
     """All rows of a run: of what stages left in their folders, and of values of the sections."""
     rows: list[dict[str, Any]] = []
-    values = {key: value for section in sections for key, value in section.values.items()}
     for section in sections:
         path = section.folder / FILE
         if path.exists():
             rows += json.loads(path.read_text())["rows"]
-    for sentence in load_sentences():
-        if sentence.measure == "values":
-            rows += make_rows(sentence, _list_values(sentence, values))
-    known = [*COLUMNS, "choices"]
+    results = Results.collect(sections)
     order = {one.id: place for place, one in enumerate(load_sentences())}
-    table = pd.DataFrame(rows, columns=known)
+    rows += [row for one in load_sentences() for row in read_values(one, results)]
+    return tabulate(rows).sort_values("sentence", key=lambda ids: ids.map(order), kind="stable")
+
+
+def tabulate(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Rows as a table of ``COLUMNS`` and ``choices``."""
+    table = pd.DataFrame(rows, columns=[*COLUMNS, "choices"])
     numbers = ["value", "low", "high", "null", "share", "agrees"]
     table[numbers] = table[numbers].astype(float)
-    return table.sort_values("sentence", key=lambda ids: ids.map(order), kind="stable")
+    return table
 
 
-def _list_values(sentence: Sentence, values: Mapping[str, Any]) -> Iterator[Reading]:
-    names = [one.name for one in sentence.choice]
-    for options in product(*(one.options for one in sentence.choice)):
-        chosen = dict(zip(names, options, strict=True))
-        found: dict[str, Any] = {}
-        for group in sentence.groups:
-            value = values.get(sentence.key.format(group=group, **chosen))
-            if isinstance(value, dict) and value.get("value") is not None:
-                ends = [value.get(end) for end in ("low", "high")]
-                low, high = (np.nan if end is None else end for end in ends)
-                found[group] = (value["value"], low, high, value.get("n", 1))
-            elif isinstance(value, int | float):
-                found[group] = float(value)
-        yield chosen, found, {}
+def read_values(sentence: Sentence, results: Results) -> list[dict[str, Any]]:
+    """Rows of a sentence that is judged by values of the run."""
+    if sentence.measure != "values":
+        return []
+    readings: list[Reading] = []
+    for chosen in sentence.list_chosen():
+        keys = {group: sentence.key.format(group=group, **chosen) for group in sentence.groups}
+        found = {group: one for group, key in keys.items() if (one := results.get(key))}
+        readings.append((chosen, found, {}))
+    return make_rows(sentence, readings)
 
 
 def judge_sentences(rows: pd.DataFrame) -> dict[str, Finding]:
     """What follows for every sentence, by its name; also where nothing was computed."""
     parts = dict(list(rows.groupby("sentence", sort=False)))
-    return {one.id: _judge(one, parts.get(one.id, rows.iloc[:0])) for one in load_sentences()}
+    return {
+        one.id: judge_sentence(one, parts.get(one.id, rows.iloc[:0]))
+        for one in load_sentences()
+    }
 
 
-def _judge(sentence: Sentence, rows: pd.DataFrame) -> Finding:
+def judge_sentence(sentence: Sentence, rows: pd.DataFrame) -> Finding:
+    """What the rows of a sentence say of it."""
     computed = tuple(group for group in sentence.groups if group in {*rows["group"]})
     whole = computed == sentence.groups
     sentence = sentence if whole else sentence.replace(groups=computed)
     readings = list_readings(sentence, rows)
-    agrees = [one.agrees for one in readings]
     main = next((one for one in readings if one.main), None)
-    verdict = decide(agrees, main.agrees) if main and whole else WORDS[3]
+    if main is None or not whole:
+        said = f"only {', '.join(computed)} computed in this run" if computed else ""
+        line = said or "not computed in this run"
+        return Finding(
+            sentence=sentence,
+            verdict=NEVER,
+            line=line,
+            note=f"{line[0].upper()}{line[1:]}.",
+            moves="",
+            rows=rows,
+        )
+    rest = [one for one in readings if one is not main]
     line = find_rule(sentence, [(one.chosen, one.agrees) for one in readings])
-    note = _describe_main(sentence, readings, main) if main else "Not computed in this run."
-    if main and not whole:
-        note = f"Only {', '.join(computed)} were computed in this run. {note}"
-    moves = _describe_moves(sentence, readings, main) if main else ""
+    if not rest:
+        line = _describe_effect(sentence, main)
     return Finding(
-        sentence=sentence, verdict=verdict, line=line, note=note, moves=moves, rows=rows
+        sentence=sentence,
+        verdict=decide([main.agrees, *(one.agrees for one in rest)]),
+        line=line,
+        note=_describe_main(sentence, readings, main),
+        moves=_describe_moves(sentence, readings, main),
+        ours=_say_values(sentence, main, show),
+        agrees=tuple(one.agrees for one in (main, *rest)),
+        rows=rows,
     )
+
+
+def _describe_effect(sentence: Sentence, main: SimpleNamespace) -> str:
+    """By how much the one reading does what is said, and how much is asked for."""
+    if not main.defined:
+        return "undefined in this run"
+    if main.n < 2 and sentence.of not in ("", "nothing"):
+        return f"n = 1 ({sentence.of}): one draw has no spread"
+    values = [value for value, *_ in main.spreads]
+    effect, least = measure_effect(sentence, values), find_threshold(sentence, values)
+    match sentence.kind:
+        case "value" | "factor":
+            said = f"off by {-effect:.3g}, {-least:.3g} is allowed"
+        case "above" | "below" if any(sentence.target):
+            word = "at least" if sentence.kind == "above" else "at most"
+            said = f"asked for is {word} {sentence.target[0]:g}"
+        case _:
+            said = f"the effect is {effect:.3g}, {least:.2g} is the least that counts"
+    return said if main.agrees is not None else f"{said}; the intervals leave it open"
 
 
 def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespace]:
@@ -450,6 +531,7 @@ def list_readings(sentence: Sentence, rows: pd.DataFrame) -> list[SimpleNamespac
                 agrees=None if np.isnan(first["agrees"]) else bool(first["agrees"]),
                 identical=bool(first["identical"]),
                 share=float(first["share"]),
+                n=int(part["n"].min()),
                 defined=bool(np.isfinite(part["value"]).all()),
                 spreads=[
                     tuple(by_group.loc[group, ["value", "low", "high"]].astype(float))
@@ -630,9 +712,19 @@ def _say_allowed(sentence: Sentence, allowed: _Allowed) -> str:
     return " and ".join(words)
 
 
-def _say_values(sentence: Sentence, reading: SimpleNamespace) -> str:
-    shown = zip(sentence.groups, reading.spreads, strict=True)
-    return ", ".join(f"{group} {value:.3g}" for group, (value, *_) in shown)
+def _say_values(
+    sentence: Sentence, reading: SimpleNamespace, say: Callable[[Value], str] | None = None
+) -> str:
+    shown = (
+        (
+            group,
+            say(Value(spread[0], spread[1], spread[2], reading.n))
+            if say
+            else f"{spread[0]:.3g}",
+        )
+        for group, spread in zip(sentence.groups, reading.spreads, strict=True)
+    )
+    return ", ".join(f"{group} {value}".strip() for group, value in shown)
 
 
 _ANSWER = {True: "agrees", False: "does not agree", None: "leaves it open"}
@@ -690,36 +782,31 @@ def _describe_moves(
     sentence: Sentence, readings: list[SimpleNamespace], main: SimpleNamespace
 ) -> str:
     """The verdict with thresholds around the one that was declared."""
-    asked = find_threshold(sentence)
+    points = [value for value, *_ in main.spreads]
+    asked, best = find_threshold(sentence, points), measure_effect(sentence, points)
+    target = sentence.target[0] if any(sentence.target) else 0.0
     if sentence.kind in ("value", "factor"):
-        name, steps = "tolerance", (0.5, 2.0)
-        wide = [
-            -(sentence.tolerance**k) if sentence.kind == "factor" else k * asked for k in steps
-        ]
-    elif sentence.kind in ("above", "below"):
-        name, wide = "target", [step * max(sentence.target) for step in (-0.1, 0.1)]
+        name, now, reach = "tolerance", -asked, f"; main reading: {-best:.3g}"
+        power = sentence.kind == "factor"
+        wide = [-(sentence.tolerance**k) if power else k * asked for k in (0.5, 2.0)]
+        shown = [-one for one in wide]
+    elif sentence.kind in ("above", "below") and target:
+        name, now, reach = "target", target, ""
+        wide, sign = (
+            [-0.1 * abs(target), 0.1 * abs(target)],
+            1 if sentence.kind == "above" else -1,
+        )
+        shown = [target + sign * one for one in wide]
     else:
-        name, wide = "least effect", [0.5 * asked, 2 * asked]
-    said = []
-    for threshold in wide:
-        answers = {id(one): agree(sentence, _drop(one), threshold) for one in readings}
-        word = decide([*answers.values()], answers[id(main)])
-        shown = (
-            f"{max(sentence.target) + (threshold if sentence.kind == 'above' else -threshold):.3g}"
-            if name == "target"
-            else f"{abs(threshold):.3g}"
-        )
-        said.append(
-            f"{shown}: {word} ({sum(map(bool, answers.values()))} of {len(answers)} agree)"
-        )
-    now = abs(asked) if name != "target" else max(sentence.target)
-    best = measure_effect(sentence, [value for value, *_ in main.spreads])
-    reach = (
-        ""
-        if not np.isfinite(best) or name == "target"
-        else f"; main reading: {abs(best) if name == 'tolerance' else best:.3g}"
-    )
-    return f"{name} {now:.3g}{reach}; with {'; with '.join(said)}"
+        name, now, reach = "least effect", asked, f"; main reading: {best:.3g}"
+        shown = wide = [0.5 * asked, 2 * asked]
+    said = [f"{name} {now:.3g}{reach * bool(np.isfinite(best))}"]
+    others = [one for one in readings if one is not main]
+    for threshold, value in zip(wide, shown, strict=True):
+        answers = [agree(sentence, _drop(one), threshold) for one in (main, *others)]
+        counted = f" ({sum(map(bool, answers))} of {len(answers)} agree)" * bool(others)
+        said.append(f"with {value:.3g}: {decide(answers)}{counted}")
+    return "; ".join(said)
 
 
 def _drop(reading: SimpleNamespace) -> list[_Spread]:

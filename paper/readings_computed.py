@@ -447,6 +447,27 @@ def _sweep_noisy(
     return float(found.noisy.mean()), float(found.clean.mean())
 
 
+def trace_main(context: Context, comparison: str) -> dict[str, np.ndarray]:
+    """Accuracy (ratio, repeat) of every group under the main reading of Fig. 5C–D: the best start's
+    jointly fitted codes, components of all clean ones, noise relative to each vector.
+    """
+    plan = context.effort.plan
+    real = _encode(context, comparison, "each trial", WINDOWS[0]).real["joint"]
+    shared = fit_components(np.concatenate([starts[0] for starts in real.values()]))
+    return {
+        name: classify_projected(
+            starts[0],
+            shared,
+            scale_noise(starts[0], "each vector", 0.0),
+            ratios=[ratio for ratio in plan.ratios if ratio > 0],
+            n_copies=plan.n_copies,
+            n_repeats=plan.n_repeats,
+            rng=np.random.default_rng((context.seed, k)),
+        )[0]
+        for k, (name, starts) in enumerate(real.items())
+    }
+
+
 def _classify_own(context: Context) -> Iterator[Reading]:
     """Slow touches of every profile, with components of all its touches at all speeds."""
     for constraint in _CONSTRAINTS:

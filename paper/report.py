@@ -1,17 +1,21 @@
-"""The report of a run: one self-contained page, the figures as one PDF and one by one, the table of
-results and the verdicts.
+"""The report of a run: ``report.html``, one section for each figure of the paper; ``details.html``,
+everything that was computed; the figures one by one and as one PDF; the table of results and the
+verdicts.
 """
 
+import io
 import json
 import os
 import platform
+import re
+from base64 import b64encode
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
+from PIL import Image
 from pypdf import PdfReader, PdfWriter
 
 from feeler.physics.contact import get_contact
@@ -21,20 +25,31 @@ from feeler.report.page import (
     PAGES,
     Part,
     Section,
-    embed,
+    draw_block,
     open_templates,
     render_page,
 )
 from paper.context import Context
 from paper.table import RESULTS, Results, read_declared
-from paper.verdicts import NOT, Judged, count_intervals, count_verdicts
+from paper.verdicts import Judged, count_intervals, count_verdicts
 
+DETAILS = "details.html"
 OPENING_MOVIE, _FRONT = "movieS2_speeds.mp4", "front"
+_THUMB = (150, 96)  # pixels
+_NAMED = re.compile(r"(?:Fig\.|,) (S?\d)")
+_SAID = {
+    "good": "reproduced",
+    "half": "under another reading",
+    "bad": "not reproduced",
+    "none": "–",
+}
+_WORST = ("bad", "half", "good", "none")
 
 
 def write_report(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
-    """Write ``report.html``, ``figures.pdf`` (at paper scale), ``results.csv`` and
-    ``verdicts.json``; copy each figure's files and numbers to ``figures/``."""
+    """Write ``report.html``, ``details.html``, ``figures.pdf`` (at paper scale), ``results.csv``
+    and ``verdicts.json``; copy each figure's files and numbers to ``figures/``.
+    """
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
     Results.collect(sections).write(context.out / RESULTS)
@@ -43,138 +58,167 @@ def write_report(context: Context, sections: list[Section], judged: list[Judged]
 
 
 def write_page(context: Context, sections: list[Section], judged: list[Judged]) -> Path:
-    """Write ``report.html``."""
+    """Write ``report.html`` and ``details.html``; of another antenna ``report.html`` alone."""
     templates: Any = open_templates("paper").get_template("report.html").module
-    made = {
-        str(block["name"]): section.name
-        for section in sections
-        for block in section.blocks
-        if "name" in block
-    }
-    results, figures = Results.collect(sections), read_declared("statements.toml")["figure"]
-    opening, story, beside, shown = Markup(""), Markup(""), dict[str, Markup](), sections
-    if context.is_cockroach:
-        beside = _group(templates, judged, made)
-        pictures = _draw_pictures(sections, beside)
-        opening = templates.opening(
-            results.fill(read_declared("statements.toml")["front"]),
-            pictures.get(_FRONT, ""),
-            count_verdicts(judged),
-            [one for one in judged if "Abstract" in one.statement.where],
-            [one for one in judged if one.verdict == NOT and one.statement.whose == "paper"],
-            **_find_movie(sections),
-        )
-        screens = [
-            templates.screen(one["title"], one["picture"], results.fill(one["words"]), *found)
-            for one in figures
-            if (found := pictures.get(one.get("picture", "")))
-        ]
-        told = {one["picture"] for one in figures if "picture" in one} | {_FRONT}
-        story, shown = Markup("").join(screens), [_leave(one, told) for one in sections]
-        body = templates.verdicts(
-            judged,
-            count_verdicts(judged),
-            count_verdicts(judged, "ours"),
-            count_intervals(judged),
-            made,
-        )
-        first = Part(name="claims", title="Every statement and its verdict", body=body)
-    else:
-        title = "The paper's measures, of this antenna"
-        first = Part(name="claims", title=title, body=templates.measures(judged))
-    names = [str(name).removesuffix(".mp4") for name in made]
-    body = templates.places([{"note": ""} | one for one in figures], names)
-    places = Part(name="places", title="Every figure and movie", body=body)
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
     body = templates.methods(
         _describe_methods(context), describe_versions(), machine, context.seed, sections
     )
-    methods = Part(name="methods", title="Methods and conditions", body=body)
-    other = f"The antenna '{context.antenna.name}', touched"
-    title = "Soft antennae, touched" if context.is_cockroach else other
-    parts: list[Section | Part]
-    parts = [*shown, first, places, methods]
+    parts: list[Section | Part] = [
+        *sections,
+        Part(name="methods", title="Methods and conditions", body=body),
+    ]
     if not context.is_cockroach:
-        parts = [first, *shown, places, methods]
-    page = render_page(
-        title,
+        name = f"The antenna '{context.antenna.name}', touched"
+        measures = Part(
+            name="claims",
+            title="The paper's measures, of this antenna",
+            body=templates.measures(judged),
+        )
+        page = render_page(name, _describe(context), [measures, *parts])
+        return _write(context.out / "report.html", page)
+    body = templates.statements(
+        judged, count_verdicts(judged, "ours"), count_intervals(judged), {*list_names(sections)}
+    )
+    first = Part(name="claims", title="Every statement and its verdict", body=body)
+    title = "Meng et al. 2025, recomputed: every section and number"
+    _write(context.out / DETAILS, render_page(title, _describe(context), [first, *parts]))
+    return _write(context.out / "report.html", _render_story(context, sections, judged))
+
+
+def list_names(sections: Sequence[Section]) -> list[str]:
+    """Names of all figures and movies."""
+    return [
+        str(block["name"]).removesuffix(".mp4")
+        for section in sections
+        for block in section.blocks
+        if "name" in block
+    ]
+
+
+def list_named(one: Judged) -> list[str]:
+    """The figures of the paper that a statement names, such as ``5`` and ``S6``."""
+    parts = one.statement.where.split(";")
+    return [name for part in parts if "Fig." in part for name in _NAMED.findall(part)]
+
+
+def place_statement(one: Judged) -> str:
+    """The figure of the paper to which a statement belongs: the first that it names, or that of
+    our picture; "": none.
+    """
+    if named := list_named(one):
+        return named[0]
+    own = re.match(r"fig(S?\d)", one.statement.figure)
+    return own[1] if own and one.statement.whose == "paper" else ""
+
+
+def _render_story(context: Context, sections: list[Section], judged: list[Judged]) -> str:
+    """The page with a section for each figure of the paper."""
+    templates: Any = open_templates("paper").get_template("report.html").module
+    results, declared = Results.collect(sections), read_declared("statements.toml")
+    blocks = {
+        str(block["name"]).removesuffix(".mp4"): (section, block)
+        for section in sections
+        for block in section.blocks
+        if "name" in block
+    }
+    groups, by_id = (
+        defaultdict[str, list[Judged]](list),
+        {one.statement.id: one for one in judged},
+    )
+    theirs = [one for one in judged if one.statement.whose == "paper"]
+    for one in theirs:
+        groups[place_statement(one)].append(one)
+    parts, thumbs = [], []
+    for figure in declared["figure"]:
+        number = figure["name"].removeprefix("Fig. ")
+        own = groups.pop(number, [])
+        found = [blocks[name] for name in figure["pictures"] if name in blocks]
+        named = [
+            one for one in theirs if re.search(rf"[ ,]{number}[A-G]?\b", one.statement.where)
+        ]
+        said = {one.say_kept(): None for one, _ in found if one.kept}
+        body = templates.figure(
+            Markup("").join(draw_block(*one) for one in found),
+            results.fill(figure.get("words", "")),
+            own,
+            [one for one in named if one not in own],
+            [*said],
+            [name for name in blocks if name.startswith(figure["prefix"])],
+            place_statement,
+        )
+        anchor = f"fig{number.replace(' ', '')}"
+        parts.append(Part(name=anchor, title=f"{figure['name']}  {figure['title']}", body=body))
+        marks = [one.mark for one in (*named, *own)]
+        worst = next((mark for mark in _WORST if mark in marks), "none")
+        thumbs.append(
+            (figure["name"], anchor, _shrink(*found[0]) if found else "", worst, _SAID[worst])
+        )
+    rest = [one for found in groups.values() for one in found]
+    parts += [
+        Part(name=name, title=title, body=body)
+        for name, title, body in (
+            ("rest", "Sentences of the paper without a figure", templates.listed(rest)),
+            ("beyond", "Beyond the paper", templates.beyond(_list_studies(sections, judged))),
+            ("reading", "How to read this page", templates.reading(count_intervals(judged))),
+        )
+    ]
+    counts = count_verdicts(judged)
+    answers = [
+        (one["asks"], results.fill(one["words"]), by_id.get(one.get("statement", "")))
+        for one in declared["answer"]
+    ]
+    section, block = blocks.get(_FRONT, (None, None))
+    opening = templates.opening(
+        [one for one in answers if one[1]],
+        draw_block(section, block) if section and block else "",
+        section.say_kept() if section else "",
+        counts,
+        thumbs,
+    )
+    able = sum(counts.values()) - [*counts.values()][-1]
+    first = next(iter(counts.values()))
+    return render_page(
+        f"Meng et al. 2025, recomputed: {first} of {able} comparable statements are reproduced"
+        " under the paper's own words",
         _describe(context),
         parts,
         opening=opening,
-        story=story,
-        beside=beside,
-        closed=context.is_cockroach,
+        bare=True,
     )
-    return _write(context.out / "report.html", page)
 
 
-def _group(templates: Any, judged: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:
-    """The statements that stand beside each figure; where a run has not made it, at the end of the
-    section.
-    """
-    groups: dict[str, list[Judged]] = defaultdict(list)
+def _list_studies(
+    sections: Sequence[Section], judged: Sequence[Judged]
+) -> list[tuple[Section, list[Judged]]]:
+    """Sections beyond the paper with the statements of our own that they decide."""
+    own = defaultdict[str, list[Judged]](list)
     for one in judged:
-        figure, section = one.statement.figure, one.statement.section
-        groups[figure if figure in made else f"section-{section}"].append(one)
-    return {place: templates.beside(found, place) for place, found in groups.items()}
+        if one.statement.whose == "ours":
+            own[one.statement.section].append(one)
+    return [(section, own[section.name]) for section in sections if section.name in own]
 
 
-def _draw_pictures(
-    sections: Sequence[Section], beside: Mapping[str, Markup]
-) -> dict[str, tuple[Markup, str]]:
-    """Every figure with what stands beside it, and what is said of a cached one, by name."""
-    blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
-    texts = defaultdict(Markup, beside)
-    return {
-        str(block["name"]): (
-            blocks.picture(block, _embed_from(section), texts),
-            section.say_kept(),
-        )
-        for section in sections
-        for block in section.blocks
-        if block["kind"] == "figure"
-    }
-
-
-def _embed_from(section: Section) -> Callable[[str], Any]:
-    return lambda name: embed(section.folder / name)
-
-
-def _leave(section: Section, told: set[str]) -> Section:
-    """The section with links in place of the figures of the story; a page carries each once."""
-    return replace(
-        section,
-        blocks=[
-            {"kind": "moved", "figure": block["name"]} if block.get("name") in told else block
-            for block in section.blocks
-            if block.get("name") != OPENING_MOVIE
-        ],
-    )
-
-
-def _find_movie(sections: Sequence[Section]) -> dict[str, str]:
-    for section in sections:
-        for block in section.blocks:
-            if block.get("name") == OPENING_MOVIE and block["kind"] == "movie":
-                path = section.folder / OPENING_MOVIE
-                still, caption = embed(path.with_suffix(".jpg")), str(block["caption"])
-                return {"movie": embed(path), "still": still, "caption": caption}
-    return {"movie": "", "still": "", "caption": ""}
+def _shrink(section: Section, block: dict[str, Any]) -> str:
+    """A block's picture, or a movie's still, as a small one that stands inside the page."""
+    name = block.get("still") or block.get("file") or f"{block['name']}.png"
+    with Image.open(section.folder / str(name)) as picture:
+        small = picture.convert("RGB")
+    small.thumbnail(_THUMB)
+    small.save(stream := io.BytesIO(), "WEBP", quality=70)
+    return f"data:image/webp;base64,{b64encode(stream.getvalue()).decode()}"
 
 
 def _describe(context: Context) -> str:
+    made = f"Scale: {context.scale}; seed {context.seed}; physics: {context.engine} engine."
     if not context.is_cockroach:
         return (
-            f"What “{context.antenna.name}” feels and can discriminate: the analyses of “Physically"
-            " intelligent soft antennae enhance tactile perception by active touch” (Meng et al."
-            f" 2025), done on another antenna than the paper's. Scale: {context.scale}; seed"
-            f" {context.seed}; physics: {context.engine} engine."
+            f"What “{context.antenna.name}” feels and can discriminate: the analyses of Meng et al."
+            f" 2025, done on another antenna than the paper's. {made}"
         )
     return (
-        "Everything that “Physically intelligent soft antennae enhance tactile perception by"
-        " active touch” (Meng et al. 2025) claims and a computer can check, made anew from the"
-        " mechanics up. Each claim stands beside what came out here, also where it fails. Scale:"
-        f" {context.scale}; seed {context.seed}; physics: {context.engine} engine."
+        "An independent computational reproduction of “Physically intelligent soft antennae enhance"
+        f" tactile perception by active touch”. {made}"
     )
 
 
@@ -224,7 +268,14 @@ def _write_verdicts(path: Path, context: Context, judged: list[Judged]) -> None:
                 "says": one.statement.says,
                 "verdict": one.word,
                 "why": one.why,
-                "readings": [vars(reading) for reading in one.readings],
+                "ours": one.ours,
+                "findings": [
+                    {
+                        part: getattr(found, part)
+                        for part in ("verdict", "ours", "note", "moves")
+                    }
+                    for found in one.findings
+                ],
             }
             for one in judged
             if context.is_cockroach

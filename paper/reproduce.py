@@ -28,7 +28,7 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
-        figures=("fig1_framework", "fig2a"),
+        figures=("fig2a",),
         reads=("antenna",),
     ),
     Stage(
@@ -40,7 +40,7 @@ STAGES = (
     Stage(
         name="tensors",
         title="Tactile tensors",
-        figures=("fig1_touch", "fig5_conditions", "fig2d", "fig2e", "fig2e_contact", "movieS2"),
+        figures=("fig1_touch", "fig5_conditions", "fig2e"),
     ),
     Stage(
         name="axes",
@@ -50,7 +50,7 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig1_animal", "fig3", "fig3_family", "movieS3", "readings_computed"),
+        figures=("fig1_animal", "fig3", "fig3_family", "readings_computed"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(

@@ -37,8 +37,6 @@ class Scale(Record):
         others wait.
     controls : tuple[str, ...]
         Profiles beside the exponential one.
-    movie_speeds : tuple[str, ...]
-        Touches that Movie S2 also shows each by itself.
     fps : int
         Frames per second of every movie.
     fit_starts : int
@@ -69,8 +67,6 @@ class Scale(Record):
         Whether a fit that stops early says so; below paper scale it does so on purpose.
     sweep : Mapping[str, Any]
         What the noise sweeps change of ``feeler.decoding.sweeps.Plan``.
-    jitters : bool
-        Whether touches shifted in place and speed are simulated and tested.
     network : Mapping[str, Any]
         Training of the network [C], which takes half a minute of one core each; several, since one
         is no sample; empty leaves the network out.
@@ -118,7 +114,6 @@ class Scale(Record):
     control_speeds: tuple[str, ...] = ("fast", "medium", "slow")
     locations: tuple[float, ...] = LOCATIONS
     shapes: tuple[str, ...] = ("ball", "box", "triangle")
-    movie_speeds: tuple[str, ...] = ("fast", "medium", "slow")
     fps: _Count = 25
 
     # calibration
@@ -154,7 +149,6 @@ class Scale(Record):
             "before_all": True,
         }
     )
-    jitters: bool = True
     network: Mapping[str, Any] = field(
         default_factory=lambda: {
             "ratios": (0.1, 0.2, 0.3),
@@ -272,7 +266,6 @@ _PUBLISHED = _PAPER.replace(
         *_REST,
     ),
     controls=("linear", "constant"),
-    movie_speeds=(),
     fit_starts=0,
     refits=0,
     draws=200,
@@ -283,7 +276,6 @@ _PUBLISHED = _PAPER.replace(
         "before_repeats": 0,
         "twins": "ends",
     },
-    jitters=False,
     network={},
     **_BEYOND,
 )
@@ -307,7 +299,6 @@ QUICK = Scale(
         *_REST,
     ),
     control_speeds=("slow",),
-    movie_speeds=(),
     fps=8,
     fit_starts=0,
     control_starts=0,
@@ -336,7 +327,6 @@ QUICK = Scale(
         "null_iter": 20,
         "twins": "ends",
     },
-    jitters=False,
     network={},
     **_BEYOND,
     gaps=(0.0, 1.0, 2.0),

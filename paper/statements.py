@@ -3,57 +3,52 @@ declared in statements.toml, in the paper's order.
 """
 
 import re
-from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record
 from feeler.records import Choice, Record
+from paper.readings import Option, Sentence, load_sentences
 from paper.scale import SCALES
-from paper.table import read_declared
+from paper.table import find_unit, read_declared, split_key
 
 _BRACKET = re.compile(r"\[([^\[\]]+ [<>] [^\[\]]+)\]")
 _VALUE = re.compile(r"(?P<key>.+) = (?P<target>\S+) ± (?P<percent>\S+) %")
 _BOUND = re.compile(r"(?P<key>.+) (?P<side>[≤≥]) (?P<target>\S+)")
+_SHARE = 0.05
+"""The least effect in units for which statements.toml declares none, as a share of the greater."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Criterion:
-    """One test of a statement: ``a.[x < y < z].b`` (values rise in this order), ``a.[x > y < z]``
-    (the middle is the least), ``a = 1.9 ± 15 %``, ``a ≥ 0.75`` or ``a ≤ 0.05``.
+def list_lines(text: str) -> list[str]:
+    """``a.[x < y].b`` as ``a.x.b`` and ``a.y.b``."""
+    if not (bracket := _BRACKET.search(text)):
+        return [text]
+    names = re.split(" [<>] ", bracket[1])
+    return [f"{text[: bracket.start()]}{name}{text[bracket.end() :]}" for name in names]
+
+
+def parse_test(text: str) -> dict[str, Any]:
+    """What a line asks of values, as fields of a :class:`~paper.readings.Sentence`:
+    ``a.[x < y < z].b`` (they rise in this order), ``a.[x > y < z]`` (the middle is the least),
+    ``a = 1.9 ± 15 %``, ``a ≥ 0.75`` or ``a ≤ 0.05``.
     """
-
-    kind: Literal["order", "dip", "value", "above", "below"]
-    keys: tuple[str, ...]
-    target: float = 0.0
-    tolerance: float = 0.0
-
-    @classmethod
-    def parse(cls, text: str) -> "Criterion":
-        """A test from its line."""
-        if bracket := _BRACKET.search(text):
-            names, signs = re.split(" [<>] ", bracket[1]), re.findall(" ([<>]) ", bracket[1])
-            keys = tuple(text[: bracket.start()] + n + text[bracket.end() :] for n in names)
-            if {*signs} == {"<"}:
-                return cls(kind="order", keys=keys)
-            if signs == [">", "<"]:
-                return cls(kind="dip", keys=keys)
-        elif value := _VALUE.fullmatch(text):
-            share = float(value["percent"]) / 100
-            return cls(
-                kind="value",
-                keys=(value["key"],),
-                target=float(value["target"]),
-                tolerance=share,
-            )
-        elif bound := _BOUND.fullmatch(text):
-            kind: Literal["above", "below"] = "above" if bound["side"] == "≥" else "below"
-            return cls(kind=kind, keys=(bound["key"],), target=float(bound["target"]))
-        raise InvalidInput(
-            f"{text!r} is no test; write 'a.[x < y < z]', 'a.[x > y < z]', 'a = 1.9 ± 15 %',"
-            " 'a ≥ 0.75' or 'a ≤ 0.05'."
-        )
+    if bracket := _BRACKET.search(text):
+        names, signs = re.split(" [<>] ", bracket[1]), re.findall(" ([<>]) ", bracket[1])
+        kind = {"<" * len(signs): "order", "><": "dip"}.get("".join(signs))
+        if kind:
+            key = f"{text[: bracket.start()]}{{group}}{text[bracket.end() :]}"
+            return {"kind": kind, "key": key, "groups": tuple(names)}
+    elif found := _VALUE.fullmatch(text) or _BOUND.fullmatch(text):
+        parts = found.groupdict()
+        side = {"≥": "above", "≤": "below"}.get(parts.get("side", ""), "value")
+        share = float(parts.get("percent", 0.0)) / 100
+        about = {"kind": side, "key": parts["key"], "groups": ("",)}
+        return about | {"target": (float(parts["target"]),), "tolerance": share}
+    raise InvalidInput(
+        f"{text!r} is no test; write 'a.[x < y < z]', 'a.[x > y < z]', 'a = 1.9 ± 15 %',"
+        " 'a ≥ 0.75' or 'a ≤ 0.05'."
+    )
 
 
 class Statement(Record):
@@ -72,8 +67,8 @@ class Statement(Record):
     figure : str
         The figure beside which it is shown; empty: at the end of its section.
     tests : tuple[str, ...]
-        Texts of :class:`Criterion`, all of which must hold; where there are ``readings``, each
-        holds ``{reading}``.
+        Lines of :func:`parse_test`, all of which must hold; where there are ``readings``, each
+        holds ``{reading}``. None where sentences of readings.toml answer it.
     readings : tuple[str, ...]
         Meanings of the statement that the paper leaves open; the first is the nearest to its words.
     of : str
@@ -82,10 +77,8 @@ class Statement(Record):
         of the paper's fixed grid, no sample of a population.
     scale : str
         Least scale that computes enough to judge it.
-    null : tuple[str, str]
-        What in each name is replaced by what for the value that identical touches reach.
     shows : tuple[str, ...]
-        Further values that are shown, and not judged.
+        Further values that are shown, and not judged; ``a.[x < y]`` are two.
     why : str
         Why it cannot be compared.
     given : tuple[str, ...]
@@ -105,7 +98,6 @@ class Statement(Record):
     readings: tuple[str, ...] = ()
     of: str = ""
     scale: Annotated[str, Choice(SCALES)] = "smoke"
-    null: tuple[str, ...] = ()
     shows: tuple[str, ...] = ()
     why: str = ""
     given: tuple[str, ...] = ()
@@ -113,62 +105,80 @@ class Statement(Record):
 
     def _check(self) -> None:
         about = f"statement {self.id!r}"
-        if bool(self.tests) == bool(self.why):
+        if self.tests and self.why:
             raise InvalidInput(
-                f"{about} needs either tests or, as `why`, why it cannot be compared."
+                f"{about} has tests and, as `why`, why it cannot be compared; leave out one."
             )
         if self.tests and not (self.of and self.section):
             raise InvalidInput(
                 f"{about} does not say what its values are drawn from, or which section computes"
                 ' them; set `of`, for instance to "starts" or "nothing", and `section`.'
             )
-        keys = [key for test in self.parse_tests() for key in test.keys]
+        keys = [parse_test(text)["key"] for text in (*self.tests, *self.given)]
         if self.readings and not all("{reading}" in key for key in keys):
             raise InvalidInput(
                 f"{about} has readings; each of its tests must hold {{reading}}."
             )
-        if self.null and (len(self.null) != 2 or not all(self.null[0] in key for key in keys)):
-            raise InvalidInput(
-                f"{about} needs two texts as null: what in each name is replaced, and by what."
-            )
-
-    def parse_tests(self) -> list[Criterion]:
-        """Its tests, with ``{reading}`` in their names."""
-        return [Criterion.parse(text) for text in self.tests]
 
     def judge_given(self) -> "Statement":
         """The statement as it is judged with what its authors have given."""
         return self.replace(tests=self.given, shows=(), given=(), why="", of="nothing")
 
-    def read_as(self, reading: str) -> "Statement":
-        """The statement under one reading alone."""
-        parts = {
-            name: tuple(text.replace("{reading}", reading) for text in getattr(self, name))
-            for name in ("tests", "shows")
-        }
-        return self.replace(readings=(), **parts)
+    def list_sentences(self) -> tuple[Sentence, ...]:
+        """What is judged: the sentences of readings.toml that answer it, or its own tests."""
+        if not self.tests:
+            return tuple(one for one in load_sentences() if self.id in one.claims)
+        choice: tuple[Option, ...] = ()
+        if self.readings:
+            options = dict.fromkeys(self.readings, "natural")
+            choice = (Option(name="reading", asks=self.says, why="", options=options),)
+        return tuple(self._make_sentence(text, choice) for text in self.tests)
 
-    def list_readings(self) -> list["Statement"]:
-        """The statement under each of its readings, the nearest to its words first."""
-        return [self.read_as(name) for name in self.readings] or [self]
+    def _make_sentence(self, text: str, choice: tuple[Option, ...]) -> Sentence:
+        about = parse_test(text)
+        unit, least = find_unit(split_key(about["key"].format(group="", reading=""))[0])
+        return Sentence(
+            id=text,
+            figure=self.figure,
+            says=self.says,
+            paper=self.paper,
+            section=self.section,
+            measure="values",
+            least=least or 0.0,
+            share=_SHARE if least is None else 0.0,
+            unit=unit,
+            of=self.of,
+            choice=choice,
+            **about,
+        )
 
-    def make_null(self, key: str) -> str:
-        """The name of what identical touches reach."""
-        return key.replace(self.null[0], self.null[1])
+    def list_shown(self) -> list[str]:
+        """Names of the values of ``shows``."""
+        return [name for text in self.shows for name in list_lines(text)]
 
     def list_keys(self) -> set[str]:
         """Every value that a run must compute for it."""
-        found: set[str] = set()
-        for one in self.list_readings():
-            keys = [key for test in one.parse_tests() for key in test.keys]
-            found |= {*keys, *one.shows, *(map(self.make_null, keys) if self.null else ())}
-        return found
+        found = {key for one in self.list_sentences() for key in one.list_keys()}
+        return found | {*self.list_shown()}
 
 
 @cache
 def load_statements() -> tuple[Statement, ...]:
-    """Every statement of statements.toml: the paper's in its order, then ours."""
-    return tuple(
+    """Every statement of statements.toml: the paper's in its order, then ours.
+
+    Raises
+    ------
+    InvalidInput
+        One has no tests, no sentence of readings.toml, and no word why it cannot be compared.
+    """
+    found = tuple(
         make_record(Statement, entry, f"statements.toml, statement {entry.get('id')}")
         for entry in read_declared("statements.toml")["statement"]
     )
+    for one in found:
+        if not (one.why or one.list_sentences()):
+            raise InvalidInput(
+                f"statement {one.id!r} needs tests, a sentence in readings.toml that claims it, or,"
+                " as `why`, why it cannot be compared."
+            )
+    return found

@@ -47,6 +47,15 @@ class Value(NamedTuple):
     n: int
 
 
+def show(value: Value) -> str:
+    """A value with its interval."""
+    if np.isnan(value.value):
+        return "undefined"
+    if value.low < value.high:
+        return f"{value.value:.3g} ({value.low:.3g} to {value.high:.3g})"
+    return f"{value.value:.4g}"
+
+
 @cache
 def read_declared(name: str) -> dict[str, Any]:
     """What a TOML file of this folder declares."""

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from feeler.active import parse_policy
 from feeler.active.contests import (
@@ -20,7 +18,6 @@ from feeler.active.contests import (
 )
 from feeler.errors import InvalidInput
 from feeler.files import read_shipped
-from feeler.plotting.style import pick_colours
 from feeler.presets import cockroach
 from feeler.report import Section, make_interval
 from paper.context import Context
@@ -160,45 +157,14 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
             "Where to touch next: touches until one of two near shapes is 95 % sure.",
         )
     if walls := stored.get("wall"):
-        section.figure(
-            "active_wall",
-            "Wall following on the full dynamics: delays and gains at which a body that begins 2 mm"
-            " off comes to rest (filled), at three speeds; a profile without markers has no map to"
-            " steer by.",
-            lambda figure: _plot_walls(walls, figure),
-            height=3.0,
-            numbers=walls,
+        rows = []
+        for name, one in walls.items():
+            held = one.get("stable", [])
+            rows.append([name, f"{np.sum(held)} of {np.size(held)}" if held else "no map"])
+        section.table(
+            ["profile, speed [m/s]", "comes to rest"],
+            rows,
+            "Wall following on the full dynamics: at how many of the delays and gains that were"
+            " tried a"
+            " body that begins 2 mm off comes to rest.",
         )
-
-
-def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
-    """A panel for each speed: delay against gain, a marker for each profile."""
-    asked = load_contest().wall
-    axes = figure.subplots(1, len(asked["speeds"]), sharey=True)
-    colours = pick_colours((*asked["profiles"], "told the distance"))
-    for ax, speed in zip(axes, asked["speeds"], strict=True):
-        for k, (name, colour) in enumerate(colours.items()):
-            entry = walls.get(f"{name} {speed:g}")
-            if entry is None or entry.get("undefined"):
-                continue
-            i, j = np.nonzero(np.ones_like(entry["stable"], dtype=bool))
-            stable = np.array(entry["stable"], dtype=bool)[i, j]
-            x = np.array(asked["delays"])[i] + 1.3 * (k - 2)
-            ax.scatter(
-                x,
-                np.array(asked["frequencies"])[j],
-                s=14,
-                edgecolors=colour,
-                facecolors=np.where(stable, colour, "none"),
-                lw=0.7,
-            )
-        ax.set(yscale="log", xlabel="delay [ms]", title=f"{speed:g} m/s")
-    axes[0].set_ylabel("gain: ω [rad/ms]")
-    marks = [
-        Line2D([], [], color=colour, marker="o", ls="", ms=3.5, label=name)
-        for name, colour in colours.items()
-        if not walls.get(f"{name} {asked['speeds'][0]:g}", {"undefined": True}).get("undefined")
-    ]
-    for words, face in (("comes to rest", "#59636e"), ("does not", "none")):
-        marks.append(Line2D([], [], color="#59636e", marker="o", ls="", mfc=face, label=words))
-    figure.legend(handles=marks, loc="outside lower center", ncols=len(marks), fontsize=6.5)

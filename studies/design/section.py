@@ -13,7 +13,6 @@ from feeler.design import Constraints, DesignTask, score
 from feeler.files import read_shipped
 from feeler.objects import Ball, Trial
 from feeler.objects.noise import Common, Relative
-from feeler.plotting.antennas import plot_profile_points
 from feeler.plotting.style import NOISE_COLOURS, PALETTE, pick_colours
 from feeler.report import Section, make_interval
 from feeler.tensors.transforms import in_unit
@@ -82,37 +81,6 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     axes[3].set(xlabel="antennas simulated", ylabel="missing bits, touches of the search")
 
 
-def _plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
-    """Missing bits against settling time, peak force and number of sensors; each antenna is its
-    stiffness profile.
-    """
-    axes, front = figure.subplots(1, 3), stored["front"]
-    costs, paper = np.array(front["costs"]), front["paper"]
-    hinges = (
-        np.linspace(0, reference.n_segments - 1, len(front["profiles"][0])).round().astype(int)
-    )
-    ratios = np.array(front["profiles"]) / reference.stiffness[hinges]
-    for ax, x, own in zip(
-        axes, (costs[:, 1], front["force"]), (paper[1], front["paper_force"]), strict=False
-    ):
-        found = np.stack([x, costs[:, 0]], axis=1)
-        plot_profile_points(ax, found, ratios, color=PALETTE[0], label="searched")
-        plot_profile_points(
-            ax, [(own, paper[0])], [np.ones(len(hinges))], color="black", label="the paper's"
-        )
-        ax.margins(0.12)
-    sensors = stored["sensors"]
-    for name, color in (("exponential", "black"), ("spline", PALETTE[0])):
-        bits = np.array(sensors[name]["d-optimal"]["bits"])
-        axes[2].plot(sensors["counts"], np.log2(_N_CLASSES) - bits, "o-", ms=3, color=color)
-    axes[0].set(xlabel="settling time [ms]", ylabel="missing bits, touches of the search")
-    axes[1].set(xlabel="peak force [mN]")
-    axes[2].set(xlabel="sensors", xscale="log", ylabel="missing bits, test touches")
-    axes[2].set_xticks((1, 3, 10, 30, 56), ("1", "3", "10", "30", "56"), minor=False)
-    axes[2].minorticks_off()
-    axes[0].legend()
-
-
 def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
     """Bend of the last 30 segments [degrees] after the same touch, each ms, by antenna."""
     trial = Trial(feature=Ball(radius=1.5), location=0.7, speed=0.6)
@@ -168,7 +136,7 @@ def show(context: Context, section: Section) -> None:
         numbers=stored,
     )
     _show_final(stored["final"], section)
-    _show_fronts(stored, context.antenna, section)
+    _show_fronts(stored, section)
     _show_cheat(context.antenna, section)
 
 
@@ -199,18 +167,19 @@ def _show_final(final: dict[str, Any], section: Section) -> None:
     section.table(header, rows, caption)
 
 
-def _show_fronts(stored: dict[str, Any], paper: Antenna, section: Section) -> None:
+def _show_fronts(stored: dict[str, Any], section: Section) -> None:
+    """What more bits cost: the ends of the front of antennas that no other beats in all costs."""
     front = stored["front"]
-    section.figure(
-        "design_fronts",
-        f"What more bits cost: the {len(front['costs'])} of {front['candidates']} searched antennas"
-        " that no other beats in missing bits, settling time and peak angle at once, against"
-        " settling time and peak force; each is drawn as its stiffness over the paper's, from base"
-        " to tip (a level line is the paper's). Right: the paper's antenna (black) and the best"
-        " spline, test draws, against the number of sensors, chosen by D-optimality.",
-        lambda figure: _plot_fronts(stored, paper, figure),
-        height=3.0,
-        numbers=front,
+    rows = np.column_stack([np.array(front["costs"])[:, :2], front["force"]])
+    names = ("missing bits", "settling time [ms]", "peak force [mN]")
+    ends = [
+        [f"least {name}", *rows[k]] for name, k in zip(names, rows.argmin(axis=0), strict=True)
+    ]
+    section.table(
+        ["antenna", *names],
+        [["the paper's", *front["paper"][:2], front["paper_force"]], *ends],
+        f"Of {front['candidates']} searched antennas {len(rows)} are beaten by no other in missing"
+        " bits (touches of the search), settling time and peak angle at once; those at the ends.",
     )
 
 

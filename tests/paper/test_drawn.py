@@ -10,9 +10,8 @@ from feeler.objects import Ball, Box, Trial
 from feeler.plotting.tensors import take_curvature
 from feeler.presets import cockroach
 from feeler.tensors.transforms import compute_bend, in_unit, reconstruct_posture
-from paper.drawn import draw_moment, find_touch
-from paper.fig1_compliance import count_active
-from paper.fig1_touch import choose_moments
+from paper.fig1 import count_active
+from paper.fig1_touch import choose_moments, draw_moment, find_touch
 
 
 @pytest.fixture(scope="module")

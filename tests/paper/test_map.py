@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from feeler.report import Section
-from paper.fig4_map import compute, keep_values, measure_margin, span
+from paper.fig4 import compute_map as compute
+from paper.fig4 import keep_values, measure_margin, span
 
 LAGS = (2, 11, 29)
 PLACES = (0.5, 0.6, 0.7, 0.9)

@@ -126,10 +126,10 @@ def test_effects_of_ratios_do_not_depend_on_the_unit():
 
 
 def test_the_verdict_is_one_of_four_words():
-    assert decide([True, False], True) == WORDS[0]
-    assert decide([None, True, False], False) == WORDS[1]
-    assert decide([False, None], False) == WORDS[2]
-    assert decide([None, None], None) == WORDS[3]
+    assert decide([True, False]) == WORDS[0]
+    assert decide([False, None, True, False]) == WORDS[1]
+    assert decide([False, None]) == WORDS[2]
+    assert decide([None, False]) == WORDS[3]
 
 
 def list_readings(rule):

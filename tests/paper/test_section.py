@@ -70,7 +70,7 @@ def test_a_run_without_vector_figures_leaves_none_of_an_earlier_one(tmp_path):
         "wide.png",
     }
     assert not (tmp_path / "figures.pdf").exists()
-    assert "data:image/" in (tmp_path / "report.html").read_text()
+    assert "data:image/" in (tmp_path / "details.html").read_text()
 
 
 @pytest.mark.parametrize("vector", [True, False])

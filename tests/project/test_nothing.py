@@ -33,11 +33,12 @@ from paper import (
     figS4,
 )
 from paper.context import Context
+from paper.readings import NEVER, NOT
 from paper.reproduce import STAGES
 from paper.scale import QUICK, SCALES
 from paper.statements import load_statements
 from paper.table import Results, read_declared
-from paper.verdicts import NEVER, NOT, judge
+from paper.verdicts import judge
 from studies.bounds import section as open_bounds
 from studies.gradient import section as open_gradient
 from studies.speed import section as open_speed
@@ -208,8 +209,7 @@ def _find_wall_values(rng):
         names=names, choices=(), r2=np.array(r2), offset=offset, cases=()
     )
     said = read_declared("declared.toml")["wall_paper"]
-    factors = dict.fromkeys(names, said["factor"])
-    values = fig3_family._list_values(family, factors, {name: said[name] for name in names})
+    values = fig3_family._list_values(family, {name: said[name] for name in names})
     for name, tensors in (("white", rng.random((9, 4, 30))), ("one", np.ones((9, 4, 30)))):
         wall = SimpleNamespace(
             contact=np.ones((9, 30), dtype=bool),

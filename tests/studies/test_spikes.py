@@ -5,9 +5,10 @@ import pytest
 
 from feeler.objects.trials import SPEEDS
 from paper.declared import CLAIMED
+from paper.readings import NEVER, NOT
 from paper.statements import load_statements
 from paper.table import Results
-from paper.verdicts import NEVER, NOT, judge
+from paper.verdicts import judge
 from studies.spikes.found import PACES, collect_values
 from studies.spikes.section import (
     CHANGES,

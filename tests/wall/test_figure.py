@@ -8,7 +8,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.plotting.results import Shapes, plot_shapes
-from feeler.plotting.style import PALETTE
 from feeler.presets import cockroach
 from feeler.wall import DISTANCES, Posture, approach, calibrate, compare, map_distance
 from feeler.wall.distance import SETUP_CHOICES
@@ -19,7 +18,6 @@ from paper.fig3_family import (
     compute,
     list_readings,
     list_setups,
-    plot,
 )
 from paper.scale import SCALES
 
@@ -33,11 +31,11 @@ def test_figure_3_draws_what_was_computed():
         fig3.SLIDE_DISTANCES, reverse=True
     )
     assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
-    assert len(figure.axes) == 6
-    assert [ax.get_title() for ax in figure.axes[1:3]] == [
-        f"{name}\n{fig3.describe_posture(posture)}"
-        for name, posture in ((fig3.LEADING, fig3.get_lead()), (fig3.DEFAULT, Posture()))
-    ]
+    letters = [ax.get_title(loc="left") for ax in figure.axes]
+    assert [letter for letter in letters if letter] == ["a", "b", "c", "d"]
+    posture, measure = fig3.get_main()
+    assert data.main_sweeps["exponential"].posture == posture
+    assert (posture.friction, posture.hook_share, measure["quantity"]) == (1.0, 1.0, "total")
 
 
 def test_every_distance_is_drawn_with_its_wall():
@@ -202,14 +200,3 @@ def test_how_far_the_peak_is_from_the_contact_counts_every_standing_distance():
     )
     assert case.map.used.sum() == 0 and sweep.inverted.sum() == 4
     assert case.offset == pytest.approx(np.median(sweep.contact_position), abs=0.2)
-
-
-def test_the_family_is_drawn_with_its_medians():
-    family = make_family([[0.9, 0.8, 0.7], [0.8, 0.9, 0.7], [0.7, np.nan, 0.7]])
-    ax = Figure().subplots()
-    plot(family, ax, {"exponential": 0.985, "linear": 0.924, "constant": 0.704})
-    assert ax.get_title() == "2 of 3 set-ups have all R²"
-    assert [line.get_color() for line in ax.get_lines()[:2]] == [
-        PALETTE[0],
-        "#BBBBBB",
-    ]  # in the paper's order, and not

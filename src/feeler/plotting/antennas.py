@@ -14,9 +14,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Polygon
-from matplotlib.transforms import Affine2D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
-from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from feeler.antenna.segments import Antenna
@@ -132,31 +130,6 @@ def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
         ax.set(xlabel="position (base 0, tip 1)", ylabel=label)
         if values.max() > _SPANS_DECADES * values.min():
             set_decades(ax)
-
-
-WIDTH, HEIGHT = 15.0, 8.0  # points, of one curve and of a factor of ten
-
-
-def plot_profile_points(
-    ax: Axes, places: ArrayLike, profiles: Sequence[np.ndarray], *, color: str, label: str = ""
-) -> None:
-    """A small curve through each of ``places`` (point, 2): its antenna's profile from base to tip,
-    on a logarithmic scale.
-    """
-    curves = []
-    for profile in profiles:
-        height = HEIGHT * np.log10(np.asarray(profile, dtype=float))
-        curves.append(
-            np.stack([np.linspace(-WIDTH / 2, WIDTH / 2, height.size), height], axis=1)
-        )
-    lines = LineCollection(
-        curves, offsets=places, offset_transform=ax.transData, color=color, lw=1.0
-    )
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    lines.set_transform(Affine2D().scale(1 / 72) + figure.dpi_scale_trans)
-    ax.add_collection(lines)
-    ax.plot(*np.asarray(places, dtype=float).T, "o", ms=2, color=color, label=label)
 
 
 # Draw antennas in space and what touches them, with Matplotlib alone and without OpenGL.

@@ -467,17 +467,9 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
                 [np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])]
             )
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
-    low, high = np.array([(one.distance.min(), one.distance.max()) for one in maps.values()]).T
-    low, high = low.min(), high.max()
-    far = 1.68 * high
-    ax.set(
-        xlabel="point of greatest curvature [mm from base]",
-        ylabel="wall distance [mm]",
-        ylim=(0.6 * low, 2.24 * high),
-        xlim=(-0.036 * far, 1.024 * far),
-    )
+    ax.set(xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]")
     ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
-    ax.legend(loc="upper center", ncols=2, columnspacing=1.0)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 # What notebooks show: a figure that shows itself, pictures of results, and one trial of a

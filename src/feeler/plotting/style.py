@@ -42,7 +42,7 @@ _RC: Any = {
     "figure.dpi": 110,
     "savefig.dpi": 220,
     "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
+    "font.sans-serif": ["Arial", "Helvetica", "Liberation Sans", "DejaVu Sans"],
     "font.size": 8,
     "axes.titlesize": 8,
     "axes.labelsize": 8,
@@ -94,6 +94,11 @@ def pick_shades(quantity: str, count: int) -> list[tuple[float, ...]]:
     return [
         tuple(shade) for shade in mpl.colormaps[_SHADES[quantity]](np.linspace(0, 0.9, count))
     ]
+
+
+def mark_panel(ax: Axes, letter: str) -> None:
+    """The panel's letter, bold, above its upper left corner."""
+    ax.set_title(letter, loc="left", fontweight="bold", fontsize=9)
 
 
 @checked

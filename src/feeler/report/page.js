@@ -33,11 +33,6 @@ const reveal = () => {
 };
 addEventListener("hashchange", reveal);
 addEventListener("load", reveal);
-// On paper the first screen and the story stand by themselves; a page without a story is open.
-addEventListener("beforeprint", () => {
-  for (const one of document.querySelectorAll(document.querySelector(".record") ? ".failure" : "details")) one.open = true;
-  for (const one of document.images) one.loading = "eager";
-});
 // Values under the pointer: the picture's own colours, read back through its colour scale.
 const tip = document.body.appendChild(Object.assign(document.createElement("div"), { id: "tip", hidden: true }));
 const read = (picture) => {

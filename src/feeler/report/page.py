@@ -6,7 +6,6 @@ import json
 import os
 import shlex
 import sys
-from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property, lru_cache
@@ -313,9 +312,7 @@ def render_page(
     parts: Sequence[Section | Part],
     *,
     opening: str = "",
-    story: str = "",
-    beside: Mapping[str, str] | None = None,
-    closed: bool = False,
+    bare: bool = False,
     warned: Sequence[str] = (),
     command: str = "",
 ) -> str:
@@ -324,22 +321,17 @@ def render_page(
     Parameters
     ----------
     lead
-        The paragraph below the title and the ``opening``.
+        The paragraph below the title.
     opening
-        What fills the first screen (Markup; a plain string is escaped).
-    story
-        What follows it, before the contents (Markup).
-    beside
-        What stands beside the figure of a name, or at the end of a section (``section-`` and its
-        name).
-    closed
-        Whether every part is closed until it is asked for.
+        What fills the rest of the first screen (Markup; a plain string is escaped).
+    bare
+        Whether the page has no list of contents.
     warned
         What the command that writes the page has warned of.
     command
         The command that writes it.
     """
-    shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
+    shown = [part if isinstance(part, Part) else _fill(part) for part in parts]
     css, script = (
         Markup(files("feeler.report").joinpath(name).read_text(encoding="utf-8"))
         for name in ("page.css", "page.js")
@@ -351,8 +343,7 @@ def render_page(
         title=title,
         lead=lead,
         opening=opening,
-        story=story,
-        closed=closed,
+        bare=bare,
         warned=warned,
         command=command,
         parts=shown,
@@ -380,18 +371,19 @@ def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Sectio
     return path
 
 
-def _fill(section: Section, beside: Mapping[str, str]) -> Part:
-    blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
-    texts = defaultdict(str, beside)
-    body = blocks.draw(
-        section.name,
-        section.blocks,
-        lambda name: embed(section.folder / name),
-        texts,
-        section.say_kept(),
+def _fill(section: Section) -> Part:
+    kept = open_templates("feeler.report").get_template("blocks.html").module
+    body = kept.say_kept(section.say_kept()) + Markup("").join(  # type: ignore[attr-defined]
+        draw_block(section, block) for block in section.blocks
     )
     turnable = any(block["kind"] == "turnable" for block in section.blocks)
     return Part(name=section.name, title=section.title, body=body, turnable=turnable)
+
+
+def draw_block(section: Section, block: Mapping[str, Any]) -> Markup:
+    """One block of a section as HTML, its files inside."""
+    blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
+    return blocks.draw(block, lambda name: embed(section.folder / name))
 
 
 def embed(path: Path) -> str:

@@ -147,7 +147,9 @@ def _write_script(
         antenna=asked,
         spatial=antenna.spatial,
         toml=re.sub(r'"""|"\Z', lambda found: found[0].replace('"', '\\"'), text),
-        handles=[(name, *map(list, zip(*getattr(asked, name), strict=True))) for name in changed],
+        handles=[
+            (name, *map(list, zip(*getattr(asked, name), strict=True))) for name in changed
+        ],
         shape=lambda kind, size: _SHAPES[kind].format(size),
         objects=[(item, item.make(number)) for number, item in enumerate(wish.objects)],
         commands=None if commands is None else [tuple(command) for command in commands],
