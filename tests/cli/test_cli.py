@@ -61,19 +61,19 @@ def test_a_warning_speaks_of_options_that_the_verb_has(tmp_path):
 
 
 @pytest.mark.long
-def test_touch_writes_tensor_picture_and_movie(tmp_path):
-    result = run("touch", "--duration", "30", "--timestep", "0.05", cwd=tmp_path)
+@pytest.mark.parametrize(
+    ("asked", "more"),
+    [
+        ((), set()),
+        (("--movie", "--vector"), {"tensor.svg", "tensor.pdf", "movie.mp4", "movie.jpg"}),
+    ],
+)
+def test_touch_writes_what_it_is_asked_for(tmp_path, asked, more):
+    result = run("touch", "--duration", "30", "--timestep", "0.05", *asked, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     names = {path.name for path in (tmp_path / "out/touch").iterdir()}
-    assert names == {
-        "touch.html",
-        "tensor.nc",
-        "tensor.png",
-        "tensor.svg",
-        "tensor.pdf",
-        "movie.mp4",
-        "movie.jpg",
-    }
+    assert names == {"touch.html", "tensor.nc", "tensor.png", *more}
+    assert {f"tensor{end}" in result.stdout for end in (".svg", ".pdf")} == {bool(more)}
 
 
 def test_export_opens_in_mujoco(tmp_path):

@@ -1,4 +1,4 @@
-"""``feeler touch``: one touch in seconds: tensor, picture and movie; or many, kept in a store.
+"""``feeler touch``: one touch in seconds: tensor, picture and page; or many, kept in a store.
 
 Examples:
 
@@ -27,6 +27,7 @@ import typer
 from feeler.cli.options import EngineName, Json, say_json
 
 _MANY = "; repeat it with --store"
+_VECTOR = ("tensor.svg", "tensor.pdf")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +87,10 @@ class _TouchOptions:
     out: Annotated[Path, typer.Option(help="folder for the results of a single touch")] = Path(
         "out/touch"
     )
-    movie: Annotated[bool, typer.Option(help="write the movie as well")] = True
+    movie: Annotated[bool, typer.Option(help="write movie.mp4 as well")] = False
+    vector: Annotated[
+        bool, typer.Option("--vector", help="write tensor.svg and tensor.pdf as well")
+    ] = False
     store: Annotated[
         Path | None,
         typer.Option(
@@ -147,10 +151,10 @@ class _TouchOptions:
 
 
 def touch(said: _TouchOptions) -> None:
-    """Touch an antenna: tensor, picture, movie, page.
+    """Touch an antenna: tensor, picture, page.
 
-    Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many
-    times into a store.
+    Touch an antenna once (touch.html, tensor.nc, tensor.png; movie and vector graphics on
+    request), or many times into a store.
     """
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
@@ -201,7 +205,7 @@ def _fill(said: _TouchOptions, antenna: Any, trials: list[Any]) -> None:
 
 
 def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
-    """One touch as tensor, picture and movie."""
+    """One touch as tensor, picture and page, and what else was asked for."""
     from feeler.cli.options import say_adapted
     from feeler.experiments.tactile import touch as simulate
     from feeler.report import Section, write_page
@@ -215,7 +219,7 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     save(tensors, out / "tensor.nc")
     section = Section(name="touch", title=trial.label, folder=out, vector=False)
     movie = said.movie and _film(antenna, trial, everything, section)
-    _draw(antenna, trial, everything, tensors, section)
+    _draw(antenna, trial, everything, tensors, section, vector=said.vector)
     facts = _measure(tensors)
     known = facts | _describe_contact(tensors)
     rows = [[f"{name} [{unit}]", value] for name, (value, unit) in known.items()]
@@ -239,10 +243,8 @@ def _show(said: _TouchOptions, antenna: Any, trial: Any) -> None:
     )
     if adapted:
         typer.echo(adapted)
-    typer.echo(
-        f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg,"
-        f" tensor.pdf{', movie.mp4' if movie else ''}"
-    )
+    more = [*_VECTOR] * said.vector + ["movie.mp4"] * movie
+    typer.echo(f"wrote {out}/" + ", ".join(["touch.html", "tensor.nc", "tensor.png", *more]))
 
 
 def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
@@ -263,24 +265,28 @@ def _film(antenna: Any, trial: Any, everything: Any, section: Any) -> bool:
     return True
 
 
-def _draw(antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any) -> None:
+def _draw(
+    antenna: Any, trial: Any, everything: Any, tensors: Any, section: Any, *, vector: bool
+) -> None:
     """The tensor on the page and as files, and what can be turned of an antenna in space."""
-    from matplotlib.figure import Figure
-
     from feeler.plotting import plot_touch, style
-    from feeler.plotting.antennas import describe_turnable
 
-    with style():
-        figure = Figure(figsize=(4.5, 3.0), layout="constrained")
-        plot_touch(tensors, figure)
-        for kind in ("svg", "pdf"):
-            figure.savefig(section.folder / f"tensor.{kind}")
+    if vector:
+        from matplotlib.figure import Figure
+
+        with style():
+            figure = Figure(figsize=(4.5, 3.0), layout="constrained")
+            plot_touch(tensors, figure)
+            for name in _VECTOR:
+                figure.savefig(section.folder / name)
     section.figure(
         "tensor",
         "Curvature of every sensor against time.",
         lambda figure: plot_touch(tensors, figure),
     )
     if antenna.spatial:
+        from feeler.plotting.antennas import describe_turnable
+
         scene = describe_turnable(antenna, trial, everything)
         section.turnable(
             "turnable",

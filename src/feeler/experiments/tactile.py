@@ -189,7 +189,7 @@ def touch(
             from feeler.tensors.store import read_store
 
             tensors = read_store(kept.path)
-    tensors = tensors.load() if load and tensors is not None else tensors
+    tensors = tensors.load() if load and store and tensors is not None else tensors
     if tensors is not None:
         _warn(tensors, accuracy, contact if follows else None, fixed=timestep is not None)
     return _hand_over(tensors, errors)
@@ -306,7 +306,7 @@ def _warn(
             AccuracyWarning,
             stacklevel=3,
         )
-    sink = float(tensors["sink"].max()) if "sink" in tensors else 0.0
+    sink = float(tensors["sink"].values.max()) if "sink" in tensors else 0.0
     if sink > DEEP:
         warnings.warn(
             describe_sink(sink, contact, fixed=fixed), ModelValidityWarning, stacklevel=3

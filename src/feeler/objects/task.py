@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeGuard
 
 import numpy as np
-from scipy.special import ndtri
 
 from feeler.antenna.segments import Antenna
 from feeler.draw import LogRange, Spread, describe_spread, spread_out
@@ -43,6 +42,8 @@ class Normal:
 
     def ppf(self, share: np.ndarray) -> np.ndarray:
         """Values below which these shares of the draws lie."""
+        from scipy.special import ndtri  # slow to load
+
         by = self.sd * ndtri(share)
         values = self.middle * np.exp(by) if self.share else self.middle + by
         return np.clip(values, self.low, self.high)

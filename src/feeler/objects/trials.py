@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from scipy.special import cosdg, sindg
 
 from feeler.antenna.segments import Antenna, to_matrix
 from feeler.errors import InvalidInput
@@ -208,10 +207,7 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
     rest = _lay_out(antenna)
     x, y, along = rest.find(trial.location * antenna.length)
     heading = along + (trial.approach if trial.side == "left" else -trial.approach)
-    forward = (
-        float(sindg(heading)),
-        float(cosdg(heading)) + 0.0,
-    )  # no −0, which would turn an engine's frame round
+    forward = _point(heading)
     shape = trial.shape
     if shape.unbounded:
         back = ((rest.ends - (x, y)) @ forward - rest.end_radius).min()
@@ -241,6 +237,16 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
         velocity=np.array((trial.speed * forward[0], trial.speed * forward[1])),
     )
     return placement if trial.base is None else _carry(antenna, trial, placement)
+
+
+def _point(heading: float) -> tuple[float, float]:
+    """The unit vector of a heading [degrees], from +y towards +x."""
+    if abs(heading) == 90.0:
+        return heading / 90.0, 0.0
+    from scipy.special import cosdg, sindg  # slow to load
+
+    # no −0, which would turn an engine's frame round
+    return float(sindg(heading)), float(cosdg(heading)) + 0.0
 
 
 def _place_in_space(antenna: Antenna, trial: Trial) -> Placement:

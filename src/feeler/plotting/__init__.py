@@ -1,5 +1,7 @@
 """Style and primitives: take an Axes, draw, compute nothing."""
 
+from typing import TYPE_CHECKING, Any
+
 from feeler.plotting.antennas import (
     OBJECT_COLOUR,
     MovingAntenna,
@@ -8,7 +10,6 @@ from feeler.plotting.antennas import (
     plot_profiles,
 )
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
-from feeler.plotting.results import plot_bases, plot_raster
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS, mark_places, set_decades, style
 from feeler.plotting.tensors import (
     plot_tensor,
@@ -17,6 +18,9 @@ from feeler.plotting.tensors import (
     write_touch_movie,
     write_touches_movie,
 )
+
+if TYPE_CHECKING:
+    from feeler.plotting.results import plot_bases, plot_raster
 
 __all__ = [
     "FPS",
@@ -42,6 +46,14 @@ __all__ = [
     "write_touch_movie",
     "write_touches_movie",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from feeler.plotting import results  # loads what is analysed and decoded
+
+    return getattr(results, name)
 
 
 def __dir__() -> list[str]:

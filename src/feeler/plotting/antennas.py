@@ -14,8 +14,6 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Polygon
-from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
-from scipy.spatial import ConvexHull
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
@@ -142,6 +140,10 @@ class SpaceScene:
     """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
+        from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
+            Line3DCollection,  # slow to load, as ConvexHull is
+        )
+
         self.antenna, self.ax = antenna, ax
         self._drawn: list[Any] = []
         self._line = Line3DCollection([], norm=norm, cmap=TENSOR_COLOURS, capstyle="round")
@@ -167,6 +169,8 @@ class SpaceScene:
 
     def place(self, feature: Feature, origin: np.ndarray, axes: np.ndarray) -> None:
         """A feature whose frame stands at ``origin`` [mm] with ``axes`` (3, 3)."""
+        from scipy.spatial import ConvexHull
+
         for artist in self._drawn:
             artist.remove()
         self._drawn = []
@@ -276,6 +280,8 @@ def _list_lines(
     feature: Feature, origin: np.ndarray, axes: np.ndarray, reach: float
 ) -> Iterator[np.ndarray]:
     """Edges (corner, 3) [mm] of a feature whose frame stands at ``origin`` with ``axes``."""
+    from scipy.spatial import ConvexHull
+
     if feature.unbounded:
         sheet = np.moveaxis(_make_sheet(origin, axes, reach), 0, -1)
         yield sheet[[0, 0, 1, 1, 0], [0, 1, 1, 0, 0]]

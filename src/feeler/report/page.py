@@ -19,7 +19,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib import rcParams
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -71,8 +70,10 @@ class Pictures:
                 self._pages.close()
 
     @cached_property
-    def _pages(self) -> PdfPages:
+    def _pages(self) -> Any:
         """One file for all figures: its fonts, which are slow to embed, are embedded once."""
+        from matplotlib.backends.backend_pdf import PdfPages  # slow to load
+
         return PdfPages(self._path, metadata={"CreationDate": None})
 
 

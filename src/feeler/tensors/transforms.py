@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
-from scipy.special import cosdg, sindg
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, ModelValidityWarning
@@ -163,6 +162,8 @@ def _mirror(tensors: xr.DataArray) -> xr.DataArray:
     azimuth = tensors.coords.get("azimuth", xr.DataArray(0.0)).drop_vars(
         "azimuth", errors="ignore"
     )
+    from scipy.special import cosdg, sindg  # slow to load
+
     planes = [tensors.isel(plane=[k]) for k in range(tensors.sizes["plane"])]
     x, z = (plane.drop_vars("plane", errors="ignore") for plane in planes[:2])
     away = (cosdg(azimuth), sindg(azimuth))

@@ -16,7 +16,6 @@ from uuid import uuid4
 
 import numpy as np
 import xarray as xr
-from scipy.io import savemat
 
 from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import NAME, parse_json, read_text, write_atomic, writing
@@ -234,6 +233,8 @@ _MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
 
 def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as a MATLAB version 5 file; its struct ``units`` has each variable's unit."""
+    from scipy.io import savemat  # slow to load
+
     dataset = complete(dataset)
     content: dict[str, object] = {}
     for name, variable in dataset.variables.items():
