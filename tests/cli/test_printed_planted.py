@@ -25,6 +25,7 @@ from feeler.robot.classify import Answer, name_touch
 from feeler.robot.description import get_example
 from feeler.robot.sensors import SensorCalibration
 from feeler.tensors.formats import save
+from feeler.wall.distance import _fit_distance
 
 from .test_printed import NUMBER, read, run
 
@@ -93,7 +94,7 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
 
     def follow(antenna, course, **options):
         asked.update(options, course=course)
-        straight = wall.fit_distance(
+        straight = _fit_distance(
             np.arange(5.0), np.arange(5.0), np.ones(5, bool), np.zeros(5, bool), resolution=0.1
         )
         return wall.Run(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import log_softmax
 
-from feeler.decoding.classifiers import PrincipalComponents, compute_kept_variance
+from feeler.decoding.classifiers import PrincipalComponents, _compute_kept_variance
 from feeler.decoding.curves import compute_explained, judge_order
 from feeler.decoding.streams import OnsetFinder, StreamDecoder, measure_early_accuracy
 from feeler.decoding.sweeps import Sweep
@@ -120,7 +120,7 @@ def test_kept_variance_is_a_share_about_the_set_s_own_mean():
     found = PrincipalComponents(2).fit(train)
     _, _, axes = np.linalg.svd(train - train.mean(axis=0))
     centred = other - other.mean(axis=0)
-    assert compute_kept_variance(found, other) == pytest.approx(
+    assert _compute_kept_variance(found, other) == pytest.approx(
         np.sum((centred @ axes[:2].T) ** 2) / np.sum(centred**2)
     )
     np.testing.assert_allclose(
@@ -130,7 +130,7 @@ def test_kept_variance_is_a_share_about_the_set_s_own_mean():
         found.explained_variance_,
         np.var((train - train.mean(axis=0)) @ axes[:2].T, axis=0, ddof=1),
     )
-    assert np.isnan(compute_kept_variance(found, np.ones((3, 6))))
+    assert np.isnan(_compute_kept_variance(found, np.ones((3, 6))))
 
 
 def test_answers_in_time_are_counted_by_hand():

@@ -34,7 +34,7 @@ from feeler.plotting.style import (
     pick_shades,
 )
 from feeler.presets import make_preset
-from feeler.wall import fit_distance
+from feeler.wall.distance import _fit_distance
 from plotting.test_results import make_optimum, make_sweep
 
 
@@ -204,8 +204,8 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     distance, position = np.array([20.0, 14.0, 9.0]), np.array([3.0, 17.0, 31.0])
     used, none = np.ones(3, dtype=bool), np.zeros(3, dtype=bool)
     maps = {
-        "linear": fit_distance(distance, position, used, none, resolution=0.1),
-        "constant": fit_distance(distance, 0 * position, used, none, resolution=0.1),
+        "linear": _fit_distance(distance, position, used, none, resolution=0.1),
+        "constant": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
     }
     assert maps["constant"].undefined
     ax = Figure().subplots()
@@ -407,7 +407,7 @@ def test_in_space_the_object_goes_where_it_goes_while_the_antenna_bends(monkeypa
         touch, "take_curvature", lambda *_: np.ones((1, antenna.n_segments, 250))
     )
     flat, below = Figure().subplots(1, 2)
-    axes = touch.add_space(flat.figure, flat), below
+    axes = touch._add_space(flat.figure, flat), below
     view = touch._View(antenna, trial, tensors, (Normalize(0, 1), "magma"), axes)
     seen = {"place": [], "move": []}
     for called, calls in seen.items():

@@ -423,7 +423,7 @@ def fill_comparison(
                 " policies are judged."
             )
         ),
-        lambda figure: plot_comparison(measured, comparison, figure, learned),
+        lambda figure: _plot_comparison(measured, comparison, figure, learned),
         height=3.2,
     )
     deadlines = [f"{d:g} ms" for d in measured["deadline"].values]
@@ -523,7 +523,7 @@ def _say(found: xr.Dataset, name: str, deadline: float) -> str:
     return f"{mean:.1f} ± {half:.1f}" if np.isfinite(half) else f"{mean:.1f}"
 
 
-def plot_comparison(
+def _plot_comparison(
     measured: xr.Dataset, comparison: Contest, figure: Figure, learned: xr.Dataset | None = None
 ) -> None:
     """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2

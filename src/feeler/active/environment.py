@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.active.show import draw_lane
+from feeler.active.show import _draw_lane
 from feeler.active.tasks import SAMPLE, ActiveTask, Arena, FollowTask, LocaliseTask, TouchTask
 from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning
 from feeler.validation import checked
@@ -238,7 +238,7 @@ class TouchVectorEnv(VectorEnv):
         """A picture (height, width, 3) of every lane."""
         if self.render_mode is None:
             return None
-        return tuple(draw_lane(self.arena, lane) for lane in range(self.num_envs))
+        return tuple(_draw_lane(self.arena, lane) for lane in range(self.num_envs))
 
 
 class TouchEnv(gymnasium.Env):

@@ -187,7 +187,7 @@ class DampedCosine:
 
 
 @checked
-def fit_damped_cosine(
+def _fit_damped_cosine(
     time: np.ndarray,
     signal: np.ndarray,
     frequency: Annotated[float, Gt(0)],
@@ -360,7 +360,7 @@ def measure_free_response(
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
     cosine = (
-        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
+        _fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
         if fit
         else None
     )

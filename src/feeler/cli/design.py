@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, report_interrupt, require_new, say_json
+from feeler.cli.options import Json, _require_new, report_interrupt, say_json
 from feeler.files import write_text
 
 
@@ -66,11 +66,11 @@ def design(
     The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
-    from feeler.cli.choose import choose_executor, name_reader
+    from feeler.cli.choose import _name_reader, choose_executor
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
-        require_new(task)
+        _require_new(task)
         write_text(task, TEMPLATE.format(file=task.name))
         typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
         return
@@ -81,7 +81,7 @@ def design(
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
     with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
-        own = {} if reader is None else {"reader": name_reader(reader)}
+        own = {} if reader is None else {"reader": _name_reader(reader)}
         found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
 

@@ -61,11 +61,11 @@ def follow(
     as_json: Json = False,
 ) -> None:
     """Run a body along a wall, steered by its antenna."""
-    from feeler.cli.choose import choose_planar
+    from feeler.cli.choose import _choose_planar
     from feeler.wall import FOLLOWING, Controller, calibrate, follow, make_turn
     from feeler.wall.following import RUN_UP, measure_scale
 
-    chosen = choose_planar(antenna)
+    chosen = _choose_planar(antenna)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     how: dict[str, Any] = {

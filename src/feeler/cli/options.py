@@ -40,7 +40,7 @@ def report_interrupt(words: str) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-def require_new(file: Path) -> None:
+def _require_new(file: Path) -> None:
     """Refuse to write over what is there."""
     if file.exists():
         raise InvalidInput(f"{file} exists already. Choose another name.")
@@ -60,7 +60,7 @@ def say_adapted(tensors: Any) -> str:
     )
 
 
-def describe_timesteps(antennas: Mapping[str, Any]) -> str:
+def _describe_timesteps(antennas: Mapping[str, Any]) -> str:
     """The default timesteps of some antennas, by name where they differ."""
     from feeler.physics.contact import get_contact
     from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -189,7 +189,7 @@ def list_options(group: Any, words: list[str]) -> dict[str, str]:
     return {name: option for name, option in longest.items() if option.startswith("--")}
 
 
-def say_in_shell(message: str, options: dict[str, str]) -> str:
+def _say_in_shell(message: str, options: dict[str, str]) -> str:
     """A message of the library in the words of the command line.
 
     ``frame_rate=`` becomes ``--frame-rate``, ``gaps='bridge'`` ``--gaps bridge`` and ``Trial.speed
@@ -247,7 +247,7 @@ EngineName = Annotated[
 ]
 
 
-def add_verb(app: typer.Typer, name: str) -> None:
+def _add_verb(app: typer.Typer, name: str) -> None:
     """Add the command ``name``: the function of this name in ``feeler/cli/NAME.py``, or all
     commands of the ``app`` there, with the examples that the file begins with.
 
@@ -260,12 +260,12 @@ def add_verb(app: typer.Typer, name: str) -> None:
         return
     run = getattr(module, name)
     options = get_type_hints(run, include_extras=True).get("said")
-    app.command(name, epilog=list_examples(module))(
+    app.command(name, epilog=_list_examples(module))(
         _spread(run, options) if is_dataclass(options) else run
     )
 
 
-def list_examples(module: ModuleType) -> str:
+def _list_examples(module: ModuleType) -> str:
     """The examples that a module's docstring ends with."""
     _, head, examples = (module.__doc__ or "").partition("Examples:\n")
     return head + examples

@@ -54,8 +54,8 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, list_examples, say_json
-from feeler.cli.robot_decoder import DecoderFile, choose_decoder, train
+from feeler.cli.options import Json, Verbs, _list_examples, say_json
+from feeler.cli.robot_decoder import DecoderFile, _choose_decoder, train
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -173,7 +173,7 @@ def check(
 
     Also what would be repaired.
     """
-    from feeler.cli.robot_pages import describe_recording, write_recordings
+    from feeler.cli.robot_pages import _write_recordings, describe_recording
 
     read, names = (
         Robot(antenna, joints).read(
@@ -197,7 +197,7 @@ def check(
         for line in recording.history:
             typer.echo(f"  {line}")
     if out is not None:
-        typer.echo(f"page: {write_recordings(out, names, read)}", err=True)
+        typer.echo(f"page: {_write_recordings(out, names, read)}", err=True)
 
 
 @app.command()
@@ -256,7 +256,7 @@ def fit(
 
     Fit the stiffness and damping factors p1 and p2 to a recorded release.
     """
-    from feeler.cli.robot_pages import describe_fit, write_fit
+    from feeler.cli.robot_pages import _describe_fit, _write_fit
     from feeler.errors import InvalidInput
     from feeler.robot import compare_tips, fit_factors, make_flexures
 
@@ -283,11 +283,11 @@ def fit(
     result = fit_factors(read, **theory, method=method, **how)
     if out is not None:
         typer.echo(
-            f"page: {write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
+            f"page: {_write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
             err=True,
         )
     if as_json:
-        say_json(describe_fit(read, result))
+        say_json(_describe_fit(read, result))
         return
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(
@@ -341,14 +341,14 @@ def classify(
     said = {"objects": objects, "locations": locations, "speeds": speeds}
     how = tell(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
-        robot.adopt(choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
+        robot.adopt(_choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
     read = [
         subtract_rest(recording)
         for recording in robot.read(
             recordings, calibration, outside, gaps, bad_channels, **units
         )
     ]
-    chosen = robot.decoder or choose_decoder(None, robot, said, robots, **how)
+    chosen = robot.decoder or _choose_decoder(None, robot, said, robots, **how)
     judged = [
         judge_recording(chosen.classifier, one, robot.antenna, chosen.before) for one in read
     ]
@@ -363,9 +363,9 @@ def classify(
     for path, answer in [] if as_json else zip(recordings, answers, strict=True):
         typer.echo(f"{path.name}: {answer}")
     if out is not None:
-        from feeler.cli.robot_pages import write_answers
+        from feeler.cli.robot_pages import _write_answers
 
-        typer.echo(f"page: {write_answers(out, found, answers, aligned)}", err=True)
+        typer.echo(f"page: {_write_answers(out, found, answers, aligned)}", err=True)
 
 
 @app.command()
@@ -410,14 +410,14 @@ def gap(
             f" {shares['feature'][0]:.0%}"
         )
     if out is not None:
-        from feeler.cli.robot_pages import write_gap
+        from feeler.cli.robot_pages import _write_gap
 
-        typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
+        typer.echo(f"page: {_write_gap(out, found, contacts)}", err=True)
 
 
 for verb in (train, stream, board, replay):
     app.command()(verb)
-_EXAMPLES = list_examples(sys.modules[__name__])
+_EXAMPLES = _list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own
     own = [
         line

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, require_new, say_json
+from feeler.cli.options import Json, _require_new, say_json
 from feeler.cli.robot_options import (
     Calibration,
     Engine,
@@ -70,7 +70,7 @@ def train(
     from feeler.robot.decoder import train_decoder
 
     for file in (out, *([header] if header else [])):
-        require_new(file)
+        _require_new(file)
     if not out.parent.is_dir():
         raise InvalidInput(f"there is no folder {out.parent}. Make it first.")
     chosen = Robot(robot, joints)
@@ -141,7 +141,7 @@ def _say_progress(touches: list, robots: int) -> Any:
     return ProgressBar("surrogate robots")
 
 
-def choose_decoder(
+def _choose_decoder(
     file: Path | None,
     robot: Robot,
     said: dict[str, Any],
@@ -179,7 +179,7 @@ def choose_decoder(
     return decoder
 
 
-def parse_missing(text: str | None) -> tuple[int, ...]:
+def _parse_missing(text: str | None) -> tuple[int, ...]:
     """Numbers of sensors from ``--missing 4,7``."""
     try:
         return () if text is None else tuple(dict.fromkeys(map(int, text.split(","))))

@@ -12,8 +12,8 @@ from typing import Annotated, Any, BinaryIO
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, require_new, say_json
-from feeler.cli.robot_decoder import DecoderFile, choose_decoder, parse_missing
+from feeler.cli.options import Json, _require_new, say_json
+from feeler.cli.robot_decoder import DecoderFile, _choose_decoder, _parse_missing
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
@@ -100,11 +100,11 @@ def stream(
 
     if serial:
         require_extra("serial", "robot", "a serial port")
-    robot, gone = Robot(antenna), parse_missing(missing)
+    robot, gone = Robot(antenna), _parse_missing(missing)
     said = {"objects": objects, "locations": locations, "speeds": speeds}
     how = tell(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
-        robot.adopt(choose_decoder(decoder, robot, said, **how), antenna != "robot")
+        robot.adopt(_choose_decoder(decoder, robot, said, **how), antenna != "robot")
     lines = robot.load_lines(calibration)
     robot.check_lines(lines)
     n = robot.antenna.sensors.size
@@ -123,7 +123,7 @@ def stream(
             recording = recording.to_angles(lines, outside=outside)
         labels = recording.labels
         samples = zip(recording.time, recording.values.T, strict=True)
-    chosen = robot.decoder or choose_decoder(None, robot, said, **how)
+    chosen = robot.decoder or _choose_decoder(None, robot, said, **how)
     chosen.stream.threshold = threshold
     touch = chosen.start(missing=gone, labels=labels)
     if readings is not None:
@@ -157,9 +157,9 @@ def stream(
             )
         end(contact, touch.stream.missed, watch, labels, touch.answer)
         if out is not None and touch.kept:
-            from feeler.cli.robot_pages import write_stream
+            from feeler.cli.robot_pages import _write_stream
 
-            page = write_stream(out, chosen.stream.classes_, list(touch.kept))
+            page = _write_stream(out, chosen.stream.classes_, list(touch.kept))
             typer.echo(f"page: {page}", err=True)
         if again:
             touch.begin()
@@ -272,7 +272,7 @@ def board(
     """
     from importlib.resources import files
 
-    require_new(file)
+    _require_new(file)
     text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
     write_text(
         file,

@@ -136,7 +136,7 @@ class Robot:
         self, paths, calibration, outside, gaps, bad_channels: str = "refuse", **units: Any
     ) -> list:
         """Repaired angles of recordings that have as many channels as the antenna has sensors."""
-        from feeler.cli.info import name_instead
+        from feeler.cli.info import _name_instead
         from feeler.robot import load_recording, repair
 
         lines = self.load_lines(calibration)
@@ -147,7 +147,7 @@ class Robot:
                     path, **self.channels, bad_channels=bad_channels, **units
                 )
             except InvalidInput as error:
-                raise name_instead(path, "recording") or error from None
+                raise _name_instead(path, "recording") or error from None
             if self.decoder is not None:
                 self.decoder.check_robot(recording.robot, Path(path).name)
             if recording.quantity != "angle":

@@ -21,7 +21,7 @@ from feeler.robot.fit import RobotFit
 from feeler.robot.recordings import Recording
 
 
-def write_answers(
+def _write_answers(
     out: Path,
     found: Sequence[Mapping[str, Any]],
     answers: Sequence[Answer],
@@ -75,7 +75,7 @@ def write_answers(
     )
 
 
-def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recording]) -> Path:
+def _write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recording]) -> Path:
     """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong
     or was mended.
     """
@@ -117,7 +117,7 @@ def describe_recording(name: str, one: Recording) -> dict[str, Any]:
     return {"file": name, **known, "source": one.source, "history": list(one.history)}
 
 
-def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
+def _write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
     """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the
     fitted model moves it.
     """
@@ -140,7 +140,7 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
         f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
         f" {result.error:.2g}.",
         title="The release, recorded and fitted",
-        numbers=describe_fit(recording, result),
+        numbers=_describe_fit(recording, result),
         caption="How far the tip is off its rest after its release, as recorded and as the model"
         " moves.",
         draw=draw,
@@ -152,7 +152,7 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
     )
 
 
-def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
+def _describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
     """What ``feeler robot fit`` says, as plain data."""
     factors = {
         name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")
@@ -165,7 +165,7 @@ def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
     }
 
 
-def write_stream(
+def _write_stream(
     out: Path,
     classes: Sequence[tuple],
     kept: Sequence[tuple[float | None, np.ndarray, StreamState]],
@@ -212,7 +212,7 @@ def write_stream(
     )
 
 
-def write_gap(
+def _write_gap(
     out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int
 ) -> Path:
     """robot.html, robot.png and robot.json: what each part of the gap costs, as bars."""

@@ -109,19 +109,19 @@ def spikes(said: _SpikeOptions) -> None:
     Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
-    from feeler.cli.choose import parse_start
+    from feeler.cli.choose import _parse_start
     from feeler.errors import InvalidInput, require_extra
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
 
     if said.recorded is not None:
-        from feeler.cli.spikes_recorded import tell_recorded
+        from feeler.cli.spikes_recorded import _tell_recorded
 
-        tell_recorded(said)
+        _tell_recorded(said)
         return
     if bool(said.session_start) != bool(said.identifier):
         raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
-    start = parse_start(said.session_start) if said.session_start else None
+    start = _parse_start(said.session_start) if said.session_start else None
     if start:
         require_extra("pynwb", "nwb", "writing NWB")
     said.out.mkdir(parents=True, exist_ok=True)

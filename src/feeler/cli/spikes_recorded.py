@@ -10,7 +10,7 @@ from feeler.errors import InvalidInput
 from feeler.files import write_text
 
 
-def tell_recorded(said: Any) -> None:
+def _tell_recorded(said: Any) -> None:
     """Rates, intervals, latency and PSTH of recorded units, and how far the model is from them
     (recorded.html, .nc, .csv, psth.csv, recorded.png).
     """

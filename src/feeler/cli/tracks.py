@@ -38,7 +38,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, list_options, say_in_shell, say_json
+from feeler.cli.options import Json, _say_in_shell, list_options, say_json
 
 _SIDES = ("left", "right")
 
@@ -177,7 +177,12 @@ def tracks(said: _TrackOptions) -> None:
     Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
-    from feeler.cli.tracks_pages import compare_animals, list_contacts, read_sheet, save_pages
+    from feeler.cli.tracks_pages import (
+        _compare_animals,
+        _read_sheet,
+        _save_pages,
+        list_contacts,
+    )
     from feeler.errors import ModelValidityWarning
     from feeler.tracking import measure_exploration
 
@@ -190,7 +195,7 @@ def tracks(said: _TrackOptions) -> None:
         "plane": said.plane,
         "camera": said.camera,
     }
-    owners = None if said.sheet is None else read_sheet(said.sheet, said.files)
+    owners = None if said.sheet is None else _read_sheet(said.sheet, said.files)
     trials = [_load(file, how) for file in said.files]
     if said.scale is not None:
         trials = [trial.scaled(said.scale) for trial in trials]
@@ -228,7 +233,7 @@ def tracks(said: _TrackOptions) -> None:
     if touched is not None:
         for row, one in zip(found["trials"], touched, strict=True):
             row["contacts"] = one.to_dict("records")
-    groups = None if owners is None else compare_animals(owners, result)
+    groups = None if owners is None else _compare_animals(owners, result)
     if groups is not None:
         found["groups"] = {
             "table": groups.table.to_dict("records"),
@@ -240,7 +245,7 @@ def tracks(said: _TrackOptions) -> None:
     else:
         typer.echo(_write_words(found))
     if said.out is not None:
-        save_pages(said.out, said.files, trials, result, found, touched)
+        _save_pages(said.out, said.files, trials, result, found, touched)
 
 
 def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
@@ -326,14 +331,14 @@ def _scale_cutoff(cutoff: float | str) -> float | str:
 
 
 def _load(file: Path, how: dict[str, Any]) -> Any:
-    from feeler.cli.info import name_instead
+    from feeler.cli.info import _name_instead
     from feeler.errors import InvalidInput
     from feeler.tracking import load_tracks
 
     try:
         return load_tracks(file, **how)
     except InvalidInput as error:
-        raise name_instead(file, "tracks") or error from None
+        raise _name_instead(file, "tracks") or error from None
 
 
 def _describe(
@@ -369,8 +374,8 @@ def _describe(
                 "doubted": trial.doubted,
                 "left_out": result.left_out[k],
                 "notes": trial.notes,
-                "rhythm": describe_rhythm(result.sweeps[k], trial.interval),
-                "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
+                "rhythm": _describe_rhythm(result.sweeps[k], trial.interval),
+                "remarks": [_say_in_shell(words, options) for words in result.remarks[k]],
             }
         )
     overall, lateral = _drop_nan([result.mean, result.lateral_speed])
@@ -400,7 +405,7 @@ def _describe(
     }
 
 
-def describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
+def _describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
     """Amplitude, frequency and offset of each side, and left against right; angles in degrees."""
     from feeler.tracking import compare_sides, measure_rhythm
 
@@ -453,7 +458,7 @@ def _write_words(found: dict[str, Any]) -> str:
             for value, n in zip(mean, count, strict=True)
         )
         bridged, missing = (
-            pair_counts([row[name][k] for k in asked]) for name in ("bridged", "missing")
+            _pair_counts([row[name][k] for k in asked]) for name in ("bridged", "missing")
         )
         lines.append(f"{row['file'][:32]:32}{cells} {bridged:>15} {missing:>12}")
         errors = ["none" if value is None else f"{value:.2g}" for value in error]
@@ -461,8 +466,8 @@ def _write_words(found: dict[str, Any]) -> str:
         lines.append(f"  standard error: {both} °/s")
         lines += [f"  {words}" for words in _list_rhythms(row)]
         lines += [f"  {words}" for words in _list_contacts(row)]
-        lines += [f"  {words}" for words in list_settings(row, found["settings"])]
-    return "\n".join([*lines, write_mean(found), *list_groups(found)])
+        lines += [f"  {words}" for words in _list_settings(row, found["settings"])]
+    return "\n".join([*lines, _write_mean(found), *list_groups(found)])
 
 
 def _list_rhythms(row: dict[str, Any]) -> list[str]:
@@ -521,7 +526,7 @@ def list_groups(found: dict[str, Any]) -> list[str]:
     return [*lines, "  no test: that needs two groups of two animals"]
 
 
-def list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
+def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
     """What was done to a trial before its speeds were measured, and what is to be asked of it."""
     whence = {"auto": "from the spectrum", "paper": "as in the paper's measure"}
     cutoffs = ", ".join(
@@ -551,17 +556,17 @@ def list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
     ]
     if any(row["unmeasured"]):
         lines.append(
-            f"peaks in bridged gaps, not counted: {pair_counts(row['unmeasured'])} (left, right)"
+            f"peaks in bridged gaps, not counted: {_pair_counts(row['unmeasured'])} (left, right)"
         )
     return lines + [f"note: {words}" for words in row["remarks"]]
 
 
-def pair_counts(counts: list[int | None]) -> str:
+def _pair_counts(counts: list[int | None]) -> str:
     """Frames of the left and the right antenna."""
     return ", ".join("-" if count is None else str(count) for count in counts)
 
 
-def write_mean(found: dict[str, Any]) -> str:
+def _write_mean(found: dict[str, Any]) -> str:
     """The mean over trials and sides, or why there is none."""
     if found["mean"] is None:
         worst, side, file = max(
@@ -588,7 +593,7 @@ def _save_poses(
     said: _TrackOptions, trials: list, edges: list, settings: dict[str, Any]
 ) -> None:
     """tracks.nwb: all landmarks of all trials."""
-    from feeler.cli.choose import parse_start
+    from feeler.cli.choose import _parse_start
     from feeler.errors import InvalidInput
     from feeler.tracking import save_poses
 
@@ -600,7 +605,7 @@ def _save_poses(
     save_poses(
         trials,
         said.out / "tracks.nwb",
-        session_start=parse_start(said.session_start),
+        session_start=_parse_start(said.session_start),
         identifier=f"tracks {said.out.resolve().name}",
         edges=edges,
         subject=said.subject,
@@ -640,7 +645,7 @@ def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]
 
 def _say_touches(said: _TrackOptions, trials: list, found: list[dict[str, Any]]) -> None:
     """When the flagellum touches, where that was asked."""
-    from feeler.cli.tracks_pages import list_contacts, save_contacts
+    from feeler.cli.tracks_pages import _save_contacts, list_contacts
 
     points = [*(_split(said.points) or ())]
     touched = list_contacts(said, trials, [("antenna", points)])
@@ -651,7 +656,7 @@ def _say_touches(said: _TrackOptions, trials: list, found: list[dict[str, Any]])
         if not said.as_json:
             typer.echo("\n".join(f"  {words}" for words in _list_contacts(row)))
     if said.out is not None:
-        save_contacts(said.out, said.files, touched)
+        _save_contacts(said.out, said.files, touched)
 
 
 def _describe_posture(file: Path, trial: Any, posture: Any) -> dict[str, Any]:

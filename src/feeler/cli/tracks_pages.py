@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import typer
 
-from feeler.cli.tracks import list_groups, list_settings, pair_counts, write_mean
+from feeler.cli.tracks import _list_settings, _pair_counts, _write_mean, list_groups
 from feeler.errors import InvalidInput
 from feeler.files import write_text, writing
 
@@ -56,14 +56,14 @@ def _list_cells(row: dict[str, Any]) -> list[object]:
             row["mean_peak"], row["error"], row["n_peaks"], strict=True
         )
     ]
-    return [row["file"], *speeds, pair_counts(row["bridged"]), pair_counts(row["missing"])]
+    return [row["file"], *speeds, _pair_counts(row["bridged"]), _pair_counts(row["missing"])]
 
 
 def _show_error(error: float | None) -> str:
     return "" if error is None else f" ± {error:.2g}"
 
 
-def save_pages(
+def _save_pages(
     out: Path,
     files: list[Path],
     trials: list,
@@ -83,7 +83,7 @@ def save_pages(
     out.mkdir(parents=True, exist_ok=True)
     _save_table(out / "tracks.csv", trials, result, found)
     if touched is not None:
-        save_contacts(out, files, touched)
+        _save_contacts(out, files, touched)
     write_text(out / "tracks.json", json.dumps(found, indent=1) + "\n")
     height = 1.2 + 1.5 * len(trials)
 
@@ -106,12 +106,12 @@ def save_pages(
         [_list_cells(row) for row in found["trials"]],
         "Mean of the peak speeds ± standard error.",
     )
-    section.text(write_mean(found))
+    section.text(_write_mean(found))
     for words in list_groups(found):
         section.text(words.strip())
     section.heading("How it was measured")
     for row in found["trials"]:
-        section.text(f"{row['file']}: {'. '.join(list_settings(row, found['settings']))}.")
+        section.text(f"{row['file']}: {'. '.join(_list_settings(row, found['settings']))}.")
     section.table(
         ["setting", "value"],
         [[name, _show(value)] for name, value in found["settings"].items()],
@@ -246,7 +246,7 @@ def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
     return [(float(x), float(y)) for x, y in places]
 
 
-def save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
+def _save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
     """contacts.csv: a row for each contact."""
     import pandas as pd
 
@@ -256,7 +256,7 @@ def save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
     typer.echo(f"wrote {out}/contacts.csv", err=True)
 
 
-def read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
+def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     """Animal and group of each file, by a table with columns file, animal and group."""
     import pandas as pd
 
@@ -282,7 +282,7 @@ def read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     return [known[file.name] for file in files]
 
 
-def compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
+def _compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
     """The groups' average maximum angular speeds, an animal's both sides and all films together."""
     from feeler.tracking import compare_groups
 

@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, describe_timesteps, say_json
+from feeler.cli.options import Json, _describe_timesteps, say_json
 
 
 def tradeoff(
@@ -57,13 +57,13 @@ def tradeoff(
     Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import name_antennas, name_reader
+    from feeler.cli.choose import _name_antennas, _name_reader
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 
-    reader = [name_reader(text) for text in reader or ()]
+    reader = [_name_reader(text) for text in reader or ()]
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
     study = load_declared(
         **{
@@ -72,14 +72,14 @@ def tradeoff(
             if value
         }
     )
-    chosen = name_antennas(antenna or ["exponential"])
+    chosen = _name_antennas(antenna or ["exponential"])
     out.mkdir(parents=True, exist_ok=True)
     with ProgressBar(f"touching with {', '.join(chosen)}") as progress:
         measured = split_measured(
             study.run(chosen, journal=journal, workers=workers, progress=progress)
         )
     conditions = (
-        f"Engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
+        f"Engine {DEFAULT_ENGINE}, {_describe_timesteps(chosen)},"
         f" {study.sets} sets, seed {study.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, study, out, conditions)

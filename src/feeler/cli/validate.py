@@ -31,11 +31,11 @@ def validate(
     Checks touches and checksums, and whether other files can be read; exit code 1 if anything
     is wrong.
     """
-    from feeler.cli.info import list_rooms
+    from feeler.cli.info import _list_rooms
     from feeler.sandbox import Limits
     from feeler.tensors.formats import find_problems
 
-    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
+    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), _list_rooms()
     found = {file: find_problems(file, limits, rooms) for file in files}
     if as_json:
         say_json(

@@ -62,7 +62,7 @@ def wall(
     Let a wall approach each antenna, and fit the wall's distance to the place of greatest
     curvature.
     """
-    from feeler.cli.choose import choose_planar, name_antennas
+    from feeler.cli.choose import _choose_planar, _name_antennas
     from feeler.wall import Posture, approach, map_distance
     from feeler.wall.following import measure_scale
 
@@ -71,8 +71,8 @@ def wall(
     said: dict[str, Any] = {"reading": reading, "prebend": prebend, "tip_heading": tip}
     posture = Posture(inter_antennal_angle=angle, friction=friction, hook_share=hook, **said)
     sweeps = {}
-    chosen = name_antennas(
-        antennas or ["exponential", "linear", "constant", "matched"], choose_planar
+    chosen = _name_antennas(
+        antennas or ["exponential", "linear", "constant", "matched"], _choose_planar
     )
     for name, antenna in chosen.items():
         last = measure_scale(antenna) * _FAR if far is None else far

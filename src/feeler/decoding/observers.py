@@ -14,12 +14,12 @@ from feeler.decoding.classifiers import (
     Labels,
     PrincipalComponents,
     Reader,
+    _list_classes,
     count_until,
-    list_classes,
     number_labels,
     sort_classes,
 )
-from feeler.decoding.transfer import find_temperature
+from feeler.decoding.transfer import _find_temperature
 from feeler.errors import InvalidInput
 from feeler.objects.noise import Noise, parse_noise
 from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
@@ -375,7 +375,7 @@ class StudentTClassifier(Reader):
             )
         self.confusion_ = np.zeros((len(self.classes_),) * 2, dtype=int)
         np.add.at(self.confusion_, (number[seen], squared[seen].argmin(axis=1)), 1)
-        self.temperature_ = find_temperature(self._score(squared[seen]), number[seen])
+        self.temperature_ = _find_temperature(self._score(squared[seen]), number[seen])
         self._limit(squared[seen].min(axis=1), likelier[seen])
         self.held_out_ = np.full(len(flat), np.nan)
         self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
@@ -452,7 +452,7 @@ class StudentTClassifier(Reader):
     ) -> "StudentTClassifier":
         """What :meth:`pack` gave; ``taught`` is the training set where it is kept elsewhere."""
         made = cls(**settings["parameters"])
-        made.classes_ = list_classes([_freeze_label(label) for label in settings["classes"]])
+        made.classes_ = _list_classes([_freeze_label(label) for label in settings["classes"]])
         made.shape_ = tuple(settings["shape"])
         made._means, made._round = arrays["means"], arrays["round"]
         made._components = PrincipalComponents(len(arrays["components"]))

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.special import logsumexp
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.classifiers import Labels, Reader, list_classes, sort_classes
+from feeler.decoding.classifiers import Labels, Reader, _list_classes, sort_classes
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
@@ -571,7 +571,7 @@ class StreamDecoder(Reader):
                 f" {n_sensors}."
             )
         self._check_lengths(n_sensors)
-        self.classes_, self.n_sensors_ = list_classes(classes), int(n_sensors)
+        self.classes_, self.n_sensors_ = _list_classes(classes), int(n_sensors)
         return self
 
     @property
@@ -793,7 +793,7 @@ class StreamDecoder(Reader):
         find_limits(None).check_bytes(
             2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
         )
-        self.classes_ = list_classes(labels)
+        self.classes_ = _list_classes(labels)
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
         self.n_sensors_, self.correlation_ = int(n_sensors), float(settings["correlation"])
         self._pack()

@@ -15,7 +15,7 @@ from feeler.decoding.classifiers import (
     Labels,
     PrincipalComponents,
     Reader,
-    compute_kept_variance,
+    _compute_kept_variance,
     read_labels,
 )
 from feeler.errors import InvalidInput
@@ -451,7 +451,7 @@ def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:
     first = model[0] if hasattr(model, "steps") else None
     if not isinstance(first, PrincipalComponents):
         return np.nan, np.nan
-    return float(first.explained_variance_ratio_.sum()), compute_kept_variance(
+    return float(first.explained_variance_ratio_.sum()), _compute_kept_variance(
         first, originals.reshape(len(originals), -1)
     )
 

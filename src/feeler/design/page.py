@@ -49,7 +49,7 @@ def write_design(
         "Stiffness (strokes: sensors) and damping of the best antenna of each start (colours) and"
         " of the reference (black; in space dashed: towards z), the damping ratios of the first"
         " modes, and the fewest missing bits during each search.",
-        lambda figure: plot_designs(found, figure),
+        lambda figure: _plot_designs(found, figure),
         height=4.6,
     )
     section.figure(
@@ -128,7 +128,7 @@ def _list_cells(one: Score, antenna: Antenna) -> list[object]:
     return [one.bits, one.bits_error, 100 * one.errors, one.peak, float(least)]
 
 
-def plot_designs(found: DesignOutcome, figure: Figure) -> None:
+def _plot_designs(found: DesignOutcome, figure: Figure) -> None:
     """Four panels; in space dashed what bends towards z."""
     axes = figure.subplots(2, 2).flat
     shown = [(found.plan.reference, "black", "reference")]

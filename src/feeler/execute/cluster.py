@@ -15,7 +15,7 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning, StoreError
-from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
+from feeler.execute.processes import OPENINGS, WorkerCrashed, _uninterrupted
 from feeler.validation import checked
 
 _PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
@@ -173,7 +173,7 @@ def _start_here(n: int) -> Any:
     _track_in_silence()
     for left in reversed(range(OPENINGS)):
         try:
-            with uninterrupted():  # Ctrl-C is this process's business
+            with _uninterrupted():  # Ctrl-C is this process's business
                 return LocalCluster(
                     n_workers=n, threads_per_worker=1, processes=True, dashboard_address=None
                 )

@@ -73,7 +73,7 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
     _CONTEXT.set_forkserver_preload(
         [*modules]
     )  # in place of the script, which is not to run there
-    with uninterrupted():
+    with _uninterrupted():
         forkserver.ensure_running()
 
 
@@ -276,7 +276,7 @@ def _explain_end(code: int | None) -> Exception:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def _uninterrupted() -> Iterator[None]:
     """What starts here never sees Ctrl-C, which a terminal sends to it too: the parent decides what
     is to end.
     """

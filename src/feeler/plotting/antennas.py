@@ -211,7 +211,7 @@ class SpaceScene:
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
 
 
-def add_space(figure: Figure, ax: Axes) -> Any:
+def _add_space(figure: Figure, ax: Axes) -> Any:
     """Axes in space in the place of flat ones."""
     place = ax.get_subplotspec()
     ax.remove()

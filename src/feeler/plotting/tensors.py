@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial, place
-from feeler.plotting.antennas import MovingAntenna, SpaceScene, add_space, make_patch
+from feeler.plotting.antennas import MovingAntenna, SpaceScene, _add_space, make_patch
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.style import BOTH_COLOURS, TENSOR_COLOURS, style
 from feeler.tensors.transforms import (
@@ -311,7 +311,7 @@ def write_touch_movie(
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
         scale = _choose_scale(*take_curvature(tensors))
-        left = add_space(figure, left) if antenna.spatial else left
+        left = _add_space(figure, left) if antenna.spatial else left
         view = _View(antenna, trial, tensors, scale, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
         left.set_title("" if trial is None else trial.label, fontsize=8)
@@ -341,7 +341,7 @@ def write_touches_movie(
         scale = _choose_scale(*map(take_curvature, sets))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
-            column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]
+            column[0] = _add_space(figure, column[0]) if antenna.spatial else column[0]
             views.append(_View(antenna, trial, tensors, scale, column))
             column[0].set_title(title, fontsize=9)
         for ax in axes[:, 1:].flat if not antenna.spatial else axes[1, 1:]:

@@ -8,7 +8,7 @@ from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from feeler.decoding.classifiers import number_labels
 from feeler.robot.decoder import RobotDecoder
-from feeler.robot.touches import list_lengths
+from feeler.robot.touches import _list_lengths
 
 _WINDOWS = (200, 400, 800)  # [C] ms after contact, of which the most accurate is taken
 _BIN = 20  # [C] ms that are averaged to one number
@@ -107,7 +107,7 @@ def make_board_decoder(decoder: RobotDecoder) -> BoardDecoder:
         window=window,
         accuracy=share,
         classes=[classes[k] for k in fitted.classes_],
-        lengths=list_lengths(decoder.antenna),
+        lengths=_list_lengths(decoder.antenna),
         onset=decoder.stream.onset,
         confirm=decoder.stream.confirm,
     )

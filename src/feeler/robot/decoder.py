@@ -27,14 +27,14 @@ from feeler.robot.classify import (
 )
 from feeler.robot.description import RobotFile, make_robot
 from feeler.robot.live import LiveTouch
-from feeler.robot.reality import choose_before, make_decoder
+from feeler.robot.reality import _choose_before, make_decoder
 from feeler.robot.recordings import Recording
 from feeler.robot.repair import repair
 from feeler.robot.sensors import (
     SensorCalibration,
+    _parse_calibration,
+    _write_calibration,
     load_calibration,
-    parse_calibration,
-    write_calibration,
 )
 from feeler.robot.surrogate import Gap, subtract_rest
 from feeler.robot.touches import Joints, make_touches
@@ -193,7 +193,7 @@ class RobotDecoder:
             "accuracy": self.accuracy,
             "calibration": None
             if self.calibration is None
-            else write_calibration(self.calibration),
+            else _write_calibration(self.calibration),
             "joints": list(self.joints),
         }
         for part, (found, said) in zip(_PARTS, packed, strict=True):
@@ -235,7 +235,7 @@ class RobotDecoder:
                 stream=stream,
                 before=int(said["before"]),
                 tolerance=dict(said["tolerance"]),
-                calibration=None if lines is None else parse_calibration(lines, str(path)),
+                calibration=None if lines is None else _parse_calibration(lines, str(path)),
                 joints=tuple(map(str, said["joints"])),
             )
         except (
@@ -342,7 +342,7 @@ def train_decoder(
         recipe=_describe_recipe(trials, robots, seed, gap, how),
         classifier=classifier,
         stream=stream,
-        before=choose_before(antenna, trials),
+        before=_choose_before(antenna, trials),
         tolerance=_measure_tolerance(classifier, seed),
         calibration=calibration,
         joints=joints,
@@ -386,7 +386,7 @@ def _measure_tolerance(classifier: StudentTClassifier, seed: int) -> dict[str, f
 # Decoders that were trained without a file's name are kept in the user's cache.
 
 
-def find_cache() -> Path:
+def _find_cache() -> Path:
     """The folder in which decoders are kept: ``FEELER_CACHE``, else ``feeler`` in
     ``XDG_CACHE_HOME`` or ``~/.cache``.
     """
@@ -406,7 +406,7 @@ def find_cached(
     """Where a decoder of this recipe is kept, whether it is there or not."""
     recipe = _describe_recipe(trials, robots, seed, Gap(), how)
     content = json.dumps(to_jsonable([antenna.to_plain(), recipe, _VERSION]), sort_keys=True)
-    return find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
+    return _find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
 
 
 def keep_cached(decoder: RobotDecoder, path: Path) -> bool:

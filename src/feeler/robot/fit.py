@@ -68,7 +68,7 @@ class RobotFit(Shown):
 
 
 @checked
-def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
+def _measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
     """Damped frequency and damping ratio of a free tip trace (time,).
 
     ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first
@@ -225,7 +225,7 @@ def fit_factors(
     if theory is None:
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
     theory = theory.replace(name=name)
-    target = measure_ringing(
+    target = _measure_ringing(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
     release = _find_release(recording)
@@ -240,7 +240,7 @@ def fit_factors(
         motion = simulate_release(antenna, *release, engine=engine, timestep=timestep)
         try:
             return (
-                measure_ringing(
+                _measure_ringing(
                     np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
                 ),
                 antenna,
@@ -248,7 +248,7 @@ def fit_factors(
         except InvalidInput:
             return None, antenna
 
-    start = solve_factors(target, theory)
+    start = _solve_factors(target, theory)
     factors = (
         _search_powell(ring, target, start)
         if method == "powell"
@@ -292,7 +292,7 @@ def compare_tips(
 
 
 @checked
-def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
+def _solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
     """Closed form of (p1, p2): the linear model's first mode rings as the target does.
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.

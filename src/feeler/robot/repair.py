@@ -29,7 +29,7 @@ _FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the med
 
 
 @checked
-def find_bad_channels(recording: Recording) -> dict[int, str]:
+def _find_bad_channels(recording: Recording) -> dict[int, str]:
     """Channels not to be trusted: hinge number → why.
 
     They are empty, dead (never change) or saturated (stuck at an end).
@@ -120,7 +120,7 @@ def _resample(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndar
 
 
 def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
-    bad = find_bad_channels(recording)
+    bad = _find_bad_channels(recording)
     if not bad:
         return recording
     words = "; ".join(f"hinge {number} is {why}" for number, why in bad.items())

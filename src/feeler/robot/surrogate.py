@@ -22,8 +22,8 @@ from feeler.robot.touches import (
     ROBOT_LEAD,
     ROBOT_LOCATIONS,
     ROBOT_SPEEDS,
+    _simulate_pairs,
     make_touches,
-    simulate_pairs,
 )
 from feeler.validation import Count, checked
 
@@ -116,7 +116,7 @@ class Gap(Record):
         return Gap(**{**values, "dropped": min(values["dropped"], 0.4)})
 
 
-def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
+def _draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
     """The same antenna with its mechanics drawn around the nominal.
 
     Shares are log-normal, so all stay positive.
@@ -136,7 +136,7 @@ def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenn
     )
 
 
-def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
+def _draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
     """The same touch as an experimenter would carry it out.
 
     Place, speed, size, direction and friction are drawn.
@@ -298,7 +298,7 @@ class Surrogate:
 
         They hold capacitance at uneven times and lack dropped samples.
         """
-        motions = simulate_pairs(self.carry_out(trials), **how)
+        motions = _simulate_pairs(self.carry_out(trials), **how)
         return [
             self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)
         ]
@@ -306,7 +306,7 @@ class Surrogate:
     def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:
         """The touches as they really happen to this robot, ready to be simulated."""
         return [
-            (self.antenna, self._shift(draw_trial(trial, self.gap, self.rng)))
+            (self.antenna, self._shift(_draw_trial(trial, self.gap, self.rng)))
             for trial in trials
         ]
 
@@ -367,7 +367,7 @@ def make_surrogate(
     Defaults are :func:`make_robot` and one :class:`Gap`.
     """
     gap = Gap() if gap is None else gap
-    antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
+    antenna = _draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
     sensing = _draw_sensing(gap, antenna.sensors.size, rng)
     return Surrogate(
         antenna=_add_mount(antenna, gap).replace(name=name),
@@ -419,6 +419,6 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 
 
 @checked
-def make_tip_touches(repeats: Count = 1) -> list[Trial]:
+def _make_tip_touches(repeats: Count = 1) -> list[Trial]:
     """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
     return make_touches(locations=ROBOT_LOCATIONS[-1:], speeds=ROBOT_SPEEDS) * repeats

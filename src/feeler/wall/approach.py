@@ -372,7 +372,7 @@ class Peak:
 
 
 @checked
-def compute_curvature(
+def _compute_curvature(
     antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]
 ) -> np.ndarray:
     """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile
@@ -392,7 +392,7 @@ def _check_hinges(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
 
 
 @checked
-def compute_smooth_curvature(
+def _compute_smooth_curvature(
     antenna: Antenna,
     angle: Annotated[np.ndarray, "... segment"],
     position: Annotated[np.ndarray, "point"],
@@ -406,11 +406,11 @@ def compute_smooth_curvature(
     """
     return (
         np.atleast_2d(_check_hinges(antenna, angle))
-        @ make_kernel(antenna, position, smoothing).T
+        @ _make_kernel(antenna, position, smoothing).T
     )
 
 
-def make_kernel(
+def _make_kernel(
     antenna: Antenna, position: np.ndarray, smoothing: float = _SMOOTHING
 ) -> np.ndarray:
     """What makes the smoothed curvature of hinge angles (point, segment) [1/mm]."""
@@ -446,15 +446,15 @@ def find_peak(
         raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(_METHODS)}.")
     angle = np.atleast_2d(_check_hinges(antenna, angle))
     if method == "hinge":
-        curve, place = compute_curvature(antenna, angle), antenna.hinge_position
+        curve, place = _compute_curvature(antenna, angle), antenna.hinge_position
     else:
         place = np.linspace(
             0.0, antenna.hinge_position[-1], max(2, round(antenna.length / _GRID))
         )
-        curve = compute_smooth_curvature(antenna, angle, place, smoothing)
+        curve = _compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)
-    position = place[best] if method == "hinge" else find_parabolic_peak(size, place)
+    position = place[best] if method == "hinge" else _find_parabolic_peak(size, place)
     faint = size[row, best] < _FAINTEST
     return Peak(
         position=np.where(faint, np.nan, position),
@@ -463,7 +463,7 @@ def find_peak(
     )
 
 
-def find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
+def _find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at
     the ends the sample.
     """

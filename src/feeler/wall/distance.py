@@ -95,7 +95,7 @@ class DistanceMap(Shown):
 
 
 @checked
-def fit_distance(
+def _fit_distance(
     distance: Annotated[np.ndarray, "step"],
     position: Annotated[np.ndarray, "step"],
     used: Annotated[np.ndarray, "step"],
@@ -237,7 +237,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     """
     peak = peak or find_sweep_peak(sweep, **options)
     used = _list_standing(sweep) & ~peak.at_base
-    found = fit_distance(
+    found = _fit_distance(
         sweep.distance,
         peak.position,
         used,
@@ -256,7 +256,7 @@ def _list_standing(sweep: Approach) -> np.ndarray:
 
 
 @checked
-def bootstrap_median(
+def _bootstrap_median(
     values: Annotated[np.ndarray, "setup"],
     rng: np.random.Generator,
     *,
@@ -407,7 +407,7 @@ def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict
     cases = list(cases)
     for name in dict.fromkeys(case.antenna for case in cases):
         r2 = np.array([case.map.r2 for case in cases if case.antenna == name])
-        median, low, high = bootstrap_median(r2, rng)
+        median, low, high = _bootstrap_median(r2, rng)
         known = r2[np.isfinite(r2)]
         table[name] = {
             "set_ups": r2.size,
