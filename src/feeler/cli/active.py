@@ -14,13 +14,13 @@ what is known so far and returns
 the speed. After Ctrl-C the same command goes on where it stopped.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, report_interrupt, say_json
-from feeler.errors import MissingDependencyError
+from feeler.cli.options import Json, report_interrupt, say, try_movie
 
 
 def active(
@@ -78,20 +78,13 @@ def active(
     if movie:
         observer = contest.make_observer(chosen, 0)
         for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
-            try:
-                films[name] = write_film(
-                    film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"
-                )
-            except MissingDependencyError as missing:
-                typer.echo(f"no movie: {missing}", err=True)
-                break
+            write = partial(write_film, film_policy(observer, parse_policy(name)))
+            film = try_movie(write, out / f"policy{number + 1}.mp4")
+            films |= {} if film is None else {name: film}
     often = "once" if copies == 1 else f"{copies} times"
     conditions = (
         f"{sets} sets of {contest.known} touches, each felt {often}, noise"
         f" {noise}. {describe_versions()}"
     )
     page = write_active(measured, contest, out, films, conditions)
-    if as_json:
-        say_json({**measured.to_dict(), "page": page})
-    else:
-        typer.echo(f"page: {page}")
+    say(as_json, {**measured.to_dict(), "page": page}, [f"page: {page}"])

@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, say_json
+from feeler.cli.options import Json, say
 from feeler.errors import InvalidInput
 
 
@@ -57,13 +57,8 @@ def animal(
     with ProgressBar("animals") as progress:
         study = study_animal(plan, progress=progress)
     names = write_animal_page(study, out)
-    if as_json:
-        say_json(
-            {"problems": study.problems, "missing": study.missing, "page": out / "animal.html"}
-        )
-    else:
-        for words in study.describe():
-            typer.echo(words)
+    plain = {"problems": study.problems, "missing": study.missing}
+    say(as_json, plain | {"page": out / "animal.html"}, study.describe())
     typer.echo(f"wrote {out}/{', '.join(names)}", err=True)
     if study.problems:
         raise typer.Exit(1)

@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, _describe_timesteps, say_json
+from feeler.cli.options import Json, _describe_timesteps, say
 
 
 def compare(
@@ -83,9 +83,7 @@ def compare(
         random_state=seed,
         report=lambda line: typer.echo(line, err=as_json),
     )
-    heading = ("", *data.names)
-    for title, *cells in [] if as_json else [heading, *data.list_rows()]:
-        typer.echo(f"{title:52}" + "".join(f"  {cell:>27}" for cell in cells))
+    rows = [("", *data.names), *data.list_rows()]
     ratios = ", ".join(f"{100 * ratio:g}" for ratio in effort.plan.ratios)
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, {_describe_timesteps(chosen)},"
@@ -97,7 +95,5 @@ def compare(
         f" {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
-    if as_json:
-        say_json({**data.to_plain(), "page": page})
-    else:
-        typer.echo(f"page: {page}")
+    lines = [f"{row[0]:52}" + "".join(f"  {cell:>27}" for cell in row[1:]) for row in rows]
+    say(as_json, {**data.to_plain(), "page": page}, [*lines, f"page: {page}"])

@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, _require_new, report_interrupt, say_json
+from feeler.cli.options import Json, _require_new, report_interrupt, say
 from feeler.files import write_text
 
 
@@ -100,15 +100,14 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
         f" {dict(task.seeds)}; timestep {task.timestep:g} ms. {describe_versions()}"
     )
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
-    if as_json:
-        say_json({**found.to_plain(), "antenna": out / "antenna.toml", "page": page})
-        return
-    typer.echo(
+    lines = [
         f"final draws: {100 * found.final.errors:.1f} % wrong, the reference"
         f" {100 * found.reference_final.errors:.1f} %: errors avoided {100 * fewer:.0f} ±"
-        f" {100 * error:.0f} %" + ("" if found.looks == 1 else f" (look number {found.looks})")
-    )
-    typer.echo(f"antenna: {out / 'antenna.toml'}\npage: {page}")
+        f" {100 * error:.0f} %" + ("" if found.looks == 1 else f" (look number {found.looks})"),
+        f"antenna: {out / 'antenna.toml'}",
+        f"page: {page}",
+    ]
+    say(as_json, {**found.to_plain(), "antenna": out / "antenna.toml", "page": page}, lines)
 
 
 class _Watcher:

@@ -10,12 +10,13 @@ Examples:
 """
 
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, say_json
+from feeler.cli.options import Json, say, try_movie
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
 
@@ -89,10 +90,7 @@ def follow(
                 **how,
             )
     words = _tell_lost(antenna, known) if run is None else _tell(antenna, run, oracle)
-    if as_json:
-        say_json(_make_plain(run, known))
-    else:
-        typer.echo("\n".join(words))
+    say(as_json, _make_plain(run, known), words)
     if out is not None:
         _save(out, antenna, run, known, words, movie)
 
@@ -165,7 +163,7 @@ def _tell(name: str, run: Any, oracle: bool) -> list[str]:
 
 def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: bool) -> None:
     """follow.html with its pictures and movie, follow.csv, map.csv and follow.json."""
-    from feeler.errors import MissingDependencyError
+
     from feeler.files import write_text
     from feeler.plotting.results import plot_maps
     from feeler.plotting.walls import FOLLOW_SLOWER, plot_run, write_run_movie
@@ -180,15 +178,10 @@ def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: b
         section.figure("run", caption, lambda figure: plot_run(run, figure), height=3.6)
         write_text(out / "follow.csv", run.to_frame().to_csv(index=False))
         files += ["run.png", "follow.csv"]
-    if run is not None and movie:
-        try:
-            path = write_run_movie(run, out / "follow.mp4")
-            section.movie(
-                path, f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature."
-            )
-            files.append(path.name)
-        except MissingDependencyError as missing:
-            typer.echo(f"no movie: {missing}", err=True)
+    write = None if run is None or not movie else partial(write_run_movie, run)
+    if write and (path := try_movie(write, out / "follow.mp4")):
+        section.movie(path, f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature.")
+        files.append(path.name)
     if known is not None:
         section.figure(
             "map",

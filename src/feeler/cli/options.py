@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass
 from importlib import import_module
@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, MissingDependencyError
 
 # What a verb says with ``--json``: the same numbers, and nothing beside them; what one says
 # that was interrupted, and of a file that is there already.
@@ -28,6 +28,24 @@ def say_json(value: object) -> None:
     from feeler.report.page import to_json
 
     typer.echo(json.dumps(to_json(value)))
+
+
+def say(as_json: bool, plain: object, lines: Iterable[str]) -> None:
+    """Print a result as JSON, or in words: a line each."""
+    if as_json:
+        say_json(plain)
+        return
+    for line in lines:
+        typer.echo(line)
+
+
+def try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
+    """The movie that was written, or None where the library for movies is missing, said so."""
+    try:
+        return write(path)
+    except MissingDependencyError as missing:
+        typer.echo(f"no movie: {missing}", err=True)
+        return None
 
 
 @contextmanager

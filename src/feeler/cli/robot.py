@@ -54,7 +54,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, _list_examples, say_json
+from feeler.cli.options import Json, Verbs, _list_examples, say
 from feeler.cli.robot_decoder import DecoderFile, _choose_decoder, train
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
@@ -144,15 +144,9 @@ def calibrate(
 
     calibration = load_calibration_table(table, curve=curve)
     save_calibration(calibration, out)
-    if as_json:
-        say_json(vars(calibration))
-        return
-    typer.echo(calibration.report())
-    for sentence in calibration.explain():
-        typer.echo(sentence)
-    typer.echo(
-        f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else "")
-    )
+    robot = f", robot {calibration.robot}" if calibration.robot else ""
+    lines = [calibration.report(), *calibration.explain(), f"saved to {out}{robot}"]
+    say(as_json, vars(calibration), lines)
 
 
 @app.command()
@@ -175,29 +169,18 @@ def check(
     """
     from feeler.cli.robot_pages import _write_recordings, describe_recording
 
-    read, names = (
-        Robot(antenna, joints).read(
-            recordings,
-            calibration,
-            outside,
-            gaps,
-            bad_channels,
-            unit=unit,
-            time_unit=time_unit,
-        ),
-        [path.name for path in recordings],
-    )
-    if as_json:
-        say_json([describe_recording(*pair) for pair in zip(names, read, strict=True)])
-    for name, recording in [] if as_json else zip(names, read, strict=True):
-        typer.echo(
-            f"{name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source"
-            f" {recording.source}"
-        )
-        for line in recording.history:
-            typer.echo(f"  {line}")
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
+    known = [
+        describe_recording(path.name, one) for path, one in zip(recordings, read, strict=True)
+    ]
+    words = "{file}: {channels} channels, {duration_ms:g} ms, source {source}".format
+    lines = [
+        line for one in known for line in (words(**one), *(f"  {w}" for w in one["history"]))
+    ]
+    say(as_json, known, lines)
     if out is not None:
-        typer.echo(f"page: {_write_recordings(out, names, read)}", err=True)
+        typer.echo(f"page: {_write_recordings(out, known, read)}", err=True)
 
 
 @app.command()
@@ -265,18 +248,8 @@ def fit(
         raise InvalidInput(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
-    read, how = (
-        robot.read(
-            [recording],
-            calibration,
-            "refuse",
-            "refuse",
-            bad_channels,
-            unit=unit,
-            time_unit=time_unit,
-        )[0],
-        tell(engine=engine, timestep=timestep),
-    )
+    units, how = {"unit": unit, "time_unit": time_unit}, tell(engine=engine, timestep=timestep)
+    read = robot.read([recording], calibration, "refuse", "refuse", bad_channels, **units)[0]
     theory = (
         {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
     )
@@ -286,19 +259,17 @@ def fit(
             f"page: {_write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
             err=True,
         )
-    if as_json:
-        say_json(_describe_fit(read, result))
-        return
-    for name, ringing in (("recording", result.target), ("model", result.reached)):
-        typer.echo(
-            f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio"
-            f" {ringing.damping_ratio:.4f}, a damped cosine explains {ringing.r_squared:.1%}"
-        )
-    typer.echo(
+    lines = [
+        f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio"
+        f" {ringing.damping_ratio:.4f}, a damped cosine explains {ringing.r_squared:.1%}"
+        for name, ringing in (("recording", result.target), ("model", result.reached))
+    ]
+    factors = (
         f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
         f" {result.error:.2g}, {result.n_evaluations} evaluations (source: {read.source}; the"
         " paper's robot: 1.19, 2.06, 0.0009)"
     )
+    say(as_json, _describe_fit(read, result), [*lines, factors])
 
 
 @app.command()
@@ -358,10 +329,8 @@ def classify(
         {"file": path.name, **answer.to_plain()}
         for path, answer in zip(recordings, answers, strict=True)
     ]
-    if as_json:
-        say_json(found)
-    for path, answer in [] if as_json else zip(recordings, answers, strict=True):
-        typer.echo(f"{path.name}: {answer}")
+    lines = [f"{path.name}: {one}" for path, one in zip(recordings, answers, strict=True)]
+    say(as_json, found, lines)
     if out is not None:
         from feeler.cli.robot_pages import _write_answers
 
@@ -401,14 +370,10 @@ def gap(
         for name, score in scores.items()
     }
     contacts = next(iter(scores.values())).total
-    if as_json:
-        say_json({"contacts": contacts, "robots": robots, "seed": seed, "shares": found})
-    for name, shares in [] if as_json else found.items():
-        value, low, high = shares["all"]
-        typer.echo(
-            f"{name:20} {value:5.0%} classified correctly ({low:.0%} to {high:.0%}); feature"
-            f" {shares['feature'][0]:.0%}"
-        )
+    words = "{:20} {:5.0%} classified correctly ({:.0%} to {:.0%}); feature {:.0%}".format
+    lines = [words(name, *one["all"], one["feature"][0]) for name, one in found.items()]
+    plain = {"contacts": contacts, "robots": robots, "seed": seed, "shares": found}
+    say(as_json, plain, lines)
     if out is not None:
         from feeler.cli.robot_pages import _write_gap
 

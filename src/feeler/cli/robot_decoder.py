@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, _require_new, say_json
+from feeler.cli.options import Json, _require_new, say
 from feeler.cli.robot_options import (
     Calibration,
     Engine,
@@ -100,14 +100,10 @@ def train(
     known |= {"confusion": decoder.classifier.confusion_.tolist()}
     if header is not None:
         known["header"] = _write_header(header, decoder)
-    if as_json:
-        say_json({**known, "classes": decoder.classes})
-        return
-    for line in decoder.describe():
-        typer.echo(line)
-    if header is not None:
-        typer.echo(f"C header    {known['header']['words']}")
-    typer.echo(f"wrote {out}; now: feeler robot classify touch.csv --decoder {out}")
+    lines = decoder.describe()
+    lines += [f"C header    {known['header']['words']}"] if header is not None else []
+    lines.append(f"wrote {out}; now: feeler robot classify touch.csv --decoder {out}")
+    say(as_json, {**known, "classes": decoder.classes}, lines)
 
 
 def _write_header(path: Path, decoder: Any) -> dict[str, Any]:

@@ -75,11 +75,13 @@ def _write_answers(
     )
 
 
-def _write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recording]) -> Path:
+def _write_recordings(
+    out: Path, rows: Sequence[Mapping[str, Any]], recordings: Sequence[Recording]
+) -> Path:
     """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong
     or was mended.
     """
-    rows = [describe_recording(name, one) for name, one in zip(names, recordings, strict=True)]
+    names = [row["file"] for row in rows]
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(names), 1, squeeze=False)[:, 0]

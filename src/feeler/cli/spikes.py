@@ -17,98 +17,94 @@ Examples:
 The fourth also writes spikes.nwb, whose table of units pynwb and pynapple read.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, say_adapted, say_json
+from feeler.cli.options import Json, say, say_adapted
 
 
-@dataclass(frozen=True, kw_only=True)
-class _SpikeOptions:
-    """What ``feeler spikes`` is told."""
-
+def spikes(
     touches: Annotated[
         Path | None,
         typer.Option(help="store or file of touches; default: one touch, simulated now"),
-    ] = None
-    feature: Annotated[str, typer.Option(help="object of the touch: ball, box, triangle …")] = (
-        "ball"
-    )
-    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53
+    ] = None,
+    feature: Annotated[
+        str, typer.Option(help="object of the touch: ball, box, triangle …")
+    ] = "ball",
+    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53,
     location: Annotated[
         float, typer.Option(help="place of the touch, fraction of the length")
-    ] = 0.7
-    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3
+    ] = 0.7,
+    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3,
     azimuth: Annotated[
         float,
         typer.Option(
             help="for an antenna in space: side from which it comes [degrees about it]"
         ),
-    ] = 0.0
-    side: Annotated[str, typer.Option(help="left or right")] = "left"
+    ] = 0.0,
+    side: Annotated[str, typer.Option(help="left or right")] = "left",
     contact: Annotated[
         str, typer.Option(help="smooth, hard or even; smooth:0.05 sets its time constant [ms]")
-    ] = "smooth"
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
+    ] = "smooth",
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     sensors: Annotated[
         int | None,
         typer.Option(min=1, help="places of sensilla, evenly; default: those of the sensors"),
-    ] = None
+    ] = None,
     gain: Annotated[
         float | None, typer.Option(help="stimulus per radian; default: see --rate")
-    ] = None
+    ] = None,
     rate: Annotated[
         float,
         typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain"),
-    ] = 400.0
+    ] = 400.0,
     recorded: Annotated[
         Path | None,
         typer.Option(
             help="your own spikes: a table (unit, time_s), an NWB file with units, or a folder of"
             " Phy or Kilosort; with --touches, beside the model's"
         ),
-    ] = None
+    ] = None,
     onsets: Annotated[
         Path | None,
         typer.Option(
             help="with --recorded: table with a column onset_s or onset_ms, when contact began;"
             " default: the trials of an NWB file, else the whole session"
         ),
-    ] = None
+    ] = None,
     time_unit: Annotated[
         str | None,
         typer.Option(help="with --recorded: s, ms or us, where the file does not say"),
-    ] = None
-    before: Annotated[float, typer.Option(help="with --recorded: ms before each onset")] = 50.0
-    after: Annotated[float, typer.Option(help="with --recorded: ms after each onset")] = 400.0
+    ] = None,
+    before: Annotated[float, typer.Option(help="with --recorded: ms before each onset")] = 50.0,
+    after: Annotated[float, typer.Option(help="with --recorded: ms after each onset")] = 400.0,
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
-    ] = 1
-    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = (
-        0.0
-    )
+    ] = 1,
+    refractory: Annotated[
+        float, typer.Option(help="refractory time after each spike [ms]")
+    ] = 0.0,
     spread: Annotated[
         float, typer.Option(help="standard deviation of the delay of a spike [ms]")
-    ] = 0.0
-    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0
-    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0,
+    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0,
     session_start: Annotated[
         str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")
-    ] = ""
-    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = ""
-    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes")
-    as_json: Json = False
-
-
-def spikes(said: _SpikeOptions) -> None:
+    ] = "",
+    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = "",
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes"),
+    as_json: Json = False,
+) -> None:
     """Simulate the spikes of sensilla during a touch.
 
     Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
+    said = SimpleNamespace(**locals())
     from feeler.cli.choose import _parse_start
     from feeler.errors import InvalidInput, require_extra
     from feeler.spikes import Firing, draw_spikes
@@ -143,7 +139,7 @@ def spikes(said: _SpikeOptions) -> None:
     _tell(said, drawn, float(population.gain[0]), files, note)
 
 
-def _make_touches(said: _SpikeOptions) -> Any:
+def _make_touches(said: SimpleNamespace) -> Any:
     """The touches of a file, or one made now."""
     from feeler.cli.choose import choose_antenna
     from feeler.experiments.tactile import touch
@@ -166,7 +162,7 @@ def _make_touches(said: _SpikeOptions) -> Any:
     return touch(antenna, trial, duration=float(round(duration)), contact=said.contact)
 
 
-def _place(said: _SpikeOptions, touches: Any) -> Any:
+def _place(said: SimpleNamespace, touches: Any) -> Any:
     """Sensilla on both sides, in space on four, with the gain that was given or found."""
     import numpy as np
 
@@ -181,7 +177,7 @@ def _place(said: _SpikeOptions, touches: Any) -> Any:
     return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
 
 
-def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: str) -> None:
+def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note: str) -> None:
     """The page, and what is said in the terminal."""
     import numpy as np
 
@@ -234,14 +230,11 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: 
         section.text(f"{note[0].upper()}{note[1:]}.")
     page = said.out / "spikes.html"
     write_page(page, "Spikes", "What the nerve of this antenna says of a touch.", section)
-    if said.as_json:
-        units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
-        say_json({**known, "unit": units, "page": page, "files": files})
-        return
-    typer.echo(
+    units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
+    lines = [
         f"{len(counts)} touch(es), {drawn.sizes['unit']} units: {counts.mean():.0f} spikes a touch,"
-        f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
-    )
-    if note:
-        typer.echo(note)
-    typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")
+        f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz",
+        *([note] if note else []),
+        f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}",
+    ]
+    say(said.as_json, {**known, "unit": units, "page": page, "files": files}, lines)

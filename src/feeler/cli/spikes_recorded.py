@@ -3,9 +3,8 @@
 from typing import Any
 
 import numpy as np
-import typer
 
-from feeler.cli.options import say_json
+from feeler.cli.options import say
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 
@@ -44,21 +43,21 @@ def _tell_recorded(said: Any) -> None:
             )
         save(drawn, said.out / "recorded.nc")
         files.append("recorded.nc")
-    if said.as_json:
-        plain: dict[str, Any] = {"trials": drawn.sizes["trial"], "onsets": words}
-        plain["units"] = table.to_dict("records")
-        if beside is not None:
-            plain["model"] = beside.to_dict("records")
-        say_json(plain | {"page": said.out / "recorded.html", "files": files})
-        return
-    typer.echo(
-        f"{said.recorded}: {len(table)} unit(s), {drawn.sizes['trial']} trial(s), {words}"
-    )
-    typer.echo(table.round(3).to_string(index=False))
+    plain: dict[str, Any] = {
+        "trials": drawn.sizes["trial"],
+        "onsets": words,
+        "units": table.to_dict("records"),
+    }
+    lines = [
+        f"{said.recorded}: {len(table)} unit(s), {drawn.sizes['trial']} trial(s), {words}",
+        table.round(3).to_string(index=False),
+    ]
     if beside is not None:
-        typer.echo("beside the model (van Rossum's distance, one spike more or less is 1):")
-        typer.echo(beside.round(3).to_string(index=False))
-    typer.echo(f"wrote {said.out}/{', '.join(files)}")
+        plain["model"] = beside.to_dict("records")
+        lines += ["beside the model (van Rossum's distance, one spike more or less is 1):"]
+        lines += [beside.round(3).to_string(index=False)]
+    plain |= {"page": said.out / "recorded.html", "files": files}
+    say(said.as_json, plain, [*lines, f"wrote {said.out}/{', '.join(files)}"])
 
 
 def _find_onsets(said: Any, trains: dict[str, np.ndarray]) -> tuple[Any, str]:

@@ -30,23 +30,20 @@ left_tip,right_tip,head,abdomen
 
 import json
 import warnings
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, _say_in_shell, list_options, say_json
+from feeler.cli.options import Json, _say_in_shell, list_options, say, say_json
 
 _SIDES = ("left", "right")
 
 
-@dataclass(frozen=True, kw_only=True)
-class _TrackOptions:
-    """What ``feeler tracks`` is told."""
-
+def tracks(
     files: Annotated[
         list[Path],
         typer.Argument(
@@ -55,19 +52,19 @@ class _TrackOptions:
                 " tables, Motive, TRex, idtracker.ai, FicTrac …, or NAME_x, NAME_y"
             )
         ),
-    ]
+    ],
     frame_rate: Annotated[
         float | None,
         typer.Option(
             help="frames per second, unless the file holds it or times (time_s, time_ms)"
         ),
-    ] = None
+    ] = None,
     origin: Annotated[
         str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")
-    ] = "top-left"
+    ] = "top-left",
     landmarks: Annotated[
         str, typer.Option(help="names of DLTdv's points in order, separated by commas")
-    ] = ""
+    ] = "",
     tips: Annotated[
         str,
         typer.Option(
@@ -76,34 +73,34 @@ class _TrackOptions:
                 " NAME, whose side is seen (NAME, is the left, ,NAME the right one)"
             )
         ),
-    ] = ""
+    ] = "",
     bases: Annotated[
         str,
         typer.Option(
             help="landmarks of the antennae's bases, left,right, or one; default: the head"
         ),
-    ] = ""
+    ] = "",
     body: Annotated[
         str, typer.Option(help="landmarks of head and abdomen, default head,abdomen")
-    ] = ""
+    ] = "",
     points: Annotated[
         str,
         typer.Option(
             help="landmarks along a flagellum, base to tip: its posture in place of speeds"
         ),
-    ] = ""
+    ] = "",
     min_likelihood: Annotated[
         float | None,
         typer.Option(
             help="positions less likely than this count as not seen; 0 takes all; default 0.6"
         ),
-    ] = None
-    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None
+    ] = None,
+    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None,
     plane: Annotated[
         str | None, typer.Option(help="for tracks in three dimensions: xy, xz, yz, or space")
-    ] = None
-    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1
-    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
+    ] = None,
+    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1,
+    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None,
     cutoff: Annotated[
         str,
         typer.Option(
@@ -112,13 +109,13 @@ class _TrackOptions:
                 " from each antenna's spectrum"
             )
         ),
-    ] = ""
+    ] = "",
     max_gap: Annotated[
         int | None,
         typer.Option(
             help="longest gap bridged by a cubic spline [frames], default 5; 0 bridges none"
         ),
-    ] = None
+    ] = None,
     outliers: Annotated[
         str,
         typer.Option(
@@ -127,7 +124,7 @@ class _TrackOptions:
                 " position"
             )
         ),
-    ] = ""
+    ] = "",
     contact: Annotated[
         str,
         typer.Option(
@@ -136,29 +133,29 @@ class _TrackOptions:
                 " region X,Y,X,Y,X,Y… [px, as in the film], or bend, with --points"
             )
         ),
-    ] = ""
+    ] = "",
     within: Annotated[
         float | None,
         typer.Option(
             help="with --contact: greatest distance that is contact [px; mm with --scale]; for"
             " bend: degrees beyond the median posture"
         ),
-    ] = None
+    ] = None,
     sheet: Annotated[
         Path | None,
         typer.Option(
             help="table (CSV) with columns file, animal and group: compares the groups"
         ),
-    ] = None
+    ] = None,
     length: Annotated[
         float | None, typer.Option(help="antenna length [mm], for the tip's lateral speed")
-    ] = None
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
             help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)"
         ),
-    ] = None
+    ] = None,
     session_start: Annotated[
         str,
         typer.Option(
@@ -166,17 +163,16 @@ class _TrackOptions:
                 "with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too"
             )
         ),
-    ] = ""
-    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = ""
-    as_json: Json = False
-
-
-def tracks(said: _TrackOptions) -> None:
+    ] = "",
+    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = "",
+    as_json: Json = False,
+) -> None:
     """Measure tracked antennae: speed, posture.
 
     Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
+    said = SimpleNamespace(**locals())
     from feeler.cli.tracks_pages import (
         _compare_animals,
         _read_sheet,
@@ -240,15 +236,12 @@ def tracks(said: _TrackOptions) -> None:
             "animals": groups.animals.to_dict("records"),
             **{name: getattr(groups, name) for name in ("test", "p", "difference")},
         }
-    if said.as_json:
-        say_json(found)
-    else:
-        typer.echo(_write_words(found))
+    say(said.as_json, found, _write_words(found))
     if said.out is not None:
         _save_pages(said.out, said.files, trials, result, found, touched)
 
 
-def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
+def _settle(said: SimpleNamespace, trials: list) -> dict[str, Any]:
     """The options that change a number, as given, else as kept in the files, else as by default."""
     import feeler
     from feeler.tracking.kinematics import MAX_GAP
@@ -289,7 +282,7 @@ def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
     }
 
 
-def _settle_tips(said: _TrackOptions, trials: list) -> tuple[str, str]:
+def _settle_tips(said: SimpleNamespace, trials: list) -> tuple[str, str]:
     """The left and the right tip; the side of a single one is that on which it mostly lies."""
     names = _split(said.tips) or ()
     if len(names) != 1:
@@ -303,7 +296,7 @@ def _settle_tips(said: _TrackOptions, trials: list) -> tuple[str, str]:
     return (name, "") if beside >= 0 else ("", name)
 
 
-def _settle_bases(said: _TrackOptions, trials: list) -> tuple[str, str]:
+def _settle_bases(said: SimpleNamespace, trials: list) -> tuple[str, str]:
     """The bases of the left and the right antenna; a single one is that of the single tip."""
     names = _split(said.bases) or ()
     if len(names) != 1 or len(_split(said.tips) or ()) != 1:
@@ -443,7 +436,7 @@ def _drop_nan(values: Any) -> list[float | None]:
     return [None if np.isnan(value) else float(value) for value in values]
 
 
-def _write_words(found: dict[str, Any]) -> str:
+def _write_words(found: dict[str, Any]) -> list[str]:
     """A row for each trial, with what was done to it below, and the mean over trials."""
     asked = [k for k, tip in enumerate(found["settings"]["tips"]) if tip]
     sides = [_SIDES[k] for k in asked]
@@ -467,7 +460,7 @@ def _write_words(found: dict[str, Any]) -> str:
         lines += [f"  {words}" for words in _list_rhythms(row)]
         lines += [f"  {words}" for words in _list_contacts(row)]
         lines += [f"  {words}" for words in _list_settings(row, found["settings"])]
-    return "\n".join([*lines, _write_mean(found), *list_groups(found)])
+    return [*lines, _write_mean(found), *list_groups(found)]
 
 
 def _list_rhythms(row: dict[str, Any]) -> list[str]:
@@ -590,7 +583,7 @@ def _write_mean(found: dict[str, Any]) -> str:
 
 
 def _save_poses(
-    said: _TrackOptions, trials: list, edges: list, settings: dict[str, Any]
+    said: SimpleNamespace, trials: list, edges: list, settings: dict[str, Any]
 ) -> None:
     """tracks.nwb: all landmarks of all trials."""
     from feeler.cli.choose import _parse_start
@@ -614,7 +607,7 @@ def _save_poses(
     typer.echo(f"wrote {said.out}/tracks.nwb", err=True)
 
 
-def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]) -> None:
+def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, Any]) -> None:
     """Say how a flagellum bends, and save it as netCDF."""
     from feeler.tracking import measure_posture
 
@@ -643,7 +636,7 @@ def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]
         say_json(found)
 
 
-def _say_touches(said: _TrackOptions, trials: list, found: list[dict[str, Any]]) -> None:
+def _say_touches(said: SimpleNamespace, trials: list, found: list[dict[str, Any]]) -> None:
     """When the flagellum touches, where that was asked."""
     from feeler.cli.tracks_pages import _save_contacts, list_contacts
 

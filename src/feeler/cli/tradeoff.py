@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, _describe_timesteps, say_json
+from feeler.cli.options import Json, _describe_timesteps, say
 
 
 def tradeoff(
@@ -83,13 +83,5 @@ def tradeoff(
         f" {study.sets} sets, seed {study.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, study, out, conditions)
-    if as_json:
-        say_json(
-            {
-                "antennas": {name: found.to_dict() for name, found in measured.items()},
-                "readers": reader,
-                "page": page,
-            }
-        )
-    else:
-        typer.echo(f"page: {page}")
+    plain = {"antennas": {name: found.to_dict() for name, found in measured.items()}}
+    say(as_json, plain | {"readers": reader, "page": page}, [f"page: {page}"])
