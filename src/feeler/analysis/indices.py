@@ -487,7 +487,16 @@ def _make_ssim(
     array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate"
 ) -> Block:
     """SSIM of two slices of a set."""
-    _check(array, data_range, border)
+    if border not in _BORDERS:
+        raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
+    if not data_range > 0:
+        raise InvalidInput(f"data_range must be > 0, got {data_range}.")
+    window = 2 * _RADIUS + 1
+    if border == "interior" and min(array.shape[1:]) < window:
+        raise InvalidInput(
+            f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
+            f" {window} window. Use border='replicate'."
+        )
     taps = _make_taps()
     c1, c2 = (_K1 * data_range) ** 2, (_K2 * data_range) ** 2
 
@@ -506,19 +515,6 @@ def _make_ssim(
 
 
 SSIM = Index(label="SSIM", make=_make_ssim)
-
-
-def _check(array: np.ndarray, data_range: float, border: str) -> None:
-    if border not in _BORDERS:
-        raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
-    if not data_range > 0:
-        raise InvalidInput(f"data_range must be > 0, got {data_range}.")
-    window = 2 * _RADIUS + 1
-    if border == "interior" and min(array.shape[1:]) < window:
-        raise InvalidInput(
-            f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
-            f" {window} window. Use border='replicate'."
-        )
 
 
 def _make_taps() -> np.ndarray:

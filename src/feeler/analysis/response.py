@@ -364,6 +364,8 @@ def measure_free_response(
         if fit
         else None
     )
+    # 1 − largest |deflection| from the end of the first cycle on.
+    later = np.abs(share[time >= time[0] + (2 * half)])
     return FreeResponse(
         overdamped=False,
         frequency=float(frequency),
@@ -373,7 +375,7 @@ def measure_free_response(
         fit_residual=cosine.residual if cosine else None,
         settle_10=settle[0],
         settle_5=settle[1],
-        rejected=_rejected(time, share, 2 * half),
+        rejected=float(1 - later.max()) if later.size else None,
         peak_time=float(times[0] - time[0]),
         peak=float(heights[0]),
         trough=float(heights[1]),
@@ -441,12 +443,6 @@ def _settle_time(time: np.ndarray, share: np.ndarray, level: float) -> float | N
     inside = np.sign(share[last]) * level
     part = (share[last] - inside) / (share[last] - share[last + 1])
     return float(time[last] + part * (time[last + 1] - time[last]) - time[0])
-
-
-def _rejected(time: np.ndarray, share: np.ndarray, period: float) -> float | None:
-    """1 − largest |deflection| from the end of the first cycle on."""
-    later = np.abs(share[time >= time[0] + period])
-    return float(1 - later.max()) if later.size else None
 
 
 # Strain at the surface: what a sensor on a side of the antenna feels.

@@ -226,11 +226,9 @@ def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
         if k >= held:
             break
     frames.close()
-    return None if last is None else _read_grey(last, height, width)
-
-
-def _read_grey(raw: bytes, height: int, width: int) -> np.ndarray:
-    return np.frombuffer(raw, np.uint8).reshape(height, width, 3).mean(axis=2)
+    if last is None:
+        return None
+    return np.frombuffer(last, np.uint8).reshape(height, width, 3).mean(axis=2)
 
 
 def _try_frame(study: Any, name: str, film: Film) -> np.ndarray | None:

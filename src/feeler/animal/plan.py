@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record, read_toml
@@ -181,14 +181,10 @@ def load_animal(path: str | Path) -> AnimalPlan:
     for table in content.values():
         for key in _FILES if isinstance(table, Mapping) else ():
             if key in table:
-                table[key] = _name_files(table[key])
+                # Files by animal, also from a list or a single one.
+                files = [table[key]] if isinstance(table[key], str) else table[key]
+                if isinstance(files, list):
+                    table[key] = {Path(str(one)).stem: one for one in files}
     return make_record(
         AnimalPlan, {**content, "folder": str(Path(path).parent)}, Path(path).name
     )
-
-
-def _name_files(files: Any) -> Any:
-    """Files by animal, also from a list or a single one."""
-    if isinstance(files, str):
-        files = [files]
-    return {Path(str(one)).stem: one for one in files} if isinstance(files, list) else files

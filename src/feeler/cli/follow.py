@@ -89,7 +89,14 @@ def follow(
                 oracle=oracle,
                 **how,
             )
-    words = _tell_lost(antenna, known) if run is None else _tell(antenna, run, oracle)
+    if run is None:
+        words = [
+            f"{antenna}: no map to steer by: {known.undefined}",
+            f"  it {known.bending}",
+            "  --oracle runs a body that is told the true distance",
+        ]
+    else:
+        words = _tell(antenna, run, oracle)
     say(as_json, _make_plain(run, known), words)
     if out is not None:
         _save(out, antenna, run, known, words, movie)
@@ -116,15 +123,6 @@ def _make_plain(run: Any, known: Any) -> dict[str, Any]:
         }
         units |= dict.fromkeys(lengths, "mm") | {"duration": "ms", "touching": "1"}
     return plain | {"units": units}
-
-
-def _tell_lost(name: str, known: Any) -> list[str]:
-    """Why there is nothing to steer by."""
-    return [
-        f"{name}: no map to steer by: {known.undefined}",
-        f"  it {known.bending}",
-        "  --oracle runs a body that is told the true distance",
-    ]
 
 
 def _tell(name: str, run: Any, oracle: bool) -> list[str]:

@@ -338,7 +338,9 @@ def _describe(
     files: list[Path], trials: list, result: Any, settings: dict[str, Any]
 ) -> dict[str, Any]:
     """All numbers, in degrees per second, and what they were measured with."""
-    group: Any = _get_group()
+    from feeler.cli.app import app
+
+    group: Any = typer.main.get_command(app)
     options = list_options(group, ["tracks"])
     rows = []
     for k, (file, trial) in enumerate(zip(files, trials, strict=True)):
@@ -424,12 +426,6 @@ def _describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
             "best_correlation": both.best_correlation,
         }
     return plain
-
-
-def _get_group() -> Any:
-    from feeler.cli.app import app
-
-    return typer.main.get_command(app)
 
 
 def _drop_nan(values: Any) -> list[float | None]:

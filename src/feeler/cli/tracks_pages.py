@@ -154,7 +154,12 @@ def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) ->
                 angle, speed = np.rad2deg(pair[k].angle), np.rad2deg(pair[k].speed) * 1e3
                 tip = trial.of(settings["tips"][k])
                 columns = trial.time, angle, speed, *tip.T[:2], _measure_phase(pair[k], trial)
-                marks = pair[k].is_bridged, _mark_contact(row, side, trial.n_frames)
+                # Whether (frame,) a side is in contact.
+                touching = np.zeros(trial.n_frames, dtype=bool)
+                for one in row.get("contacts", ()):
+                    if one["side"] == side:
+                        touching[one["first_frame"] : one["last_frame"] + 1] = True
+                marks = pair[k].is_bridged, touching
                 for n, values in enumerate(zip(*columns, strict=True)):
                     t, a, v, x, y, phase = (f"{value:.6g}" for value in values)
                     b, c = (int(mark[n]) for mark in marks)
@@ -170,15 +175,6 @@ def _measure_phase(sweeps: Any, trial: Any) -> np.ndarray:
     if not 0 < sweeps.frequency * 2 * trial.interval < 0.5:
         return np.full(trial.n_frames, np.nan)
     return np.rad2deg(measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase)
-
-
-def _mark_contact(row: dict[str, Any], side: str, n_frames: int) -> np.ndarray:
-    """Whether (frame,) a side is in contact."""
-    touching = np.zeros(n_frames, dtype=bool)
-    for one in row.get("contacts", ()):
-        if one["side"] == side:
-            touching[one["first_frame"] : one["last_frame"] + 1] = True
-    return touching
 
 
 # Contacts and groups, as the command line asks for them.

@@ -106,11 +106,10 @@ def _keep_objects(values: Sequence[Any]) -> np.ndarray:
 
 def _write_label(label: Any) -> Any:
     """A label of several parts as one text; any other as it is."""
-    return " ".join(_write(part) for part in label) if isinstance(label, tuple) else label
-
-
-def _write(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
+    if not isinstance(label, tuple):
+        return label
+    numbers = (float, np.floating)
+    return " ".join(f"{one:g}" if isinstance(one, numbers) else str(one) for one in label)
 
 
 # Principal components of few trials with many entries, exact.

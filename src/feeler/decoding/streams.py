@@ -410,7 +410,13 @@ class OnlineNoveltyDetector:
         """
         if since + 1 not in self.readers_:
             return None
-        reader, seen = self.readers_[since + 1], _bridge(tensor)[None, :, : since + 1]
+        # Each gap as a straight line; a channel without samples stays NaN.
+        bridged, time = tensor.copy(), np.arange(tensor.shape[1])
+        for row in bridged:
+            known = np.isfinite(row)
+            if known.any():
+                row[~known] = np.interp(time[~known], time[known], row[known])
+        reader, seen = self.readers_[since + 1], bridged[None, :, : since + 1]
         probability = dict(zip(reader.classes_, reader.predict_proba(seen)[0], strict=True))
         strange = float(reader.measure_strangeness(seen)[0]) / self.limit_
         return strange, np.array([probability.get(label, 0.0) for label in classes])
@@ -448,16 +454,6 @@ class OnlineNoveltyDetector:
             reader._training = means[:, :, :count], y, groups, cut
         made.readers_ = dict(sorted(made.readers_.items()))
         return made
-
-
-def _bridge(tensor: np.ndarray) -> np.ndarray:
-    """Each gap as a straight line; a channel without samples stays NaN."""
-    bridged, time = tensor.copy(), np.arange(tensor.shape[1])
-    for row in bridged:
-        known = np.isfinite(row)
-        if known.any():
-            row[~known] = np.interp(time[~known], time[known], row[known])
-    return bridged
 
 
 # Streaming decoder: after each sample, a posterior over classes or a "not sure yet".
@@ -637,7 +633,12 @@ class StreamDecoder(Reader):
         for touch, label in zip(X, y, strict=True):
             cut = self._cut(np.asarray(touch, dtype=float))
             if cut is not None and label in known:
-                evidence.append(self._accumulate(cut)[chosen])
+                # Evidence (window, class · lag) after each sample of a cut touch.
+                seen = cut[:, self.max_lag : self.max_lag + self.window].T
+                error = np.einsum(
+                    "tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_
+                )
+                evidence.append(np.cumsum(self.constant_at_ - error, axis=0)[chosen])
                 true.append(known.index(label))
         if not evidence:
             raise InvalidInput(
@@ -797,14 +798,6 @@ class StreamDecoder(Reader):
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
         self.n_sensors_, self.correlation_ = int(n_sensors), float(settings["correlation"])
         self._pack()
-
-    def _accumulate(self, cut: np.ndarray) -> np.ndarray:
-        """Evidence (window, class · lag) after each sample of a cut touch."""
-        seen = cut[:, self.max_lag : self.max_lag + self.window].T
-        error = np.einsum(
-            "tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_
-        )
-        return np.cumsum(self.constant_at_ - error, axis=0)
 
     def _pack(self) -> None:
         """Views over lags (slot, class · lag, sensor), so that a sample costs a few operations."""

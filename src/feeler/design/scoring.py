@@ -200,7 +200,16 @@ def _touch_classes(
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
     same trials, in space as :func:`feeler.tensors.transforms.stack_planes` puts its planes.
     """
-    scenes = _make_scenes(antenna, task, purpose, speed)
+    # The scene of every touch; where objects stand depends on the antenna's outline alone,
+    # and is kept.
+    even = np.ones_like(antenna.stiffness)
+    outline = antenna.replace(stiffness=even, damping=even, sensors=[1], name="")
+    contact = get_contact(None, antenna)
+    objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
+    scenes = [
+        Scene(antenna=antenna, objects=(item,), contact=contact, label=item.name)
+        for item in objects
+    ]
     step = scenes[0].contact.scale_timestep(task.timestep)
     clock = Clock(duration=task.duration, timestep=step)
     motions = expect_motions(run_scenes(scenes, clock, **options))
@@ -210,20 +219,6 @@ def _touch_classes(
     each, rows = task.train + task.test, len(antenna.planes) * antenna.sensors.size
     folded = angles.reshape(len(motions), -1, rows).swapaxes(1, 2)
     return folded.reshape(task.n_classes, each, *folded.shape[1:])
-
-
-def _make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float) -> list[Scene]:
-    """The scene of every touch; where objects stand depends on the antenna's outline alone, and is
-    kept.
-    """
-    even = np.ones_like(antenna.stiffness)
-    outline = antenna.replace(stiffness=even, damping=even, sensors=[1], name="")
-    contact = get_contact(None, antenna)
-    objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
-    return [
-        Scene(antenna=antenna, objects=(item,), contact=contact, label=item.name)
-        for item in objects
-    ]
 
 
 @lru_cache(maxsize=32)

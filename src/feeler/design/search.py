@@ -306,22 +306,20 @@ class Constraints(Record):
             own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["stiffest"] = _lack(self.stiffest * other.max(), own.max())
         if self.width is not None:
-            found["width"] = self._check_width(antenna)
+            # By how much the hinge that is hardest to cut misses the widths, of its best
+            # sheet.
+            assert self.width is not None
+            low, high = self.width
+            strip = self.stiffness_factor * self.modulus * np.array(self.sheets) ** 3
+            bent = _list_bending(antenna.stiffness)[..., None]
+            width = 12 * bent * self.hinge_length / strip
+            missed = np.maximum(np.log(low / width), 0) + np.maximum(np.log(width / high), 0)
+            found["width"] = float(missed.min(axis=-1).max())
         if self.thickness is not None:
             found["thickness"] = _lack(
                 _compute_diameter(antenna, self.modulus).min(), self.thickness
             )
         return found
-
-    def _check_width(self, antenna: Antenna) -> float:
-        """By how much the hinge that is hardest to cut misses the widths, of its best sheet."""
-        assert self.width is not None
-        low, high = self.width
-        strip = self.stiffness_factor * self.modulus * np.array(self.sheets) ** 3
-        bent = _list_bending(antenna.stiffness)[..., None]
-        width = 12 * bent * self.hinge_length / strip
-        missed = np.maximum(np.log(low / width), 0) + np.maximum(np.log(width / high), 0)
-        return float(missed.min(axis=-1).max())
 
     def check_peak(self, peak: float) -> float:
         """How far the peak angle is too great."""
@@ -436,7 +434,10 @@ class DesignProblem:
             cost = float(self.objective(design))
             fate = "simulated" if np.isfinite(cost) else "diverged"
             return Candidate(x=x, cost=cost if np.isfinite(cost) else 1e3 * FAR, fate=fate)
-        bits, bits_error, errors, peak = self._recall(x, design)
+        # Bits, their error, share of errors, and peak; a peak of ∞ where it diverged.
+        values, seconds = self.journal.get_or(lambda: self._measure(design), x)
+        self.seconds += seconds
+        bits, bits_error, errors, peak = np.array(values, dtype=float)
         if np.isinf(peak):
             return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
         over = self.constraints.check_peak(peak)
@@ -456,12 +457,6 @@ class DesignProblem:
     def measure_violation(self, design: Design) -> float:
         """How far the design breaks what is known before it is simulated."""
         return sum(self.constraints.check(design.antenna, self.space.reference).values())
-
-    def _recall(self, x: np.ndarray, design: Design) -> np.ndarray:
-        """Bits, their error, share of errors, and peak; a peak of ∞ where it diverged."""
-        values, seconds = self.journal.get_or(lambda: self._measure(design), x)
-        self.seconds += seconds
-        return np.array(values, dtype=float)
 
     def _measure(self, design: Design) -> tuple[np.ndarray, float]:
         """What the journal keeps: the four numbers, and the processor time [s] they took."""

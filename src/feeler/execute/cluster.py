@@ -170,7 +170,11 @@ def _start_here(n: int) -> Any:
 
     # processes set their own log up, which would show what they meet while they are closed
     dask.config.set({f"{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED": "critical"})
-    _track_in_silence()
+    # Python's tracker removes semaphores of processes that were ended, and need not tell of
+    # it.
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    resource_tracker.ensure_running()
+    sys.warnoptions.pop()
     for left in reversed(range(OPENINGS)):
         try:
             with _uninterrupted():  # Ctrl-C is this process's business
@@ -184,13 +188,6 @@ def _start_here(n: int) -> Any:
                     " have run out of memory: use fewer. What is finished is in the store."
                 ) from error
     raise AssertionError("unreachable")
-
-
-def _track_in_silence() -> None:
-    """Python's tracker removes semaphores of processes that were ended, and need not tell of it."""
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    resource_tracker.ensure_running()
-    sys.warnoptions.pop()
 
 
 @contextmanager

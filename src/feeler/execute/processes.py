@@ -146,7 +146,18 @@ class ProcessExecutor:
         self._tasks.discard(done)
         if done.cancelled() or not isinstance(done.exception(), BrokenProcessPool):
             self._breaks = 0
-            _pass_on(done, answer)
+            # Hand a worker's answer, or what became of the worker, to whoever waits for it.
+            from pebble import ProcessExpired
+
+            try:
+                good, value = pickle.loads(done.result())
+            except CancelledError as error:
+                good, value = False, error
+            except ProcessExpired as error:
+                good, value = False, _explain_end(error.exitcode)
+            except BaseException as error:
+                good, value = False, error
+            answer.set_result(value) if good else answer.set_exception(value)
         elif self._breaks >= OPENINGS:
             answer.set_exception(_explain_start())
         else:
@@ -235,21 +246,6 @@ def _find_ended(pool: "ProcessPool") -> set[int]:
     tasks = [*manager.task_manager.tasks.values()]
     begun = {task.worker_id for task in tasks if task.worker_id}
     return begun - {*manager.worker_manager.workers}
-
-
-def _pass_on(done: Future, answer: Future) -> None:
-    """Hand a worker's answer, or what became of the worker, to whoever waits for it."""
-    from pebble import ProcessExpired
-
-    try:
-        good, value = pickle.loads(done.result())
-    except CancelledError as error:
-        good, value = False, error
-    except ProcessExpired as error:
-        good, value = False, _explain_end(error.exitcode)
-    except BaseException as error:
-        good, value = False, error
-    answer.set_result(value) if good else answer.set_exception(value)
 
 
 def _explain_start() -> WorkerCrashed:

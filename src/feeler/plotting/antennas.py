@@ -286,17 +286,16 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
         "time": time[frames].round(2).tolist(),
         "points": reconstruct_posture(tensors, antenna).values[0][frames].round(3).tolist(),
         "bend": np.floor(bend / top * (_LEVELS - 1e-9)).astype(int).tolist(),
-        "colours": [mpl.colors.to_hex(c) for c in _sample_colours()],
+        "colours": [
+            mpl.colors.to_hex(c)
+            for c in mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))
+        ],
         "top": top,
         "lines": [line.round(3).tolist() for line in edges],
         "object": OBJECT_COLOUR,
         "shift": (placed.velocity * time[frames, None]).round(3).tolist(),
         "reach": float(antenna.length),
     }
-
-
-def _sample_colours() -> np.ndarray:
-    return mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))
 
 
 def _list_lines(

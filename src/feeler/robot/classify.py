@@ -303,33 +303,18 @@ def judge_recording(
     if until is not None:
         missing = f"{AFTER} ms after the first peak are needed; here {held}"
         missing += ", and no peak: the largest deflection stands for it" if early else ""
-    answer = _judge_touch(reader, tensor, recording.labels, until, missing)
-    gone = np.flatnonzero(~np.isfinite(values).any(axis=1)) + 1
-    without = tuple(map(int, gone)) if answer.label != NO_CONTACT else ()
-    mirrored = mirrored and answer.label != NO_CONTACT
-    return replace(answer, mirrored=mirrored, without=without), tensor
-
-
-def _judge_touch(
-    reader: StudentTClassifier,
-    tensor: np.ndarray,
-    notes: Mapping[str, str | float],
-    until: float | None = None,
-    missing: str = "",
-) -> Answer:
-    """The answer to one aligned tensor (sensor, time), of which the samples before ``until`` [ms]
-    count; ``notes`` are ``Recording.labels``.
-    """
+    # The answer to one aligned tensor (sensor, time), of which the samples before until
+    # [ms] count; notes are Recording.labels.
     probability = reader.predict_proba(tensor[None], until)[0]
     felt = bool(np.isfinite(probability).all())
     best = np.argsort(-probability, kind="stable")[:2]
     ranked = [reader.classes_[k] for k in best] if felt else [NO_CONTACT]
-    truth = {part: notes[part] for part in LABEL_PARTS if part in notes}
+    truth = {part: recording.labels[part] for part in LABEL_PARTS if part in recording.labels}
     known = any(
         all(_agree(label[LABEL_PARTS.index(p)], v) for p, v in truth.items())
         for label in reader.classes_
     )
-    return Answer(
+    answer = Answer(
         label=ranked[0],
         probability=float(probability[best[0]]) if felt else float("nan"),
         runner_up=ranked[1] if felt else None,
@@ -342,6 +327,10 @@ def _judge_touch(
         if felt
         else {},
     )
+    gone = np.flatnonzero(~np.isfinite(values).any(axis=1)) + 1
+    without = tuple(map(int, gone)) if answer.label != NO_CONTACT else ()
+    mirrored = mirrored and answer.label != NO_CONTACT
+    return replace(answer, mirrored=mirrored, without=without), tensor
 
 
 def name_notes(labels: Mapping[str, str | float]) -> str:

@@ -168,26 +168,19 @@ def make_robot(
     segment_length = np.append(
         np.full(n - 1, ROBOT_FACTS["spacing"].number), ROBOT_FACTS["last_link"].number
     )
+    # Mass (segment,) [g] of links of one areal density.
+    length, body_width, _ = ROBOT_FACTS["body"].numbers
+    link_area = segment_length * hinges.width
+    mount_area = max(length - segment_length.sum(), MOUNT) * body_width
     return Antenna(
         segment_length=segment_length,
-        segment_mass=_share_mass(mass, segment_length, hinges.width),
+        segment_mass=mass * link_area / (link_area.sum() + mount_area),
         radius=np.full(n, radius),
         stiffness=stiffness_factor * hinges.stiffness,
         damping=damping_factor * hinges.stiffness,
         sensors=np.arange(1, n + 1),
         name=name,
     )
-
-
-def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Mass (segment,) [g] of links of one areal density.
-
-    The mount takes the device's remaining length at full width.
-    """
-    length, body_width, _ = ROBOT_FACTS["body"].numbers
-    link_area = segment_length * width
-    mount_area = max(length - segment_length.sum(), MOUNT) * body_width
-    return mass * link_area / (link_area.sum() + mount_area)
 
 
 # Robot files: one TOML file describes a robotic antenna, its sensors and their calibration.

@@ -122,7 +122,15 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
         return basis @ np.linalg.lstsq(basis, tip, rcond=None)[0] - tip
 
     fits = []
-    for start in _guess_frequencies(time, tip):
+    # From the spectrum's peak (light damping) and the first extremes' spacing (heavy
+    # damping).
+    interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
+    spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
+    guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
+    extremes, _ = find_peaks(np.abs(away), prominence=0.05 * np.abs(away).max())
+    if extremes.size >= 2:
+        guesses.append(1 / (2 * (extremes[1] - extremes[0]) * interval))
+    for start in guesses:
         bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
         fits += [
             least_squares(residual, np.log([start, share * start]), bounds=bounds)
@@ -135,17 +143,6 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
         damping_ratio=float(decay / np.hypot(omega_d, decay)),
         r_squared=float(1 - 2 * best.cost / np.sum((tip - tip.mean()) ** 2)),
     )
-
-
-def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
-    """From the spectrum's peak (light damping) and the first extremes' spacing (heavy damping)."""
-    interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
-    spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
-    guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
-    extremes, _ = find_peaks(np.abs(away), prominence=0.05 * np.abs(away).max())
-    if extremes.size >= 2:
-        guesses.append(1 / (2 * (extremes[1] - extremes[0]) * interval))
-    return guesses
 
 
 @checked

@@ -338,7 +338,16 @@ def sweep_shots(
     scores = []
     for k in shots:
         parts = [_score_shots(training, touches, k, most) for touches in read]
-        scores.append(_pool(parts))
+        scores.append(
+            TransferScore(
+                correct={
+                    what: sum(one.correct[what] for one in parts) for what in parts[0].correct
+                },
+                total=sum(one.total for one in parts),
+                predicted=[label for one in parts for label in one.predicted],
+                true=[label for one in parts for label in one.true],
+            )
+        )
     return scores
 
 
@@ -350,17 +359,6 @@ def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> Tran
     joined = training.join(known) if k else training
     return score_transfer(
         TransferClassifier().fit(joined.values, joined.labels), tested.values, tested.labels
-    )
-
-
-def _pool(scores: Sequence[TransferScore]) -> TransferScore:
-    return TransferScore(
-        correct={
-            what: sum(score.correct[what] for score in scores) for what in scores[0].correct
-        },
-        total=sum(score.total for score in scores),
-        predicted=[label for score in scores for label in score.predicted],
-        true=[label for score in scores for label in score.true],
     )
 
 

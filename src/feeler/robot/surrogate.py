@@ -189,7 +189,10 @@ class Sensing:
                 f"the robot senses {len(self.base)} hinges, got angles of {len(angle)}."
             )
         seen = play(np.ascontiguousarray(angle, dtype=float), gap.hysteresis)
-        seen = seen + gap.crosstalk * _sum_neighbours(seen)
+        total = np.zeros_like(seen)
+        total[1:] += seen[:-1]
+        total[:-1] += seen[1:]
+        seen = seen + gap.crosstalk * total
         signal = seen * (1 + gap.bend * seen / _BEND_ANGLE)
         if not on_bench:
             signal = signal * self.gain[:, None]
@@ -252,13 +255,6 @@ def play(signal: np.ndarray, half_width: float) -> np.ndarray:
             y = min(max(y, x - half_width), x + half_width)
             moved[row, t] = y
     return moved
-
-
-def _sum_neighbours(signal: np.ndarray) -> np.ndarray:
-    total = np.zeros_like(signal)
-    total[1:] += signal[:-1]
-    total[:-1] += signal[1:]
-    return total
 
 
 # A surrogate robot: an independent model in the place of hardware that published no recordings.

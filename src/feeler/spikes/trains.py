@@ -87,7 +87,14 @@ def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0
     InvalidInput
         No rates, or negative ones.
     """
-    rates, time = _read_rates(touches)
+    # Rates (trial, time, unit) [Hz] and times [ms].
+    if "rate" not in touches:
+        raise InvalidInput("there are no rates; population.encode(touches) gives them.")
+    rated = in_unit(touches["rate"], "Hz").transpose("trial", "time", "unit")
+    rates = np.ascontiguousarray(rated, dtype=float)
+    if not np.all(rates >= 0):
+        raise InvalidInput("rates must be ≥ 0 Hz and finite; rectify them first.")
+    time = in_unit(touches["time"], "ms").values
     step = _find_step(time)
     begin, end = time[0] - step, time[-1]
     told = (firing.order, firing.refractory, firing.spread)
@@ -106,17 +113,6 @@ def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0
 
 def _doubt(why: str) -> None:
     warnings.warn(f"no unit fired in any trial: {why}", ModelValidityWarning, stacklevel=4)
-
-
-def _read_rates(touches: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Rates (trial, time, unit) [Hz] and times [ms]."""
-    if "rate" not in touches:
-        raise InvalidInput("there are no rates; population.encode(touches) gives them.")
-    rates = in_unit(touches["rate"], "Hz").transpose("trial", "time", "unit")
-    values = np.ascontiguousarray(rates, dtype=float)
-    if not np.all(values >= 0):
-        raise InvalidInput("rates must be ≥ 0 Hz and finite; rectify them first.")
-    return values, in_unit(touches["time"], "ms").values
 
 
 def _attach(
