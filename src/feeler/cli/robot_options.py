@@ -132,29 +132,37 @@ class Robot:
                 f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
             )
 
+    def load(self, path, lines: Any, outside: str, bad_channels: str, **units: Any) -> Any:
+        """A recording as angles; ``lines`` are the sensors' calibration."""
+        from feeler.cli.info import _name_instead
+        from feeler.robot import load_recording
+
+        try:
+            recording = load_recording(
+                path, **self.channels, bad_channels=bad_channels, **units
+            )
+        except InvalidInput as error:
+            raise _name_instead(path, "recording") or error from None
+        if self.decoder is not None:
+            self.decoder.check_robot(recording.robot, Path(path).name)
+        if recording.quantity == "angle":
+            return recording
+        if lines is None:
+            raise InvalidInput(
+                f"{path} holds {recording.quantity}: give --calibration, made by `feeler robot"
+                " calibrate`."
+            )
+        return recording.to_angles(lines, outside=outside)
+
     def read(
         self, paths, calibration, outside, gaps, bad_channels: str = "refuse", **units: Any
     ) -> list:
-        """Repaired angles of recordings that have as many channels as the antenna has sensors."""
-        from feeler.cli.info import _name_instead
-        from feeler.robot import load_recording, repair
+        """Recordings as angles, repaired."""
+        from feeler.robot import repair
 
         lines = self.load_lines(calibration)
-        read = []
-        for path in paths:
-            try:
-                recording = load_recording(
-                    path, **self.channels, bad_channels=bad_channels, **units
-                )
-            except InvalidInput as error:
-                raise _name_instead(path, "recording") or error from None
-            if self.decoder is not None:
-                self.decoder.check_robot(recording.robot, Path(path).name)
-            if recording.quantity != "angle":
-                lines = require(lines, path, recording.quantity)
-                recording = recording.to_angles(lines, outside=outside)
-            read.append(repair(recording, gaps=gaps, bad_channels=bad_channels))
-        return read
+        loaded = (self.load(path, lines, outside, bad_channels, **units) for path in paths)
+        return [repair(one, gaps=gaps, bad_channels=bad_channels) for one in loaded]
 
 
 def _split_names(text: str | None) -> tuple[str, ...]:
@@ -194,12 +202,3 @@ def _split(option: str, text: str | None) -> tuple[float, ...] | None:
         raise InvalidInput(
             f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}."
         ) from None
-
-
-def require(lines, path, quantity: str):
-    """A calibration, where one is needed."""
-    if lines is None:
-        raise InvalidInput(
-            f"{path} holds {quantity}: give --calibration, made by `feeler robot calibrate`."
-        )
-    return lines

@@ -1,6 +1,5 @@
 """What ``feeler tracks`` writes: page, table, figure, numbers; contacts; groups of animals."""
 
-import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ import typer
 
 from feeler.cli.tracks import _list_settings, _pair_counts, _write_mean, list_groups
 from feeler.errors import InvalidInput
-from feeler.files import write_text, writing
+from feeler.files import write_text
 
 _SIDES = ("left", "right")
 _HEADER = (
@@ -18,33 +17,6 @@ _HEADER = (
     *(f"{side} [°/s] (peaks)" for side in _SIDES),
     "frames bridged (left, right)",
     "frames missing (left, right)",
-)
-_COLUMNS = (
-    "trial",
-    "side",
-    "time_ms",
-    "angle_deg",
-    "speed_deg_per_s",
-    "frame",
-    "bridged",
-    "tip_x",
-    "tip_y",
-    "unit",
-    "phase_deg",
-    "contact",
-    "frame_rate",
-    "cutoff_hz",
-    "cutoff_choice",
-)
-_CONSTANT = (
-    "tip",
-    "base",
-    "head",
-    "abdomen",
-    "min_likelihood",
-    "max_gap",
-    "outliers",
-    "feeler",
 )
 
 
@@ -136,45 +108,51 @@ def _show(value: Any) -> str:
 
 def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) -> None:
     """A row for each trial, side and frame, with what it was measured with."""
-    settings = found["settings"]
-    head, abdomen = settings["body"]
-    bases = settings["bases"] or (head, head)
-    with writing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow((*_COLUMNS, *_CONSTANT))
-        for row, trial, pair in zip(found["trials"], trials, result.sweeps, strict=True):
-            for k, side in enumerate(_SIDES):
-                if not settings["tips"][k]:
-                    continue
-                same = {**settings, "tip": settings["tips"][k], "base": bases[k] or head}
-                same |= {"head": head, "abdomen": abdomen}
-                choice = settings["cutoff"] if isinstance(settings["cutoff"], str) else "given"
-                last = [f"{row['frame_rate']:g}", f"{row['cutoff'][k]:.6g}", choice]
-                last += [same[name] for name in _CONSTANT]
-                angle, speed = np.rad2deg(pair[k].angle), np.rad2deg(pair[k].speed) * 1e3
-                tip = trial.of(settings["tips"][k])
-                columns = trial.time, angle, speed, *tip.T[:2], _measure_phase(pair[k], trial)
-                # Whether (frame,) a side is in contact.
-                touching = np.zeros(trial.n_frames, dtype=bool)
-                for one in row.get("contacts", ()):
-                    if one["side"] == side:
-                        touching[one["first_frame"] : one["last_frame"] + 1] = True
-                marks = pair[k].is_bridged, touching
-                for n, values in enumerate(zip(*columns, strict=True)):
-                    t, a, v, x, y, phase = (f"{value:.6g}" for value in values)
-                    b, c = (int(mark[n]) for mark in marks)
-                    table.writerow(
-                        [row["file"], side, t, a, v, n, b, x, y, trial.unit, phase, c, *last]
-                    )
+    import pandas as pd
 
-
-def _measure_phase(sweeps: Any, trial: Any) -> np.ndarray:
-    """(frame,) [degrees], NaN without a rhythm."""
     from feeler.tracking import measure_rhythm
 
-    if not 0 < sweeps.frequency * 2 * trial.interval < 0.5:
-        return np.full(trial.n_frames, np.nan)
-    return np.rad2deg(measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase)
+    settings, tables = found["settings"], []
+    choice = settings["cutoff"] if isinstance(settings["cutoff"], str) else "given"
+    head, abdomen = settings["body"]
+    bases = settings["bases"] or (head, head)
+    shared = {name: settings[name] for name in ("min_likelihood", "max_gap", "outliers")}
+    for row, trial, pair in zip(found["trials"], trials, result.sweeps, strict=True):
+        for k, (side, sweeps) in enumerate(zip(_SIDES, pair, strict=True)):
+            if not settings["tips"][k]:
+                continue
+            tip = trial.of(settings["tips"][k])
+            touching = np.zeros(trial.n_frames, dtype=int)
+            for one in row.get("contacts", ()):
+                if one["side"] == side:
+                    touching[one["first_frame"] : one["last_frame"] + 1] = 1
+            phase = np.full(trial.n_frames, np.nan)
+            if 0 < sweeps.frequency * 2 * trial.interval < 0.5:
+                phase = measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase
+            columns = {
+                "trial": row["file"],
+                "side": side,
+                "time_ms": trial.time,
+                "angle_deg": np.rad2deg(sweeps.angle),
+                "speed_deg_per_s": np.rad2deg(sweeps.speed) * 1e3,
+                "frame": np.arange(trial.n_frames),
+                "bridged": sweeps.is_bridged.astype(int),
+                "tip_x": tip[:, 0],
+                "tip_y": tip[:, 1],
+                "unit": trial.unit,
+                "phase_deg": np.rad2deg(phase),
+                "contact": touching,
+                "frame_rate": row["frame_rate"],
+                "cutoff_hz": row["cutoff"][k],
+                "cutoff_choice": choice,
+                "tip": settings["tips"][k],
+                "base": bases[k] or head,
+                "head": head,
+                "abdomen": abdomen,
+            }
+            tables.append(pd.DataFrame(columns | shared | {"feeler": settings["feeler"]}))
+    table = pd.concat(tables).to_csv(index=False, float_format="%.6g", na_rep="nan")
+    write_text(path, table)
 
 
 # Contacts and groups, as the command line asks for them.
