@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from feeler.analysis import DampedCosine
 from feeler.antenna import compute_modes
 from feeler.errors import InvalidInput
 from feeler.robot import (
@@ -14,7 +15,7 @@ from feeler.robot import (
     make_robot,
     simulate_release,
 )
-from feeler.robot.fit import Ringing, _measure_ringing, _solve_factors
+from feeler.robot.fit import _measure_ringing, _solve_factors
 
 TIME = np.arange(2000.0)
 
@@ -54,9 +55,9 @@ def test_noise_moves_the_answer_little():
     ("tip", "message"),
     [
         (np.exp(-TIME / 100), "crosses rest"),
-        (np.zeros(TIME.size), "crosses rest 0 times"),
+        (np.zeros(TIME.size), "is constant at 0"),
         (_cosine(0.0004, 0.02), "two cycles"),
-        (np.where(TIME == 5, np.nan, TIME), "must be|is finite"),
+        (np.where(TIME == 5, np.nan, TIME), "1 missing samples|is finite|must be"),
     ],
 )
 def test_what_does_not_ring_is_refused(tip, message):
@@ -82,14 +83,19 @@ def test_factors_in_closed_form_are_those_that_give_the_mode(planted):
         1,
     )
     zeta = mode.damping_ratio[0]
-    target = Ringing(
-        frequency=mode.frequency[0] * np.sqrt(1 - zeta**2), damping_ratio=zeta, r_squared=1.0
+    target = DampedCosine(
+        frequency=mode.frequency[0] * np.sqrt(1 - zeta**2),
+        damping_ratio=zeta,
+        amplitude=1.0,
+        phase=0.0,
+        offset=0.0,
+        residual=0.0,
     )
     np.testing.assert_allclose(_solve_factors(target, theory), planted, rtol=1e-9)
 
 
 def test_uneven_time_is_refused():
-    with pytest.raises(InvalidInput, match="evenly spaced"):
+    with pytest.raises(InvalidInput, match="not evenly sampled"):
         _measure_ringing(TIME**1.1, _cosine(0.005, 0.05))
 
 

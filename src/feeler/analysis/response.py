@@ -185,6 +185,11 @@ class DampedCosine:
     offset: float
     residual: float
 
+    @property
+    def r_squared(self) -> float:
+        """Share of the trace's variance that the cosine explains."""
+        return 1 - self.residual**2
+
 
 @checked
 def _fit_damped_cosine(

@@ -155,14 +155,17 @@ def _write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarr
 
 
 def _describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
-    """What ``feeler robot fit`` says, as plain data."""
-    factors = {
-        name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")
-    }
+    """A fit's numbers."""
+    rings = {"recording": result.target, "model": result.reached}
     return {
-        **factors,
-        "recording": vars(result.target),
-        "model": vars(result.reached),
+        **{name: getattr(result, name) for name in ("stiffness_factor", "damping_factor")},
+        "error": result.error,
+        **{
+            name: {
+                key: getattr(ring, key) for key in ("frequency", "damping_ratio", "r_squared")
+            }
+            for name, ring in rings.items()
+        },
         "source": recording.source,
     }
 
