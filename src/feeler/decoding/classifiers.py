@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -95,6 +95,18 @@ def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
     """The number of each label among the classes (trial,)."""
     place = {name: number for number, name in enumerate(classes.tolist())}
     return np.array([place[label] for label in labels], dtype=int)
+
+
+def check_labels(tensors: Any, labels: Labels) -> None:
+    """Refuse labels that are not one for each tensor, or all of one class."""
+    if len(labels) != len(tensors):
+        raise InvalidInput(
+            f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
+        )
+    if len(set(labels)) < 2:
+        raise InvalidInput(
+            "only one class: nothing to discriminate. Give at least two classes."
+        )
 
 
 def _keep_objects(values: Sequence[Any]) -> np.ndarray:
@@ -340,12 +352,7 @@ class Reader(ClassifierMixin, BaseEstimator):
         classifier learns from are refused.
         """
         if isinstance(y, Sequence | np.ndarray) and np.ndim(X) == 3:
-            if len(y) != len(X):
-                raise InvalidInput(f"{len(X)} tensors but {len(y)} labels; give one for each.")
-            if len(set(y)) < 2:
-                raise InvalidInput(
-                    "only one class: nothing to discriminate. Give at least two classes."
-                )
+            check_labels(X, y)
         self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Reader] = {}
         self.shape_ = _get_shape(self._taught[0])
@@ -426,18 +433,9 @@ def count_until(tensors: Any, until: float) -> int:
     return count
 
 
-class _Fitted(Protocol):
-    """What can be asked: a fitted :class:`Reader`, or one like it."""
-
-    classes_: Any
-
-    def predict_proba(self, tensors: Any, until: float | None = None, /) -> Any:
-        """Probability of each class, by a deadline [ms since contact]."""
-
-
 @checked
 def measure_reader(
-    reader: _Fitted, tensors: Any, labels: Labels, until: float | None = None
+    reader: Any, tensors: Any, labels: Labels, until: float | None = None
 ) -> tuple[float, float]:
     """Accuracy of a fitted reader, and the bits that it gets from touches with known labels.
 

@@ -10,7 +10,7 @@ import numpy as np
 from sklearn.base import clone
 from sklearn.model_selection import train_test_split
 
-from feeler.decoding.classifiers import Reader
+from feeler.decoding.classifiers import Reader, check_labels
 from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.tensors.models import Model, load_model, save_model
 from feeler.tensors.transforms import find_scale
@@ -202,14 +202,7 @@ class TouchNetwork(Reader):
         return found.reshape(-1, 1, *self.shape_)
 
     def _check(self, images: np.ndarray, y: np.ndarray) -> None:
-        if y.shape != (len(images),):
-            raise InvalidInput(
-                f"{len(images)} tensors but labels of shape {y.shape}; give one label per tensor."
-            )
-        if np.unique(y).size < 2:
-            raise InvalidInput(
-                "only one class: nothing to discriminate. Give at least two classes."
-            )
+        check_labels(images, y.tolist())
         least = _KERNEL - 2 * _PADDING + _POOL - 1
         if min(self.shape_) < least:
             raise InvalidInput(

@@ -15,6 +15,7 @@ from feeler.decoding.classifiers import (
     PrincipalComponents,
     Reader,
     _list_classes,
+    check_labels,
     count_until,
     number_labels,
     sort_classes,
@@ -69,14 +70,7 @@ class _Told(Reader):
         """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
         tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
         labels[:] = list(y)
-        if len(labels) != len(tensors):
-            raise InvalidInput(
-                f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
-            )
-        if len(set(labels)) < 2:
-            raise InvalidInput(
-                "only one class: nothing to discriminate. Give at least two classes."
-            )
+        check_labels(tensors, y)
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sort_classes(labels)

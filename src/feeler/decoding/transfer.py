@@ -178,8 +178,6 @@ class TransferClassifier(Reader):
         """Train on tensors (trial, sensor, time); several of them may share a label."""
         X = _check_tensors(X)
         self._keep(X, y)
-        if len(y) != len(X):
-            raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
         self.classes_ = sort_classes(y)
         number = number_labels(y, self.classes_)
         unit = find_scale(X)  # single precision spans fewer decades

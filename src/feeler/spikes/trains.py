@@ -9,7 +9,14 @@ import xarray as xr
 from scipy.special import logsumexp, softmax
 
 from feeler.analysis.indices import check_tensors
-from feeler.decoding.classifiers import Labels, Reader, count_until, make_lda, sort_classes
+from feeler.decoding.classifiers import (
+    Labels,
+    Reader,
+    check_labels,
+    count_until,
+    make_lda,
+    sort_classes,
+)
 from feeler.decoding.observers import warn_of_copies
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Ge, Record, Registry, Unit, freeze
@@ -460,8 +467,7 @@ class PoissonReader(Reader):
         Warns where several of one label look like drawn spikes: of these it is not ideal.
         """
         rates = _check_rasters(X)
-        if len(rates) != len(y) or len({*y}) < 2:
-            raise InvalidInput(f"{len(rates)} touches, {len(y)} labels; give one each, of two.")
+        check_labels(rates, y)
         if not (self.step > 0 and self.floor >= 0):
             raise InvalidInput(
                 f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."
