@@ -98,10 +98,10 @@ def test_degrees_for_radians_and_other_units_than_the_calibration_s_are_refused(
 
 @pytest.fixture(scope="module")
 def trained():
-    """A decoder and a classifier of the same lessons, and touches of robots that are in neither."""
-    lessons = draw_training_set(trials=TRIALS, robots=8)
-    decoder = lessons.watch(make_decoder(trials=TRIALS))
-    classifier = make_classifier(lessons=lessons)
+    """A decoder and a classifier of one training set, and touches of robots outside it."""
+    training = draw_training_set(trials=TRIALS, robots=8)
+    decoder = training.watch(make_decoder(trials=TRIALS))
+    classifier = make_classifier(training=training)
     return decoder, classifier, touch_robots(draw_robots(1.0, 2, 5), trials=TRIALS)
 
 
@@ -154,8 +154,8 @@ def test_a_board_that_begins_anew_begins_a_new_touch(trained):
 def run(trained, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     decoder, classifier, _ = trained
-    lessons = type("TrainingSet", (), {"watch": lambda self, one: one})()
-    monkeypatch.setattr(feeler.robot, "draw_training_set", lambda *_, **__: lessons)
+    training = type("TrainingSet", (), {"watch": lambda self, one: one})()
+    monkeypatch.setattr(feeler.robot, "draw_training_set", lambda *_, **__: training)
     monkeypatch.setattr(feeler.robot, "make_decoder", lambda *_, **__: decoder)
     monkeypatch.setattr(feeler.robot, "make_classifier", lambda **_: classifier)
 

@@ -75,7 +75,7 @@ def follow(
         "engine": engine,
         "timestep": timestep,
     }
-    known = None if oracle else calibrate(chosen, **how)
+    known: Any = None if oracle else calibrate(chosen, **how)
     run = None
     if known is None or not known.undefined:
         given = {} if target is None else {"target": target}

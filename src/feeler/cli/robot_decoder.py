@@ -100,10 +100,10 @@ def train(
     known |= {"confusion": decoder.classifier.confusion_.tolist()}
     if header is not None:
         known["header"] = _write_header(header, decoder)
-    lines = decoder.describe()
-    lines += [f"C header    {known['header']['words']}"] if header is not None else []
-    lines.append(f"wrote {out}; now: feeler robot classify touch.csv --decoder {out}")
-    say(as_json, {**known, "classes": decoder.classes}, lines)
+    words = decoder.describe()
+    words += [f"C header    {known['header']['words']}"] if header is not None else []
+    words.append(f"wrote {out}; now: feeler robot classify touch.csv --decoder {out}")
+    say(as_json, {**known, "classes": decoder.classes}, words)
 
 
 def _write_header(path: Path, decoder: Any) -> dict[str, Any]:

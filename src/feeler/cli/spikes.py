@@ -125,17 +125,17 @@ def spikes(
     for name in files:
         if (said.out / name).exists():
             raise InvalidInput(f"{said.out / name} exists already. Choose another --out.")
-    touches = _make_touches(said)
-    if said.show >= touches.sizes["trial"]:
-        raise InvalidInput(f"--show is below {touches.sizes['trial']}, the number of touches.")
+    felt = _make_touches(said)
+    if said.show >= felt.sizes["trial"]:
+        raise InvalidInput(f"--show is below {felt.sizes['trial']}, the number of touches.")
     firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
-    population = _place(said, touches)
-    drawn = draw_spikes(population.encode(touches), firing, seed=said.seed)
+    population = _place(said, felt)
+    drawn = draw_spikes(population.encode(felt), firing, seed=said.seed)
     save(drawn, said.out / "spikes.nc")
     if start:
         save(drawn, said.out / "spikes.nwb", session_start=start, identifier=said.identifier)
     made_now = said.touches is None and said.contact == "smooth"
-    note = say_adapted(touches) if made_now else ""
+    note = say_adapted(felt) if made_now else ""
     _tell(said, drawn, float(population.gain[0]), files, note)
 
 

@@ -197,11 +197,11 @@ def tracks(
         trials = [trial.scaled(said.scale) for trial in trials]
     settings = _settle(said, trials)
     head, abdomen = settings["body"]
-    tips, bases = settings["tips"], settings["bases"]
+    ends, stalks = settings["tips"], settings["bases"]
     if not said.points:
-        _check_tips(tips, trials)
+        _check_tips(ends, trials)
     if said.session_start:
-        joined = zip(bases or (head, head), tips, strict=True)
+        joined = zip(stalks or (head, head), ends, strict=True)
         edges = [*((base, tip) for base, tip in joined if tip), (head, abdomen)]
         _save_poses(said, trials, list(pairwise(_split(said.points) or ())) or edges, settings)
     if said.points:
@@ -217,12 +217,12 @@ def tracks(
             cutoff=_scale_cutoff(settings["cutoff"]),
             max_gap=settings["max_gap"],
             outliers=settings["outliers"],
-            landmarks={"tips": tips, "bases": bases, "head": head, "abdomen": abdomen},
+            landmarks={"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen},
         )
     found = _describe(said.files, trials, result, settings)
     ends = [
         (side, [base or head, tip])
-        for side, base, tip in zip(_SIDES, bases or (head, head), tips, strict=True)
+        for side, base, tip in zip(_SIDES, stalks or (head, head), ends, strict=True)
         if tip
     ]
     touched = list_contacts(said, trials, ends)

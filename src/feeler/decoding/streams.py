@@ -379,7 +379,7 @@ class OnlineNoveltyDetector:
         X: np.ndarray,
         y: Labels,
         groups: Sequence[int],
-        strangers: Others | None = None,
+        unknown: Others | None = None,
         most: int = _MOMENTS_WATCH[-1],
     ) -> "OnlineNoveltyDetector":
         """Learn from tensors (trial, sensor, window) that begin with contact. No moment lies later
@@ -394,7 +394,7 @@ class OnlineNoveltyDetector:
         self.readers_ = {}
         for moment in moments:
             reader = StudentTClassifier(alarm=self.alarm)
-            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, strangers)
+            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, unknown)
         held = np.array([reader.held_out_ for reader in self.readers_.values()]).max(axis=0)
         self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
         return self
@@ -662,7 +662,7 @@ class StreamDecoder(Reader):
         X: Sequence[np.ndarray],
         y: Labels,
         groups: Sequence[int],
-        strangers: tuple[Sequence[np.ndarray], Sequence[Hashable]] | None = None,
+        unknown: tuple[Sequence[np.ndarray], Sequence[Hashable]] | None = None,
         alarm: float = 0.05,
     ) -> "StreamDecoder":
         """Learn to say while a touch goes on that it is unlike any of these, as
@@ -674,15 +674,15 @@ class StreamDecoder(Reader):
         ----------
         X, y, groups
             Touches (sensor, time), their labels, and whose touches they are (a robot's, say).
-        strangers
+        unknown
             Touches that are not to be known, and what each shares with others.
         """
         self._require()
         values, kept, most = self._cut_all(X)
         shown = None
-        if strangers is not None:
-            others, felt, _ = self._cut_all(strangers[0])
-            shown = others, [strangers[1][k] for k in felt]
+        if unknown is not None:
+            others, felt, _ = self._cut_all(unknown[0])
+            shown = others, [unknown[1][k] for k in felt]
         labels, owners = [y[k] for k in kept], [groups[k] for k in kept]
         self.watch_ = OnlineNoveltyDetector(alarm).fit(values, labels, owners, shown, most)
         return self

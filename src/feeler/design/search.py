@@ -282,6 +282,7 @@ class Constraints(Record):
         it holds.
         """
         found = {}
+        own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
         if self.damping_ratio is not None or self.damping_share is not None:
             ratio = compute_modes(antenna, self.modes).damping_ratio
             if self.damping_ratio is not None:
@@ -294,16 +295,13 @@ class Constraints(Record):
         if self.mass is not None:
             found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
         if self.compliance is not None:
-            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             share = np.sum(1 / own) / np.sum(1 / other)
             found["compliance"] = _lack(share, self.compliance[0]) + _lack(
                 self.compliance[1], share
             )
         if self.softest is not None:
-            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["softest"] = _lack(own.min(), self.softest * other.min())
         if self.stiffest is not None:
-            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["stiffest"] = _lack(self.stiffest * other.max(), own.max())
         if self.width is not None:
             # By how much the hinge that is hardest to cut misses the widths, of its best

@@ -6,9 +6,9 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.objects import Trial
 from feeler.progress import Advance
 from feeler.provenance import PHYSICS, find_version, to_jsonable
+from feeler.records import Gt
 from feeler.robot.classify import (
     Answer,
     draw_training_set,
@@ -291,7 +292,7 @@ def train_decoder(
     *,
     robots: Count = 24,
     seed: Seed = 0,
-    noise: float | None = None,
+    noise: Annotated[float, Gt(0)] | None = None,
     calibration: SensorCalibration | None = None,
     joints: Joints = (),
     name: str = "",
@@ -328,14 +329,12 @@ def train_decoder(
         if calibration is None and robot.calibration is not None:
             calibration = load_calibration(robot.calibration)
         joints = joints or robot.sensors.joints
-    if noise is not None and not noise > 0:
-        raise InvalidInput(f"noise must be > 0 rad, got {noise:g}.")
     gap = Gap() if noise is None else Gap(noise=noise)
-    lessons = draw_training_set(
+    training = draw_training_set(
         antenna, trials, robots=robots, seed=seed, gap=gap, progress=progress, **how
     )
-    classifier = make_classifier(lessons=lessons)
-    stream = lessons.watch(make_decoder(antenna, trials, seed=seed, **how))
+    classifier = make_classifier(training=training)
+    stream = training.watch(make_decoder(antenna, trials, seed=seed, **how))
     return RobotDecoder(
         robot=name or antenna.name,
         antenna=antenna,
@@ -420,16 +419,3 @@ def keep_cached(decoder: RobotDecoder, path: Path) -> bool:
     except (OSError, InvalidInput):
         return False
     return True
-
-
-def with_robot(
-    decoder: RobotDecoder,
-    calibration: SensorCalibration | None,
-    joints: Joints = (),
-) -> RobotDecoder:
-    """The same decoder with another calibration or other joints, where they are given."""
-    return replace(
-        decoder,
-        calibration=calibration or decoder.calibration,
-        joints=joints or decoder.joints,
-    )

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.files import make_record, read_start, read_toml, writing
 from feeler.records import DType, Ge, Gt, Le, Record, Unit, freeze
 from feeler.robot.sensors import MAX_HINGES
-from feeler.validation import Count, checked
+from feeler.validation import checked
 
 # The robotic antenna's hinges: geometry, theoretical stiffness, numbers with their sources.
 
@@ -375,7 +375,12 @@ class RobotFile(Record):
 
 
 @checked
-def write_robot(path: str | os.PathLike, n_hinges: Count, *, moulded: bool = False) -> None:
+def write_robot(
+    path: str | os.PathLike,
+    n_hinges: Annotated[int, Ge(1), Le(MAX_HINGES)],
+    *,
+    moulded: bool = False,
+) -> None:
     """Write a commented robot file to be edited.
 
     Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C]. ``moulded``: one
@@ -389,8 +394,6 @@ def write_robot(path: str | os.PathLike, n_hinges: Count, *, moulded: bool = Fal
     path = Path(path)
     if path.exists():
         raise InvalidInput(f"{path} exists already. Choose another name.")
-    if n_hinges > MAX_HINGES:
-        raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got {n_hinges}.")
     text = (_HEAD + (_MOULDED if moulded else _HINGED) + _TAIL).format(
         file=path.name,
         width=[round(width, 2) for width in np.linspace(12.0, 4.0, n_hinges).tolist()],

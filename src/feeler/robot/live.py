@@ -123,7 +123,7 @@ class LiveTouch:
     ----------
     decoder, classifier
         What :meth:`feeler.robot.TrainingSet.watch` and :func:`feeler.robot.make_classifier`
-        give for the same lessons.
+        give for the same training.
     before
         Samples before the peak, as in :func:`the training has them`.
     labels

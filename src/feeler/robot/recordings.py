@@ -13,7 +13,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.files import writing
 from feeler.objects import load_objects
-from feeler.records import ALLOW_NAN, Choice, Record
+from feeler.records import ALLOW_NAN, Choice, Ge, Le, Record
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.sensors import (
     ANGLE_UNITS,
@@ -465,10 +465,10 @@ def _read_labels(table: Table) -> dict[str, str | float]:
 
 
 @checked
-def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
+def save_recording(
+    recording: Recording, path: str | os.PathLike, *, digits: Annotated[int, Ge(1), Le(17)] = 6
+) -> None:
     """Write a recording as CSV that :func:`load_recording` reads with the same data and labels."""
-    if not 1 <= digits <= 17:
-        raise InvalidInput(f"digits must be 1 to 17, got {digits}.")
     unit = recording.unit
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(

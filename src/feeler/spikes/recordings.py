@@ -20,7 +20,7 @@ from scipy.special import xlogy
 
 from feeler.errors import InvalidInput
 from feeler.files import read_start, read_text
-from feeler.records import Gt, Shown
+from feeler.records import Choice, Gt, Shown
 from feeler.sandbox import open_guarded
 from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, _encode_touch, _find_step
 from feeler.spikes.trains import attach_trains, count_spikes
@@ -45,7 +45,9 @@ _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
 
 @checked
-def read_trains(path: str | os.PathLike, *, unit: str | None = None) -> dict[str, np.ndarray]:
+def read_trains(
+    path: str | os.PathLike, *, unit: Annotated[str, Choice(_MS)] | None = None
+) -> dict[str, np.ndarray]:
     """Trains of a recording, by unit: times [ms] on the session's clock, rising.
 
     Parameters
@@ -65,8 +67,6 @@ def read_trains(path: str | os.PathLike, *, unit: str | None = None) -> dict[str
         None of these, no unit where it is needed, one that the column contradicts, or intervals
         that no nerve fibre has, as where seconds pass for ms.
     """
-    if unit is not None and unit not in _MS:
-        raise InvalidInput(f"unknown unit {unit!r}; valid: {', '.join(_MS)}.")
     path = Path(path)
     if path.is_dir():
         trains = _read_phy(path)

@@ -19,7 +19,7 @@ from feeler.decoding.classifiers import (
 )
 from feeler.decoding.observers import warn_of_copies
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.records import Ge, Record, Registry, Unit, freeze
+from feeler.records import Ge, Gt, Record, Registry, Unit, freeze
 from feeler.spikes.sensilla import (
     STIFFEST,
     Population,
@@ -213,7 +213,7 @@ def count_spikes(touches: xr.Dataset) -> xr.DataArray:
 
 
 @checked
-def thin_spikes(raster: Any, keep: float, *, seed: Seed = 0) -> Any:
+def thin_spikes(raster: Any, keep: Annotated[float, Ge(0)], *, seed: Seed = 0) -> Any:
     """A raster from which spikes are lost at random, so that a trial keeps ``keep`` in the mean.
 
     A Poisson process thinned stays one, of a lower rate. Where there are fewer already, nothing is
@@ -226,8 +226,6 @@ def thin_spikes(raster: Any, keep: float, *, seed: Seed = 0) -> Any:
     keep
         Spikes of a trial, mean over the trials.
     """
-    if keep < 0:
-        raise InvalidInput(f"keep must be ≥ 0 spikes, got {keep}.")
     counts = np.asarray(raster) if is_array(raster) else np.array(None)
     if counts.ndim == 0 or counts.dtype.kind not in "iub" or not np.all(counts >= 0):
         raise InvalidInput("raster must be counts (trial, unit, time): whole numbers ≥ 0.")
@@ -270,15 +268,13 @@ class SensillaStream:
         self,
         population: Population,
         position: np.ndarray,
-        step: float = 1.0,
+        step: Annotated[float, Gt(0)] = 1.0,
         firing: Firing = POISSON,
         *,
         seed: Seed = 0,
         trial: int = 0,
         start: float = 0.0,
     ) -> None:
-        if not step > 0:
-            raise InvalidInput(f"step must be > 0 ms, got {step}.")
         self._taps, self._shares = population.find_taps(np.asarray(position, dtype=float))
         self._gains, self._table = population.side * population.gain, population.table
         self._population = population

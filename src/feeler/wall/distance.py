@@ -14,7 +14,7 @@ import pandas as pd
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
-from feeler.records import Shown
+from feeler.records import Gt, Lt, Shown
 from feeler.validation import Count, checked
 from feeler.wall.approach import DISTANCES, Approach, Peak, Posture, approach, find_sweep_peak
 
@@ -261,13 +261,11 @@ def _bootstrap_median(
     rng: np.random.Generator,
     *,
     n_resamples: Count = 2000,
-    level: float = 0.95,
+    level: Annotated[float, Gt(0), Lt(1)] = 0.95,
 ) -> tuple[float, float, float]:
     """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN)
     are left out.
     """
-    if not 0 < level < 1:
-        raise InvalidInput(f"level must lie between 0 and 1, got {level:g}.")
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     if values.size == 0:
