@@ -17,7 +17,7 @@ import feeler
 from feeler.cli.app import app
 from feeler.design import load_plan
 from feeler.design import plan as outcome
-from feeler.design.page import _plot_designs, plot_confusion
+from feeler.design.page import _plot_answers, _plot_designs
 from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.design.scoring import DesignTask
 from feeler.design.search import (
@@ -211,7 +211,7 @@ def test_the_pictures_of_a_design_are_in_their_units(made):
         np.testing.assert_allclose(
             ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio
         )
-    plot_confusion(found, figure := Figure())
+    _plot_answers(found, figure := Figure())
     for ax, one, name in zip(
         figure.axes,
         (found.reference_final, found.final),

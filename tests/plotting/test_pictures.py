@@ -20,7 +20,7 @@ from feeler.objects import Ball, Box, Outline, Peg, Trial, Wall, place
 from feeler.objects.meshes import list_solids
 from feeler.plotting import movie, results
 from feeler.plotting import tensors as touch
-from feeler.plotting.antennas import SpaceScene, make_patch, plot_profiles
+from feeler.plotting.antennas import _SpaceScene, make_patch, plot_profiles
 from feeler.plotting.results import (
     Shapes,
     plot_approach,
@@ -258,7 +258,7 @@ def test_of_a_scene_in_space_only_the_object_of_this_moment_is_drawn():
     """A peg has two sheets and more, of which none may stay where the peg was."""
     antenna = make_preset("rat-whisker")
     ax = Figure(figsize=(30.0, 25.0)).add_subplot(projection="3d")
-    scene = SpaceScene(antenna, ax, Normalize(0.0, 1.0))
+    scene = _SpaceScene(antenna, ax, Normalize(0.0, 1.0))
     box, axes = Box(half_width=1.0, half_height=2.0), np.eye(3)
     counts = []
     several = Outline(vertices=np.array([[0, 2], [0, -2], [-1, -2], [-0.4, 0], [-1, 2]], float))

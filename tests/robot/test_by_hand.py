@@ -17,11 +17,11 @@ from feeler.robot.recordings import Recording
 from feeler.robot.repair import _find_bad_channels, repair
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
-    Sensing,
     _add_mount,
     _draw_antenna,
     _draw_sensing,
     _draw_trial,
+    _Sensing,
     subtract_rest,
 )
 
@@ -33,7 +33,7 @@ def make_gap(**sizes):
 
 
 def make_sensing(gap, gain=(1.1, 0.9, 1.0)):
-    return Sensing(
+    return _Sensing(
         base=np.array([5.0, 4.0, 6.0]),
         sensitivity=np.array([1.2, 1.0, 1.5]),
         gain=np.array(gain),
@@ -220,12 +220,14 @@ def test_faults_act_in_their_order(on_bench):
 
 def test_wander_grows_as_a_random_walk_to_its_size_after_one_second_and_noise_is_white():
     walk = make_gap(drift=0.02)
-    sensing = Sensing(base=np.zeros(400), sensitivity=np.ones(400), gain=np.ones(400), gap=walk)
+    sensing = _Sensing(
+        base=np.zeros(400), sensitivity=np.ones(400), gain=np.ones(400), gap=walk
+    )
     found = sensing.read(np.zeros((400, 1000)), np.random.default_rng(1))
     assert found[:, -1].std() == pytest.approx(0.02, rel=0.12)
     assert found[:, 249].std() == pytest.approx(0.01, rel=0.12)
     assert not sensing.read(np.zeros((400, 9)), np.random.default_rng(1), on_bench=True).any()
-    noisy = Sensing(
+    noisy = _Sensing(
         base=np.zeros(1), sensitivity=np.full(1, 2.0), gain=np.ones(1), gap=make_gap(noise=0.01)
     )
     white = noisy.read(np.zeros((1, 20_000)), np.random.default_rng(2))[0]

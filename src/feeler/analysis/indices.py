@@ -110,7 +110,7 @@ def _iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, sl
             yield rows, columns
 
 
-def compare_pairs(
+def _compare_all(
     tensors: Any, name: str, make: Callable[..., Block], block: int = BLOCK_SIZE, **options: Any
 ) -> Any:
     """The symmetric matrix (trial, other) of an index; labelled where the tensors are."""
@@ -177,7 +177,7 @@ def compute_pearson(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    return compare_pairs(tensors, "pearson", _make_pearson, block)
+    return _compare_all(tensors, "pearson", _make_pearson, block)
 
 
 def _make_pearson(array: np.ndarray) -> Block:
@@ -239,7 +239,7 @@ def compute_mse(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    return compare_pairs(tensors, "mse", _make_mse, block)
+    return _compare_all(tensors, "mse", _make_mse, block)
 
 
 def _make_mse(array: np.ndarray) -> Block:
@@ -315,7 +315,7 @@ def compute_nmi(
     The paper names NMI without defining it; this definition is a choice [C].
     """
     options = {"n_bins": n_bins, "data_range": data_range, "common_zeros": common_zeros}
-    return compare_pairs(tensors, "nmi", _make_nmi, block, **options)
+    return _compare_all(tensors, "nmi", _make_nmi, block, **options)
 
 
 def _make_nmi(
@@ -478,7 +478,7 @@ def compute_ssim(
             " first: scale_common(tensors).",
             stacklevel=2,
         )
-    return compare_pairs(
+    return _compare_all(
         tensors, "ssim", _make_ssim, block, data_range=data_range, border=border
     )
 

@@ -21,7 +21,7 @@ from feeler.tensors.formats import save as save_tensors
 _INSTANTS = 5  # postures that an overlay draws
 
 
-def add_fit(section: Section, fit: MeasurementFit, animals: Sequence[Measurements]) -> None:
+def _add_fit(section: Section, fit: MeasurementFit, animals: Sequence[Measurements]) -> None:
     """The fitted parameters with intervals, and force curves, in a page's section."""
     section.figure(
         "parameters",
@@ -59,13 +59,13 @@ def save_fit(out: Path, fit: MeasurementFit, animals: Sequence[Measurements]) ->
     """
     ensure_folder(out)
     section = Section(name="calibration", title="The fitted antenna", folder=out, vector=False)
-    add_fit(section, fit, animals)
+    _add_fit(section, fit, animals)
     save_antenna(fit.antenna, out / "antenna.toml")
     write_page(out / "calibration.html", "Mechanics that fit", fit.antenna.name, section)
     write_text(out / "calibration.json", json.dumps(to_json(fit.to_plain()), indent=1) + "\n")
 
 
-def draw_overlay(
+def _draw_overlay(
     film: Film, found: Prediction, figure: Figure, frame: np.ndarray | None = None
 ) -> None:
     """Filmed points and the simulated antenna over each other, at some moments after the release;
@@ -128,7 +128,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
             name,
             f"The release of {found.name}, which was not used in the fit: filmed points, and the"
             " fitted antenna at the same moments.",
-            partial(draw_overlay, film, found, frame=_try_frame(study, found.name, film)),
+            partial(_draw_overlay, film, found, frame=_try_frame(study, found.name, film)),
             height=4.5,
         )
         section.figure(
@@ -139,7 +139,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         )
     if study.fit is not None:
         section.heading("The fitted antenna")
-        add_fit(section, study.fit, study.animals)
+        _add_fit(section, study.fit, study.animals)
     if study.touch is not None:
         section.heading("What it feels")
         section.figure(
@@ -208,7 +208,7 @@ def _draw_touch(touch: Any, figure: Figure) -> None:
     figure.colorbar(image, ax=ax, label="angle [°]")
 
 
-def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
+def _read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
     """The video's frame of the release as grey levels, where the plan names a video."""
     films = study.plan.releases
     file = films.video.get(name) if films is not None else None
@@ -234,7 +234,7 @@ def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
 def _try_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
     """The video's frame; a video that cannot be read is noted, and the page is written without."""
     try:
-        return read_frame(study, name, film)
+        return _read_frame(study, name, film)
     except (FeelerError, OSError, ValueError) as error:
         study.problems[f"video of {name}"] = str(error).split("\n", maxsplit=1)[0][:200]
         return None

@@ -167,13 +167,11 @@ def check(
 
     Also what would be repaired.
     """
-    from feeler.cli.robot_pages import _write_recordings, describe_recording
+    from feeler.cli.robot_pages import _describe_one, _write_recordings
 
     robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
-    known = [
-        describe_recording(path.name, one) for path, one in zip(recordings, read, strict=True)
-    ]
+    known = [_describe_one(path.name, one) for path, one in zip(recordings, read, strict=True)]
     words = "{file}: {channels} channels, {duration_ms:g} ms, source {source}".format
     lines = [
         line for one in known for line in (words(**one), *(f"  {w}" for w in one["history"]))

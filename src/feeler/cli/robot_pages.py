@@ -113,7 +113,7 @@ def _write_recordings(
     )
 
 
-def describe_recording(name: str, one: Recording) -> dict[str, Any]:
+def _describe_one(name: str, one: Recording) -> dict[str, Any]:
     """What ``feeler robot check`` says of a recording, as plain data."""
     known = {"channels": one.n_sensors, "duration_ms": float(one.time[-1])}
     return {"file": name, **known, "source": one.source, "history": list(one.history)}

@@ -175,9 +175,9 @@ def tracks(
     said = SimpleNamespace(**locals())
     from feeler.cli.tracks_pages import (
         _compare_animals,
+        _find_touched,
         _read_sheet,
         _save_pages,
-        list_contacts,
     )
     from feeler.errors import ModelValidityWarning
     from feeler.tracking import measure_exploration
@@ -225,7 +225,7 @@ def tracks(
         for side, base, tip in zip(_SIDES, stalks or (head, head), ends, strict=True)
         if tip
     ]
-    touched = list_contacts(said, trials, ends)
+    touched = _find_touched(said, trials, ends)
     if touched is not None:
         for row, one in zip(found["trials"], touched, strict=True):
             row["contacts"] = one.to_dict("records")
@@ -456,7 +456,7 @@ def _write_words(found: dict[str, Any]) -> list[str]:
         lines += [f"  {words}" for words in _list_rhythms(row)]
         lines += [f"  {words}" for words in _list_contacts(row)]
         lines += [f"  {words}" for words in _list_settings(row, found["settings"])]
-    return [*lines, _write_mean(found), *list_groups(found)]
+    return [*lines, _write_mean(found), *_list_groups(found)]
 
 
 def _list_rhythms(row: dict[str, Any]) -> list[str]:
@@ -497,7 +497,7 @@ def _list_contacts(row: dict[str, Any]) -> list[str]:
     return lines
 
 
-def list_groups(found: dict[str, Any]) -> list[str]:
+def _list_groups(found: dict[str, Any]) -> list[str]:
     """The groups of animals and their test."""
     if "groups" not in found:
         return []
@@ -634,10 +634,10 @@ def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, An
 
 def _say_touches(said: SimpleNamespace, trials: list, found: list[dict[str, Any]]) -> None:
     """When the flagellum touches, where that was asked."""
-    from feeler.cli.tracks_pages import _save_contacts, list_contacts
+    from feeler.cli.tracks_pages import _find_touched, _save_contacts
 
     points = [*(_split(said.points) or ())]
-    touched = list_contacts(said, trials, [("antenna", points)])
+    touched = _find_touched(said, trials, [("antenna", points)])
     if touched is None:
         return
     for row, one in zip(found, touched, strict=True):

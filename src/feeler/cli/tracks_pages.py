@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import typer
 
-from feeler.cli.tracks import _list_settings, _pair_counts, _write_mean, list_groups
+from feeler.cli.tracks import _list_groups, _list_settings, _pair_counts, _write_mean
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 
@@ -79,7 +79,7 @@ def _save_pages(
         "Mean of the peak speeds ± standard error.",
     )
     section.text(_write_mean(found))
-    for words in list_groups(found):
+    for words in _list_groups(found):
         section.text(words.strip())
     section.heading("How it was measured")
     for row in found["trials"]:
@@ -158,7 +158,7 @@ def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) ->
 # Contacts and groups, as the command line asks for them.
 
 
-def list_contacts(
+def _find_touched(
     said: Any, trials: list, antennae: list[tuple[str, list[str]]]
 ) -> list[Any] | None:
     """Per trial a table of contacts of ``antennae`` (side, landmarks base to tip); None where

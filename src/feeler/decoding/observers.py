@@ -460,7 +460,7 @@ class StudentTClassifier(Reader):
         made._odds = (odds[0], odds[1])
         made._others = None
         if "others_means" in arrays:
-            made._others = NoveltyDetector.__new__(NoveltyDetector)
+            made._others = _NoveltyDetector.__new__(_NoveltyDetector)
             names = ("_means", "_spread", "_along")
             vars(made._others).update({name: arrays[f"others{name}"] for name in names})
         if taught is None:
@@ -542,7 +542,7 @@ class StudentTClassifier(Reader):
         self._round = np.linalg.inv(np.linalg.cholesky((1 - share) * spread + share * own))
         self._others = None
         if other is not None:
-            self._others = NoveltyDetector(self._place(other), kinds)
+            self._others = _NoveltyDetector(self._place(other), kinds)
 
     def _place(self, flat: np.ndarray) -> np.ndarray:
         """Where touches lie among components, in units in which classes are round."""
@@ -572,7 +572,7 @@ def _freeze_label(label: Any) -> Any:
     return tuple(label) if isinstance(label, list) else label
 
 
-class NoveltyDetector:
+class _NoveltyDetector:
     """A t cloud around each kind's mean, wide where unknown differ among each other.
 
     Parameters

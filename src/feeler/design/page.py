@@ -56,7 +56,7 @@ def write_design(
         "confusion",
         "Which touch is named as which, on the final draws: rows are touches, columns answers; the"
         " objects at each place stand together.",
-        lambda figure: plot_confusion(found, figure),
+        lambda figure: _plot_answers(found, figure),
         height=3.4,
     )
     if movie:
@@ -161,7 +161,7 @@ def _plot_designs(found: DesignOutcome, figure: Figure) -> None:
     figure.legend(*marks, loc="outside lower center", ncols=len(shown))
 
 
-def plot_confusion(found: DesignOutcome, figure: Figure) -> None:
+def _plot_answers(found: DesignOutcome, figure: Figure) -> None:
     """Reference and best side by side, on one scale."""
     axes = figure.subplots(1, 2, sharey=True)
     for ax, one, title in zip(

@@ -165,7 +165,7 @@ _FINENESS = 24  # points around a ball or a peg
 _VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
 
 
-class SpaceScene:
+class _SpaceScene:
     """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial, place
-from feeler.plotting.antennas import MovingAntenna, SpaceScene, _add_space, make_patch
+from feeler.plotting.antennas import MovingAntenna, _add_space, _SpaceScene, make_patch
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.style import BOTH_COLOURS, TENSOR_COLOURS, style
 from feeler.tensors.transforms import (
@@ -221,7 +221,7 @@ class _View:
         self.tensor = take_curvature(tensors)[0][sensed]
         self.ax, below = axes
         norm, colours = scale
-        self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
+        self.space = _SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
         self.image = plot_tensor(self.tensor, self.time, below, norm, colours=colours)
         self.to_come = _ToCome(self.image)
@@ -252,7 +252,7 @@ class _View:
         moved = self.antenna.move(self.points[now], self.bend[now])
         return [*self.to_come.start(now), *self.patches, *moved]
 
-    def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
+    def _move_in_space(self, space: _SpaceScene, now: int) -> list[Artist]:
         if self.trial is not None and self.placement is not None:
             origin = self.placement.origin + self.placement.velocity * self.time[now]
             space.place(self.trial.shape, origin, self.placement.axes)

@@ -157,7 +157,7 @@ _BENCH_INTERVAL = 500.0  # [C] ms between readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sensing:
+class _Sensing:
     """Eight capacitive channels with their faults; arrays are (hinge,).
 
     Attributes
@@ -231,9 +231,9 @@ class Sensing:
         return fit_sensors(**self.bench(rng), robot=robot)
 
 
-def _draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
+def _draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> _Sensing:
     """Channels drawn at random."""
-    return Sensing(
+    return _Sensing(
         base=_BASE * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
         sensitivity=_SENSITIVITY * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
         gain=np.exp(gap.gain * rng.standard_normal(n_hinges)),
@@ -278,7 +278,7 @@ class Surrogate:
     """
 
     antenna: Antenna
-    sensing: Sensing
+    sensing: _Sensing
     calibration: SensorCalibration
     gap: Gap
     name: str

@@ -134,7 +134,7 @@ def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
     }
 
 
-def read_units(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def _read_nwb_units(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The table of units of an NWB file, for the guarded process."""
     import h5py
 
@@ -151,7 +151,7 @@ def read_units(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _read_nwb(path: Path, scale: float) -> dict[str, np.ndarray]:
-    about, arrays = open_guarded(f"{__name__}:read_units", path)
+    about, arrays = open_guarded(f"{__name__}:_read_nwb_units", path)
     trains = np.split(arrays["times"], arrays["ends"][:-1].astype(int))
     return {
         name: np.sort(train) * scale for name, train in zip(about["names"], trains, strict=True)
@@ -164,7 +164,7 @@ def read_onsets(path: str | os.PathLike, *, unit: str | None = None) -> np.ndarr
     """
     if read_start(path, len(HDF5)) != HDF5:
         return np.sort(np.concatenate([*_read_table(Path(path), unit).values()]))
-    _, arrays = open_guarded(f"{__name__}:read_units", path)
+    _, arrays = open_guarded(f"{__name__}:_read_nwb_units", path)
     if "starts" not in arrays:
         raise InvalidInput(f"{Path(path).name} has no table of trials; give the onsets.")
     return np.asarray(arrays["starts"], dtype=float)
