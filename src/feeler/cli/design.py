@@ -11,8 +11,10 @@ and again: goes on
 what 5 % errors cost
 """
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -80,7 +82,7 @@ def design(
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
-    with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
+    with choose_executor(workers, cluster) as executor, kept, _watching(plan, out) as watch:
         own = {} if reader is None else {"reader": _name_reader(reader)}
         found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
@@ -110,52 +112,43 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
     say(as_json, {**found.to_plain(), "antenna": out / "antenna.toml", "page": page}, lines)
 
 
-class _Watcher:
-    """Shows how far the search is, and keeps a picture of the best so far beside the journal."""
+@contextmanager
+def _watching(plan, out: Path) -> Iterator[Callable[[Any], None]]:
+    """Shows how far a search is: a bar, and the best antenna so far as current.png."""
+    from feeler.progress import ProgressBar
 
-    def __init__(self, plan, out: Path) -> None:
-        from feeler.progress import ProgressBar
+    total = plan.search.get("evaluations", 100) * plan.search.get("starts", 1)
+    before, last, cost = 0, 0, float("inf")
+    with ProgressBar("antennas simulated") as bar:
 
-        asked = plan.search
-        self._plan, self._out = plan, out
-        self._total = asked.get("evaluations", 100) * asked.get("starts", 1)
-        self._bar, self._before, self._last, self._cost = (
-            ProgressBar("antennas simulated"),
-            0,
-            0,
-            float("inf"),
+        def watch(problem) -> None:
+            nonlocal before, last, cost
+            if problem.evaluations < last:  # another start
+                before += last
+            last = problem.evaluations
+            bar(min(before + last, total - 1), total)
+            if problem.best.cost < min(cost, problem.ceiling):
+                cost = problem.best.cost
+                _draw_best(plan, problem, out / "current.png")
+
+        yield watch
+
+
+def _draw_best(plan, problem, path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from feeler.plotting import PALETTE, plot_profiles, style
+
+    with style():
+        figure = Figure(figsize=(7.2, 2.0), layout="constrained")
+        axes = figure.subplots(1, 4)
+        for antenna in (plan.reference, problem.space.build(problem.best.x).antenna):
+            plot_profiles(antenna, axes)
+        for ax in axes[2:]:
+            for line in ax.lines[len(ax.lines) // 2 :]:
+                line.set_color(PALETTE[0])
+        figure.suptitle(
+            f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
+            fontsize=8,
         )
-
-    def __call__(self, problem) -> None:
-        if problem.evaluations < self._last:  # another start
-            self._before += self._last
-        self._last = problem.evaluations
-        self._bar(min(self._before + self._last, self._total - 1), self._total)
-        if problem.best.cost < min(self._cost, problem.ceiling):
-            self._cost = problem.best.cost
-            self._draw(problem)
-
-    def _draw(self, problem) -> None:
-        from matplotlib.figure import Figure
-
-        from feeler.plotting import PALETTE, plot_profiles, style
-
-        with style():
-            figure = Figure(figsize=(7.2, 2.0), layout="constrained")
-            axes = figure.subplots(1, 4)
-            for antenna in (self._plan.reference, problem.space.build(problem.best.x).antenna):
-                plot_profiles(antenna, axes)
-            for ax in axes[2:]:
-                for line in ax.lines[len(ax.lines) // 2 :]:
-                    line.set_color(PALETTE[0])
-            figure.suptitle(
-                f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
-                fontsize=8,
-            )
-            figure.savefig(self._out / "current.png")
-
-    def __enter__(self) -> "_Watcher":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
+        figure.savefig(path)
