@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from feeler.antenna import Antenna
-from feeler.cli.wall import _tell
+from feeler.cli.wall import _describe
 from feeler.presets import cockroach
 from feeler.wall import Posture, count_orderings, find_peak, map_distance, slide, summarise
 from feeler.wall.approach import Peak, _find_parabolic_peak, find_sweep_peak
@@ -345,6 +345,6 @@ def test_a_line_that_hangs_on_one_distance_is_said_to(capsys, error, told):
         monotone=True,
     )
     sweep = SimpleNamespace(contact=np.ones(3, bool), inverted=np.ones(3, bool))
-    _tell({"soft": sweep}, {"soft": found})
+    print(*_describe({"soft": sweep}, {"soft": found}), sep="\n")
     said = capsys.readouterr().out
     assert ("the line of soft hangs on one of its 3 distances" in said) is told
