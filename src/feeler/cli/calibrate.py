@@ -18,7 +18,6 @@ ship with feeler)
 
 import json
 import math
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +25,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import EngineName, Json, say, say_json
+from feeler.cli.options import EngineName, Json, say
 from feeler.files import write_text
 
 _BAD = (
@@ -478,6 +477,7 @@ def _fit_targets(said: SimpleNamespace, antenna: Any, profile: str) -> None:
         make_hinges,
         make_starts,
     )
+    from feeler.progress import ProgressBar
 
     goal = load_targets(said.targets)
     problem = Problem(
@@ -488,79 +488,61 @@ def _fit_targets(said: SimpleNamespace, antenna: Any, profile: str) -> None:
     begin = make_starts(
         problem.hinges, said.starts, np.random.default_rng(said.seed), spread=said.spread
     )
-    watch = problem.watch = _Watch()
-    try:
-        found = fit(
-            problem,
-            begin,
-            method=said.method,
-            max_evaluations=said.evaluations,
-            checkpoint=said.checkpoint,
-            progress=watch.end_start,
-        )
-    except KeyboardInterrupt:
-        watch.clear()
-        _report_interrupt(watch.best, said.checkpoint)
-        raise typer.Exit(130) from None
-    if said.as_json:
-        measured = dict(
-            zip(found.measured.names, map(float, found.measured.values), strict=True)
-        )
-        parameters = dict(zip(found.names, map(float, found.p), strict=True))
-        say_json({"parameters": parameters, "measured": measured, "error": found.error})
-        return
-    typer.echo(
+    errors = [math.inf]
+    with ProgressBar("antennas of this start") as bar:
+
+        def watch(count: int, error: float) -> None:
+            errors.append(error)
+            bar(min(count, said.evaluations), said.evaluations)
+
+        problem.watch = watch
+        try:
+            found = fit(
+                problem,
+                begin,
+                method=said.method,
+                max_evaluations=said.evaluations,
+                checkpoint=said.checkpoint,
+                progress=_say_start,
+            )
+        except KeyboardInterrupt:
+            words = (
+                f"every simulated antenna is in {said.checkpoint}; the same command goes on from"
+                " there"
+                if said.checkpoint
+                else "nothing was kept; with --checkpoint FILE the same command would go on where"
+                " it stopped"
+            )
+            best = f"{min(errors):.4g}"
+            typer.echo(f"feeler: interrupted at a best error of {best}; {words}", err=True)
+            raise typer.Exit(130) from None
+    measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
+    parameters = dict(zip(found.names, map(float, found.p), strict=True))
+    lines = [
         f"targets '{goal.name}' ({goal.status}); {profile}, {said.method}, {said.starts} start(s)"
-    )
-    for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):
-        typer.echo(f"{name} = {value:.6g}{_unit(unit)}")
+    ]
+    for name, unit in zip(found.names, problem.hinges.units, strict=True):
+        lines.append(f"{name} = {parameters[name]:.6g}{_unit(unit)}")
     for target, value in zip(goal.targets, found.measured.values, strict=True):
-        typer.echo(
+        lines.append(
             f"{target.name:14} {value:.5g}{_unit(target.unit)}, target {target.value:g}"
             f" [{target.tag}]"
         )
     if found.measured.overdamped:
-        typer.echo(
+        lines.append(
             "the fitted antenna is over-damped: it has no damped frequency (its entry is 0)"
         )
-    typer.echo(
+    lines.append(
         f"error {found.error:.4g}, median symmetric accuracy {found.symmetric_accuracy:.4g}"
     )
+    plain = {"parameters": parameters, "measured": measured, "error": found.error}
+    say(said.as_json, plain, lines)
 
 
-class _Watch:
-    """The best error so far, on one line of a terminal; a line per finished start anywhere."""
-
-    def __init__(self) -> None:
-        self.best, self._live = math.inf, sys.stderr.isatty()
-
-    def __call__(self, evaluations: int, best: float) -> None:
-        self.best = min(self.best, best)
-        if self._live:
-            typer.echo(
-                f"\r{evaluations} antennas, best error {self.best:.4g}   ", err=True, nl=False
-            )
-
-    def end_start(self, done: int, total: int, minimum, best: float) -> None:
-        self.clear()
-        typer.echo(
-            f"start {done}/{total}: error {minimum.error:.4g} after {minimum.evaluations} antennas,"
-            f" {minimum.seconds:.1f} s; best {best:.4g}",
-            err=True,
-        )
-
-    def clear(self) -> None:
-        """Leave the terminal's line empty."""
-        if self._live:
-            typer.echo("\r" + 50 * " " + "\r", err=True, nl=False)
-
-
-def _report_interrupt(best: float, checkpoint: Path | None) -> None:
-    kept = (
-        f"every simulated antenna is in {checkpoint}; the same command goes on from there"
-        if checkpoint
-        else (
-            "nothing was kept; with --checkpoint FILE the same command would go on where it stopped"
-        )
+def _say_start(done: int, total: int, minimum, best: float) -> None:
+    """The end of one search."""
+    typer.echo(
+        f"start {done}/{total}: error {minimum.error:.4g} after {minimum.evaluations} antennas,"
+        f" {minimum.seconds:.1f} s; best {best:.4g}",
+        err=True,
     )
-    typer.echo(f"feeler: interrupted at a best error of {best:.4g}; {kept}", err=True)
