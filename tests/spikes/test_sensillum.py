@@ -139,10 +139,10 @@ def test_a_gain_is_found_at_which_half_of_the_touches_reach_the_rate():
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"position": [0.5, 1.2]}, "a place between 0 .base. and 1 .tip., got 1.2"),
+        ({"position": [0.5, 1.2]}, "position must be finite and from 0 to 1, got 1.2"),
         ({"position": [0.5, np.nan]}, "Population.position must be finite"),
         ({"side": [1, 0]}, "side of a unit is 1 or −1"),
-        ({"gain": [3.0, -1.0]}, "gains must be > 0, got -1"),
+        ({"gain": [3.0, -1.0]}, "gain must be finite and > 0, got -1"),
         ({"sensilla": (CAMPANIFORM,) * 3}, "2 units but 3 sensilla"),
     ],
 )

@@ -458,7 +458,7 @@ def fill_comparison(
     section.table(
         ["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"],
         [
-            ["no policy" if cell == "none" else cell for cell in map(_say_missing, row)]
+            ["no policy" if cell == "none" else "–" if cell != cell else cell for cell in row]
             for row in judge_energy(measured, comparison)
         ],
         "Among policies whose mean work until then keeps to the budget; “no policy”: all need"
@@ -510,11 +510,6 @@ def _say_verdict(one: xr.Dataset) -> list[Any]:
     if not np.isfinite(one["half"]):
         return [*cells, "one set", "cannot be said"]
     return [*cells, float(one["half"]), "yes" if one["pays"] else "no"]
-
-
-def _say_missing(cell: Any) -> Any:
-    """A dash for what is not a number."""
-    return "–" if isinstance(cell, float) and not np.isfinite(cell) else cell
 
 
 def _say(found: xr.Dataset, name: str, deadline: float) -> str:

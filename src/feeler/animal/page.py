@@ -13,7 +13,12 @@ from feeler.antenna.files import save_antenna
 from feeler.calibration import Film, MeasurementFit, Measurements, Prediction
 from feeler.errors import FeelerError, require_extra
 from feeler.files import ensure_folder, write_text
-from feeler.plotting.results import draw_forces, draw_measurements, draw_prediction
+from feeler.plotting.results import (
+    draw_forces,
+    draw_measurements,
+    draw_prediction,
+    plot_trial,
+)
 from feeler.report import Section, write_page
 from feeler.report.page import to_json
 from feeler.tensors.formats import save as save_tensors
@@ -145,7 +150,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         section.figure(
             "touch",
             "Angle of every sensor while the object is touched.",
-            lambda figure: _draw_touch(study.touch, figure),
+            lambda figure: plot_trial(study.touch, 0, "angle", figure.subplots()),
         )
         shown = study.contacts[["on_ms", "off_ms", "duration_ms", "place"]]
         rows = shown.to_numpy().tolist()
@@ -189,23 +194,6 @@ def _say_spread(study: Any) -> str:
     if np.isnan(study.spread):
         return ""
     return f"; animals differ by {study.spread:.1%} (standard deviation)"
-
-
-def _draw_touch(touch: Any, figure: Figure) -> None:
-    ax = figure.subplots()
-    angle = np.rad2deg(touch["angle"].values[0])
-    angle = angle[0] if angle.ndim == 3 else angle
-    largest = float(np.abs(angle).max()) or 1.0
-    image = ax.imshow(
-        angle,
-        aspect="auto",
-        cmap="RdBu_r",
-        vmin=-largest,
-        vmax=largest,
-        extent=(0, float(touch["time"].values[-1]), len(angle), 0),
-    )
-    ax.set(xlabel="time [ms]", ylabel="sensor, base to tip")
-    figure.colorbar(image, ax=ax, label="angle [°]")
 
 
 def _read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:

@@ -197,7 +197,7 @@ def tracks(
         trials = [trial.scaled(said.scale) for trial in trials]
     settings = _settle(said, trials)
     head, abdomen = settings["body"]
-    ends, stalks = settings["tips"], settings["bases"]
+    ends, stalks, cutoff = (settings[name] for name in ("tips", "bases", "cutoff"))
     if not said.points:
         _check_tips(ends, trials)
     if said.session_start:
@@ -214,7 +214,7 @@ def tracks(
         result = measure_exploration(
             trials,
             length=said.length,
-            cutoff=_scale_cutoff(settings["cutoff"]),
+            cutoff=cutoff if isinstance(cutoff, str) else cutoff * 1e-3,
             max_gap=settings["max_gap"],
             outliers=settings["outliers"],
             landmarks={"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen},
@@ -316,11 +316,6 @@ def _read_cutoff(text: str) -> float | str:
         raise InvalidInput(
             f"--cutoff must be auto, paper or a number of Hz, got {text!r}."
         ) from None
-
-
-def _scale_cutoff(cutoff: float | str) -> float | str:
-    """The same in kHz, if it is a number."""
-    return cutoff if isinstance(cutoff, str) else cutoff * 1e-3
 
 
 def _load(file: Path, how: dict[str, Any]) -> Any:

@@ -23,16 +23,14 @@ _HEADER = (
 def _list_cells(row: dict[str, Any]) -> list[object]:
     """A trial's row of the page."""
     speeds = [
-        "none" if mean is None else f"{mean:.1f}{_show_error(error)} ({count})"
+        "none"
+        if mean is None
+        else f"{mean:.1f}" + ("" if error is None else f" ± {error:.2g}") + f" ({count})"
         for mean, error, count in zip(
             row["mean_peak"], row["error"], row["n_peaks"], strict=True
         )
     ]
     return [row["file"], *speeds, _pair_counts(row["bridged"]), _pair_counts(row["missing"])]
-
-
-def _show_error(error: float | None) -> str:
-    return "" if error is None else f" ± {error:.2g}"
 
 
 def _save_pages(

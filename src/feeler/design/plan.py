@@ -285,7 +285,7 @@ class DesignOutcome(Shown):
         test.
     """
 
-    DRAWN = "draw_outcome"
+    DRAWN = "draw_optimum"
 
     plan: DesignPlan
     ends: tuple[Optimum, ...]

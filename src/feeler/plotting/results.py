@@ -619,6 +619,7 @@ def draw_optimum(end: Any) -> Picture:
     """Stiffness and damping of a design along the antenna, and how the search came to it."""
     figure = _open(7.0)
     profile, way = figure.subplots(1, 2)
+    end = getattr(end, "ends", (end,))[0]  # of a plan that was carried out, the best
     antenna = end.design.antenna
     hinge = np.arange(1, antenna.n_segments + 1)
     profile.semilogy(hinge, antenna.stiffness.ravel(), "o-", ms=3, label="stiffness [N·mm/rad]")
@@ -628,11 +629,6 @@ def draw_optimum(end: Any) -> Picture:
     way.step(*np.array(end.history).T, where="post")
     way.set(xlabel="antennas simulated", ylabel="what is missing (cost)", title="the search")
     return figure
-
-
-def draw_outcome(outcome: Any) -> Picture:
-    """The best end of a plan that was carried out."""
-    return draw_optimum(outcome.ends[0])
 
 
 def plot_psth(drawn: xr.Dataset, psth: xr.DataArray, figure: Figure) -> None:

@@ -301,17 +301,13 @@ class Surrogate:
 
     def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:
         """The touches as they really happen to this robot, ready to be simulated."""
-        return [
-            (self.antenna, self._shift(_draw_trial(trial, self.gap, self.rng)))
-            for trial in trials
-        ]
-
-    def _shift(self, trial: Trial) -> Trial:
-        """The same touch with its location counted from the mount's base instead of hinge 1."""
-        free = self.antenna.length - self.mount
-        return replace(
-            trial, location=min((self.mount + trial.location * free) / self.antenna.length, 1.0)
-        )
+        # locations count from hinge 1, behind the mount
+        free, pairs = self.antenna.length - self.mount, []
+        for trial in trials:
+            moved = _draw_trial(trial, self.gap, self.rng)
+            share = (self.mount + moved.location * free) / self.antenna.length
+            pairs.append((self.antenna, replace(moved, location=min(share, 1.0))))
+        return pairs
 
     def record(self, motion: np.ndarray, trial: Trial | None = None) -> Recording:
         """What the electronics write of true angles (segment, sample) at 1 kHz."""

@@ -240,9 +240,9 @@ class Population(Record):
         other numbers of them than units.
     """
 
-    position: Annotated[np.ndarray, "unit"]
+    position: Annotated[np.ndarray, "unit", Ge(0), Le(1)]
     side: Annotated[np.ndarray, "unit", DType(int)]
-    gain: Annotated[np.ndarray, "unit?"]
+    gain: Annotated[np.ndarray, "unit?", Gt(0)]
     sensilla: Annotated[tuple[Sensillum, ...], Len(1)] = (CAMPANIFORM,)
     quantity: Literal["angle", "curvature"] = "angle"
     around: Annotated[np.ndarray, "unit?", Ge(-360), Le(360), Unit("degrees")] = 0.0  # type: ignore[assignment]
@@ -251,17 +251,8 @@ class Population(Record):
         count = self.position.size
         if not count:
             raise InvalidInput("a population needs at least one unit.")
-        if not np.all((self.position >= 0) & (self.position <= 1)):
-            raise InvalidInput(
-                "each unit needs a place between 0 (base) and 1 (tip), got"
-                f" {self.position[(self.position < 0) | (self.position > 1)][0]:g}."
-            )
         if not np.isin(self.side, (-1, 1)).all():
             raise InvalidInput("the side of a unit is 1 or −1.")
-        if not np.all(self.gain > 0):
-            raise InvalidInput(
-                f"gains must be > 0, got {self.gain.min():g}; side says the sign."
-            )
         if len(self.sensilla) not in (1, count):
             raise InvalidInput(
                 f"{count} units but {len(self.sensilla)} sensilla; give one for all or one for"
