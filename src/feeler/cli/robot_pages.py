@@ -57,7 +57,7 @@ def _write_answers(
             answer.probability,
             _name(answer),
             name_notes(answer.truth) or "no notes",
-            _judge(answer),
+            answer.verdict,
         ]
         for name, answer in zip(names, answers, strict=True)
     ]
@@ -296,10 +296,3 @@ def _name(answer: Answer) -> str:
     if answer.runner_up is None:
         return "none"
     return f"{name_touch(answer.runner_up)} ({answer.runner_up_probability:.0%})"
-
-
-def _judge(answer: Answer) -> str:
-    if not answer.truth:
-        return ""
-    wrong = [part for part, right in answer.right.items() if not right]
-    return f"wrong: {', '.join(wrong)}" if wrong else "right"

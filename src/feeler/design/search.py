@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,7 +15,7 @@ from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import describe_reader
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.errors import InvalidInput, SimulationDivergedError, require_extra
-from feeler.progress import Advance, show_progress
+from feeler.progress import show_progress
 from feeler.provenance import Journal, make_key
 from feeler.records import Ge, Gt, Record, Registry, Shown
 from feeler.validation import Count, Seed, checked
@@ -615,37 +614,37 @@ def optimise(
             "peak_angle is known of touches that the task simulates; an objective= of your own must"
             " keep it itself."
         )
-    made = DesignProblem(
-        task=task, space=space, constraints=constraints or Constraints(), options=options
-    )
+    total = starts * evaluations
+    problems = [
+        DesignProblem(
+            task=task,
+            space=space,
+            constraints=constraints or Constraints(),
+            options=options,
+            aim=aim,
+            objective=objective,
+            watch=watch,
+        )
+        for _ in range(starts)
+    ]
     # who watches shows by itself how far it is
     silent = None if watch is None else lambda _done, _total: None
     with (
-        Journal(journal, made.describe() if journal else "0", "search") as kept,
+        Journal(journal, problems[0].describe() if journal else "0", "search") as kept,
         show_progress(silent, "antennas simulated, at most") as advance,
     ):
         found = []
-        for number in range(starts):
+        for number, problem in enumerate(problems):
+            problem.journal, before = kept, number * evaluations
+
+            def report(count: int, before: int = before) -> None:
+                advance(min(before + count, total), total)
+
             rng = np.random.default_rng([seed, number])
-            problem = DesignProblem(
-                task=task,
-                space=space,
-                constraints=made.constraints,
-                options=options,
-                journal=kept,
-                aim=aim,
-                objective=objective,
-                watch=watch,
-            )
-            report = partial(_report, advance, number * evaluations, starts * evaluations)
             found.append(
                 _run(problem, search, number == 0 and not far, evaluations, rng, report)
             )
     return sorted(found, key=lambda one: one.best.cost)
-
-
-def _report(advance: Advance, before: int, total: int, now: DesignProblem) -> None:
-    advance(min(before + now.evaluations, total), total)
 
 
 def _run(
@@ -654,7 +653,7 @@ def _run(
     near: bool,
     evaluations: int,
     rng: np.random.Generator,
-    report: Callable[[DesignProblem], None],
+    report: Callable[[int], None],
 ) -> Optimum:
     start = _find_start(problem, rng, near)
     history, watch = [], problem.watch
@@ -662,7 +661,7 @@ def _run(
     def note(now: DesignProblem) -> None:
         assert now.best is not None
         history.append((now.evaluations, now.best.cost))
-        report(now)
+        report(now.evaluations)
         if watch:
             watch(now)
 

@@ -229,6 +229,12 @@ class Answer:
             for part, value in self.truth.items()
         }
 
+    @property
+    def verdict(self) -> str:
+        """Whether the notes agree: right, or which parts are wrong; empty without notes."""
+        wrong = [part for part, right in self.right.items() if not right]
+        return f"wrong: {', '.join(wrong)}" if wrong else "right" * bool(self.truth)
+
     def __str__(self) -> str:
         words = name_touch(self.label)
         if self.strange:
@@ -247,8 +253,7 @@ class Answer:
             words += f"\n  judged without sensor {gone}, which gave no usable value"
         if not self.truth:
             return words
-        wrong = [part for part, right in self.right.items() if not right]
-        verdict = f"WRONG: {', '.join(wrong)}" if wrong else "right"
+        verdict = self.verdict.replace("wrong", "WRONG")
         return f"{words}\n  {name_notes(self.truth)}: {verdict}" + (
             "" if self.known else " (no such class was trained)"
         )
