@@ -444,7 +444,9 @@ def test_a_movie_is_sent_frame_by_frame_and_its_still_is_that_of_two_thirds(
         return Writer()
 
     monkeypatch.setitem(
-        sys.modules, "imageio_ffmpeg", SimpleNamespace(write_frames=write_frames)
+        sys.modules,
+        "imageio_ffmpeg",
+        SimpleNamespace(write_frames=write_frames, __spec__="there"),
     )
     figure = Figure(figsize=(4.0, 1.31))
     path = movie.write_movie(

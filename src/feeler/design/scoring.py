@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna, make_even_sensors
 from feeler.decoding import READERS, Reader
 from feeler.decoding.observers import fit_class
 from feeler.decoding.sweeps import N_COPIES
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
 from feeler.objects.bodies import Object, make_object
@@ -457,12 +457,9 @@ def _choose_by_chance(tensors: np.ndarray, _sd: float, _count: int) -> np.ndarra
 def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
     """PySensors' sparse sensor placement for classification (Brunton et al. 2016): each sensor's
     time course in one vector, whose greatest absolute value counts for the sensor."""
-    try:
-        from pysensors.classification import SSPOC
-    except ImportError as error:
-        raise MissingDependencyError(
-            "sparse placement needs PySensors: pip install 'feeler[design]'."
-        ) from error
+    require_extra("pysensors", "design", "sparse placement")
+    from pysensors.classification import SSPOC
+
     peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[
         ..., 0
     ]

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from multiprocessing import resource_tracker
 from typing import Any
 
-from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning, StoreError
+from feeler.errors import InvalidInput, ModelValidityWarning, StoreError, require_extra
 from feeler.execute.processes import OPENINGS, WorkerCrashed, _uninterrupted
 from feeler.validation import checked
 
@@ -128,10 +128,7 @@ def open_cluster(address: str) -> Iterator[Any]:
     StoreError
         Processes here end as they begin.
     """
-    if find_spec("distributed") is None:
-        raise MissingDependencyError(
-            "a cluster needs Dask. Install it with: pip install 'feeler[cluster]'"
-        )
+    require_extra("distributed", "cluster", "a cluster")
     from distributed import Client
 
     kind, _, number = address.partition(":")

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import writing
 from feeler.plotting.style import fix_layout
 from feeler.records import Ge, Gt, Le
@@ -82,12 +82,9 @@ def write_movie(
     MissingDependencyError
         imageio-ffmpeg is not installed.
     """
-    try:
-        import imageio_ffmpeg
-    except ImportError as error:
-        raise MissingDependencyError(
-            "movies need ffmpeg: pip install 'feeler[movie]'."
-        ) from error
+    require_extra("imageio_ffmpeg", "movie", "a movie")
+    import imageio_ffmpeg
+
     path = Path(path)
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(_MOVIE_WIDTH / figure.get_figwidth())
