@@ -21,6 +21,7 @@ from typing import Annotated
 import typer
 
 from feeler.cli.options import Json, report_interrupt, say, try_movie
+from feeler.progress import ProgressBar
 
 
 def active(
@@ -59,7 +60,6 @@ def active(
     from feeler.active.contests import load_contest, write_active
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
 
     contest = load_contest(sets=sets, copies=copies, noise=noise)

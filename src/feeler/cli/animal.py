@@ -17,6 +17,7 @@ import typer
 
 from feeler.cli.options import Json, say
 from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 
 
 def animal(
@@ -39,7 +40,6 @@ def animal(
     to releases, forces and impulses, predictions of other films, a touch, spikes.
     """
     from feeler.animal import study_animal, write_animal_page, write_example, write_template
-    from feeler.progress import ProgressBar
 
     if sum(one is not None for one in (plan, new, example)) != 1:
         raise InvalidInput(

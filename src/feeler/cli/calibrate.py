@@ -26,7 +26,9 @@ from typing import Annotated, Any
 import typer
 
 from feeler.cli.options import EngineName, Json, say
+from feeler.errors import FeelerError, InvalidInput
 from feeler.files import write_text
+from feeler.progress import ProgressBar
 
 _BAD = (
     0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
@@ -167,7 +169,6 @@ def _is_forces(file: str) -> bool:
 def _load_releases(said: SimpleNamespace, files: list[str]) -> Any:
     """Traces of the releases in these files."""
     from feeler.calibration import join_films, load_film, load_traces
-    from feeler.errors import InvalidInput
 
     if said.points:
         points = [point.strip() for point in said.points.split(",")]
@@ -194,7 +195,6 @@ def _load_releases(said: SimpleNamespace, files: list[str]) -> Any:
 
 def _name_landmarks(file: str) -> Exception | None:
     """What to say of a file that holds tracked landmarks; None of others."""
-    from feeler.errors import FeelerError, InvalidInput
     from feeler.tracking import load_tracks
 
     for rate in (None, 1e3):
@@ -213,7 +213,6 @@ def _fit_measured(said: SimpleNamespace, antenna: Any) -> None:
     """Force–deflection curves, and releases if there are any, in one fit."""
     from feeler.animal import save_fit
     from feeler.calibration import Measurements, Protocol, fit_measurements, load_forces
-    from feeler.progress import ProgressBar
 
     place = said.at if said.force_at is None else said.force_at
     curves = [
@@ -275,7 +274,6 @@ def _say_modulus(name: str, fit: Any) -> list[str]:
 
 def _fit_data(said: SimpleNamespace, antenna: Any, profile: str) -> None:
     from feeler.calibration import Protocol, fit_traces, make_hinges
-    from feeler.progress import ProgressBar
 
     traces = _load_releases(said, said.data)
     hinges = make_hinges(profile, antenna)
@@ -477,7 +475,6 @@ def _fit_targets(said: SimpleNamespace, antenna: Any, profile: str) -> None:
         make_hinges,
         make_starts,
     )
-    from feeler.progress import ProgressBar
 
     goal = load_targets(said.targets)
     problem = Problem(

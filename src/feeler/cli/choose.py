@@ -12,6 +12,7 @@ import typer
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, suggest
+from feeler.files import load_function
 from feeler.presets import PRESETS, make_preset
 
 _SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
@@ -40,7 +41,6 @@ def _name_reader(text: str) -> str:
     which gives a classifier and is known by this text from now on.
     """
     from feeler.decoding import READERS
-    from feeler.files import load_function
 
     file, _, name = text.partition(":")
     if file.endswith(".py") and text not in READERS:

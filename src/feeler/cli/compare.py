@@ -16,6 +16,7 @@ from typing import Annotated
 import typer
 
 from feeler.cli.options import Json, _describe_timesteps, say
+from feeler.errors import InvalidInput
 
 
 def compare(
@@ -45,7 +46,6 @@ def compare(
     """
     from feeler.cli.choose import _name_antennas, _name_reader
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
-    from feeler.errors import InvalidInput
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
     from feeler.physics.engine import DEFAULT_ENGINE

@@ -24,6 +24,7 @@ import typer
 
 from feeler.cli.options import _require_new
 from feeler.errors import InvalidInput
+from feeler.sandbox import Limits
 
 
 def convert(
@@ -58,7 +59,6 @@ def convert(
     """
     from feeler.cli.choose import _parse_start
     from feeler.cli.info import _name_instead
-    from feeler.sandbox import Limits
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 

@@ -20,6 +20,7 @@ import typer
 
 from feeler.cli.options import Json, _require_new, report_interrupt, say
 from feeler.files import write_text
+from feeler.progress import ProgressBar
 
 
 def design(
@@ -115,8 +116,6 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
 @contextmanager
 def _watching(plan, out: Path) -> Iterator[Callable[[Any], None]]:
     """Shows how far a search is: a bar, and the best antenna so far as current.png."""
-    from feeler.progress import ProgressBar
-
     total = plan.search.get("evaluations", 100) * plan.search.get("starts", 1)
     before, last, cost = 0, 0, float("inf")
     with ProgressBar("antennas simulated") as bar:

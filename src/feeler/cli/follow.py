@@ -17,6 +17,7 @@ from typing import Annotated, Any
 import typer
 
 from feeler.cli.options import Json, say, try_movie
+from feeler.files import write_text
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
 
@@ -162,7 +163,6 @@ def _tell(name: str, run: Any, oracle: bool) -> list[str]:
 def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: bool) -> None:
     """follow.html with its pictures and movie, follow.csv, map.csv and follow.json."""
 
-    from feeler.files import write_text
     from feeler.plotting.results import plot_maps
     from feeler.plotting.walls import FOLLOW_SLOWER, plot_run, write_run_movie
     from feeler.report import Section, write_page

@@ -17,6 +17,7 @@ import typer
 
 from feeler.cli.options import Json, _say_in_shell, list_options, say_json
 from feeler.errors import FeelerError, InvalidInput
+from feeler.sandbox import Limits
 from feeler.terminal import escape
 
 _NEXT = {
@@ -44,7 +45,6 @@ def info(
 
     Sizes, units, labels, configuration, versions, licence.
     """
-    from feeler.sandbox import Limits
     from feeler.tensors.formats import describe_file
 
     limits, also = Limits(max_bytes=int(max_gib * 2**30)), _list_rooms()

@@ -78,6 +78,8 @@ from feeler.cli.robot_options import (
     make_touches,
     tell,
 )
+from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 
 app = Verbs(
     help="Calibrate, test and classify with a robotic antenna.",
@@ -238,7 +240,6 @@ def fit(
     Fit the stiffness and damping factors p1 and p2 to a recorded release.
     """
     from feeler.cli.robot_pages import _describe_fit, _write_fit
-    from feeler.errors import InvalidInput
     from feeler.robot import compare_tips, fit_factors, make_flexures
 
     robot, sheet = Robot(antenna, joints), tell(thickness=thickness, length=length)
@@ -354,7 +355,6 @@ def gap(
     a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was
     measured on your robot.
     """
-    from feeler.progress import ProgressBar
     from feeler.robot import measure_parts
 
     own = objects or locations or speeds or antenna != "robot"

@@ -19,6 +19,8 @@ from feeler.cli.robot_options import (
     tell,
 )
 from feeler.errors import InvalidInput
+from feeler.files import write_text
+from feeler.progress import ProgressBar
 
 DecoderFile = Annotated[
     Path | None,
@@ -108,7 +110,6 @@ def train(
 
 def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
     """The linear decoder of a board, written where it is accurate enough; what is said of it."""
-    from feeler.files import write_text
     from feeler.robot.board import make_board_decoder
 
     made = make_board_decoder(decoder)
@@ -126,8 +127,6 @@ def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
 
 def _say_progress(touches: list, robots: int) -> Any:
     """A bar, and before it a line on what is to be done."""
-    from feeler.progress import ProgressBar
-
     half = (robots + 1) // 2
     typer.echo(
         f"training: {len(touches)} touches by {robots} surrogate robots, and of other objects by"

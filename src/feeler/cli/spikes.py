@@ -24,6 +24,7 @@ from typing import Annotated, Any
 import typer
 
 from feeler.cli.options import Json, say, say_adapted
+from feeler.errors import InvalidInput, require_extra
 
 
 def spikes(
@@ -106,7 +107,6 @@ def spikes(
     """
     said = SimpleNamespace(**locals())
     from feeler.cli.choose import _parse_start
-    from feeler.errors import InvalidInput, require_extra
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
 

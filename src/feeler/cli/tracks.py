@@ -39,6 +39,7 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Json, _say_in_shell, list_options, say, say_json
+from feeler.errors import InvalidInput, ModelValidityWarning
 
 _SIDES = ("left", "right")
 
@@ -179,7 +180,6 @@ def tracks(
         _read_sheet,
         _save_pages,
     )
-    from feeler.errors import ModelValidityWarning
     from feeler.tracking import measure_exploration
 
     how: dict[str, Any] = {
@@ -306,8 +306,6 @@ def _settle_bases(said: SimpleNamespace, trials: list) -> tuple[str, str]:
 
 def _read_cutoff(text: str) -> float | str:
     """A cut-off [Hz], or the word for one."""
-    from feeler.errors import InvalidInput
-
     if text in ("auto", "paper"):
         return text
     try:
@@ -320,7 +318,6 @@ def _read_cutoff(text: str) -> float | str:
 
 def _load(file: Path, how: dict[str, Any]) -> Any:
     from feeler.cli.info import _name_instead
-    from feeler.errors import InvalidInput
     from feeler.tracking import load_tracks
 
     try:
@@ -578,7 +575,6 @@ def _save_poses(
 ) -> None:
     """tracks.nwb: all landmarks of all trials."""
     from feeler.cli.choose import _parse_start
-    from feeler.errors import InvalidInput
     from feeler.tracking import save_poses
 
     if said.out is None:
@@ -663,8 +659,6 @@ def _split(text: str) -> tuple[str, ...] | None:
 
 
 def _pair(option: str, text: str) -> tuple[str, str]:
-    from feeler.errors import InvalidInput
-
     names = _split(text) or ()
     if len(names) != 2 or not any(names):
         raise InvalidInput(f"{option} takes two landmarks separated by a comma, got {text!r}.")
@@ -673,8 +667,6 @@ def _pair(option: str, text: str) -> tuple[str, str]:
 
 def _check_tips(tips: tuple[str, str], trials: list) -> None:
     """Say how one antenna is measured, where the other one's tip was not tracked."""
-    from feeler.errors import InvalidInput
-
     for trial in trials:
         seen = [tip in trial.landmarks for tip in tips]
         if all(tips) and sum(seen) == 1:

@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from feeler.cli.options import Json, _describe_timesteps, say
+from feeler.progress import ProgressBar
 
 
 def tradeoff(
@@ -59,7 +60,6 @@ def tradeoff(
     """
     from feeler.cli.choose import _name_antennas, _name_reader
     from feeler.physics.engine import DEFAULT_ENGINE
-    from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 

@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from feeler.cli.options import Json, say
+from feeler.sandbox import Limits
 from feeler.terminal import escape
 
 
@@ -32,7 +33,6 @@ def validate(
     is wrong.
     """
     from feeler.cli.info import _list_rooms
-    from feeler.sandbox import Limits
     from feeler.tensors.formats import find_problems
 
     limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), _list_rooms()

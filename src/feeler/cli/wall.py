@@ -19,6 +19,7 @@ import typer
 
 from feeler.cli.options import Json, say, try_movie
 from feeler.errors import InvalidInput
+from feeler.files import write_text
 
 
 def wall(
@@ -179,7 +180,6 @@ def _save(
     """wall.html with the antennae beside the wall, the maps and a movie, wall.csv and JSON."""
     import pandas as pd
 
-    from feeler.files import write_text
     from feeler.plotting.results import Shapes, plot_maps, plot_shapes
     from feeler.plotting.walls import write_sweeps_movie
     from feeler.report import Section, write_page
