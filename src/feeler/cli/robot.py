@@ -49,19 +49,19 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, _list_examples, say
-from feeler.cli.robot_decoder import DecoderFile, _choose_decoder, train
+from feeler.cli.options import Json, Verbs, _list_examples, _require_new, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
     BadChannels,
     Calibration,
     ChannelUnit,
+    DecoderFile,
     Engine,
     Files,
     Gaps,
@@ -75,10 +75,13 @@ from feeler.cli.robot_options import (
     Timestep,
     TimeUnit,
     Workers,
+    _choose_decoder,
+    _say_progress,
     make_touches,
     tell,
 )
 from feeler.errors import InvalidInput
+from feeler.files import write_text
 from feeler.progress import ProgressBar
 
 app = Verbs(
@@ -378,7 +381,105 @@ def gap(
         typer.echo(f"page: {_write_gap(out, found, contacts)}", err=True)
 
 
-for verb in (train, stream, board, replay):
+@app.command()
+def train(
+    robot: Annotated[
+        str, typer.Argument(help="robot file (feeler robot new), antenna TOML, or preset")
+    ] = "robot",
+    objects: Annotated[
+        Path | None,
+        typer.Argument(help="TOML with a table [[object]] each; default: ball and box of 4 mm"),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="file to write, such as my.decoder")
+    ] = Path("robot.decoder"),
+    locations: Numbers = None,
+    speeds: Speeds = None,
+    calibration: Calibration = None,
+    joints: JointNames = None,
+    noise: Annotated[
+        float | None,
+        typer.Option(help="sd of each reading [rad]; default 0.004", min=1e-6, max=1.0),
+    ] = None,
+    friction: Annotated[
+        float, typer.Option(help="friction of the objects; robots differ from it", min=0.0)
+    ] = 1.0,
+    robots: Annotated[
+        int, typer.Option(min=3, help="surrogate robots whose touches are learned")
+    ] = 24,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the robots")] = 0,
+    header: Annotated[
+        Path | None,
+        typer.Option(help="also write a linear decoder as a C header (.h) for the board"),
+    ] = None,
+    engine: Engine = None,
+    timestep: Timestep = None,
+    workers: Workers = None,
+    as_json: Json = False,
+) -> None:
+    """Train a decoder of a robot's touches, once, and write it into one file.
+
+    classify, stream, Python and a ROS 2 node load the file and answer at once. It holds how it was
+    trained, the calibration, the channels' names, and its accuracy on robots that were left out.
+    """
+    from feeler.robot import load_calibration
+    from feeler.robot.decoder import train_decoder
+
+    for file in (out, *([header] if header else [])):
+        _require_new(file)
+    if not out.parent.is_dir():
+        raise InvalidInput(f"there is no folder {out.parent}. Make it first.")
+    chosen = Robot(robot, joints)
+    touches = make_touches(objects, locations, speeds, friction)
+    path = calibration or chosen.calibration
+    lines = None if path is None else load_calibration(path)
+    chosen.check_lines(lines)
+    with _say_progress(touches, robots) as progress:
+        decoder = train_decoder(
+            chosen.antenna,
+            touches,
+            robots=robots,
+            seed=seed,
+            noise=noise,
+            calibration=lines,
+            joints=chosen.joints,
+            progress=progress,
+            **tell(engine=engine, timestep=timestep, workers=workers),
+        )
+    decoder.save(out)
+    known: dict[str, Any] = {
+        "file": str(out),
+        "robot": decoder.robot,
+        "held_out": decoder.accuracy,
+    }
+    known |= {"without": decoder.tolerance, "recipe": decoder.recipe}
+    known |= {"confusion": decoder.classifier.confusion_.tolist()}
+    if header is not None:
+        known["header"] = _write_header(header, decoder)
+    words = decoder.describe()
+    words += [f"C header    {known['header']['words']}"] if header is not None else []
+    words.append(f"wrote {out}; now: feeler robot classify touch.csv --decoder {out}")
+    say(as_json, {**known, "classes": decoder.classes}, words)
+
+
+def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
+    """The linear decoder of a board, written where it is accurate enough; what is said of it."""
+    from feeler.robot.board import make_board_decoder
+
+    made = make_board_decoder(decoder)
+    words = (
+        f"linear, {made.window} ms after contact: {made.accuracy:.1%} held out, against"
+        f" {decoder.accuracy:.1%}"
+    )
+    if made.accuracy < decoder.accuracy - 0.03:
+        words = f"not written: {words}, more than 3 points less"
+    else:
+        write_text(path, made.write())
+        words = f"{path}: {words}"
+    return {"accuracy": made.accuracy, "window": made.window, "words": words}
+
+
+for verb in (stream, board, replay):
     app.command()(verb)
 _EXAMPLES = _list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own

@@ -13,11 +13,11 @@ import numpy as np
 import typer
 
 from feeler.cli.options import Json, _require_new, say, say_json
-from feeler.cli.robot_decoder import DecoderFile, _choose_decoder, _parse_missing
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
     ChannelUnit,
+    DecoderFile,
     Engine,
     Numbers,
     Objects,
@@ -28,6 +28,8 @@ from feeler.cli.robot_options import (
     Timestep,
     TimeUnit,
     Workers,
+    _choose_decoder,
+    _parse_missing,
     tell,
 )
 from feeler.errors import InvalidInput, require_extra

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 
 Files = Annotated[
     list[Path],
@@ -74,6 +75,12 @@ Workers = Annotated[int | None, typer.Option(help="threads; default one per core
 Gaps = Annotated[
     str,
     typer.Option(help="gaps longer than 10 ms: refuse, or bridge by a line"),
+]
+
+
+DecoderFile = Annotated[
+    Path | None,
+    typer.Option("--decoder", help="decoder to answer with, made by feeler robot train"),
 ]
 
 
@@ -201,4 +208,63 @@ def _split(option: str, text: str | None) -> tuple[float, ...] | None:
     except ValueError:
         raise InvalidInput(
             f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}."
+        ) from None
+
+
+def _say_progress(touches: list, robots: int) -> Any:
+    """A bar, and before it a line on what is to be done."""
+    half = (robots + 1) // 2
+    typer.echo(
+        f"training: {len(touches)} touches by {robots} surrogate robots, and of other objects by"
+        f" {half}",
+        err=True,
+    )
+    return ProgressBar("surrogate robots")
+
+
+def _choose_decoder(
+    file: Path | None,
+    robot: Robot,
+    said: dict[str, Any],
+    robots: int = 24,
+    **how: Any,
+) -> Any:
+    """The decoder in a file; else one of the same recipe from the cache, or trained now and kept
+    there. ``said`` are the options that belong to its training.
+    """
+    from feeler.robot.decoder import RobotDecoder, find_cached, keep_cached, train_decoder
+
+    if file is not None:
+        given = [f"--{name}" for name, value in {**said, **how}.items() if value is not None]
+        given += ["--robots"] if robots != 24 else []
+        if given:
+            raise InvalidInput(
+                f"{', '.join(given)} belongs to the training of {file}: leave it out, or train"
+                " another decoder with it."
+            )
+        return RobotDecoder.load(file)
+    touches = make_touches(**said)
+    kept = find_cached(robot.antenna, touches, robots=robots, **how)
+    if kept.is_file():
+        try:
+            decoder = RobotDecoder.load(kept)
+        except InvalidInput:  # of another version, or cut short: made anew
+            decoder = None
+        if decoder is not None:
+            typer.echo(f"decoder trained before with these settings: {kept}", err=True)
+            return decoder
+    with _say_progress(touches, robots) as progress:
+        decoder = train_decoder(robot.antenna, touches, robots=robots, progress=progress, **how)
+    if keep_cached(decoder, kept):
+        typer.echo(f"kept for the next time: {kept}", err=True)
+    return decoder
+
+
+def _parse_missing(text: str | None) -> tuple[int, ...]:
+    """Numbers of sensors from ``--missing 4,7``."""
+    try:
+        return () if text is None else tuple(dict.fromkeys(map(int, text.split(","))))
+    except ValueError:
+        raise InvalidInput(
+            f"--missing must be numbers of sensors with commas between, as in 4,7; got {text!r}."
         ) from None

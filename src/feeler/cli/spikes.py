@@ -21,10 +21,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from feeler.cli.options import Json, say, say_adapted
 from feeler.errors import InvalidInput, require_extra
+from feeler.files import write_text
 
 
 def spikes(
@@ -111,8 +113,6 @@ def spikes(
     from feeler.tensors.formats import save
 
     if said.recorded is not None:
-        from feeler.cli.spikes_recorded import _tell_recorded
-
         _tell_recorded(said)
         return
     if bool(said.session_start) != bool(said.identifier):
@@ -164,8 +164,6 @@ def _make_touches(said: SimpleNamespace) -> Any:
 
 def _place(said: SimpleNamespace, touches: Any) -> Any:
     """Sensilla on both sides, in space on four, with the gain that was given or found."""
-    import numpy as np
-
     from feeler.spikes import find_gain, place_sensilla
 
     places = touches["position"].values
@@ -179,8 +177,6 @@ def _place(said: SimpleNamespace, touches: Any) -> Any:
 
 def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note: str) -> None:
     """The page, and what is said in the terminal."""
-    import numpy as np
-
     from feeler.plotting.results import plot_touch_spikes
     from feeler.report import Section, write_page
     from feeler.tensors.transforms import in_unit
@@ -238,3 +234,115 @@ def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note
         f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}",
     ]
     say(said.as_json, {**known, "unit": units, "page": page, "files": files}, lines)
+
+
+# One's own units, alone or beside the model.
+
+
+def _tell_recorded(said: Any) -> None:
+    """Rates, intervals, latency and PSTH of recorded units, and how far the model is from them
+    (recorded.html, .nc, .csv, psth.csv, recorded.png).
+    """
+    from feeler.spikes import compare_trains, cut_trains, measure_trains, read_trains
+    from feeler.tensors.formats import save
+
+    try:
+        trains = read_trains(said.recorded, unit=said.time_unit)
+        onsets, words = _find_onsets(said, trains)
+    except InvalidInput as error:
+        raise InvalidInput(str(error).replace("unit=", "time_unit=")) from None
+    touches = model = None
+    if said.touches is not None:
+        model, touches = _make_model(said)
+    how = {"before": said.before, "after": said.after}
+    if not len(onsets):
+        first, last = (
+            float(pick([edge for train in trains.values() for edge in train[k:][:1]]))
+            for k, pick in ((0, min), (-1, max))
+        )
+        onsets, how = [first], {"before": 1.0, "after": last - first + 1.0}
+    drawn = cut_trains(trains, onsets, touches=touches, **how)
+    table = measure_trains(drawn)
+    beside = None if model is None else compare_trains(model, drawn)
+    said.out.mkdir(parents=True, exist_ok=True)
+    files = _save_recorded(said, drawn, table, beside, words)
+    if touches is not None:
+        if (said.out / "recorded.nc").exists():
+            raise InvalidInput(
+                f"{said.out / 'recorded.nc'} exists already. Choose another --out."
+            )
+        save(drawn, said.out / "recorded.nc")
+        files.append("recorded.nc")
+    plain: dict[str, Any] = {
+        "trials": drawn.sizes["trial"],
+        "onsets": words,
+        "units": table.to_dict("records"),
+    }
+    lines = [
+        f"{said.recorded}: {len(table)} unit(s), {drawn.sizes['trial']} trial(s), {words}",
+        table.round(3).to_string(index=False),
+    ]
+    if beside is not None:
+        plain["model"] = beside.to_dict("records")
+        lines += ["beside the model (van Rossum's distance, one spike more or less is 1):"]
+        lines += [beside.round(3).to_string(index=False)]
+    plain |= {"page": said.out / "recorded.html", "files": files}
+    say(said.as_json, plain, [*lines, f"wrote {said.out}/{', '.join(files)}"])
+
+
+def _find_onsets(said: Any, trains: dict[str, np.ndarray]) -> tuple[Any, str]:
+    """When contact began, and whence that is known."""
+    from feeler.spikes import read_onsets
+
+    if said.onsets is not None:
+        return read_onsets(said.onsets, unit=said.time_unit), f"contact as {said.onsets} says"
+    if said.recorded.is_file() and said.recorded.suffix in (".nwb", ".h5"):
+        try:
+            return read_onsets(said.recorded), "from the starts of the file's trials"
+        except InvalidInput:
+            pass
+    if said.touches is not None:
+        raise InvalidInput("to compare with --touches, --onsets must say when contact began.")
+    return [], "the whole session as one, so latency counts from the first spike"
+
+
+def _make_model(said: Any) -> tuple[Any, Any]:
+    """The model's spikes of the touches, and the touches."""
+    from feeler.spikes import Firing, draw_spikes
+
+    touches = _make_touches(said)
+    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
+    return draw_spikes(_place(said, touches).encode(touches), firing, seed=said.seed), touches
+
+
+def _save_recorded(said: Any, drawn: Any, table: Any, beside: Any, words: str) -> list[str]:
+    """Page, pictures and tables."""
+    from feeler.plotting.results import plot_psth
+    from feeler.report import Section, write_page
+    from feeler.spikes import compute_psth
+
+    span = float(drawn["time"][-1] - drawn["time"][0])
+    psth = compute_psth(drawn, 10.0 if span < 5000 else span / 200)
+    write_text(said.out / "recorded.csv", table.to_csv(index=False))
+    write_text(said.out / "psth.csv", psth.to_series().rename("rate_hz").to_csv())
+    section = Section(name="recorded", title="Recorded units", folder=said.out, vector=False)
+    section.text(f"{said.recorded.name}: {drawn.sizes['trial']} trial(s), {words}.")
+    section.figure(
+        "recorded",
+        "Spikes of every trial, below one another for each unit, and the rate over all trials;"
+        " time 0 is contact.",
+        lambda figure: plot_psth(drawn, psth, figure),
+        height=4.5,
+    )
+    section.table([*table.columns], table.to_numpy().tolist(), "Each unit.")
+    if beside is not None:
+        section.table(
+            [*beside.columns],
+            beside.to_numpy().tolist(),
+            "Beside the model. distance: van Rossum's, one spike more or less is 1; distance_among:"
+            " of a recorded trial from the next one.",
+        )
+        write_text(said.out / "model.csv", beside.to_csv(index=False))
+    write_page(said.out / "recorded.html", "Recorded spikes", said.recorded.name, section)
+    files = ["recorded.html", "recorded.csv", "psth.csv", "recorded.png"]
+    return files + (["model.csv"] if beside is not None else [])

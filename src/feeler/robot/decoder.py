@@ -19,7 +19,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.objects import Trial
 from feeler.progress import Advance
 from feeler.provenance import PHYSICS, find_version, to_jsonable
-from feeler.records import Gt
+from feeler.records import Gt, Unit
 from feeler.robot.classify import (
     Answer,
     draw_training_set,
@@ -292,7 +292,7 @@ def train_decoder(
     *,
     robots: Count = 24,
     seed: Seed = 0,
-    noise: Annotated[float, Gt(0)] | None = None,
+    noise: Annotated[float, Gt(0), Unit("rad")] | None = None,
     calibration: SensorCalibration | None = None,
     joints: Joints = (),
     name: str = "",
