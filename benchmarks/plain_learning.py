@@ -45,7 +45,7 @@ class _Losses(BaseCallback):
 
 def learn(seed: int, steps: int) -> np.ndarray:
     """Steps and losses (2, episode)."""
-    env = gymnasium.make("feeler/PlainTouch-v0", duration=100.0)
+    env = gymnasium.make("feeler/Touch-v0", duration=100.0)
     losses = _Losses()
     PPO("MlpPolicy", env, seed=seed, device="cpu").learn(steps, callback=losses)
     return np.array(losses.found).T

@@ -3,6 +3,7 @@
 import sys
 import warnings
 from collections.abc import Callable
+from functools import wraps
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -55,6 +56,23 @@ def find_renamed(module: str) -> Callable[[str], Any]:
         return getattr(sys.modules[module], new)
 
     return find
+
+
+def rename_arguments(**names: str) -> Callable[[Callable], Callable]:
+    """A function that still takes its arguments by their old names, with a warning."""
+
+    def wrap(function: Callable) -> Callable:
+        @wraps(function)
+        def call(*args: Any, **given: Any) -> Any:
+            for old in names.keys() & given.keys():
+                words = f"{function.__name__}({old}=) is renamed: write {names[old]}=."
+                warnings.warn(words, DeprecationWarning, stacklevel=2)
+                given[names[old]] = given.pop(old)
+            return function(*args, **given)
+
+        return call
+
+    return wrap
 
 
 class _Renamed(MetaPathFinder, Loader):

@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 
 from feeler.active import Observer, film_policy, parse_policy, show
 from feeler.active.contests import (
+    _plot_comparison,
     confirm_steering,
     fill_comparison,
     judge_energy,
     judge_learned,
     judge_steering,
     load_contest,
-    plot_comparison,
     write_active,
 )
 from feeler.active.show import write_film
@@ -261,7 +261,7 @@ def test_the_picture_is_in_per_cent_and_microjoules(comparison):
     measured = make_measured(
         comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4]
     )
-    plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
+    _plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
     left, right = figure.axes
     assert (left.get_xlabel(), left.get_ylabel()) == (
         "deadline [ms since the beginning]",
@@ -281,7 +281,7 @@ def test_bars_end_where_shares_end(comparison):
     measured = make_measured(
         comparison, [[0.01, 0.4, 0.01, 0.5], [0.9, 1.0, 0.9, 1.0], [0.6] * 4]
     )
-    plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
+    _plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
     ends = [
         segment[:, 1]
         for ax in figure.axes

@@ -37,7 +37,7 @@ def make_action(n, speed, turn=0.0, outputs=2):
 def test_gymnasium_finds_nothing_wrong(name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that spaces are in mm and not in [-1, 1]
-        check_env(gymnasium.make(name, render_mode="rgb_array").unwrapped)
+        check_env(gymnasium.make(name, plain=False, render_mode="rgb_array").unwrapped)
 
 
 def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
@@ -62,7 +62,7 @@ def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
     ],  # a minute of compiling
 )
 def test_gymnasium_makes_lanes(name):
-    envs = gymnasium.make_vec(name, num_envs=3)
+    envs = gymnasium.make_vec(name, num_envs=3, plain=False)
     envs.reset(seed=1)
     observation, reward, *_ = envs.step(envs.action_space.sample())
     assert observation["angle"].shape == (3, 5, 56)

@@ -178,9 +178,9 @@ def test_a_greedy_body_learns_more_than_a_random_one(observer):
 def test_a_film_shows_what_the_observer_believed(observer):
     film = film_policy(observer, parse_policy("fixed:0.6"), touch=3)
     seen = observer.run(parse_policy("fixed:0.6"), copies=1)
-    assert film.points.shape == (20, 141, 2)
-    np.testing.assert_array_equal(film.belief[-1], seen.belief[-1, 3])
-    assert np.all(film.speed == 0.6)
+    assert film["points"].shape == (20, 141, 2)
+    np.testing.assert_array_equal(film["belief"][-1], seen.belief[-1, 3])
+    assert np.all(film["speed"] == 0.6)
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_the_body_goes_towards_what_stands_around_it(azimuth, way):
     assert ("azimuth" in task.to_plain()) == (azimuth != 0.0)
 
 
-OTHERS = ("Touch", "PlainTouch", "PlainLocalise")
+OTHERS = (("Touch", False), ("Touch", True), ("Localise", True))
 
 
 def make_task(**changes):
@@ -48,14 +48,15 @@ def make_task(**changes):
 
 
 @pytest.mark.parametrize(
-    "name", ["Localise", *(pytest.param(name, marks=pytest.mark.long) for name in OTHERS)]
+    ("name", "plain"),
+    [("Localise", False), *(pytest.param(*other, marks=pytest.mark.long) for other in OTHERS)],
 )
-def test_gymnasium_finds_nothing_wrong(name):
+def test_gymnasium_finds_nothing_wrong(name, plain):
     fields = {"antenna": ANTENNA, "pool": 6, "render_mode": "rgb_array"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that spaces are in mm and not in [-1, 1]
-        made = gymnasium.make(f"feeler/{name}-v0", **fields)
-        check_env(made.env.env if name.startswith("Plain") else made.unwrapped)
+        made = gymnasium.make(f"feeler/{name}-v0", plain=plain, **fields)
+        check_env(made.unwrapped)
 
 
 def test_a_constant_speed_is_a_touch():

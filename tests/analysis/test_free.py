@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from feeler.analysis import check_trace, fit_damped_cosine, measure_free_response
-from feeler.analysis.response import _find_extrema
+from feeler.analysis import check_trace, measure_free_response
+from feeler.analysis.response import _find_extrema, _fit_damped_cosine
 from feeler.errors import InvalidInput
 
 
@@ -169,8 +169,8 @@ def test_a_clean_trace_passes_unchanged():
 
 def test_the_cosine_says_how_badly_it_fits():
     two = swing(TIME) + 0.5 * swing(TIME, 0.06, 0.05)
-    assert fit_damped_cosine(TIME, swing(TIME), 0.017).residual < 1e-6
-    assert fit_damped_cosine(TIME, two, 0.017).residual > 0.1
+    assert _fit_damped_cosine(TIME, swing(TIME), 0.017).residual < 1e-6
+    assert _fit_damped_cosine(TIME, two, 0.017).residual > 0.1
 
 
 @pytest.mark.parametrize("begin", [0.0, 20.0])
@@ -193,7 +193,7 @@ def test_the_cosine_gives_back_everything_it_was_made_of():
     t, zeta, omega = time - 5.0, 0.2, 2 * np.pi * 0.0175
     decay = zeta * omega / np.sqrt(1 - zeta**2)
     for phase in (-2.0, 0.7, 2.5):
-        found = fit_damped_cosine(
+        found = _fit_damped_cosine(
             time, 1.5 + 2.0 * np.exp(-decay * t) * np.cos(omega * t + phase), 0.02
         )
         got = (found.frequency, found.damping_ratio, found.amplitude, found.phase, found.offset)
@@ -204,7 +204,7 @@ def test_the_cosine_gives_back_everything_it_was_made_of():
 def test_the_residual_is_that_of_numpy_relative_to_the_signal_s_own_spread():
     wild = np.random.default_rng(0).normal(0.0, 0.05, TIME.size)
     signal = 7.0 + swing(TIME) + wild
-    found = fit_damped_cosine(TIME, signal, 0.0175)
+    found = _fit_damped_cosine(TIME, signal, 0.0175)
     omega = 2 * np.pi * found.frequency
     decay = found.damping_ratio * omega / np.sqrt(1 - found.damping_ratio**2)
     fitted = found.offset + found.amplitude * np.exp(-decay * TIME) * np.cos(

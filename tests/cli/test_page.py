@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from feeler import errors
 from feeler.cli import app as door
-from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, list_options, say_in_shell
+from feeler.cli.options import _MANY_OPTIONS, _SHOWN_FIRST, _say_in_shell, list_options
 from feeler.errors import MissingDependencyError
 from feeler.physics.contact import CONTACTS, describe_sink, get_contact, list_validity_warnings
 from feeler.presets import PRESETS
@@ -67,7 +67,7 @@ def test_verbs_with_many_options_show_five_first(name, verb):
     ],
 )
 def test_arguments_become_options_of_the_verb(words, message, said):
-    assert say_in_shell(message, list_options(GROUP, words)).endswith(said)
+    assert _say_in_shell(message, list_options(GROUP, words)).endswith(said)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_advice_of_a_contact_names_options_that_there_are(name, verb):
     ]
     options = list_options(GROUP, name.split())
     for words in said:
-        shown = say_in_shell(words, options)
+        shown = _say_in_shell(words, options)
         assert not re.search(r"contact='|timestep=|Contact of", shown), shown
         assert "contact smooth:" in shown or "contact hard:" in shown, shown
         for option in re.findall(r"(feeler touch )?(--[a-z-]+)", shown):

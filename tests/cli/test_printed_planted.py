@@ -25,6 +25,7 @@ from feeler.robot.classify import Answer, name_touch
 from feeler.robot.description import get_example
 from feeler.robot.sensors import SensorCalibration
 from feeler.tensors.formats import save
+from feeler.wall.distance import _fit_distance
 
 from .test_printed import NUMBER, read, run
 
@@ -34,6 +35,12 @@ def plant(monkeypatch, room, **functions):
         monkeypatch.setattr(room, name, function)
 
 
+def make_map(**known):
+    """What a wall's map knows, of which a test looks at some."""
+    names = "distance position r2 slope intercept error monotone undefined told_apart bending"
+    return SimpleNamespace(**dict.fromkeys(names.split(), np.nan) | known)
+
+
 def test_wall_prints_the_map_in_millimetres(monkeypatch):
     asked = {}
 
@@ -41,7 +48,7 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
         asked.update(posture=posture, distances=distances)
         return SimpleNamespace(contact=np.array([1, 1, 1, 0]), inverted=np.array([1, 1, 0, 0]))
 
-    found = SimpleNamespace(
+    found = make_map(
         used=np.array([1, 0, 0, 0]),
         r2=0.98765,
         slope=-1.234,
@@ -76,7 +83,7 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
 
 
 def test_wall_says_what_is_undefined(monkeypatch):
-    found = SimpleNamespace(
+    found = make_map(
         used=np.zeros(4, int),
         undefined="the peak stays at one place",
         at_base=np.array([1, 1, 0, 0]),
@@ -93,7 +100,7 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
 
     def follow(antenna, course, **options):
         asked.update(options, course=course)
-        straight = wall.fit_distance(
+        straight = _fit_distance(
             np.arange(5.0), np.arange(5.0), np.ones(5, bool), np.zeros(5, bool), resolution=0.1
         )
         return wall.Run(
@@ -136,7 +143,9 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
 def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch):
     def fit(problem, *_, **__):
         measured = SimpleNamespace(
-            values=np.array([0.01812, 0.5123, 0.234, 0.567]), overdamped=False
+            names=tuple("abcd"),
+            values=np.array([0.01812, 0.5123, 0.234, 0.567]),
+            overdamped=False,
         )
         p = np.array([37.78, -0.0827, 25.24, -0.0533])
         assert problem.hinges.names == ("p1", "p2", "p3", "p4")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scripts import load_script
 
-from feeler.decoding.observers import NoveltyDetector, StudentTClassifier
+from feeler.decoding.observers import StudentTClassifier, _NoveltyDetector
 from feeler.errors import InvalidInput
 
 reliability = load_script("benchmarks", "reliability")
@@ -107,4 +107,4 @@ def test_what_strangers_differ_by_is_not_underestimated_where_kinds_are_many():
     places = (
         np.random.default_rng(5).normal(0.0, 3.0, (600, 2)) + 50.0 * np.array(kinds)[:, None]
     )
-    assert NoveltyDetector(places, kinds)._spread.mean() == pytest.approx(9.0, rel=0.1)
+    assert _NoveltyDetector(places, kinds)._spread.mean() == pytest.approx(9.0, rel=0.1)

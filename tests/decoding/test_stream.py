@@ -385,7 +385,9 @@ def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
             return self.pieces.pop(0)
 
     monkeypatch.setitem(
-        sys.modules, "serial", SimpleNamespace(Serial=Port, SerialException=OSError)
+        sys.modules,
+        "serial",
+        SimpleNamespace(Serial=Port, SerialException=OSError, __spec__="there"),
     )
     assert list(open_serial("/dev/robot")) == [b"1,2\n", b"3,4\n"]
     assert asked == {

@@ -17,7 +17,7 @@ import feeler
 from feeler.cli.app import app
 from feeler.design import load_plan
 from feeler.design import plan as outcome
-from feeler.design.page import plot_confusion, plot_designs
+from feeler.design.page import _plot_answers, _plot_designs
 from feeler.design.plan import SHEETS, TEMPLATE, make_strips, measure_tolerance, run_plan
 from feeler.design.scoring import DesignTask
 from feeler.design.search import (
@@ -190,7 +190,7 @@ def test_the_verb_writes_a_page_and_goes_on(again, monkeypatch):
 
 def test_the_pictures_of_a_design_are_in_their_units(made):
     _, found = made
-    plot_designs(found, figure := Figure())
+    _plot_designs(found, figure := Figure())
     axes = figure.axes
     assert [ax.get_ylabel() for ax in axes] == [
         "stiffness [N·mm/rad]",
@@ -211,7 +211,7 @@ def test_the_pictures_of_a_design_are_in_their_units(made):
         np.testing.assert_allclose(
             ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio
         )
-    plot_confusion(found, figure := Figure())
+    _plot_answers(found, figure := Figure())
     for ax, one, name in zip(
         figure.axes,
         (found.reference_final, found.final),

@@ -188,7 +188,7 @@ def test_frictionless_touch_is_mujoco(kind, contact):
     assert difference(scene, Clock(duration=8, sample_interval=0.5, timestep=0.02)).max() < 1e-9
 
 
-def draw_antenna(n: int, rng: np.random.Generator):
+def _draw_antenna(n: int, rng: np.random.Generator):
     """A stub of random sizes and posture."""
     return make_stub(
         n,
@@ -231,7 +231,7 @@ def scenes(draw):
     """
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    antenna = draw_antenna(n, rng)
+    antenna = _draw_antenna(n, rng)
     kind, speed = (
         draw(st.sampled_from(["ball", "box", "triangle", "outline"])),
         draw(st.sampled_from([0.06, 0.3, 0.6])),
@@ -254,7 +254,7 @@ def moving_scenes(draw):
     """
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    antenna, base = draw_antenna(n, rng), (*rng.uniform(-5, 5, 2), rng.uniform(-1, 1))
+    antenna, base = _draw_antenna(n, rng), (*rng.uniform(-5, 5, 2), rng.uniform(-1, 1))
     drift = rng.uniform(-0.1, 0.1, 2)
     points = antenna.shape(base_angle=base[2]) + base[:2]
     kinds = draw(

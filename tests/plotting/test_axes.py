@@ -24,7 +24,8 @@ from feeler.plotting.results import (
 from feeler.plotting.tensors import list_tensors, plot_tensor, plot_tensor_grid, plot_touch
 from feeler.presets import cockroach
 from feeler.tensors.schema import label_units
-from feeler.wall import Posture, WallTouch, fit_distance
+from feeler.wall import Posture, WallTouch
+from feeler.wall.distance import _fit_distance
 from paper import fig3, fig6, figS1
 
 
@@ -269,7 +270,7 @@ def test_bases_name_lags_in_milliseconds(ax):
 def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):
     distance, position = np.array([20.0, 15.0, 10.0, 5.0]), np.array([30.0, 20.0, 10.0, 1.0])
     used = np.array([True, True, True, False])
-    found = fit_distance(distance, position, used, ~used, resolution=0.1)
+    found = _fit_distance(distance, position, used, ~used, resolution=0.1)
     fig3.plot_maps({"linear": found}, ax)
     fitted, rest, line, _ = ax.lines
     np.testing.assert_array_equal(read(fitted), np.column_stack([position, distance])[:3])

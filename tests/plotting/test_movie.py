@@ -39,9 +39,9 @@ def test_what_is_to_come_is_not_seen_in_the_picture_itself():
     time = 3.0 + 2.0 * np.arange(10)
     image = ax.imshow(np.ones((4, 10)), extent=(2, 22, 0.5, 4.5), aspect="auto", cmap="gray_r")
     image.set_clim(0, 1)
-    to_come = touch_movie._ToCome(image)
+    hide_rest = touch_movie._cover(image)
     for now in (0, 6, 9):
-        to_come.start(now)
+        hide_rest(now)
         canvas.draw()
         x, y = ax.transData.transform(np.column_stack([time, np.full(10, 2.0)])).T.round()
         dark = np.asarray(canvas.buffer_rgba())[int(figure.bbox.ymax) - y.astype(int) - 1]

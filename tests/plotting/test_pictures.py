@@ -20,7 +20,7 @@ from feeler.objects import Ball, Box, Outline, Peg, Trial, Wall, place
 from feeler.objects.meshes import list_solids
 from feeler.plotting import movie, results
 from feeler.plotting import tensors as touch
-from feeler.plotting.antennas import SpaceScene, make_patch, plot_profiles
+from feeler.plotting.antennas import _SpaceScene, make_patch, plot_profiles
 from feeler.plotting.results import (
     Shapes,
     plot_approach,
@@ -34,7 +34,7 @@ from feeler.plotting.style import (
     pick_shades,
 )
 from feeler.presets import make_preset
-from feeler.wall import fit_distance
+from feeler.wall.distance import _fit_distance
 from plotting.test_results import make_optimum, make_sweep
 
 
@@ -204,8 +204,8 @@ def test_a_map_that_has_no_line_says_so_and_draws_none():
     distance, position = np.array([20.0, 14.0, 9.0]), np.array([3.0, 17.0, 31.0])
     used, none = np.ones(3, dtype=bool), np.zeros(3, dtype=bool)
     maps = {
-        "linear": fit_distance(distance, position, used, none, resolution=0.1),
-        "constant": fit_distance(distance, 0 * position, used, none, resolution=0.1),
+        "linear": _fit_distance(distance, position, used, none, resolution=0.1),
+        "constant": _fit_distance(distance, 0 * position, used, none, resolution=0.1),
     }
     assert maps["constant"].undefined
     ax = Figure().subplots()
@@ -258,7 +258,7 @@ def test_of_a_scene_in_space_only_the_object_of_this_moment_is_drawn():
     """A peg has two sheets and more, of which none may stay where the peg was."""
     antenna = make_preset("rat-whisker")
     ax = Figure(figsize=(30.0, 25.0)).add_subplot(projection="3d")
-    scene = SpaceScene(antenna, ax, Normalize(0.0, 1.0))
+    scene = _SpaceScene(antenna, ax, Normalize(0.0, 1.0))
     box, axes = Box(half_width=1.0, half_height=2.0), np.eye(3)
     counts = []
     several = Outline(vertices=np.array([[0, 2], [0, -2], [-1, -2], [-0.4, 0], [-1, 2]], float))
@@ -407,7 +407,7 @@ def test_in_space_the_object_goes_where_it_goes_while_the_antenna_bends(monkeypa
         touch, "take_curvature", lambda *_: np.ones((1, antenna.n_segments, 250))
     )
     flat, below = Figure().subplots(1, 2)
-    axes = touch.add_space(flat.figure, flat), below
+    axes = touch._add_space(flat.figure, flat), below
     view = touch._View(antenna, trial, tensors, (Normalize(0, 1), "magma"), axes)
     seen = {"place": [], "move": []}
     for called, calls in seen.items():
@@ -444,7 +444,9 @@ def test_a_movie_is_sent_frame_by_frame_and_its_still_is_that_of_two_thirds(
         return Writer()
 
     monkeypatch.setitem(
-        sys.modules, "imageio_ffmpeg", SimpleNamespace(write_frames=write_frames)
+        sys.modules,
+        "imageio_ffmpeg",
+        SimpleNamespace(write_frames=write_frames, __spec__="there"),
     )
     figure = Figure(figsize=(4.0, 1.31))
     path = movie.write_movie(

@@ -40,7 +40,7 @@ def list_checked():
     }
 
 
-def list_classes():
+def _list_classes():
     return {
         name: thing
         for name, thing in list_public().items()
@@ -107,7 +107,7 @@ def test_what_does_not_fit_is_named_before_anything_runs():
 
 def test_what_makes_no_object_is_refused():
     foreign = []
-    for name, kind in list_classes().items():
+    for name, kind in _list_classes().items():
         right = make_arguments(kind)
         for key in right:
             for value in WRONG:

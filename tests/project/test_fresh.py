@@ -203,11 +203,11 @@ def ask_environment(lanes):
 def ask_plain(_):
     pytest.importorskip("gymnasium")
     from feeler.active import TouchTask
-    from feeler.active.environment import PlainTouch, TouchEnv
+    from feeler.active.environment import TouchEnv
 
     def make():
         balls = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=2.0)]
-        return PlainTouch(TouchEnv(TouchTask(features=balls, pool=5, duration=80.0)))
+        return TouchEnv(TouchTask(features=balls, pool=5, duration=80.0), plain=True)
 
     def read(environment, seed=11):
         rows = {"0": environment.reset(seed=seed)[0]}
@@ -237,7 +237,7 @@ CASES = {
     "SensillaStream": (ask_sensilla, [""]),
     "TouchVectorEnv": (ask_environment, ["lanes"]),
     "TouchEnv": (ask_environment, ["one"]),
-    "PlainTouch": (ask_plain, [""]),
+    "TouchEnv, plain": (ask_plain, [""]),
 }
 ASKED = sorted(
     {(ask, option) for ask, options in CASES.values() for option in options}, key=str

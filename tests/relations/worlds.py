@@ -295,10 +295,10 @@ def learn_robot() -> tuple[Any, Any, Any]:
     from feeler import robot
 
     trials = robot.make_touches(locations=(0.5, 0.9), speeds=(0.27,))
-    lessons = robot.draw_training_set(trials=trials, robots=4)
-    decoder = lessons.watch(robot.make_decoder(trials=trials))
+    training = robot.draw_training_set(trials=trials, robots=4)
+    decoder = training.watch(robot.make_decoder(trials=trials))
     known = robot.touch_robots(robot.draw_robots(1.0, 1, 5), trials=trials)
-    return decoder, robot.make_classifier(lessons=lessons), known[0]
+    return decoder, robot.make_classifier(training=training), known[0]
 
 
 def make_bent() -> Bent:

@@ -14,14 +14,14 @@ from feeler.errors import InvalidInput
 from feeler.robot import Gap, draw_robots, make_robot, make_touches
 from feeler.robot.description import ROBOT_FACTS
 from feeler.robot.recordings import Recording
-from feeler.robot.repair import find_bad_channels, repair
+from feeler.robot.repair import _find_bad_channels, repair
 from feeler.robot.sensors import fit_sensors
 from feeler.robot.surrogate import (
-    Sensing,
     _add_mount,
+    _draw_antenna,
     _draw_sensing,
-    draw_antenna,
-    draw_trial,
+    _draw_trial,
+    _Sensing,
     subtract_rest,
 )
 
@@ -33,7 +33,7 @@ def make_gap(**sizes):
 
 
 def make_sensing(gap, gain=(1.1, 0.9, 1.0)):
-    return Sensing(
+    return _Sensing(
         base=np.array([5.0, 4.0, 6.0]),
         sensitivity=np.array([1.2, 1.0, 1.5]),
         gain=np.array(gain),
@@ -101,7 +101,7 @@ def test_what_is_refused_or_mended_is_told_with_its_numbers():
         .startswith("recorded every 2 ms (jitter sd 0 ms), none")
     )
     values[1] = 0.125
-    assert find_bad_channels(Recording(time=time, values=values)) == {2: "dead (always 0.125)"}
+    assert _find_bad_channels(Recording(time=time, values=values)) == {2: "dead (always 0.125)"}
     fit = fit_sensors(
         np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([4.0, 5.0, 6.0]), unit="pF"
     )
@@ -118,7 +118,7 @@ def test_an_antenna_is_drawn_share_by_share():
     then rest angles.
     """
     robot, gap, rng = make_robot(), Gap(), np.random.default_rng(5)
-    drawn = draw_antenna(robot, gap, np.random.default_rng(5))
+    drawn = _draw_antenna(robot, gap, np.random.default_rng(5))
     together, each = rng.standard_normal(), rng.standard_normal(8)
     np.testing.assert_allclose(
         drawn.stiffness, robot.stiffness * np.exp(0.1 * together + 0.08 * each)
@@ -142,14 +142,14 @@ def test_a_touch_is_drawn_number_by_number():
     touched.
     """
     trial, rng = make_touches(locations=(0.7,))[0], np.random.default_rng(6)
-    drawn = draw_trial(trial, Gap(), np.random.default_rng(6))
+    drawn = _draw_trial(trial, Gap(), np.random.default_rng(6))
     location, size, approach, friction, speed = norm.ppf(rng.random(5))
     assert drawn.location == pytest.approx(0.7 + 0.01 * location)
     assert drawn.feature.size == pytest.approx(trial.feature.size * np.exp(0.03 * size))
     assert drawn.approach == pytest.approx(90 + 2.0 * approach)
     assert drawn.friction == pytest.approx(trial.friction * np.exp(0.3 * friction))
     assert drawn.speed == pytest.approx(trial.speed * np.exp(0.02 * speed))
-    wild = [draw_trial(trial, make_gap(location=9.0, approach=900.0), rng) for _ in range(40)]
+    wild = [_draw_trial(trial, make_gap(location=9.0, approach=900.0), rng) for _ in range(40)]
     ends = [
         (min(values), max(values))
         for values in zip(*((one.location, one.approach) for one in wild), strict=True)
@@ -220,12 +220,14 @@ def test_faults_act_in_their_order(on_bench):
 
 def test_wander_grows_as_a_random_walk_to_its_size_after_one_second_and_noise_is_white():
     walk = make_gap(drift=0.02)
-    sensing = Sensing(base=np.zeros(400), sensitivity=np.ones(400), gain=np.ones(400), gap=walk)
+    sensing = _Sensing(
+        base=np.zeros(400), sensitivity=np.ones(400), gain=np.ones(400), gap=walk
+    )
     found = sensing.read(np.zeros((400, 1000)), np.random.default_rng(1))
     assert found[:, -1].std() == pytest.approx(0.02, rel=0.12)
     assert found[:, 249].std() == pytest.approx(0.01, rel=0.12)
     assert not sensing.read(np.zeros((400, 9)), np.random.default_rng(1), on_bench=True).any()
-    noisy = Sensing(
+    noisy = _Sensing(
         base=np.zeros(1), sensitivity=np.full(1, 2.0), gain=np.ones(1), gap=make_gap(noise=0.01)
     )
     white = noisy.read(np.zeros((1, 20_000)), np.random.default_rng(2))[0]

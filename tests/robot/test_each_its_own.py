@@ -140,10 +140,8 @@ def make_touches_of(robot, n, felt=()):
 
 def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
     known = [make_touches_of(0, 2), make_touches_of(1, 4, felt=(1,)), make_touches_of(2, 1)]
-    strangers = [make_touches_of(7, 3, felt=(0,))]
-    values, labels, robots, (others, kinds) = TrainingSet(
-        known=known, strangers=strangers
-    ).gather()
+    unknown = [make_touches_of(7, 3, felt=(0,))]
+    values, labels, robots, (others, kinds) = TrainingSet(known=known, unknown=unknown).gather()
     assert robots.tolist() == [0, 0, 1, 1, 1, 2]
     assert values[:, 0, 0].tolist() == [0, 1, 100, 102, 103, 200]
     assert [label[0] for label in labels] == ["f0", "f0", "f1", "f1", "f1", "f2"]
@@ -151,7 +149,7 @@ def test_lessons_name_each_touch_s_robot_however_many_touches_it_has():
     assert kinds == pytest.approx(np.array([(0.1, 0.2), (0.2, 0.2)]))
     watched = []
     decoder = SimpleNamespace(watch=lambda *given: watched.append(given))
-    TrainingSet(known=known, strangers=strangers).watch(decoder)
+    TrainingSet(known=known, unknown=unknown).watch(decoder)
     ((motions, names, numbers, (odd, _)),) = watched
     assert [m[0, 0] for m in motions] == [0, 1, 100, 101, 102, 103, 200]
     assert [*numbers] == [0, 0, 1, 1, 1, 1, 2] and len(names) == 7

@@ -18,7 +18,6 @@ from feeler.cli import robot_live
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.robot import (
-    choose_before,
     draw_robots,
     draw_training_set,
     fit_sensors,
@@ -30,6 +29,7 @@ from feeler.robot import (
 )
 from feeler.robot.classify import judge_recording
 from feeler.robot.live import LiveTouch, Readings
+from feeler.robot.reality import _choose_before
 from feeler.robot.stream import Link
 
 TRIALS = make_touches(locations=(0.5, 0.9), speeds=(0.27,))
@@ -98,10 +98,10 @@ def test_degrees_for_radians_and_other_units_than_the_calibration_s_are_refused(
 
 @pytest.fixture(scope="module")
 def trained():
-    """A decoder and a classifier of the same lessons, and touches of robots that are in neither."""
-    lessons = draw_training_set(trials=TRIALS, robots=8)
-    decoder = lessons.watch(make_decoder(trials=TRIALS))
-    classifier = make_classifier(lessons=lessons)
+    """A decoder and a classifier of one training set, and touches of robots outside it."""
+    training = draw_training_set(trials=TRIALS, robots=8)
+    decoder = training.watch(make_decoder(trials=TRIALS))
+    classifier = make_classifier(training=training)
     return decoder, classifier, touch_robots(draw_robots(1.0, 2, 5), trials=TRIALS)
 
 
@@ -113,7 +113,7 @@ def play(trained, recording, step=1.0, jitter=0.0, begin=123e3, side=1):
     at = np.minimum(at, count - 1.0)
     sent = np.array([np.interp(at, np.arange(count), row) for row in recording.values])
     decoder, classifier, _ = trained
-    live = LiveTouch(decoder, classifier, make_robot(), choose_before(make_robot(), TRIALS))
+    live = LiveTouch(decoder, classifier, make_robot(), _choose_before(make_robot(), TRIALS))
     return live, [live.update(side * sent[:, k], begin + at[k]) for k in range(at.size)]
 
 
@@ -124,7 +124,7 @@ def test_what_is_said_last_is_what_classify_says_however_fast_the_sender(trained
         live, states = play(trained, recording, step, jitter)
         end = live.end()
         whole, _ = judge_recording(
-            trained[1], recording, make_robot(), choose_before(make_robot(), TRIALS)
+            trained[1], recording, make_robot(), _choose_before(make_robot(), TRIALS)
         )
         assert (end.label, end.strange) == (live.answer.label, live.answer.strange)
         assert end.probability == live.answer.probability
@@ -154,8 +154,8 @@ def test_a_board_that_begins_anew_begins_a_new_touch(trained):
 def run(trained, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     decoder, classifier, _ = trained
-    lessons = type("TrainingSet", (), {"watch": lambda self, one: one})()
-    monkeypatch.setattr(feeler.robot, "draw_training_set", lambda *_, **__: lessons)
+    training = type("TrainingSet", (), {"watch": lambda self, one: one})()
+    monkeypatch.setattr(feeler.robot, "draw_training_set", lambda *_, **__: training)
     monkeypatch.setattr(feeler.robot, "make_decoder", lambda *_, **__: decoder)
     monkeypatch.setattr(feeler.robot, "make_classifier", lambda **_: classifier)
 

@@ -22,7 +22,6 @@ from feeler.robot import (
     compute_tip,
     draw_robots,
     fit_factors,
-    keep_parts,
     load_robot,
     make_classifier,
     make_robot,
@@ -36,6 +35,7 @@ from feeler.robot import (
 )
 from feeler.robot.classify import judge_recording
 from feeler.robot.fit import make_posture
+from feeler.robot.reality import _keep_parts
 from feeler.robot.recordings import Recording
 from feeler.robot.stream import read_samples
 
@@ -297,14 +297,14 @@ def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypat
 
 
 def test_a_part_keeps_its_entries_and_no_other():
-    kept = keep_parts(PARTS["play"])
+    kept = _keep_parts(PARTS["play"])
     assert kept == replace(Gap().scaled(0), play=Gap().play)
-    assert keep_parts(PARTS["everything"]) == Gap()
+    assert _keep_parts(PARTS["everything"]) == Gap()
     assert sorted(PARTS["everything"]) == sorted(
         PARTS["all mechanics"] + PARTS["all of the touch"] + PARTS["all sensing"]
     )
     with pytest.raises(InvalidInput, match="a gap has no entry 'colour'"):
-        keep_parts(("colour",))
+        _keep_parts(("colour",))
 
 
 def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(tmp_path):

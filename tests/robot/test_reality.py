@@ -12,7 +12,6 @@ from feeler.robot import (
     Recording,
     add_robots,
     align_recordings,
-    choose_before,
     draw_robots,
     make_robot,
     make_touches,
@@ -22,7 +21,8 @@ from feeler.robot import (
     sweep_shots,
     touch_robots,
 )
-from feeler.robot.touches import list_lengths, simulate_pairs, simulate_touches
+from feeler.robot.reality import _choose_before
+from feeler.robot.touches import _list_lengths, _simulate_pairs, simulate_touches
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def test_the_window_is_longer_for_slower_touches_and_longer_antennae(speed, leng
     robot = make_robot()
     long = robot.replace(segment_length=length * robot.segment_length)
     trials = make_touches(speeds=(0.27, speed), locations=(0.9,))
-    assert choose_before(long, trials) == before
+    assert _choose_before(long, trials) == before
 
 
 def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
@@ -82,7 +82,7 @@ def test_a_stream_looks_back_further_where_slower_touches_need_it(monkeypatch, s
     monkeypatch.setattr(reality, "StreamDecoder", Decoder)
     monkeypatch.setattr(reality, "_simulate", lambda *_: [])
     reality.make_decoder(trials=make_touches(speeds=(speed,), locations=(0.9,)))
-    lengths = tuple(list_lengths(make_robot()))
+    lengths = tuple(_list_lengths(make_robot()))
     assert asked == {"threshold": 0.9, "window": 700 + more, "lengths": lengths}
 
 
@@ -90,7 +90,7 @@ def test_touches_together_equal_touches_alone():
     trials = [touch for touch, _ in zip(_fast(), range(3), strict=False)]
     robot = make_robot()
     stiff = robot.replace(stiffness=1.2 * robot.stiffness)
-    together = simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
+    together = _simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
     alone = [
         simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)
     ]

@@ -5,7 +5,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.robot.recordings import Recording, load_recording, save_recording
-from feeler.robot.repair import find_bad_channels, repair
+from feeler.robot.repair import _find_bad_channels, repair
 from feeler.robot.sensors import fit_sensors
 
 
@@ -260,7 +260,7 @@ def test_bad_channels_are_named_and_never_used_in_silence(fault, words):
     values = wave.values.copy()
     values[4] = fault(values[4])
     faulty = Recording(time=wave.time, values=values)
-    assert list(find_bad_channels(faulty)) == [5]
+    assert list(_find_bad_channels(faulty)) == [5]
     with pytest.raises(InvalidInput, match=f"hinge 5 is {words}"):
         repair(faulty)
     fixed = repair(faulty, bad_channels="missing")
@@ -275,7 +275,7 @@ def test_a_quiet_quantised_channel_is_not_called_saturated():
     values = np.round(
         rng.normal(0, 0.4, (8, 2000))
     )  # three levels, long runs at the extremes are noise
-    assert find_bad_channels(Recording(time=np.arange(2000.0), values=values)) == {}
+    assert _find_bad_channels(Recording(time=np.arange(2000.0), values=values)) == {}
 
 
 @pytest.mark.parametrize(("sds", "stuck"), [(7.3, False), (8.7, True)])
@@ -283,7 +283,7 @@ def test_a_channel_is_saturated_eight_noises_away_from_its_median(sds, stuck):
     """White noise of sd 0.1, and 150 samples in a row at one value that far beyond."""
     values = np.random.default_rng(3).normal(0, 0.1, (8, 4000))
     values[4, 1000:1150] = 0.1 * sds
-    assert list(find_bad_channels(Recording(time=np.arange(4000.0), values=values))) == (
+    assert list(_find_bad_channels(Recording(time=np.arange(4000.0), values=values))) == (
         [5] if stuck else []
     )
 
@@ -294,7 +294,7 @@ def test_a_channel_is_saturated_after_20_samples_or_a_tenth_but_100_suffice(n, r
         values = np.random.default_rng(4).normal(0, 0.1, (4, n))
         values[2, 10 : 10 + stuck] = 2.0
         assert (
-            list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == bad
+            list(_find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == bad
         )
 
 
@@ -306,7 +306,7 @@ def test_a_channel_with_hysteresis_is_not_called_saturated():
     values = play(
         np.stack([swing * (1 + 0.1 * k) for k in range(8)]), 0.1
     )  # rests about 30 ms at each turn
-    assert find_bad_channels(Recording(time=time, values=values)) == {}
+    assert _find_bad_channels(Recording(time=time, values=values)) == {}
 
 
 def test_doubled_and_backward_times_are_refused():

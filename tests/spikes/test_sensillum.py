@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.spikes import CAMPANIFORM, HAIR, Population, Sensillum, find_gain, place_sensilla
-from feeler.spikes.sensilla import encode_touch
+from feeler.spikes.sensilla import _encode_touch
 from tests.spikes._touches import POSITION, make_bent
 
 OPEN = Sensillum(ceiling=1e6)
@@ -18,7 +18,7 @@ def run(stimulus, step, sensillum=OPEN):
     taps, shares = one.find_taps(np.array([0.4, 0.6]))
     rates = np.zeros((len(stimulus), 1))
     samples = np.repeat(np.asarray(stimulus, dtype=float)[:, None], 2, axis=1)
-    stiff = encode_touch(samples, taps, shares, np.ones(1), one.table, step, rates)
+    stiff = _encode_touch(samples, taps, shares, np.ones(1), one.table, step, rates)
     return rates[:, 0], stiff
 
 
@@ -139,10 +139,10 @@ def test_a_gain_is_found_at_which_half_of_the_touches_reach_the_rate():
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"position": [0.5, 1.2]}, "a place between 0 .base. and 1 .tip., got 1.2"),
+        ({"position": [0.5, 1.2]}, "position must be finite and from 0 to 1, got 1.2"),
         ({"position": [0.5, np.nan]}, "Population.position must be finite"),
         ({"side": [1, 0]}, "side of a unit is 1 or −1"),
-        ({"gain": [3.0, -1.0]}, "gains must be > 0, got -1"),
+        ({"gain": [3.0, -1.0]}, "gain must be finite and > 0, got -1"),
         ({"sensilla": (CAMPANIFORM,) * 3}, "2 units but 3 sensilla"),
     ],
 )

@@ -59,7 +59,7 @@ def test_the_verb_says_and_writes_what_the_library_draws(folder):
         (("--show", "3"), "--show is below 3, the number of touches"),
         (("--identifier", "x"), "needs both --session-start and --identifier"),
         (("--gain", "5000"), "too coarse for how fast these sensilla adapt"),
-        (("--gain", "-1"), "gains must be > 0"),
+        (("--gain", "-1"), "gain must be finite and > 0"),
         (("--order", "0"), "--order must be ≥ 1"),
     ],
 )

@@ -12,7 +12,7 @@ from feeler.errors import InvalidInput
 from feeler.physics.engine import get_engine
 from feeler.presets import PRESETS, cockroach, make_preset
 from feeler.wall import NEAREST, approach, explain_bending, map_distance, predict_peak
-from feeler.wall.following import _choose_steps, choose_speed, follow, make_turn, measure_scale
+from feeler.wall.following import _choose_speed, _choose_steps, follow, make_turn, measure_scale
 from tests.cli._command import run
 
 L, N = 30.0, 1000
@@ -68,7 +68,7 @@ def test_engine_and_timestep_follow_every_preset_on_its_course(name):
     antenna = make_preset(name)
     antenna = antenna.flatten() if antenna.spatial else antenna
     for turn in (30.0, -60.0):
-        speed, course = choose_speed(antenna), make_turn(turn)
+        speed, course = _choose_speed(antenna), make_turn(turn)
         engine, step = _choose_steps(antenna, course, speed, None, None)
         assert (1.0 / step) == pytest.approx(round(1.0 / step))  # a body feels once per ms
         assert step * speed <= get_engine(engine).stride * antenna.radius.min() * (1 + 1e-9)

@@ -8,20 +8,11 @@ import pytest
 from scipy.stats import binom
 
 from feeler.antenna import Antenna
-from feeler.cli.wall import _tell
+from feeler.cli.wall import _describe
 from feeler.presets import cockroach
-from feeler.wall import (
-    Posture,
-    bootstrap_median,
-    count_orderings,
-    find_peak,
-    fit_distance,
-    map_distance,
-    slide,
-    summarise,
-)
-from feeler.wall.approach import Peak, find_parabolic_peak, find_sweep_peak
-from feeler.wall.distance import SETUP_CHOICES, Case
+from feeler.wall import Posture, count_orderings, find_peak, map_distance, slide, summarise
+from feeler.wall.approach import Peak, _find_parabolic_peak, find_sweep_peak
+from feeler.wall.distance import SETUP_CHOICES, Case, _bootstrap_median, _fit_distance
 from feeler.wall.following import Course, Run, _measure_turns
 
 N, STEP = 80, 0.5
@@ -33,7 +24,7 @@ LENGTH = N * STEP
 
 def fit(distance, position, used=None, resolution=0.1):
     used = np.ones(len(distance), bool) if used is None else used
-    return fit_distance(
+    return _fit_distance(
         np.array(distance), np.array(position), used, np.zeros(len(distance), bool), resolution
     )
 
@@ -112,7 +103,7 @@ def test_the_interval_of_a_median_is_that_of_its_exact_bootstrap(level):
     values = np.sort(np.random.default_rng(5).normal(2.0, 0.3, n))
     share = binom.sf((n + 1) / 2 - 1, n, np.arange(1, n + 1) / n)
     expected = [np.searchsorted(share, (1 + sign * level) / 2) for sign in (-1, 1)]
-    median, low, high = bootstrap_median(
+    median, low, high = _bootstrap_median(
         values, np.random.default_rng(1), n_resamples=20_000, level=level
     )
     assert median == np.median(values)
@@ -124,7 +115,7 @@ def test_the_interval_of_a_median_is_that_of_its_exact_bootstrap(level):
 def test_the_top_of_a_parabola_is_found_exactly_and_at_the_ends_the_sample(top):
     place = np.arange(0.0, 6.0, 0.5)
     rows = np.stack([4.0 - (place - top) ** 2, 4.0 - place, place + 1.0, np.ones(12)])
-    np.testing.assert_allclose(find_parabolic_peak(rows, place), [top, 0.0, 5.5, 0.0])
+    np.testing.assert_allclose(_find_parabolic_peak(rows, place), [top, 0.0, 5.5, 0.0])
 
 
 def test_a_peak_has_the_curvature_of_its_place_with_its_sign():
@@ -354,6 +345,6 @@ def test_a_line_that_hangs_on_one_distance_is_said_to(capsys, error, told):
         monotone=True,
     )
     sweep = SimpleNamespace(contact=np.ones(3, bool), inverted=np.ones(3, bool))
-    _tell({"soft": sweep}, {"soft": found})
+    print(*_describe({"soft": sweep}, {"soft": found}), sep="\n")
     said = capsys.readouterr().out
     assert ("the line of soft hangs on one of its 3 distances" in said) is told

@@ -11,16 +11,15 @@ from feeler.presets import cockroach
 from feeler.wall import (
     Posture,
     approach,
-    bootstrap_median,
     compare,
     count_orderings,
     find_peak,
-    fit_distance,
     make_postures,
     map_distance,
     summarise,
 )
-from feeler.wall.approach import compute_smooth_curvature
+from feeler.wall.approach import _compute_smooth_curvature
+from feeler.wall.distance import _bootstrap_median, _fit_distance
 
 
 @pytest.fixture
@@ -52,7 +51,7 @@ def test_smooth_peak_is_found_between_hinges(fine, centre, sign):
 def test_smoothing_keeps_the_curvature_of_an_arc_up_to_the_ends(fine):
     place = np.linspace(0, fine.length, 50)
     np.testing.assert_allclose(
-        compute_smooth_curvature(fine, 0.07 * fine.segment_length, place)[0], 0.07, rtol=1e-9
+        _compute_smooth_curvature(fine, 0.07 * fine.segment_length, place)[0], 0.07, rtol=1e-9
     )
 
 
@@ -78,7 +77,7 @@ def test_peak_at_the_base_is_said_and_no_bend_has_no_peak(fine, method):
 def test_a_line_is_fitted_exactly():
     position = np.linspace(35, 10, 12)
     distance = 0.5 * position + 1.5
-    found = fit_distance(distance, position, np.ones(12, bool), np.zeros(12, bool), 0.1)
+    found = _fit_distance(distance, position, np.ones(12, bool), np.zeros(12, bool), 0.1)
     assert (
         np.isclose(found.r2, 1.0)
         and np.isclose(found.slope, 0.5)
@@ -93,7 +92,7 @@ def test_r2_and_left_out_error_are_numpys_and_by_hand():
     rng = np.random.default_rng(1)
     position = np.sort(rng.uniform(5, 40, 9))[::-1]
     distance = np.sort(rng.uniform(5, 25, 9))[::-1]
-    found = fit_distance(distance, position, np.ones(9, bool), np.zeros(9, bool), 0.1)
+    found = _fit_distance(distance, position, np.ones(9, bool), np.zeros(9, bool), 0.1)
     assert np.isclose(found.r2, np.corrcoef(position, distance)[0, 1] ** 2)
     errors = []
     for k in range(9):
@@ -106,8 +105,8 @@ def test_r2_and_left_out_error_are_numpys_and_by_hand():
 
 def test_undefined_is_said_never_zero():
     distance = np.linspace(20, 5, 6)
-    still = fit_distance(distance, np.full(6, 38.0), np.ones(6, bool), np.zeros(6, bool), 0.1)
-    few = fit_distance(distance, distance, np.arange(6) < 2, np.zeros(6, bool), 0.1)
+    still = _fit_distance(distance, np.full(6, 38.0), np.ones(6, bool), np.zeros(6, bool), 0.1)
+    few = _fit_distance(distance, distance, np.arange(6) < 2, np.zeros(6, bool), 0.1)
     for found, why in ((still, "stays at one place"), (few, "2 usable distances")):
         assert np.isnan(found.r2) and np.isnan(found.slope) and why in found.undefined
         assert np.isnan(found.predict(10.0))
@@ -117,7 +116,7 @@ def test_undefined_is_said_never_zero():
 def test_told_apart_is_the_longest_run_that_moves_one_way(way):
     distance = np.arange(10.0, 2.0, -1)
     position = 27 + way * np.array([3.0, 3.01, 1.0, -1.0, -3.0, -2.99, -2.0, np.nan])
-    found = fit_distance(distance, position, np.isfinite(position), np.zeros(8, bool), 0.1)
+    found = _fit_distance(distance, position, np.isfinite(position), np.zeros(8, bool), 0.1)
     assert found.told_apart == (6.0, 9.0)
     assert not found.monotone
 
@@ -146,9 +145,9 @@ def test_no_contact_no_estimate():
 
 def test_bootstrap_of_the_median():
     rng = np.random.default_rng(0)
-    median, low, high = bootstrap_median(np.append(rng.normal(0.7, 0.1, 200), np.nan), rng)
+    median, low, high = _bootstrap_median(np.append(rng.normal(0.7, 0.1, 200), np.nan), rng)
     assert low < median < high and abs(median - 0.7) < 0.03 and high - low < 0.08
-    assert all(np.isnan(bootstrap_median(np.array([np.nan]), rng)))
+    assert all(np.isnan(_bootstrap_median(np.array([np.nan]), rng)))
 
 
 def test_sweeps_go_to_the_executor_that_is_given():
@@ -193,10 +192,10 @@ def test_the_sensitivity_table_counts_every_set_up():
     [
         (lambda a: find_peak(a, np.zeros(200), method="best"), "smooth, hinge"),
         (lambda a: find_peak(a, np.zeros(3)), "shape"),
-        (lambda a: compute_smooth_curvature(a, np.zeros(200), np.zeros(2), 0.0), "> 0 mm"),
+        (lambda a: _compute_smooth_curvature(a, np.zeros(200), np.zeros(2), 0.0), "> 0 mm"),
         (lambda a: compare({}, [Posture()]), "at least one antenna"),
         (
-            lambda a: fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1),
+            lambda a: _fit_distance(np.ones(3), np.ones(2), np.ones(3), np.ones(3), 0.1),
             "one step",
         ),
     ],

@@ -14,13 +14,12 @@ from feeler.wall import (
     Posture,
     calibrate,
     drive,
-    fit_distance,
     follow,
     following,
     make_turn,
     slide,
 )
-from feeler.wall.distance import BENDS, FRICTIONS
+from feeler.wall.distance import BENDS, FRICTIONS, _fit_distance
 from feeler.wall.following import BODY_LOST, CALIBRATION, LISTENING, SETTLING
 
 
@@ -328,7 +327,7 @@ def test_who_feels_nothing_turns_towards_the_wall_as_at_the_farthest_known_dista
             return np.nan
 
     place, every = np.arange(6.0, 22.1, 2.0), np.ones(9, dtype=bool)
-    known = fit_distance(place, 30 - place, every, ~every, resolution=0.1)
+    known = _fit_distance(place, 30 - place, every, ~every, resolution=0.1)
     deaf = Deaf()
     run = following._run(deaf, Course(lengths=(40.0,), turns=()), Controller(delay=0.0), known)
     told = Controller(delay=0.0).begin(0.45, 1.0, 12.0)

@@ -34,5 +34,4 @@ if find_spec("gymnasium"):
     from feeler.active import environment  # noqa: F401
 
 
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

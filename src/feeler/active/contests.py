@@ -429,7 +429,7 @@ def fill_comparison(
                 " policies are judged."
             )
         ),
-        lambda figure: plot_comparison(measured, comparison, figure, learned),
+        lambda figure: _plot_comparison(measured, comparison, figure, learned),
         height=3.2,
     )
     deadlines = [f"{d:g} ms" for d in measured["deadline"].values]
@@ -464,7 +464,7 @@ def fill_comparison(
     section.table(
         ["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"],
         [
-            ["no policy" if cell == "none" else cell for cell in map(_say_missing, row)]
+            ["no policy" if cell == "none" else "–" if cell != cell else cell for cell in row]
             for row in judge_energy(measured, comparison)
         ],
         "Among policies whose mean work until then keeps to the budget; “no policy”: all need"
@@ -518,18 +518,13 @@ def _say_verdict(one: xr.Dataset) -> list[Any]:
     return [*cells, float(one["half"]), "yes" if one["pays"] else "no"]
 
 
-def _say_missing(cell: Any) -> Any:
-    """A dash for what is not a number."""
-    return "–" if isinstance(cell, float) and not np.isfinite(cell) else cell
-
-
 def _say(found: xr.Dataset, name: str, deadline: float) -> str:
     one = found.sel(policy=name, deadline=deadline)
     mean, half = float(one["mean"]), float(one["half"])
     return f"{mean:.1f} ± {half:.1f}" if np.isfinite(half) else f"{mean:.1f}"
 
 
-def plot_comparison(
+def _plot_comparison(
     measured: xr.Dataset, comparison: Contest, figure: Figure, learned: xr.Dataset | None = None
 ) -> None:
     """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2

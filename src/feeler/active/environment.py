@@ -6,20 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from feeler.active.show import draw_lane
+from feeler.active.show import _draw_lane
 from feeler.active.tasks import SAMPLE, ActiveTask, Arena, FollowTask, LocaliseTask, TouchTask
 from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning
-from feeler.validation import checked
 
-# Gymnasium environments of active touch, one episode or many side by side, in the manner of
-# ap_gym's ActivePerceptionEnv.
-#
-# To import this module makes them known: ``gymnasium.make("feeler/Touch-v0")``,
-# ``"feeler/Localise-v0"``, ``"feeler/FollowWall-v0"``, and ``gymnasium.make_vec`` for many in
-# SIMD lanes. ``plain=True``, or the names ``"feeler/PlainTouch-v0"`` and so on, give the form
-# that Stable-Baselines3 and CleanRL take: a Box in, a flat Box out
-# (:mod:`feeler.active.environment`).
-
+# Gymnasium environments of active touch, one episode or many side by side. To import this module
+# makes them known: ``gymnasium.make("feeler/Touch-v0")``, ``"feeler/Localise-v0"`` and
+# ``"feeler/FollowWall-v0"``, and ``gymnasium.make_vec`` for many in SIMD lanes. They take and give
+# flat Boxes, as Stable-Baselines3, CleanRL and skrl do; ``plain=False`` gives dictionaries, in the
+# manner of ap_gym's ActivePerceptionEnv.
 try:
     import gymnasium
     from gymnasium import spaces
@@ -37,6 +32,9 @@ TASKS: dict[str, type[ActiveTask]] = {
     "feeler/FollowWall-v0": FollowTask,
 }
 
+_REPEAT = 10  # [C] ms of one plain action; a learner that moves every ms explores by trembling
+_SPAN = 5.0  # [C] largest plain prediction: a logit of 5 is 99 % against 0
+
 
 class TouchVectorEnv(VectorEnv):
     """Episodes of one task in SIMD lanes; lane k of ``reset(seed=s)`` is the single environment of
@@ -52,6 +50,12 @@ class TouchVectorEnv(VectorEnv):
     Gymnasium's ``NEXT_STEP`` has it; a lane that diverged is truncated, and ``info["failed"]`` says
     why.
 
+    With ``plain=True`` actions and observations are Boxes of single precision. The action is one
+    vector in [−1, 1]: speed and turn as shares of the task's largest, the predictions as shares of
+    ``span``, and with ``decide=True`` one number that ends the episode where it is > 0; numbers
+    beyond [−1, 1] count as the end they pass. The observation is all that the body feels in one
+    vector, in the order of its names. The reward is the sum over the milliseconds of one action.
+
     Parameters
     ----------
     task
@@ -60,6 +64,12 @@ class TouchVectorEnv(VectorEnv):
         Lanes, and the threads over which they are spread.
     decide
         Whether the body may end its episode.
+    plain
+        Whether actions and observations are flat vectors.
+    repeat
+        Milliseconds that each action is held; default 1, of plain actions 10.
+    span
+        What a plain prediction of 1 stands for: a logit, or the task's own unit.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium has it so
@@ -76,13 +86,17 @@ class TouchVectorEnv(VectorEnv):
         decide: bool = False,
         workers: int = 1,
         render_mode: str | None = None,
+        plain: bool = False,
+        repeat: int | None = None,
+        span: float = _SPAN,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidInput(f"render_mode is 'rgb_array' or None, got {render_mode!r}.")
         self.task, self.num_envs, self.render_mode = task, num_envs, render_mode
-        self._decide = decide
+        self._decide, self._plain, self._span = decide, plain, span
+        self._repeat = max(repeat or (_REPEAT if plain else 1), 1)
         self.arena = Arena(task, num_envs, workers)
-        self.single_observation_space = spaces.Dict(
+        seen = spaces.Dict(
             {name: _make_box(each.shape[1:]) for name, each in self.arena.observe().items()}
         )
         limits = np.array([task.max_speed, task.max_turn])
@@ -90,9 +104,13 @@ class TouchVectorEnv(VectorEnv):
             "action": spaces.Box(-limits, limits, dtype=np.float64),
             "prediction": _make_box((task.n_outputs,)),
         }
-        self.single_action_space = spaces.Dict(
-            action | ({"decide": spaces.Discrete(2)} if decide else {})
-        )
+        action |= {"decide": spaces.Discrete(2)} if decide else {}
+        self._names = [*seen.spaces]  # in the order of Gymnasium, which a flat vector has, too
+        self.single_observation_space, self.single_action_space = seen, spaces.Dict(action)
+        if plain:
+            size, n = spaces.flatdim(seen), 2 + task.n_outputs + decide
+            self.single_observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
+            self.single_action_space = spaces.Box(-1.0, 1.0, (n,), np.float32)
         self.single_prediction_target_space = (
             spaces.Discrete(task.n_outputs) if task.n_outputs > 1 else _make_box(())
         )
@@ -105,12 +123,20 @@ class TouchVectorEnv(VectorEnv):
         self.arena.simulations.quiet, self._warned = True, False
         self._rngs: list[np.random.Generator] = []
 
+    def observe(self) -> Any:
+        """What the bodies feel: arrays by name, or in the plain form one vector for each."""
+        seen = self.arena.observe()
+        if not self._plain:
+            return seen
+        rows = [np.asarray(seen[name]).reshape(self.num_envs, -1) for name in self._names]
+        return np.concatenate(rows, axis=1).astype(np.float32)
+
     def reset(
         self,
         *,
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode in every lane, or in those of ``options["reset_mask"]``.
 
         ``options["touch"]``: number of the touch among ``task.trials`` in place of one that is
@@ -129,7 +155,7 @@ class TouchVectorEnv(VectorEnv):
         mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, bool)))
         for lane in np.flatnonzero(mask):
             self._begin(int(lane), options.get("touch"))
-        return self.arena.observe(), self._inform()
+        return self.observe(), self._inform()
 
     def _begin(self, lane: int, touch: int | None = None) -> None:
         start = None
@@ -139,8 +165,8 @@ class TouchVectorEnv(VectorEnv):
         self._ended[lane], self._before[lane] = False, 0.0
 
     def step(
-        self, actions: Mapping[str, Any]
-    ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        self, actions: Any
+    ) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Go on by a millisecond.
 
         Raises
@@ -151,14 +177,21 @@ class TouchVectorEnv(VectorEnv):
         """
         if not self._rngs:
             raise InvalidInput("call reset() before the first step().")
-        move, prediction = self._read(actions)
-        decided = np.zeros(self.num_envs, bool)
-        if self._decide:
-            decided = np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
-        before, reward = self._ended, np.zeros(self.num_envs)
-        terminated, truncated, info = self._advance(move, prediction, decided, ~before, reward)
+        move, prediction, decided = self._read(actions)
+        before, reward, loss = self._ended, np.zeros(self.num_envs), np.zeros(self.num_envs)
+        terminated, truncated = np.zeros((2, self.num_envs), bool)
+        here, info = ~before, self._inform() | {"base_reward": np.zeros(self.num_envs)}
+        for _ in range(self._repeat):
+            if not here.any():
+                break
+            ended, cut, info = self._advance(move, prediction, decided, here, reward)
+            loss = np.where(here, info["prediction"]["loss"], loss)
+            terminated, truncated = terminated | ended, truncated | cut
+            here = here & ~(ended | cut)
+        self._ended = terminated | truncated
+        info["prediction"]["loss"] = loss
         self._begin_anew(before, info)
-        return self.arena.observe(), reward, terminated, truncated, info
+        return self.observe(), reward, terminated, truncated, info
 
     def _begin_anew(self, ended: np.ndarray, info: dict[str, Any]) -> None:
         """Begin an episode in the lanes that ended before this step."""
@@ -191,28 +224,43 @@ class TouchVectorEnv(VectorEnv):
         self._before = self.arena.work.copy()
         terminated = here & (decided | np.array([task.is_over(value) for value in target]))
         truncated = here & (self.arena.over | failed)
-        self._ended = terminated | truncated
         info = self._inform() | {"base_reward": np.where(here, base_reward, 0.0)}
         info["prediction"] = {"target": target, "loss": np.where(here, loss, 0.0)}
         reward += np.where(here, base_reward - loss, 0.0)
         return terminated, truncated, info
 
-    def _read(self, actions: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-        """Moves (lane, 2) and predictions (lane, output)."""
+    def _read(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Moves, predictions and decisions, checked."""
+        task, decided = self.task, np.zeros(self.num_envs, bool)
+        n = 2 + task.n_outputs
+        if self._plain:
+            given = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
+            wanted = (self.num_envs, n + self._decide)
+            if given.shape != wanted or not np.isfinite(given).all():
+                raise InvalidInput(f"actions are finite numbers {wanted}, got {given.shape}.")
+            move = given[:, :2] * [task.max_speed, task.max_turn]
+            return (
+                move,
+                self._span * given[:, 2:n],
+                given[:, -1] > 0 if self._decide else decided,
+            )
         keys = ("action", "prediction", "decide")[: 2 + self._decide]
         if not isinstance(actions, Mapping) or {*keys} - {*actions}:
             raise InvalidInput(
                 f"an action has the keys {', '.join(keys)}, got {str(actions)[:80]}."
             )
         prediction = np.asarray(actions["prediction"], dtype=float)
-        wanted = (self.num_envs, self.task.n_outputs)
+        wanted = (self.num_envs, task.n_outputs)
         if prediction.shape != wanted or not np.isfinite(prediction).all():
             wrong = np.argwhere(~np.isfinite(prediction))
             lane = f" in lane {wrong[0][0]}" if prediction.shape == wanted else ""
             raise InvalidInput(
                 f"a prediction is finite numbers {wanted}, got {prediction.shape}{lane}."
             )
-        return self.arena.check_action(np.asarray(actions["action"], dtype=float)), prediction
+        if self._decide:
+            decided = np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
+        move = self.arena.check_action(np.asarray(actions["action"], dtype=float))
+        return move, prediction, decided
 
     def _inform(self) -> dict[str, Any]:
         target = self.arena.targets
@@ -238,7 +286,7 @@ class TouchVectorEnv(VectorEnv):
         """A picture (height, width, 3) of every lane."""
         if self.render_mode is None:
             return None
-        return tuple(draw_lane(self.arena, lane) for lane in range(self.num_envs))
+        return tuple(_draw_lane(self.arena, lane) for lane in range(self.num_envs))
 
 
 class TouchEnv(gymnasium.Env):
@@ -247,9 +295,9 @@ class TouchEnv(gymnasium.Env):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}  # noqa: RUF012
 
     def __init__(
-        self, task: ActiveTask, *, decide: bool = False, render_mode: str | None = None
+        self, task: ActiveTask, *, render_mode: str | None = None, **form: Any
     ) -> None:
-        self.lanes = TouchVectorEnv(task, 1, decide=decide, render_mode=render_mode)
+        self.lanes = TouchVectorEnv(task, 1, render_mode=render_mode, **form)
         self.task, self.render_mode = task, render_mode
         self.observation_space = self.lanes.single_observation_space
         self.action_space = self.lanes.single_action_space
@@ -258,21 +306,21 @@ class TouchEnv(gymnasium.Env):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; ``options["touch"]`` says which touch it is."""
         super().reset(seed=seed)
         self.lanes._rngs = [self.np_random]
         observation, info = self.lanes.reset(options=options)
         return _first(observation), _first(info)
 
-    def step(
-        self, action: Mapping[str, Any]
-    ) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
-        """Go on by a millisecond; errors as in :meth:`TouchVectorEnv.step`, and after the end."""
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Go on by one action; errors as in :meth:`TouchVectorEnv.step`, and after the end."""
         if self.lanes._ended[0]:
             raise InvalidInput("the episode has ended; call reset().")
-        action = action if isinstance(action, Mapping) else {}
-        given = {key: np.asarray(value)[None] for key, value in action.items()}
+        if isinstance(action, Mapping):
+            given: Any = {key: np.asarray(value)[None] for key, value in action.items()}
+        else:
+            given = np.asarray(action)[None]
         observation, reward, terminated, truncated, info = self.lanes.step(given)
         ends = bool(terminated[0]), bool(truncated[0])
         return _first(observation), float(reward[0]), *ends, _first(info)
@@ -282,50 +330,43 @@ class TouchEnv(gymnasium.Env):
         return (self.lanes.render() or (None,))[0]
 
 
-def _first(values: Mapping[str, Any]) -> dict[str, Any]:
+def _first(values: Any) -> Any:
     """Lane 0 of everything."""
-    return {
-        name: _first(value) if isinstance(value, Mapping) else np.asarray(value)[0]
-        for name, value in values.items()
-    }
+    if isinstance(values, Mapping):
+        return {name: _first(value) for name, value in values.items()}
+    return np.asarray(values)[0]
 
 
 def _make_box(shape: tuple[int, ...]) -> Any:
     return spaces.Box(-np.inf, np.inf, shape, np.float64)
 
 
-def make_env(name: str, plain: bool = False, **fields: Any) -> gymnasium.Env:
-    """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or ``decide`` and
-    ``render_mode``, and of the plain form ``repeat`` and ``span``.
-    """
-
-    own = {key: fields.pop(key) for key in ("decide", "render_mode") if key in fields}
-    form = {key: fields.pop(key) for key in ("repeat", "span") if plain and key in fields}
-    env = TouchEnv(_make_task(name, fields), **own)
-    return PlainTouch(env, **form) if plain else env
+_FORM = ("decide", "render_mode", "plain", "repeat", "span", "workers")
 
 
-def make_vector_env(
-    name: str, num_envs: int = 1, plain: bool = False, **fields: Any
-) -> "TouchVectorEnv | PlainVectorEnv":
-    """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``,
-    ``workers``, ``render_mode``, and of the plain form ``repeat`` and ``span``.
-    """
-    form = {key: fields.pop(key) for key in ("repeat", "span") if plain and key in fields}
-    own = {
-        key: fields.pop(key) for key in ("decide", "workers", "render_mode") if key in fields
-    }
-    lanes = TouchVectorEnv(_make_task(name, fields), num_envs, **own)
-    return PlainVectorEnv(lanes, **form) if plain else lanes
-
-
-def _make_task(name: str, fields: dict[str, Any]) -> ActiveTask:
+def _make_task(name: str, fields: dict[str, Any]) -> tuple[ActiveTask, dict[str, Any]]:
+    """The task of an environment's name, and how the environment is to be."""
+    form = {"plain": True} | {key: fields.pop(key) for key in _FORM if key in fields}
     task = fields.pop("task", None)
     if task is None:
-        return TASKS[name](**fields)
+        return TASKS[name](**fields), form
     if fields:
         raise InvalidInput("give either task= or its fields, not both.")
-    return task
+    return task, form
+
+
+def make_env(name: str, **fields: Any) -> TouchEnv:
+    """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or keywords of
+    :class:`TouchVectorEnv`, of which ``plain`` is True by default.
+    """
+    task, form = _make_task(name, fields)
+    return TouchEnv(task, **form)
+
+
+def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
+    """What ``gymnasium.make_vec(name, num_envs)`` calls; ``fields`` as of :func:`make_env`."""
+    task, form = _make_task(name, fields)
+    return TouchVectorEnv(task, num_envs, **form)
 
 
 for name in TASKS:
@@ -336,142 +377,3 @@ for name in TASKS:
             vector_entry_point="feeler.active.environment:make_vector_env",
             kwargs={"name": name},
         )
-        gymnasium.register(
-            name.replace("/", "/Plain"),
-            entry_point="feeler.active.environment:make_env",
-            vector_entry_point="feeler.active.environment:make_vector_env",
-            kwargs={"name": name, "plain": True},
-        )
-
-
-_REPEAT = (
-    10  # [C] ms that one action lasts; a learner that moves every ms explores by trembling
-)
-_SPAN = 5.0  # [C] largest prediction: a logit of 5 is 99 % against 0
-
-
-class PlainTouch(gymnasium.Wrapper):
-    """An environment of active touch with Boxes of single precision.
-
-    The action is one vector in [−1, 1]: speed and turn as shares of the task's largest, the
-    predictions as shares of ``span``, and with ``decide=True`` one number that ends the episode
-    where it is > 0. The observation is all that the body feels in one vector, in the order of its
-    names. The reward is the sum over the milliseconds of one action.
-
-    Parameters
-    ----------
-    env
-        A :class:`feeler.active.environment.TouchEnv`.
-    repeat
-        Steps of 1 ms that each action is held.
-    span
-        What a prediction of 1 stands for: a logit, or the task's own unit.
-    """
-
-    @checked
-    def __init__(self, env: Any, repeat: int = _REPEAT, span: float = _SPAN) -> None:
-        super().__init__(env)
-        self._lanes = PlainVectorEnv(env.unwrapped.lanes, repeat, span)
-        self.observation_space = self._lanes.single_observation_space
-        self.action_space = self._lanes.single_action_space
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode; the words are the environment's."""
-        _, info = self.env.reset(seed=seed, options=options)
-        return self._lanes.observe()[0], info
-
-    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Hold one action for ``repeat`` ms; numbers beyond [−1, 1] count as the end they pass."""
-        if self._lanes.lanes._ended[0]:
-            raise InvalidInput("the episode has ended; call reset().")
-        observation, reward, terminated, truncated, info = self._lanes.step(
-            np.asarray(action, dtype=float)[None]
-        )
-        ends = bool(terminated[0]), bool(truncated[0])
-        return observation[0], float(reward[0]), *ends, _first(info)
-
-
-class PlainVectorEnv(VectorEnv):
-    """The plain form of many environments in SIMD lanes, with the numbers of
-    :class:`PlainTouch` alone: what ``gymnasium.make_vec("feeler/PlainTouch-v0", 64)`` makes.
-
-    Lanes that ended begin anew with the next step, as Gymnasium's ``NEXT_STEP`` has it.
-
-    Parameters
-    ----------
-    lanes
-        A :class:`TouchVectorEnv`.
-    repeat, span
-        As of :class:`PlainTouch`.
-    """
-
-    metadata: dict[str, Any] = TouchVectorEnv.metadata
-
-    def __init__(
-        self, lanes: TouchVectorEnv, repeat: int = _REPEAT, span: float = _SPAN
-    ) -> None:
-        self.lanes, self.num_envs, self.render_mode = lanes, lanes.num_envs, lanes.render_mode
-        self._repeat, self._span = max(repeat, 1), span
-        size = spaces.flatdim(lanes.single_observation_space)
-        n = 2 + lanes.task.n_outputs + lanes._decide
-        self.single_observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
-        self.single_action_space = spaces.Box(-1.0, 1.0, (n,), np.float32)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
-
-    def observe(self) -> np.ndarray:
-        """What the bodies know now (lane, number)."""
-        seen = self.lanes.arena.observe()
-        names = self.lanes.single_observation_space.spaces  # type: ignore[attr-defined]
-        rows = [np.asarray(seen[name]).reshape(self.num_envs, -1) for name in names]
-        return np.concatenate(rows, axis=1).astype(np.float32)
-
-    def reset(
-        self,
-        *,
-        seed: int | list[int | None] | None = None,
-        options: dict[str, Any] | None = None,
-    ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin episodes; the words are those of :meth:`TouchVectorEnv.reset`."""
-        _, info = self.lanes.reset(seed=seed, options=options)
-        return self.observe(), info
-
-    def step(
-        self, actions: Any
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Hold the actions (lane, number) for ``repeat`` ms; numbers beyond [−1, 1] count as the
-        end they pass.
-        """
-        lanes, task = self.lanes, self.lanes.task
-        if not lanes._rngs:
-            raise InvalidInput("call reset() before the first step().")
-        given = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
-        n = 2 + task.n_outputs
-        wanted = (self.num_envs, n + lanes._decide)
-        if given.shape != wanted or not np.isfinite(given).all():
-            raise InvalidInput(f"actions are finite numbers {wanted}, got {given.shape}.")
-        move = given[:, :2] * [task.max_speed, task.max_turn]
-        prediction = self._span * given[:, 2:n]
-        decided = given[:, -1] > 0 if lanes._decide else np.zeros(self.num_envs, bool)
-        before, reward = lanes._ended, np.zeros(self.num_envs)
-        terminated, truncated = np.zeros((2, self.num_envs), bool)
-        here = ~before
-        loss: np.ndarray = np.zeros(self.num_envs)
-        info: dict[str, Any] = lanes._inform()
-        for _ in range(self._repeat):
-            if not here.any():
-                break
-            ended, cut, info = lanes._advance(move, prediction, decided, here, reward)
-            loss = np.where(here, info["prediction"]["loss"], loss)
-            terminated, truncated = terminated | ended, truncated | cut
-            here = here & ~(ended | cut)
-        lanes._ended = terminated | truncated
-        info["prediction"]["loss"] = loss
-        lanes._begin_anew(before, info)
-        return self.observe(), reward, terminated, truncated, info
-
-    def render(self) -> tuple[np.ndarray, ...] | None:
-        """A picture (height, width, 3) of every lane."""
-        return self.lanes.render()

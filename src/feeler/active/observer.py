@@ -105,13 +105,8 @@ class Episodes:
         return (self.belief.argmax(axis=2) == self.target).mean(axis=1)
 
 
-@dataclass(eq=False)
-class _Branch:
-    """Bodies that have done the same so far."""
-
-    saved: Any
-    episodes: np.ndarray
-    touched: np.ndarray
+# bodies that have done the same so far: what their arena kept, their episodes, and who touched
+_Branch = tuple[Any, np.ndarray, np.ndarray]
 
 
 @checked
@@ -189,27 +184,32 @@ class Observer:
             self._arena.begin(lane, np.random.default_rng(0), start)
         evidence = np.zeros((true.size, k))
         speed, work, way = np.zeros((3, true.size))
-        branches = [_Branch(self._arena.save(), np.arange(true.size), np.zeros(k, bool))]
+        branches: list[_Branch] = [
+            (self._arena.save(), np.arange(true.size), np.zeros(k, bool))
+        ]
         rows = [(softmax(evidence, axis=1) @ self._members, speed, work)]
         for step in range(round(duration / self.period)):
             noise = rng.standard_normal((true.size, round(self.period), self._arena.n_felt))
             time = step * self.period
             known = self._tell(branches, evidence, way, speed, time, duration - time)
             speed = self._read(policy(known), true.size)
-            branches = [part for branch in branches for part in _split(branch, speed)]
-            work = work.copy()
-            for branch in branches:
-                own = branch.episodes
+            parts = [
+                (saved, own[speed[own] == v], met)
+                for saved, own, met in branches
+                for v in np.unique(speed[own])
+            ]
+            work, branches = work.copy(), []
+            for saved, own, met_before in parts:
                 is_watched = watch is not None and np.argmax(true == watch[0]) in own
-                self._arena.load(branch.saved)
+                self._arena.load(saved)
                 felt, touched = self._move(
                     speed[own[0]], self.period, watch[1] if watch and is_watched else None
                 )
-                branch.saved, branch.touched = self._arena.save(), branch.touched | touched
+                branches.append((self._arena.save(), own, met_before | touched))
                 sd = self._measure_noise(felt)
                 met = felt[true[own]] + sd[true[own]] * noise[own]
-                parts = (part.reshape(len(part), -1) for part in (met, felt, sd))
-                evidence[own] += compute_log_likelihood(*parts)
+                flat = (part.reshape(len(part), -1) for part in (met, felt, sd))
+                evidence[own] += compute_log_likelihood(*flat)
                 work[own] = self._arena.work[true[own]]
                 way[own] = self._arena.base[0, 0]
             rows.append((softmax(evidence, axis=1) @ self._members, speed, work))
@@ -244,15 +244,14 @@ class Observer:
     ) -> Belief:
         weight = softmax(evidence, axis=1)
         touching = np.zeros(len(evidence))
-        for branch in branches:
-            touching[branch.episodes] = weight[branch.episodes] @ branch.touched
+        for _, own, touched in branches:
+            touching[own] = weight[own] @ touched
 
         def look(speeds: Sequence[float], ms: float) -> np.ndarray:
             found = np.zeros((len(evidence), len(speeds)))
-            for branch in branches:
-                own = branch.episodes
+            for saved, own, _ in branches:
                 for column, one in enumerate(speeds):
-                    self._arena.load(branch.saved)
+                    self._arena.load(saved)
                     felt, _ = self._move(float(one), ms)
                     sd = self._measure_noise(felt)
                     found[own, column] = expected_information_gain(
@@ -290,15 +289,6 @@ class Observer:
 
     def _measure_noise(self, felt: np.ndarray) -> np.ndarray:
         return np.maximum(self.task.measure_noise(felt), _LEAST)
-
-
-def _split(branch: _Branch, speed: np.ndarray) -> list[_Branch]:
-    """The bodies of a branch that go on at one speed each."""
-    chosen = speed[branch.episodes]
-    return [
-        _Branch(branch.saved, branch.episodes[chosen == v], branch.touched)
-        for v in np.unique(chosen)
-    ]
 
 
 def expected_information_gain(

@@ -1,6 +1,5 @@
 """Episodes to look at: a picture of a lane, and a movie of what a body did."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,33 +22,6 @@ from feeler.validation import checked
 _PEAK = 0.06  # rad; where the colours end [C]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Film:
-    """What one episode looked like, a row per millisecond.
-
-    Attributes
-    ----------
-    time : np.ndarray
-        (row,) [ms]
-    points : np.ndarray
-        (row, joint, 2) [mm]
-    angle : np.ndarray
-        (row, segment) how far each hinge is bent, whichever way [rad]
-    speed : np.ndarray
-        (row,) [mm/ms]
-    belief : np.ndarray
-        (row, class), or no class.
-    """
-
-    scene: Scene
-    time: np.ndarray
-    points: np.ndarray
-    angle: np.ndarray
-    speed: np.ndarray
-    belief: np.ndarray
-    labels: tuple[str, ...] = ()
-
-
 def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
     """Points (joint, 2) [mm], how far each hinge is bent, whichever way (segment,) [rad], and the
     antenna of a lane; in space as seen along z.
@@ -66,7 +38,7 @@ def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
     return scene.antenna.shape(angle, base[2]) + base[:2], np.abs(angle), scene.antenna
 
 
-def draw_lane(arena: Arena, lane: int) -> np.ndarray:
+def _draw_lane(arena: Arena, lane: int) -> np.ndarray:
     """A picture (height, width, 3) of a lane as it is."""
     with style():
         figure = Figure(figsize=(3.2, 3.6), dpi=100, layout="constrained")
@@ -96,36 +68,37 @@ def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
     )
 
 
-def write_film(film: _Film, path: Path, *, slower: float = SLOWER) -> Path:
+def write_film(film: dict[str, Any], path: Path, *, slower: float = SLOWER) -> Path:
     """The movie of an episode: the antenna and the object, the body's speed, and what it
     believes.
     """
+    time, speed = film["time"], film["speed"]
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, grid = figure.add_subplot(1, 2, 1), figure.add_gridspec(2, 2)
         above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
-        _set_up(left, film.scene, film.points)
-        antenna = MovingAntenna(film.scene.antenna.flatten(), left, Normalize(0.0, _PEAK))
+        _set_up(left, film["scene"], film["points"])
+        antenna = MovingAntenna(film["scene"].antenna.flatten(), left, Normalize(0.0, _PEAK))
         (pace,) = above.plot([], [], color="#1b1f24")
         above.set(
-            xlim=(0, film.time[-1]),
-            ylim=(min(0.0, film.speed.min()) - 0.05, 1.1 * film.speed.max() + 0.05),
+            xlim=(0, time[-1]),
+            ylim=(min(0.0, speed.min()) - 0.05, 1.1 * speed.max() + 0.05),
         )
         above.set(ylabel="speed [m/s]")
-        lines = [below.plot([], [], label=label)[0] for label in film.labels]
-        below.set(xlim=(0, film.time[-1]), ylim=(0, 1.02), xlabel="time [ms]", ylabel="belief")
+        lines = [below.plot([], [], label=label)[0] for label in film["labels"]]
+        below.set(xlim=(0, time[-1]), ylim=(0, 1.02), xlabel="time [ms]", ylabel="belief")
         if lines:
             figure.legend(handles=lines, fontsize=6.5, ncols=3, loc="outside lower right")
-        shown = choose_frames(film.time, slower=slower)
-        clock = left.set_title(say_clock(float(film.time[-1]), slower), fontsize=8)
+        shown = choose_frames(time, slower=slower)
+        clock = left.set_title(say_clock(float(time[-1]), slower), fontsize=8)
 
         def draw(k: int) -> list[Artist]:
             now = int(shown[k])
-            clock.set_text(say_clock(float(film.time[now]), slower))
-            pace.set_data(film.time[: now + 1], film.speed[: now + 1])
-            for line, values in zip(lines, film.belief.T, strict=False):
-                line.set_data(film.time[: now + 1], values[: now + 1])
-            return [*antenna.move(film.points[now], film.angle[now]), pace, *lines, clock]
+            clock.set_text(say_clock(float(time[now]), slower))
+            pace.set_data(time[: now + 1], speed[: now + 1])
+            for line, values in zip(lines, film["belief"].T, strict=False):
+                line.set_data(time[: now + 1], values[: now + 1])
+            return [*antenna.move(film["points"][now], film["angle"][now]), pace, *lines, clock]
 
         return write_movie(Path(path), figure, draw, len(shown))
 
@@ -133,7 +106,7 @@ def write_film(film: _Film, path: Path, *, slower: float = SLOWER) -> Path:
 @checked
 def film_policy(
     observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None
-) -> _Film:
+) -> dict[str, Any]:
     """What a body does that feels touch number ``touch`` and moves by a policy."""
     frames: list[tuple[Any, ...]] = []
 
@@ -149,12 +122,12 @@ def film_policy(
     labels = tuple(
         f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features
     )
-    return _Film(
-        scene=observer.starts[touch].scene,
-        time=1.0 + np.arange(len(frames)),
-        points=points,
-        angle=angle,
-        speed=speed,
-        belief=episodes.belief[row, touch],
-        labels=labels,
-    )
+    return {
+        "scene": observer.starts[touch].scene,
+        "time": 1.0 + np.arange(len(frames)),
+        "points": points,
+        "angle": angle,
+        "speed": speed,
+        "belief": episodes.belief[row, touch],
+        "labels": labels,
+    }

@@ -40,7 +40,6 @@ from feeler.analysis.response import (
     FreeResponse,
     check_trace,
     compute_strain,
-    fit_damped_cosine,
     measure_deflection_ratios,
     measure_free_response,
 )
@@ -77,7 +76,6 @@ __all__ = [
     "find_closest",
     "find_noise",
     "find_told",
-    "fit_damped_cosine",
     "measure_deflection_ratios",
     "measure_free_response",
     "measure_information",
@@ -88,7 +86,4 @@ __all__ = [
 ]
 
 __getattr__ = find_renamed(__name__)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

@@ -2,14 +2,15 @@
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from scipy.stats import t as student
 
-from feeler.analysis.indices import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
+from feeler.analysis.indices import BLOCK_SIZE, INDICES, _iterate_blocks, check_tensors
 from feeler.errors import InvalidInput
+from feeler.records import Gt, Lt
 from feeler.tensors.transforms import label_like, stack_planes
 from feeler.validation import Seed, checked
 
@@ -17,6 +18,7 @@ from feeler.validation import Seed, checked
 
 _N_RESAMPLES = 2000
 _LEVEL = 0.95
+_Level = Annotated[float, Gt(0), Lt(1)]
 _MOST_DRAWN = 10**8  # [C] values in all resamples, which are held at once
 
 
@@ -45,7 +47,7 @@ def bootstrap_mean(
     rng: np.random.Generator,
     *,
     n_resamples: int = _N_RESAMPLES,
-    level: float = _LEVEL,
+    level: _Level = _LEVEL,
 ) -> Interval:
     """Mean of ``values`` (n,) with its percentile interval, resampling the values.
 
@@ -53,7 +55,7 @@ def bootstrap_mean(
     other's match), so the interval is somewhat too narrow; it describes this set of stimuli, not
     all possible stimuli.
     """
-    values = _check_interval(values, level)
+    values = _check_values(values)
     if not 1 <= n_resamples * values.size <= _MOST_DRAWN:
         most = _MOST_DRAWN // values.size
         raise InvalidInput(f"n_resamples must be 1 to {most:,} here, got {n_resamples}.")
@@ -69,7 +71,7 @@ def bootstrap_difference(
     rng: np.random.Generator,
     *,
     n_resamples: int = _N_RESAMPLES,
-    level: float = _LEVEL,
+    level: _Level = _LEVEL,
 ) -> Interval:
     """Mean of a − b over paired values, with interval and effect size."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
@@ -84,12 +86,12 @@ def bootstrap_difference(
 
 
 @checked
-def student_mean(values: np.ndarray, *, level: float = _LEVEL) -> Interval:
+def student_mean(values: np.ndarray, *, level: _Level = _LEVEL) -> Interval:
     """Mean of a few ``values`` (n,) with Student's t interval; NaN for one value.
 
     Resampling two or three values gives hardly more than themselves.
     """
-    values = _check_interval(values, level)
+    values = _check_values(values)
     spread = values.std(ddof=1) / np.sqrt(values.size) if values.size > 1 else np.nan
     half = student.ppf((1 + level) / 2, max(values.size - 1, 1)) * spread
     mean = float(values.mean())
@@ -104,12 +106,10 @@ def _compute_effect(difference: np.ndarray) -> float:
     return mean / float(spread)
 
 
-def _check_interval(values: np.ndarray, level: float) -> np.ndarray:
+def _check_values(values: np.ndarray) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
         raise InvalidInput(f"expected a list of finite values, got shape {values.shape}.")
-    if not 0 < level < 1:
-        raise InvalidInput(f"level must lie in (0, 1), got {level}.")
     return values
 
 
@@ -178,7 +178,7 @@ def search_closest(
     sign, compute = INDICES[index].sign, INDICES[index].make(array, **options)
     best = np.full(len(array), -np.inf)
     match = np.full(len(array), -1)
-    for rows, columns in iterate_blocks(len(array), block):
+    for rows, columns in _iterate_blocks(len(array), block):
         score = sign * compute(rows, columns)
         if rows == columns:
             np.fill_diagonal(score, -np.inf)

@@ -100,7 +100,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
     return array
 
 
-def iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, slice]]:
+def _iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, slice]]:
     """Slices (rows, columns) that cover the upper triangle of an n × n matrix."""
     if block < 1:
         raise InvalidInput(f"block must be ≥ 1 tensor, got {block}.")
@@ -110,13 +110,13 @@ def iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, sli
             yield rows, columns
 
 
-def compare_pairs(
+def _compare_all(
     tensors: Any, name: str, make: Callable[..., Block], block: int = BLOCK_SIZE, **options: Any
 ) -> Any:
     """The symmetric matrix (trial, other) of an index; labelled where the tensors are."""
     array = check_tensors(tensors)
     compute, matrix = make(array, **options), np.empty((len(array), len(array)))
-    for rows, columns in iterate_blocks(len(array), block):
+    for rows, columns in _iterate_blocks(len(array), block):
         values = compute(rows, columns)
         matrix[rows, columns] = values
         matrix[columns, rows] = values.T
@@ -177,7 +177,7 @@ def compute_pearson(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    return compare_pairs(tensors, "pearson", _make_pearson, block)
+    return _compare_all(tensors, "pearson", _make_pearson, block)
 
 
 def _make_pearson(array: np.ndarray) -> Block:
@@ -239,7 +239,7 @@ def compute_mse(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    return compare_pairs(tensors, "mse", _make_mse, block)
+    return _compare_all(tensors, "mse", _make_mse, block)
 
 
 def _make_mse(array: np.ndarray) -> Block:
@@ -315,7 +315,7 @@ def compute_nmi(
     The paper names NMI without defining it; this definition is a choice [C].
     """
     options = {"n_bins": n_bins, "data_range": data_range, "common_zeros": common_zeros}
-    return compare_pairs(tensors, "nmi", _make_nmi, block, **options)
+    return _compare_all(tensors, "nmi", _make_nmi, block, **options)
 
 
 def _make_nmi(
@@ -478,7 +478,7 @@ def compute_ssim(
             " first: scale_common(tensors).",
             stacklevel=2,
         )
-    return compare_pairs(
+    return _compare_all(
         tensors, "ssim", _make_ssim, block, data_range=data_range, border=border
     )
 
@@ -487,7 +487,16 @@ def _make_ssim(
     array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate"
 ) -> Block:
     """SSIM of two slices of a set."""
-    _check(array, data_range, border)
+    if border not in _BORDERS:
+        raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
+    if not data_range > 0:
+        raise InvalidInput(f"data_range must be > 0, got {data_range}.")
+    window = 2 * _RADIUS + 1
+    if border == "interior" and min(array.shape[1:]) < window:
+        raise InvalidInput(
+            f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
+            f" {window} window. Use border='replicate'."
+        )
     taps = _make_taps()
     c1, c2 = (_K1 * data_range) ** 2, (_K2 * data_range) ** 2
 
@@ -506,19 +515,6 @@ def _make_ssim(
 
 
 SSIM = Index(label="SSIM", make=_make_ssim)
-
-
-def _check(array: np.ndarray, data_range: float, border: str) -> None:
-    if border not in _BORDERS:
-        raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
-    if not data_range > 0:
-        raise InvalidInput(f"data_range must be > 0, got {data_range}.")
-    window = 2 * _RADIUS + 1
-    if border == "interior" and min(array.shape[1:]) < window:
-        raise InvalidInput(
-            f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
-            f" {window} window. Use border='replicate'."
-        )
 
 
 def _make_taps() -> np.ndarray:

@@ -5,7 +5,7 @@ information and bounds.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -385,16 +385,6 @@ def find_noise(
 _SPAN = (1e-4, 1e4)  # of the greatest weighed distance: where the level is sought
 
 
-class _Weighed(NamedTuple):
-    """Squared distances (sent, candidate), and products with the noise (draw, sent, candidate), of
-    tensors and sd in units of their own; ``units`` are these, of tensors and of sd.
-    """
-
-    far: np.ndarray
-    drawn: np.ndarray
-    units: tuple[float, float]
-
-
 @checked
 def compute_information_known_noise(
     tensors: Annotated[np.ndarray, "trial ..."],
@@ -425,8 +415,8 @@ def compute_information_known_noise(
     InvalidInput
         Fewer than two tensors, an sd of another shape, or one that is not > 0.
     """
-    weighed = _weigh(tensors, sd, n_draws, random_state)
-    return _judge(weighed, _find_level(weighed))
+    far, drawn, units = _weigh(tensors, sd, n_draws, random_state)
+    return _judge(far, drawn, _find_level(*units))
 
 
 @checked
@@ -443,28 +433,32 @@ def find_told(
     Parameters as of :func:`compute_information_known_noise`. NaN where no factor does it:
     tensors are too alike.
     """
-    weighed = _weigh(tensors, sd, n_draws, random_state)
-    scale = float(np.sqrt(weighed.far.max()))
+    far, drawn, units = _weigh(tensors, sd, n_draws, random_state)
+    scale = float(np.sqrt(far.max()))
     if not scale:
         return float("nan")
     low, high = np.log(np.array(_SPAN) * scale)
 
     def lack(log_level: float) -> float:
-        return _judge(weighed, float(np.exp(log_level))).accuracy - accuracy
+        return _judge(far, drawn, float(np.exp(log_level))).accuracy - accuracy
 
     if lack(low) <= 0 or lack(high) >= 0:
         return float("nan")
-    return float(np.exp(brentq(lack, low, high, xtol=1e-4)) / _find_level(weighed))
+    return float(np.exp(brentq(lack, low, high, xtol=1e-4)) / _find_level(*units))
 
 
-def _find_level(weighed: _Weighed) -> float:
+def _find_level(known: float, sd: float) -> float:
     """The unit of the sd over that of the tensors."""
-    known, sd = weighed.units
     _check_level(sd, known)
     return sd / known
 
 
-def _weigh(tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Seed) -> _Weighed:
+def _weigh(
+    tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Seed
+) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
+    """Squared distances (sent, candidate), and products with the noise (draw, sent, candidate), of
+    tensors and sd in units of their own; and these units, of tensors and of sd.
+    """
     known, noise = _flatten(tensors, sd)
     units = find_scale(known), find_scale(noise)
     known, noise = known / units[0], noise / units[1]
@@ -485,7 +479,7 @@ def _weigh(tensors: np.ndarray, sd: np.ndarray, n_draws: int, random_state: Seed
     far, first = _merge_same(square[:, None] + square - 2 * energy)
     drawn = drawn[:, :, first]
     drawn -= np.einsum("njj->nj", drawn)[:, :, None].copy()
-    return _Weighed(far, drawn, units)
+    return far, drawn, units
 
 
 def _flatten(tensors: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -510,12 +504,12 @@ def _flatten(tensors: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return known.reshape(len(known), -1), whole.reshape(len(known), -1)
 
 
-def _judge(weighed: _Weighed, level: float) -> Information:
+def _judge(far: np.ndarray, products: np.ndarray, level: float) -> Information:
     """Share right and bits at a level, from pairs of drawn noise."""
-    count = len(weighed.far)
+    count = len(far)
     rights, logs = [], []
-    for drawn in (weighed.drawn, -weighed.drawn):
-        ratio = drawn / level - weighed.far / (2 * level**2)  # of the one that was sent: 0
+    for drawn in (products, -products):
+        ratio = drawn / level - far / (2 * level**2)  # of the one that was sent: 0
         rights.append(np.mean(ratio.argmax(axis=2) == np.arange(count), axis=1))
         logs.append(-np.mean(logsumexp(ratio, axis=2), axis=1) / np.log(2))
     right, told = np.mean(rights, axis=0), np.mean(logs, axis=0)

@@ -185,9 +185,14 @@ class DampedCosine:
     offset: float
     residual: float
 
+    @property
+    def r_squared(self) -> float:
+        """Share of the trace's variance that the cosine explains."""
+        return 1 - self.residual**2
+
 
 @checked
-def fit_damped_cosine(
+def _fit_damped_cosine(
     time: np.ndarray,
     signal: np.ndarray,
     frequency: Annotated[float, Gt(0)],
@@ -343,10 +348,8 @@ def measure_free_response(
     share = moved / moved[0]
     times, heights = _opposite_turns(time, share, floor)
     settle = [_settle_time(time, share, level) for level in (0.10, 0.05)]
-    if not len(times):
-        return _without_cycle(time, share, settle)
-    if len(times) == 1:
-        return _with_one_turn(time, share, times, heights, settle)
+    if len(times) < 2:
+        return _describe_overdamped(time, share, times, heights, settle)
     half = times[1] - times[0]
     if (
         half < _MIN_HALF * (time[1] - time[0])
@@ -360,10 +363,12 @@ def measure_free_response(
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
     cosine = (
-        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
+        _fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9)))
         if fit
         else None
     )
+    # 1 − largest |deflection| from the end of the first cycle on.
+    later = np.abs(share[time >= time[0] + (2 * half)])
     return FreeResponse(
         overdamped=False,
         frequency=float(frequency),
@@ -373,7 +378,7 @@ def measure_free_response(
         fit_residual=cosine.residual if cosine else None,
         settle_10=settle[0],
         settle_5=settle[1],
-        rejected=_rejected(time, share, 2 * half),
+        rejected=float(1 - later.max()) if later.size else None,
         peak_time=float(times[0] - time[0]),
         peak=float(heights[0]),
         trough=float(heights[1]),
@@ -404,33 +409,28 @@ def _count_crossings(
     return int(np.sum(np.diff(ends) != 0))
 
 
-def _without_cycle(
-    time: np.ndarray, share: np.ndarray, settle: list[float | None]
+def _describe_overdamped(
+    time: np.ndarray,
+    share: np.ndarray,
+    times: np.ndarray,
+    heights: np.ndarray,
+    settle: list[float | None],
 ) -> FreeResponse:
-    if settle[0] is None:
+    """A response that turns once at most; one that has not come to rest may yet swing."""
+    turned = len(times) == 1
+    if settle[turned] is None or (turned and abs(share[-1]) > 0.05):
+        where = (
+            ", before the trough that follows the first opposite peak. Record longer."
+            if turned
+            else " without having turned. Record longer, or check that time is in ms and rest is"
+            " right."
+        )
         raise InvalidInput(
             f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at"
-            f" {share[-1]:.0%} of its first deflection without having turned. Record longer, or"
-            " check that time is in ms and rest is right."
+            f" {share[-1]:.0%} of its first deflection{where}"
         )
-    return FreeResponse(overdamped=True, settle_10=settle[0], settle_5=settle[1])
-
-
-def _with_one_turn(time, share, times, heights, settle: list[float | None]) -> FreeResponse:
-    """One opposite turn and no trough: overdamped, or cut too early."""
-    if settle[1] is None or abs(share[-1]) > 0.05:
-        raise InvalidInput(
-            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at"
-            f" {share[-1]:.0%} of its first deflection, before the trough that follows the first"
-            " opposite peak. Record longer."
-        )
-    return FreeResponse(
-        overdamped=True,
-        settle_10=settle[0],
-        settle_5=settle[1],
-        peak_time=float(times[0] - time[0]),
-        peak=float(heights[0]),
-    )
+    peak = {"peak_time": float(times[0] - time[0]), "peak": float(heights[0])} if turned else {}
+    return FreeResponse(overdamped=True, settle_10=settle[0], settle_5=settle[1], **peak)
 
 
 def _settle_time(time: np.ndarray, share: np.ndarray, level: float) -> float | None:
@@ -441,12 +441,6 @@ def _settle_time(time: np.ndarray, share: np.ndarray, level: float) -> float | N
     inside = np.sign(share[last]) * level
     part = (share[last] - inside) / (share[last] - share[last + 1])
     return float(time[last] + part * (time[last + 1] - time[last]) - time[0])
-
-
-def _rejected(time: np.ndarray, share: np.ndarray, period: float) -> float | None:
-    """1 − largest |deflection| from the end of the first cycle on."""
-    later = np.abs(share[time >= time[0] + period])
-    return float(1 - later.max()) if later.size else None
 
 
 # Strain at the surface: what a sensor on a side of the antenna feels.

@@ -13,7 +13,13 @@ from feeler.antenna.files import save_antenna
 from feeler.calibration import Film, MeasurementFit, Measurements, Prediction
 from feeler.errors import FeelerError, require_extra
 from feeler.files import ensure_folder, write_text
-from feeler.plotting.results import draw_forces, draw_measurements, draw_prediction, plot_maps
+from feeler.plotting.results import (
+    draw_forces,
+    draw_measurements,
+    draw_prediction,
+    plot_maps,
+    plot_trial,
+)
 from feeler.report import Section, write_page
 from feeler.report.page import to_json
 from feeler.tensors.formats import save as save_tensors
@@ -21,7 +27,7 @@ from feeler.tensors.formats import save as save_tensors
 _INSTANTS = 5  # postures that an overlay draws
 
 
-def add_fit(section: Section, fit: MeasurementFit, animals: Sequence[Measurements]) -> None:
+def _add_fit(section: Section, fit: MeasurementFit, animals: Sequence[Measurements]) -> None:
     """The fitted parameters with intervals, and force curves, in a page's section."""
     section.figure(
         "parameters",
@@ -59,14 +65,14 @@ def save_fit(out: Path, fit: MeasurementFit, animals: Sequence[Measurements]) ->
     """
     ensure_folder(out)
     section = Section(name="calibration", title="The fitted antenna", folder=out, vector=False)
-    add_fit(section, fit, animals)
+    _add_fit(section, fit, animals)
     save_antenna(fit.antenna, out / "antenna.toml")
     title = f"Fitted mechanics of {fit.antenna.name}"
     write_page(out / "calibration.html", title, "; ".join(fit.describe()), section)
     write_text(out / "calibration.json", json.dumps(to_json(fit.to_plain()), indent=1) + "\n")
 
 
-def draw_overlay(
+def _draw_overlay(
     film: Film, found: Prediction, figure: Figure, frame: np.ndarray | None = None
 ) -> None:
     """Filmed points and the simulated antenna over each other, at some moments after the release;
@@ -129,7 +135,7 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
             name,
             f"The release of {found.name}, which was not used in the fit: filmed points, and the"
             " fitted antenna at the same moments.",
-            partial(draw_overlay, film, found, frame=_try_frame(study, found.name, film)),
+            partial(_draw_overlay, film, found, frame=_try_frame(study, found.name, film)),
             height=4.5,
         )
         section.figure(
@@ -140,13 +146,13 @@ def write_animal_page(study: Any, out: Path) -> list[str]:
         )
     if study.fit is not None:
         section.heading("The fitted antenna")
-        add_fit(section, study.fit, study.animals)
+        _add_fit(section, study.fit, study.animals)
     if study.touch is not None:
         section.heading("What it feels")
         section.figure(
             "touch",
             "Angle of every sensor while the object is touched.",
-            lambda figure: _draw_touch(study.touch, figure),
+            lambda figure: plot_trial(study.touch, 0, "angle", figure.subplots()),
         )
         shown = study.contacts[["on_ms", "off_ms", "duration_ms", "place"]]
         rows = shown.to_numpy().tolist()
@@ -201,24 +207,7 @@ def _say_spread(study: Any) -> str:
     return f"; animals differ by {study.spread:.1%} (standard deviation)"
 
 
-def _draw_touch(touch: Any, figure: Figure) -> None:
-    ax = figure.subplots()
-    angle = np.rad2deg(touch["angle"].values[0])
-    angle = angle[0] if angle.ndim == 3 else angle
-    largest = float(np.abs(angle).max()) or 1.0
-    image = ax.imshow(
-        angle,
-        aspect="auto",
-        cmap="RdBu_r",
-        vmin=-largest,
-        vmax=largest,
-        extent=(0, float(touch["time"].values[-1]), len(angle), 0),
-    )
-    ax.set(xlabel="time [ms]", ylabel="sensor, base to tip")
-    figure.colorbar(image, ax=ax, label="angle [°]")
-
-
-def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
+def _read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
     """The video's frame of the release as grey levels, where the plan names a video."""
     films = study.plan.releases
     file = films.video.get(name) if films is not None else None
@@ -236,17 +225,15 @@ def read_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
         if k >= held:
             break
     frames.close()
-    return None if last is None else _read_grey(last, height, width)
-
-
-def _read_grey(raw: bytes, height: int, width: int) -> np.ndarray:
-    return np.frombuffer(raw, np.uint8).reshape(height, width, 3).mean(axis=2)
+    if last is None:
+        return None
+    return np.frombuffer(last, np.uint8).reshape(height, width, 3).mean(axis=2)
 
 
 def _try_frame(study: Any, name: str, film: Film) -> np.ndarray | None:
     """The video's frame; a video that cannot be read is noted, and the page is written without."""
     try:
-        return read_frame(study, name, film)
+        return _read_frame(study, name, film)
     except (FeelerError, OSError, ValueError) as error:
         study.problems[f"video of {name}"] = str(error).split("\n", maxsplit=1)[0][:200]
         return None

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from feeler.errors import InvalidInput
 from feeler.files import make_record, read_toml
@@ -14,7 +14,7 @@ ANIMAL_SCHEMA = "feeler.animal/1"
 _FILES = ("files", "held_out")
 
 
-class Microscope(Record):
+class _Microscope(Record):
     """Segments along an antenna, and guesses that a fit corrects.
 
     Attributes
@@ -35,7 +35,7 @@ class Microscope(Record):
     damping_time: Annotated[float, Gt(0), Unit("ms")] = 1.0
 
 
-class Films(Record):
+class _Films(Record):
     """Films of antennae that are released or hit, by animal.
 
     Attributes
@@ -69,14 +69,14 @@ class Films(Record):
     video: dict[str, str] = field(default_factory=dict)
 
 
-class Forces(Record):
+class _Forces(Record):
     """Force–deflection tables, by animal; ``at`` [mm from the base] unless a column says it."""
 
     files: dict[str, str]
     at: Annotated[float, Gt(0), Unit("mm")] | None = None
 
 
-class Walks(Record):
+class _Walks(Record):
     """Films of freely moving animals, and the names of their landmarks.
 
     Attributes
@@ -100,7 +100,7 @@ class Walks(Record):
     individual: str | None = None
 
 
-class Touched(Record):
+class _Touched(Record):
     """What touches the antenna.
 
     Attributes
@@ -119,7 +119,7 @@ class Touched(Record):
     landmark: str = ""
 
 
-class WallPlan(Record):
+class _WallPlan(Record):
     """A wall that approaches: angle of the antenna to the midline [degrees]; otherwise as
     ``feeler wall``.
     """
@@ -127,7 +127,7 @@ class WallPlan(Record):
     angle: float = 35.0
 
 
-class SpikePlan(Record):
+class _SpikePlan(Record):
     """Recorded spikes: a table with a column ``time_s`` or ``time_ms``."""
 
     file: str
@@ -146,14 +146,14 @@ class AnimalPlan(Record):
 
     name: str = "animal"
     antenna: str = ""
-    microscope: Microscope | None = None
-    force: Forces | None = None
-    releases: Films | None = None
-    impulses: Films | None = None
-    walks: Walks | None = None
-    object: Touched | None = None
-    wall: WallPlan | None = None
-    spikes: SpikePlan | None = None
+    microscope: _Microscope | None = None
+    force: _Forces | None = None
+    releases: _Films | None = None
+    impulses: _Films | None = None
+    walks: _Walks | None = None
+    object: _Touched | None = None
+    wall: _WallPlan | None = None
+    spikes: _SpikePlan | None = None
     folder: str = "."
 
     def find(self, file: str) -> Path:
@@ -184,14 +184,10 @@ def load_animal(path: str | Path) -> AnimalPlan:
     for table in content.values():
         for key in _FILES if isinstance(table, Mapping) else ():
             if key in table:
-                table[key] = _name_files(table[key])
+                # Files by animal, also from a list or a single one.
+                files = [table[key]] if isinstance(table[key], str) else table[key]
+                if isinstance(files, list):
+                    table[key] = {Path(str(one)).stem: one for one in files}
     return make_record(
         AnimalPlan, {**content, "folder": str(Path(path).parent)}, Path(path).name
     )
-
-
-def _name_files(files: Any) -> Any:
-    """Files by animal, also from a list or a single one."""
-    if isinstance(files, str):
-        files = [files]
-    return {Path(str(one)).stem: one for one in files} if isinstance(files, list) else files

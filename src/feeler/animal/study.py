@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from feeler.animal.plan import AnimalPlan, Films, load_animal
+from feeler.animal.plan import AnimalPlan, _Films, load_animal
 from feeler.antenna.files import load_antenna
 from feeler.antenna.segments import Antenna
 from feeler.calibration import (
@@ -273,7 +273,7 @@ def _attempt(
 
 
 def _load(
-    study: AnimalStudy, films: Films, files: dict[str, str], *, release: bool
+    study: AnimalStudy, films: _Films, files: dict[str, str], *, release: bool
 ) -> dict[str, Film]:
     """Films of the releases, each with one, or of impulses."""
     options: dict[str, Any] = {
@@ -402,7 +402,13 @@ def _touch(study: AnimalStudy, walks: Sequence[Tracks]) -> None:
     touched, how, antenna = study.plan.object, study.plan.walks, study.antenna
     if touched is None or antenna is None:
         return
-    feature = parse_feature(_find_drawing(study, touched.shape))
+    # The shape's words with the path of its file relative to the plan.
+    kind, _, rest = touched.shape.partition(":")
+    parts = [
+        f"file={study.plan.find(part[5:])}" if part.startswith("file=") else part
+        for part in rest.split(",")
+    ]
+    feature = parse_feature(f"{kind}:{','.join(parts)}" if rest else kind)
     if feature.only_in_space:
         antenna = antenna.unflatten()
     base = None
@@ -431,19 +437,14 @@ def _touch(study: AnimalStudy, walks: Sequence[Tracks]) -> None:
         "seed": [0],
     }
     study.touch = make_motion_tensors(antenna, [motion], trials=trial)
-    study.contacts = _find_contacts(motion)
+    # Contacts of a simulated touch, one a row as of :func:`feeler.tracking.find_contacts`:
+    # where the force is above 1/1000 of the largest; a contact ends after 10 ms without.
+    size, step = np.linalg.norm(motion.force, axis=1), float(np.diff(motion.time[:2])[0])
+    least = max(_PRESSED * float(size.max()), 1e-15)
+    gap = round(_LET_GO / step)
+    study.contacts = tabulate_contacts(size, least, motion.contact_place, step, max_gap=gap)
     if touched.landmark and how is not None and base is not None and not antenna.spatial:
         study.tip_error = _compare_tip(walks[0], how, antenna, motion, base)
-
-
-def _find_drawing(study: AnimalStudy, shape: str) -> str:
-    """The shape's words with the path of its file relative to the plan."""
-    kind, _, rest = shape.partition(":")
-    parts = [
-        f"file={study.plan.find(part[5:])}" if part.startswith("file=") else part
-        for part in rest.split(",")
-    ]
-    return f"{kind}:{','.join(parts)}" if rest else kind
 
 
 def _set_scene(
@@ -477,16 +478,6 @@ def _set_scene(
         label=f"{feature.name} beside a filmed animal",
     )
     return scene, end
-
-
-def _find_contacts(motion: Any) -> pd.DataFrame:
-    """Contacts of a simulated touch, one a row as of :func:`feeler.tracking.find_contacts`: where
-    the force is above 1/1000 of the largest; a contact ends after 10 ms without.
-    """
-    size, step = np.linalg.norm(motion.force, axis=1), float(np.diff(motion.time[:2])[0])
-    least = max(_PRESSED * float(size.max()), 1e-15)
-    gap = round(_LET_GO / step)
-    return tabulate_contacts(size, least, motion.contact_place, step, max_gap=gap)
 
 
 def _compare_tip(

@@ -14,13 +14,14 @@ what is known so far and returns
 the speed. After Ctrl-C the same command goes on where it stopped.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, report_interrupt, say_json
-from feeler.errors import MissingDependencyError
+from feeler.cli.options import Json, report_interrupt, say, try_movie
+from feeler.progress import ProgressBar
 
 
 def active(
@@ -59,7 +60,6 @@ def active(
     from feeler.active.contests import load_contest, write_active
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
 
     contest = load_contest(sets=sets, copies=copies, noise=noise)
@@ -78,20 +78,13 @@ def active(
     if movie:
         observer = contest.make_observer(chosen, 0)
         for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
-            try:
-                films[name] = write_film(
-                    film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"
-                )
-            except MissingDependencyError as missing:
-                typer.echo(f"no movie: {missing}", err=True)
-                break
+            write = partial(write_film, film_policy(observer, parse_policy(name)))
+            film = try_movie(write, out / f"policy{number + 1}.mp4")
+            films |= {} if film is None else {name: film}
     often = "once" if copies == 1 else f"{copies} times"
     conditions = (
         f"{sets} sets of {contest.known} touches, each felt {often}, noise"
         f" {noise}. {describe_versions()}"
     )
     page = write_active(measured, contest, out, films, conditions)
-    if as_json:
-        say_json({**measured.to_dict(), "page": page})
-    else:
-        typer.echo(f"page: {page}")
+    say(as_json, {**measured.to_dict(), "page": page}, [f"page: {page}"])

@@ -15,8 +15,9 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, say_json
+from feeler.cli.options import Json, say
 from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 
 
 def animal(
@@ -41,7 +42,6 @@ def animal(
     releases, forces and impulses, predictions of other films, a touch, a wall, spikes.
     """
     from feeler.animal import study_animal, write_animal_page, write_example, write_template
-    from feeler.progress import ProgressBar
 
     if sum(one is not None for one in (plan, new, example)) != 1:
         raise InvalidInput(
@@ -59,13 +59,8 @@ def animal(
     with ProgressBar("animals") as progress:
         study = study_animal(plan, progress=progress)
     names = write_animal_page(study, out)
-    if as_json:
-        say_json(
-            {"problems": study.problems, "missing": study.missing, "page": out / "animal.html"}
-        )
-    else:
-        for words in study.describe():
-            typer.echo(words)
+    plain = {"problems": study.problems, "missing": study.missing}
+    say(as_json, plain | {"page": out / "animal.html"}, study.describe())
     typer.echo(f"wrote {out}/{', '.join(names)}", err=True)
     if study.problems:
         raise typer.Exit(1)

@@ -18,25 +18,24 @@ ship with feeler)
 
 import json
 import math
-import sys
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import EngineName, Json, say_json
+from feeler.cli.options import EngineName, Json, say
+from feeler.errors import FeelerError, InvalidInput
 from feeler.files import write_text
+from feeler.progress import ProgressBar
 
 _BAD = (
     0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _CalibrateOptions:
-    """What ``feeler calibrate`` is told."""
-
+def calibrate(
     data: Annotated[
         list[str],
         typer.Option(
@@ -46,93 +45,93 @@ class _CalibrateOptions:
                 " force_uN"
             )
         ),
-    ] = field(default_factory=list)
+    ] = [],  # noqa: B006
     points: Annotated[
         str,
         typer.Option(
             help="landmarks of a tracker's file along the antenna, base to tip: base,tip"
         ),
-    ] = ""
+    ] = "",
     individual: Annotated[
         str | None, typer.Option(help="which animal, of a tracker's file with several")
-    ] = None
+    ] = None,
     scale: Annotated[
         float | None,
         typer.Option(help="pixels per mm of a tracker's file; not needed for a fit"),
-    ] = None
+    ] = None,
     max_gap: Annotated[
         int,
         typer.Option(
             help="longest gap that is filled in [frames]; not counted in the fit", min=0
         ),
-    ] = 5
+    ] = 5,
     by: Annotated[
         str,
         typer.Option(
             help="with --data: trace (every sample) or targets (frequency and damping)"
         ),
-    ] = "trace"
+    ] = "trace",
     profile: Annotated[
         str,
         typer.Option(
             help="exponential, linear, constant, scale, tilt …; an unknown name lists all"
         ),
-    ] = ""
+    ] = "",
     antenna: Annotated[
         str, typer.Option(help="preset or antenna file (TOML) that gives segments and masses")
-    ] = "cockroach"
+    ] = "cockroach",
     frame_rate: Annotated[
         float | None, typer.Option(help="frames per second, if the column is frame")
-    ] = None
+    ] = None,
     release: Annotated[
         str,
         typer.Option(help="first (sample) or found; by default found where frames are counted"),
-    ] = ""
+    ] = "",
     at: Annotated[
         float | None,
         typer.Option(
             help="with --data: where it was held or loaded [mm from the base]; default 10"
         ),
-    ] = None
+    ] = None,
     force_at: Annotated[
         float | None,
         typer.Option(
             help="where a force acts [mm from the base], if not at --at nor in a column"
         ),
-    ] = None
-    targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
-        "cockroach"
-    )
+    ] = None,
+    targets: Annotated[
+        str, typer.Option(help="name of shipped targets, or a TOML file")
+    ] = "cockroach",
     method: Annotated[
         str,
         typer.Option(help="least-squares, powell, nelder-mead …; an unknown name lists all"),
-    ] = "least-squares"
+    ] = "least-squares",
     starts: Annotated[
         int,
         typer.Option(
             help="number of searches; the first begins at usual values, others near them", min=1
         ),
-    ] = 1
+    ] = 1,
     spread: Annotated[
         float, typer.Option(help="sd of the perturbation, in logarithms", min=0)
-    ] = 0.7
-    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0
+    ] = 0.7,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0,
     evaluations: Annotated[
         int, typer.Option(help="antennas simulated per start, at most", min=2)
-    ] = 1500
+    ] = 1500,
     checkpoint: Annotated[
         Path | None,
         typer.Option(
             help="file that keeps every simulated antenna; an interrupted fit goes on from it"
         ),
-    ] = None
-    engine: EngineName = "chain-consistent"
+    ] = None,
+    engine: EngineName = "chain-consistent",
     out: Annotated[
         Path | None,
         typer.Option(
             help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml"
         ),
-    ] = None
+    ] = None,
     session_start: Annotated[
         str,
         typer.Option(
@@ -141,25 +140,24 @@ class _CalibrateOptions:
                 " NWB too"
             )
         ),
-    ] = ""
-    as_json: Json = False
-
-
-def calibrate(said: _CalibrateOptions) -> None:
+    ] = "",
+    as_json: Json = False,
+) -> None:
     """Fit hinge stiffness and damping to measurements.
 
     Fit hinge stiffness and damping to targets, or to recorded free responses of your own
     animals.
     """
+    said = SimpleNamespace(**locals())
     from feeler.cli.choose import choose_antenna
 
-    antenna = choose_antenna(said.antenna)
+    chosen = choose_antenna(said.antenna)
     if any(map(_is_forces, said.data)):
-        _fit_measured(said, antenna)
+        _fit_measured(said, chosen)
     elif said.data:
-        _fit_data(said, antenna, said.profile or "scale")
+        _fit_data(said, chosen, said.profile or "scale")
     else:
-        _fit_targets(said, antenna, said.profile or "exponential")
+        _fit_targets(said, chosen, said.profile or "exponential")
 
 
 def _is_forces(file: str) -> bool:
@@ -168,10 +166,9 @@ def _is_forces(file: str) -> bool:
     return is_force_table(file)
 
 
-def _load_releases(said: _CalibrateOptions, files: list[str]) -> Any:
+def _load_releases(said: SimpleNamespace, files: list[str]) -> Any:
     """Traces of the releases in these files."""
     from feeler.calibration import join_films, load_film, load_traces
-    from feeler.errors import InvalidInput
 
     if said.points:
         points = [point.strip() for point in said.points.split(",")]
@@ -198,7 +195,6 @@ def _load_releases(said: _CalibrateOptions, files: list[str]) -> Any:
 
 def _name_landmarks(file: str) -> Exception | None:
     """What to say of a file that holds tracked landmarks; None of others."""
-    from feeler.errors import FeelerError, InvalidInput
     from feeler.tracking import load_tracks
 
     for rate in (None, 1e3):
@@ -213,11 +209,10 @@ def _name_landmarks(file: str) -> Exception | None:
     return None
 
 
-def _fit_measured(said: _CalibrateOptions, antenna: Any) -> None:
+def _fit_measured(said: SimpleNamespace, antenna: Any) -> None:
     """Force–deflection curves, and releases if there are any, in one fit."""
     from feeler.animal import save_fit
     from feeler.calibration import Measurements, Protocol, fit_measurements, load_forces
-    from feeler.progress import ProgressBar
 
     place = said.at if said.force_at is None else said.force_at
     curves = [
@@ -244,14 +239,16 @@ def _fit_measured(said: _CalibrateOptions, antenna: Any) -> None:
         fit = fit_measurements(
             each, antenna, protocol=Protocol(engine=said.engine, **held), progress=progress
         )
-    if said.as_json:
-        say_json(fit.to_plain())
-    else:
-        typer.echo(f"{len(each)} animal{'s' * (len(each) > 1)}, factors on {antenna.name}")
-        for words in [*fit.describe(), *_say_modulus(said.antenna, fit)]:
-            typer.echo(words)
-        for name, left in fit.residual.items():
-            typer.echo(f"{name}: {left:.2g} of its largest value is left")
+    lines = [
+        f"{len(each)} animal{'s' * (len(each) > 1)}, factors on {antenna.name}",
+        *fit.describe(),
+        *_say_modulus(said.antenna, fit),
+        *(
+            f"{name}: {left:.2g} of its largest value is left"
+            for name, left in fit.residual.items()
+        ),
+    ]
+    say(said.as_json, fit.to_plain(), lines)
     if said.out is not None:
         save_fit(said.out, fit, each)
         typer.echo(
@@ -275,9 +272,8 @@ def _say_modulus(name: str, fit: Any) -> list[str]:
     return [f"modulus = {fit.p[k] * modulus:.4g} MPa  (95 %: {ends})"] * (modulus > 0)
 
 
-def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
+def _fit_data(said: SimpleNamespace, antenna: Any, profile: str) -> None:
     from feeler.calibration import Protocol, fit_traces, make_hinges
-    from feeler.progress import ProgressBar
 
     traces = _load_releases(said, said.data)
     hinges = make_hinges(profile, antenna)
@@ -291,10 +287,8 @@ def _fit_data(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
             protocol=Protocol(engine=said.engine, **held),
             progress=progress,
         )
-    if said.as_json:
-        say_json(_make_plain(result, hinges))
-    else:
-        _tell_fit(traces, hinges, result, said.by, _explain(profile, antenna.name))
+    lines = _describe_fit(traces, hinges, result, said.by, _explain(profile, antenna.name))
+    say(said.as_json, _make_plain(result, hinges), lines)
     if said.by == "trace" and result.residual.max() > _BAD:
         typer.echo(
             f"a residual above {_BAD:g} of the trace means that this antenna does not swing like"
@@ -331,26 +325,26 @@ def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
     }
 
 
-def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) -> None:
+def _describe_fit(
+    traces: Any, hinges: Any, result: Any, by: str, explained: str
+) -> Iterator[str]:
     count = len(result.animals)
     if filled := int(traces.bridged.sum()):
-        typer.echo(f"{filled} missing samples are filled in and do not count in the fit")
-    typer.echo(
-        f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}"
-    )
-    typer.echo(f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual")
+        yield f"{filled} missing samples are filled in and do not count in the fit"
+    yield f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}"
+    yield f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual"
     for name, p, residual in zip(result.animals, result.each, result.residual, strict=True):
-        typer.echo(f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}")
+        yield f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}"
     for name, unit, p, low, high in zip(
         result.names, hinges.units, result.p, result.low, result.high, strict=True
     ):
-        typer.echo(
+        yield (
             f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})"
         )
     if result.band is not None:
-        typer.echo(result.band.describe())
+        yield result.band.describe()
     if result.directions is not None and len(result.names) > 1:
-        typer.echo(result.directions.describe("data"))
+        yield result.directions.describe("data")
 
 
 def _save(
@@ -420,7 +414,7 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     """Recordings and fits as NWB, one trial a trace."""
     import xarray as xr
 
-    from feeler.cli.choose import parse_start
+    from feeler.cli.choose import _parse_start
     from feeler.tensors.writers import save_nwb
 
     shares = {"displacement": traces.displacement, "fitted": result.simulated}
@@ -434,7 +428,7 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     save_nwb(
         dataset,
         path,
-        session_start=parse_start(session_start),
+        session_start=_parse_start(session_start),
         identifier=f"calibration {path.resolve().parent.name}",
         subject=", ".join(result.animals),
     )
@@ -473,7 +467,7 @@ def _explain(profile: str, name: str) -> str:
     return f"{profile} hinges on the segments of {name}"
 
 
-def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
+def _fit_targets(said: SimpleNamespace, antenna: Any, profile: str) -> None:
     import numpy as np
 
     from feeler.calibration import (
@@ -494,79 +488,61 @@ def _fit_targets(said: _CalibrateOptions, antenna: Any, profile: str) -> None:
     begin = make_starts(
         problem.hinges, said.starts, np.random.default_rng(said.seed), spread=said.spread
     )
-    watch = problem.watch = _Watch()
-    try:
-        found = fit(
-            problem,
-            begin,
-            method=said.method,
-            max_evaluations=said.evaluations,
-            checkpoint=said.checkpoint,
-            progress=watch.end_start,
-        )
-    except KeyboardInterrupt:
-        watch.clear()
-        _report_interrupt(watch.best, said.checkpoint)
-        raise typer.Exit(130) from None
-    if said.as_json:
-        measured = dict(
-            zip(found.measured.names, map(float, found.measured.values), strict=True)
-        )
-        parameters = dict(zip(found.names, map(float, found.p), strict=True))
-        say_json({"parameters": parameters, "measured": measured, "error": found.error})
-        return
-    typer.echo(
+    errors = [math.inf]
+    with ProgressBar("antennas of this start") as bar:
+
+        def watch(count: int, error: float) -> None:
+            errors.append(error)
+            bar(min(count, said.evaluations), said.evaluations)
+
+        problem.watch = watch
+        try:
+            found = fit(
+                problem,
+                begin,
+                method=said.method,
+                max_evaluations=said.evaluations,
+                checkpoint=said.checkpoint,
+                progress=_say_start,
+            )
+        except KeyboardInterrupt:
+            words = (
+                f"every simulated antenna is in {said.checkpoint}; the same command goes on from"
+                " there"
+                if said.checkpoint
+                else "nothing was kept; with --checkpoint FILE the same command would go on where"
+                " it stopped"
+            )
+            best = f"{min(errors):.4g}"
+            typer.echo(f"feeler: interrupted at a best error of {best}; {words}", err=True)
+            raise typer.Exit(130) from None
+    measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
+    parameters = dict(zip(found.names, map(float, found.p), strict=True))
+    lines = [
         f"targets '{goal.name}' ({goal.status}); {profile}, {said.method}, {said.starts} start(s)"
-    )
-    for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):
-        typer.echo(f"{name} = {value:.6g}{_unit(unit)}")
+    ]
+    for name, unit in zip(found.names, problem.hinges.units, strict=True):
+        lines.append(f"{name} = {parameters[name]:.6g}{_unit(unit)}")
     for target, value in zip(goal.targets, found.measured.values, strict=True):
-        typer.echo(
+        lines.append(
             f"{target.name:14} {value:.5g}{_unit(target.unit)}, target {target.value:g}"
             f" [{target.tag}]"
         )
     if found.measured.overdamped:
-        typer.echo(
+        lines.append(
             "the fitted antenna is over-damped: it has no damped frequency (its entry is 0)"
         )
-    typer.echo(
+    lines.append(
         f"error {found.error:.4g}, median symmetric accuracy {found.symmetric_accuracy:.4g}"
     )
+    plain = {"parameters": parameters, "measured": measured, "error": found.error}
+    say(said.as_json, plain, lines)
 
 
-class _Watch:
-    """The best error so far, on one line of a terminal; a line per finished start anywhere."""
-
-    def __init__(self) -> None:
-        self.best, self._live = math.inf, sys.stderr.isatty()
-
-    def __call__(self, evaluations: int, best: float) -> None:
-        self.best = min(self.best, best)
-        if self._live:
-            typer.echo(
-                f"\r{evaluations} antennas, best error {self.best:.4g}   ", err=True, nl=False
-            )
-
-    def end_start(self, done: int, total: int, minimum, best: float) -> None:
-        self.clear()
-        typer.echo(
-            f"start {done}/{total}: error {minimum.error:.4g} after {minimum.evaluations} antennas,"
-            f" {minimum.seconds:.1f} s; best {best:.4g}",
-            err=True,
-        )
-
-    def clear(self) -> None:
-        """Leave the terminal's line empty."""
-        if self._live:
-            typer.echo("\r" + 50 * " " + "\r", err=True, nl=False)
-
-
-def _report_interrupt(best: float, checkpoint: Path | None) -> None:
-    kept = (
-        f"every simulated antenna is in {checkpoint}; the same command goes on from there"
-        if checkpoint
-        else (
-            "nothing was kept; with --checkpoint FILE the same command would go on where it stopped"
-        )
+def _say_start(done: int, total: int, minimum, best: float) -> None:
+    """The end of one search."""
+    typer.echo(
+        f"start {done}/{total}: error {minimum.error:.4g} after {minimum.evaluations} antennas,"
+        f" {minimum.seconds:.1f} s; best {best:.4g}",
+        err=True,
     )
-    typer.echo(f"feeler: interrupted at a best error of {best:.4g}; {kept}", err=True)

@@ -12,6 +12,7 @@ import typer
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput, suggest
+from feeler.files import load_function
 from feeler.presets import PRESETS, make_preset
 
 _SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
@@ -35,12 +36,11 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
-def name_reader(text: str) -> str:
+def _name_reader(text: str) -> str:
     """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
     which gives a classifier and is known by this text from now on.
     """
     from feeler.decoding import READERS
-    from feeler.files import load_function
 
     file, _, name = text.partition(":")
     if file.endswith(".py") and text not in READERS:
@@ -49,7 +49,7 @@ def name_reader(text: str) -> str:
     return text
 
 
-def choose_planar(name: str) -> Antenna:
+def _choose_planar(name: str) -> Antenna:
     """As :func:`choose_antenna`; of an antenna in space its planar twin, which is said."""
     antenna = choose_antenna(name)
     if not antenna.spatial:
@@ -58,7 +58,7 @@ def choose_planar(name: str) -> Antenna:
     return antenna.flatten()
 
 
-def name_antennas(
+def _name_antennas(
     names: Sequence[str], choose: Callable[[str], Antenna] = choose_antenna
 ) -> dict[str, Antenna]:
     """The chosen antennas by what a page calls them: a file by its name without ending, but with it
@@ -120,7 +120,7 @@ def choose_executor(
         yield ClusterExecutor(client)
 
 
-def parse_start(text: str) -> datetime:
+def _parse_start(text: str) -> datetime:
     """When an NWB session began."""
     try:
         return datetime.fromisoformat(text)

@@ -15,7 +15,8 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, describe_timesteps, say_json
+from feeler.cli.options import Json, _describe_timesteps, say
+from feeler.errors import InvalidInput
 
 
 def compare(
@@ -43,22 +44,21 @@ def compare(
 
     Dispersion, entropy and accuracy against noise of several antennas, on one page.
     """
-    from feeler.cli.choose import name_antennas, name_reader
+    from feeler.cli.choose import _name_antennas, _name_reader
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
-    from feeler.errors import InvalidInput
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.provenance import describe_versions
 
     effort = EFFORTS[scale]
-    name_reader(reader)  # refused before anything is simulated
+    _name_reader(reader)  # refused before anything is simulated
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential"
             " constant."
         )
-    chosen = name_antennas(antennas)
+    chosen = _name_antennas(antennas)
     if len(chosen) < len(set(antennas)):
         raise InvalidInput(
             f"two antennas have the same name ({', '.join(antennas)}); rename one of the files."
@@ -83,12 +83,10 @@ def compare(
         random_state=seed,
         report=lambda line: typer.echo(line, err=as_json),
     )
-    heading = ("", *data.names)
-    for title, *cells in [] if as_json else [heading, *data.list_rows()]:
-        typer.echo(f"{title:52}" + "".join(f"  {cell:>27}" for cell in cells))
+    rows = [("", *data.names), *data.list_rows()]
     ratios = ", ".join(f"{100 * ratio:g}" for ratio in effort.plan.ratios)
     conditions = (
-        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, {_describe_timesteps(chosen)},"
         f" {len(touches)} touches at {speed:g} m/s."
         " Complete touches, equally many samples of each antenna until its last touch lets go: "
         + ", ".join(f"{name} {end:.0f} ms" for name, end in ends.items())
@@ -97,7 +95,5 @@ def compare(
         f" {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
-    if as_json:
-        say_json({**data.to_plain(), "page": page})
-    else:
-        typer.echo(f"page: {page}")
+    lines = [f"{row[0]:52}" + "".join(f"  {cell:>27}" for cell in row[1:]) for row in rows]
+    say(as_json, {**data.to_plain(), "page": page}, [*lines, f"page: {page}"])

@@ -11,13 +11,16 @@ and again: goes on
 what 5 % errors cost
 """
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, report_interrupt, require_new, say_json
+from feeler.cli.options import Json, _require_new, report_interrupt, say
 from feeler.files import write_text
+from feeler.progress import ProgressBar
 
 
 def design(
@@ -66,11 +69,11 @@ def design(
     The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
-    from feeler.cli.choose import choose_executor, name_reader
+    from feeler.cli.choose import _name_reader, choose_executor
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
-        require_new(task)
+        _require_new(task)
         write_text(task, TEMPLATE.format(file=task.name))
         typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
         return
@@ -80,8 +83,8 @@ def design(
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
-    with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
-        own = {} if reader is None else {"reader": name_reader(reader)}
+    with choose_executor(workers, cluster) as executor, kept, _watching(plan, out) as watch:
+        own = {} if reader is None else {"reader": _name_reader(reader)}
         found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
 
@@ -100,63 +103,51 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
         f" {dict(task.seeds)}; timestep {task.timestep:g} ms. {describe_versions()}"
     )
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
-    if as_json:
-        say_json({**found.to_plain(), "antenna": out / "antenna.toml", "page": page})
-        return
-    typer.echo(
+    lines = [
         f"final draws: {100 * found.final.errors:.1f} % wrong, the reference"
         f" {100 * found.reference_final.errors:.1f} %: errors avoided {100 * fewer:.0f} ±"
-        f" {100 * error:.0f} %" + ("" if found.looks == 1 else f" (look number {found.looks})")
-    )
-    typer.echo(f"antenna: {out / 'antenna.toml'}\npage: {page}")
+        f" {100 * error:.0f} %" + ("" if found.looks == 1 else f" (look number {found.looks})"),
+        f"antenna: {out / 'antenna.toml'}",
+        f"page: {page}",
+    ]
+    say(as_json, {**found.to_plain(), "antenna": out / "antenna.toml", "page": page}, lines)
 
 
-class _Watcher:
-    """Shows how far the search is, and keeps a picture of the best so far beside the journal."""
+@contextmanager
+def _watching(plan, out: Path) -> Iterator[Callable[[Any], None]]:
+    """Shows how far a search is: a bar, and the best antenna so far as current.png."""
+    total = plan.search.get("evaluations", 100) * plan.search.get("starts", 1)
+    before, last, cost = 0, 0, float("inf")
+    with ProgressBar("antennas simulated") as bar:
 
-    def __init__(self, plan, out: Path) -> None:
-        from feeler.progress import ProgressBar
+        def watch(problem) -> None:
+            nonlocal before, last, cost
+            if problem.evaluations < last:  # another start
+                before += last
+            last = problem.evaluations
+            bar(min(before + last, total - 1), total)
+            if problem.best.cost < min(cost, problem.ceiling):
+                cost = problem.best.cost
+                _draw_best(plan, problem, out / "current.png")
 
-        asked = plan.search
-        self._plan, self._out = plan, out
-        self._total = asked.get("evaluations", 100) * asked.get("starts", 1)
-        self._bar, self._before, self._last, self._cost = (
-            ProgressBar("antennas simulated"),
-            0,
-            0,
-            float("inf"),
+        yield watch
+
+
+def _draw_best(plan, problem, path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from feeler.plotting import PALETTE, plot_profiles, style
+
+    with style():
+        figure = Figure(figsize=(7.2, 2.0), layout="constrained")
+        axes = figure.subplots(1, 4)
+        for antenna in (plan.reference, problem.space.build(problem.best.x).antenna):
+            plot_profiles(antenna, axes)
+        for ax in axes[2:]:
+            for line in ax.lines[len(ax.lines) // 2 :]:
+                line.set_color(PALETTE[0])
+        figure.suptitle(
+            f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
+            fontsize=8,
         )
-
-    def __call__(self, problem) -> None:
-        if problem.evaluations < self._last:  # another start
-            self._before += self._last
-        self._last = problem.evaluations
-        self._bar(min(self._before + self._last, self._total - 1), self._total)
-        if problem.best.cost < min(self._cost, problem.ceiling):
-            self._cost = problem.best.cost
-            self._draw(problem)
-
-    def _draw(self, problem) -> None:
-        from matplotlib.figure import Figure
-
-        from feeler.plotting import PALETTE, plot_profiles, style
-
-        with style():
-            figure = Figure(figsize=(7.2, 2.0), layout="constrained")
-            axes = figure.subplots(1, 4)
-            for antenna in (self._plan.reference, problem.space.build(problem.best.x).antenna):
-                plot_profiles(antenna, axes)
-            for ax in axes[2:]:
-                for line in ax.lines[len(ax.lines) // 2 :]:
-                    line.set_color(PALETTE[0])
-            figure.suptitle(
-                f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
-                fontsize=8,
-            )
-            figure.savefig(self._out / "current.png")
-
-    def __enter__(self) -> "_Watcher":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
+        figure.savefig(path)

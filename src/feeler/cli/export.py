@@ -16,6 +16,8 @@ from typing import Annotated, Any
 
 import typer
 
+from feeler.errors import InvalidInput
+
 
 def export(
     file: Annotated[Path, typer.Argument(help="MJCF file to write")],
@@ -55,7 +57,6 @@ def export(
     """
     import feeler
     from feeler.cli.choose import choose_antenna
-    from feeler.errors import InvalidInput
     from feeler.objects.shapes import parse_feature
     from feeler.physics import spec
 

@@ -10,12 +10,14 @@ Examples:
 """
 
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, say_json
+from feeler.cli.options import Json, say, try_movie
+from feeler.files import write_text
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
 
@@ -61,11 +63,11 @@ def follow(
     as_json: Json = False,
 ) -> None:
     """Run a body along a wall, steered by its antenna."""
-    from feeler.cli.choose import choose_planar
+    from feeler.cli.choose import _choose_planar
     from feeler.wall import FOLLOWING, Controller, calibrate, follow, make_turn
     from feeler.wall.following import RUN_UP, measure_scale
 
-    chosen = choose_planar(antenna)
+    chosen = _choose_planar(antenna)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     how: dict[str, Any] = {
@@ -74,7 +76,7 @@ def follow(
         "engine": engine,
         "timestep": timestep,
     }
-    known = None if oracle else calibrate(chosen, **how)
+    known: Any = None if oracle else calibrate(chosen, **how)
     run = None
     if known is None or not known.undefined:
         given = {} if target is None else {"target": target}
@@ -88,11 +90,15 @@ def follow(
                 oracle=oracle,
                 **how,
             )
-    words = _tell_lost(antenna, known) if run is None else _tell(antenna, run, oracle)
-    if as_json:
-        say_json(_make_plain(run, known))
+    if run is None:
+        words = [
+            f"{antenna}: no map to steer by: {known.undefined}",
+            f"  it {known.bending}",
+            "  --oracle runs a body that is told the true distance",
+        ]
     else:
-        typer.echo("\n".join(words))
+        words = _tell(antenna, run, oracle)
+    say(as_json, _make_plain(run, known), words)
     if out is not None:
         _save(out, antenna, run, known, words, movie)
 
@@ -118,15 +124,6 @@ def _make_plain(run: Any, known: Any) -> dict[str, Any]:
         }
         units |= dict.fromkeys(lengths, "mm") | {"duration": "ms", "touching": "1"}
     return plain | {"units": units}
-
-
-def _tell_lost(name: str, known: Any) -> list[str]:
-    """Why there is nothing to steer by."""
-    return [
-        f"{name}: no map to steer by: {known.undefined}",
-        f"  it {known.bending}",
-        "  --oracle runs a body that is told the true distance",
-    ]
 
 
 def _tell(name: str, run: Any, oracle: bool) -> list[str]:
@@ -165,8 +162,7 @@ def _tell(name: str, run: Any, oracle: bool) -> list[str]:
 
 def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: bool) -> None:
     """follow.html with its pictures and movie, follow.csv, map.csv and follow.json."""
-    from feeler.errors import MissingDependencyError
-    from feeler.files import write_text
+
     from feeler.plotting.results import plot_maps
     from feeler.plotting.walls import FOLLOW_SLOWER, plot_run, write_run_movie
     from feeler.report import Section, write_page
@@ -180,15 +176,10 @@ def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: b
         section.figure("run", caption, lambda figure: plot_run(run, figure), height=3.6)
         write_text(out / "follow.csv", run.to_frame().to_csv(index=False))
         files += ["run.png", "follow.csv"]
-    if run is not None and movie:
-        try:
-            path = write_run_movie(run, out / "follow.mp4")
-            section.movie(
-                path, f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature."
-            )
-            files.append(path.name)
-        except MissingDependencyError as missing:
-            typer.echo(f"no movie: {missing}", err=True)
+    write = None if run is None or not movie else partial(write_run_movie, run)
+    if write and (path := try_movie(write, out / "follow.mp4")):
+        section.movie(path, f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature.")
+        files.append(path.name)
     if known is not None:
         section.figure(
             "map",

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass
 from importlib import import_module
@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, MissingDependencyError
 
 # What a verb says with ``--json``: the same numbers, and nothing beside them; what one says
 # that was interrupted, and of a file that is there already.
@@ -30,6 +30,24 @@ def say_json(value: object) -> None:
     typer.echo(json.dumps(to_json(value)))
 
 
+def say(as_json: bool, plain: object, lines: Iterable[str]) -> None:
+    """Print a result as JSON, or in words: a line each."""
+    if as_json:
+        say_json(plain)
+        return
+    for line in lines:
+        typer.echo(line)
+
+
+def try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
+    """The movie that was written, or None where the library for movies is missing, said so."""
+    try:
+        return write(path)
+    except MissingDependencyError as missing:
+        typer.echo(f"no movie: {missing}", err=True)
+        return None
+
+
 @contextmanager
 def report_interrupt(words: str) -> Iterator[None]:
     """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
@@ -40,7 +58,7 @@ def report_interrupt(words: str) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-def require_new(file: Path) -> None:
+def _require_new(file: Path) -> None:
     """Refuse to write over what is there."""
     if file.exists():
         raise InvalidInput(f"{file} exists already. Choose another name.")
@@ -60,7 +78,7 @@ def say_adapted(tensors: Any) -> str:
     )
 
 
-def describe_timesteps(antennas: Mapping[str, Any]) -> str:
+def _describe_timesteps(antennas: Mapping[str, Any]) -> str:
     """The default timesteps of some antennas, by name where they differ."""
     from feeler.physics.contact import get_contact
     from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -189,7 +207,7 @@ def list_options(group: Any, words: list[str]) -> dict[str, str]:
     return {name: option for name, option in longest.items() if option.startswith("--")}
 
 
-def say_in_shell(message: str, options: dict[str, str]) -> str:
+def _say_in_shell(message: str, options: dict[str, str]) -> str:
     """A message of the library in the words of the command line.
 
     ``frame_rate=`` becomes ``--frame-rate``, ``gaps='bridge'`` ``--gaps bridge`` and ``Trial.speed
@@ -247,7 +265,7 @@ EngineName = Annotated[
 ]
 
 
-def add_verb(app: typer.Typer, name: str) -> None:
+def _add_verb(app: typer.Typer, name: str) -> None:
     """Add the command ``name``: the function of this name in ``feeler/cli/NAME.py``, or all
     commands of the ``app`` there, with the examples that the file begins with.
 
@@ -260,12 +278,12 @@ def add_verb(app: typer.Typer, name: str) -> None:
         return
     run = getattr(module, name)
     options = get_type_hints(run, include_extras=True).get("said")
-    app.command(name, epilog=list_examples(module))(
+    app.command(name, epilog=_list_examples(module))(
         _spread(run, options) if is_dataclass(options) else run
     )
 
 
-def list_examples(module: ModuleType) -> str:
+def _list_examples(module: ModuleType) -> str:
     """The examples that a module's docstring ends with."""
     _, head, examples = (module.__doc__ or "").partition("Examples:\n")
     return head + examples

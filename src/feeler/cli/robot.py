@@ -49,19 +49,19 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, list_examples, say_json
-from feeler.cli.robot_decoder import DecoderFile, choose_decoder, train
+from feeler.cli.options import Json, Verbs, _list_examples, _require_new, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
     BadChannels,
     Calibration,
     ChannelUnit,
+    DecoderFile,
     Engine,
     Files,
     Gaps,
@@ -75,9 +75,14 @@ from feeler.cli.robot_options import (
     Timestep,
     TimeUnit,
     Workers,
+    _choose_decoder,
+    _say_progress,
     make_touches,
     tell,
 )
+from feeler.errors import InvalidInput
+from feeler.files import write_text
+from feeler.progress import ProgressBar
 
 app = Verbs(
     help="Calibrate, test and classify with a robotic antenna.",
@@ -144,15 +149,9 @@ def calibrate(
 
     calibration = load_calibration_table(table, curve=curve)
     save_calibration(calibration, out)
-    if as_json:
-        say_json(vars(calibration))
-        return
-    typer.echo(calibration.report())
-    for sentence in calibration.explain():
-        typer.echo(sentence)
-    typer.echo(
-        f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else "")
-    )
+    robot = f", robot {calibration.robot}" if calibration.robot else ""
+    lines = [calibration.report(), *calibration.explain(), f"saved to {out}{robot}"]
+    say(as_json, vars(calibration), lines)
 
 
 @app.command()
@@ -173,31 +172,18 @@ def check(
 
     Also what would be repaired.
     """
-    from feeler.cli.robot_pages import describe_recording, write_recordings
+    from feeler.cli.robot_pages import _describe_one, _write_recordings
 
-    read, names = (
-        Robot(antenna, joints).read(
-            recordings,
-            calibration,
-            outside,
-            gaps,
-            bad_channels,
-            unit=unit,
-            time_unit=time_unit,
-        ),
-        [path.name for path in recordings],
-    )
-    if as_json:
-        say_json([describe_recording(*pair) for pair in zip(names, read, strict=True)])
-    for name, recording in [] if as_json else zip(names, read, strict=True):
-        typer.echo(
-            f"{name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source"
-            f" {recording.source}"
-        )
-        for line in recording.history:
-            typer.echo(f"  {line}")
+    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
+    known = [_describe_one(path.name, one) for path, one in zip(recordings, read, strict=True)]
+    words = "{file}: {channels} channels, {duration_ms:g} ms, source {source}".format
+    lines = [
+        line for one in known for line in (words(**one), *(f"  {w}" for w in one["history"]))
+    ]
+    say(as_json, known, lines)
     if out is not None:
-        typer.echo(f"page: {write_recordings(out, names, read)}", err=True)
+        typer.echo(f"page: {_write_recordings(out, known, read)}", err=True)
 
 
 @app.command()
@@ -256,8 +242,7 @@ def fit(
 
     Fit the stiffness and damping factors p1 and p2 to a recorded release.
     """
-    from feeler.cli.robot_pages import describe_fit, write_fit
-    from feeler.errors import InvalidInput
+    from feeler.cli.robot_pages import _describe_fit, _write_fit
     from feeler.robot import compare_tips, fit_factors, make_flexures
 
     robot, sheet = Robot(antenna, joints), tell(thickness=thickness, length=length)
@@ -265,40 +250,28 @@ def fit(
         raise InvalidInput(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
-    read, how = (
-        robot.read(
-            [recording],
-            calibration,
-            "refuse",
-            "refuse",
-            bad_channels,
-            unit=unit,
-            time_unit=time_unit,
-        )[0],
-        tell(engine=engine, timestep=timestep),
-    )
+    units, how = {"unit": unit, "time_unit": time_unit}, tell(engine=engine, timestep=timestep)
+    read = robot.read([recording], calibration, "refuse", "refuse", bad_channels, **units)[0]
     theory = (
         {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
     )
     result = fit_factors(read, **theory, method=method, **how)
     if out is not None:
         typer.echo(
-            f"page: {write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
+            f"page: {_write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
             err=True,
         )
-    if as_json:
-        say_json(describe_fit(read, result))
-        return
-    for name, ringing in (("recording", result.target), ("model", result.reached)):
-        typer.echo(
-            f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio"
-            f" {ringing.damping_ratio:.4f}, a damped cosine explains {ringing.r_squared:.1%}"
-        )
-    typer.echo(
+    lines = [
+        f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio"
+        f" {ringing.damping_ratio:.4f}, a damped cosine explains {ringing.r_squared:.1%}"
+        for name, ringing in (("recording", result.target), ("model", result.reached))
+    ]
+    factors = (
         f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
         f" {result.error:.2g}, {result.n_evaluations} evaluations (source: {read.source}; the"
         " paper's robot: 1.19, 2.06, 0.0009)"
     )
+    say(as_json, _describe_fit(read, result), [*lines, factors])
 
 
 @app.command()
@@ -341,14 +314,14 @@ def classify(
     said = {"objects": objects, "locations": locations, "speeds": speeds}
     how = tell(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
-        robot.adopt(choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
+        robot.adopt(_choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
     read = [
         subtract_rest(recording)
         for recording in robot.read(
             recordings, calibration, outside, gaps, bad_channels, **units
         )
     ]
-    chosen = robot.decoder or choose_decoder(None, robot, said, robots, **how)
+    chosen = robot.decoder or _choose_decoder(None, robot, said, robots, **how)
     judged = [
         judge_recording(chosen.classifier, one, robot.antenna, chosen.before) for one in read
     ]
@@ -358,14 +331,12 @@ def classify(
         {"file": path.name, **answer.to_plain()}
         for path, answer in zip(recordings, answers, strict=True)
     ]
-    if as_json:
-        say_json(found)
-    for path, answer in [] if as_json else zip(recordings, answers, strict=True):
-        typer.echo(f"{path.name}: {answer}")
+    lines = [f"{path.name}: {one}" for path, one in zip(recordings, answers, strict=True)]
+    say(as_json, found, lines)
     if out is not None:
-        from feeler.cli.robot_pages import write_answers
+        from feeler.cli.robot_pages import _write_answers
 
-        typer.echo(f"page: {write_answers(out, found, answers, aligned)}", err=True)
+        typer.echo(f"page: {_write_answers(out, found, answers, aligned)}", err=True)
 
 
 @app.command()
@@ -387,7 +358,6 @@ def gap(
     a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was
     measured on your robot.
     """
-    from feeler.progress import ProgressBar
     from feeler.robot import measure_parts
 
     own = objects or locations or speeds or antenna != "robot"
@@ -401,23 +371,117 @@ def gap(
         for name, score in scores.items()
     }
     contacts = next(iter(scores.values())).total
-    if as_json:
-        say_json({"contacts": contacts, "robots": robots, "seed": seed, "shares": found})
-    for name, shares in [] if as_json else found.items():
-        value, low, high = shares["all"]
-        typer.echo(
-            f"{name:20} {value:5.0%} classified correctly ({low:.0%} to {high:.0%}); feature"
-            f" {shares['feature'][0]:.0%}"
-        )
+    words = "{:20} {:5.0%} classified correctly ({:.0%} to {:.0%}); feature {:.0%}".format
+    lines = [words(name, *one["all"], one["feature"][0]) for name, one in found.items()]
+    plain = {"contacts": contacts, "robots": robots, "seed": seed, "shares": found}
+    say(as_json, plain, lines)
     if out is not None:
-        from feeler.cli.robot_pages import write_gap
+        from feeler.cli.robot_pages import _write_gap
 
-        typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
+        typer.echo(f"page: {_write_gap(out, found, contacts)}", err=True)
 
 
-for verb in (train, stream, board, replay):
+@app.command()
+def train(
+    robot: Annotated[
+        str, typer.Argument(help="robot file (feeler robot new), antenna TOML, or preset")
+    ] = "robot",
+    objects: Annotated[
+        Path | None,
+        typer.Argument(help="TOML with a table [[object]] each; default: ball and box of 4 mm"),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="file to write, such as my.decoder")
+    ] = Path("robot.decoder"),
+    locations: Numbers = None,
+    speeds: Speeds = None,
+    calibration: Calibration = None,
+    joints: JointNames = None,
+    noise: Annotated[
+        float | None,
+        typer.Option(help="sd of each reading [rad]; default 0.004", min=1e-6, max=1.0),
+    ] = None,
+    friction: Annotated[
+        float, typer.Option(help="friction of the objects; robots differ from it", min=0.0)
+    ] = 1.0,
+    robots: Annotated[
+        int, typer.Option(min=3, help="surrogate robots whose touches are learned")
+    ] = 24,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the robots")] = 0,
+    header: Annotated[
+        Path | None,
+        typer.Option(help="also write a linear decoder as a C header (.h) for the board"),
+    ] = None,
+    engine: Engine = None,
+    timestep: Timestep = None,
+    workers: Workers = None,
+    as_json: Json = False,
+) -> None:
+    """Train a decoder of a robot's touches into one file.
+
+    classify, stream, Python and a ROS 2 node load the file and answer at once. It holds how it was
+    trained, the calibration, the channels' names, and its accuracy on robots that were left out.
+    """
+    from feeler.robot import load_calibration
+    from feeler.robot.decoder import train_decoder
+
+    for file in (out, *([header] if header else [])):
+        _require_new(file)
+    if not out.parent.is_dir():
+        raise InvalidInput(f"there is no folder {out.parent}. Make it first.")
+    chosen = Robot(robot, joints)
+    touches = make_touches(objects, locations, speeds, friction)
+    path = calibration or chosen.calibration
+    lines = None if path is None else load_calibration(path)
+    chosen.check_lines(lines)
+    with _say_progress(touches, robots) as progress:
+        decoder = train_decoder(
+            chosen.antenna,
+            touches,
+            robots=robots,
+            seed=seed,
+            noise=noise,
+            calibration=lines,
+            joints=chosen.joints,
+            progress=progress,
+            **tell(engine=engine, timestep=timestep, workers=workers),
+        )
+    decoder.save(out)
+    known: dict[str, Any] = {
+        "file": str(out),
+        "robot": decoder.robot,
+        "held_out": decoder.accuracy,
+    }
+    known |= {"without": decoder.tolerance, "recipe": decoder.recipe}
+    known |= {"confusion": decoder.classifier.confusion_.tolist()}
+    if header is not None:
+        known["header"] = _write_header(header, decoder)
+    words = decoder.describe()
+    words += [f"C header    {known['header']['words']}"] if header is not None else []
+    words.append(f"wrote {out}; now: feeler robot classify touch.csv --decoder {out}")
+    say(as_json, {**known, "classes": decoder.classes}, words)
+
+
+def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
+    """The linear decoder of a board, written where it is accurate enough; what is said of it."""
+    from feeler.robot.board import make_board_decoder
+
+    made = make_board_decoder(decoder)
+    words = (
+        f"linear, {made.window} ms after contact: {made.accuracy:.1%} held out, against"
+        f" {decoder.accuracy:.1%}"
+    )
+    if made.accuracy < decoder.accuracy - 0.03:
+        words = f"not written: {words}, more than 3 points less"
+    else:
+        write_text(path, made.write())
+        words = f"{path}: {words}"
+    return {"accuracy": made.accuracy, "window": made.window, "words": words}
+
+
+for verb in (stream, board, replay):
     app.command()(verb)
-_EXAMPLES = list_examples(sys.modules[__name__])
+_EXAMPLES = _list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own
     own = [
         line

@@ -12,12 +12,12 @@ from typing import Annotated, Any, BinaryIO
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, require_new, say_json
-from feeler.cli.robot_decoder import DecoderFile, choose_decoder, parse_missing
+from feeler.cli.options import Json, _require_new, say, say_json
 from feeler.cli.robot_options import (
     AntennaName,
     Calibration,
     ChannelUnit,
+    DecoderFile,
     Engine,
     Numbers,
     Objects,
@@ -28,7 +28,8 @@ from feeler.cli.robot_options import (
     Timestep,
     TimeUnit,
     Workers,
-    require,
+    _choose_decoder,
+    _parse_missing,
     tell,
 )
 from feeler.errors import InvalidInput, require_extra
@@ -94,17 +95,16 @@ def stream(
     time. What arrives meanwhile waits. A board that is unplugged is waited for (--timeout). Ctrl-C
     ends it with the summary.
     """
-    from feeler.robot import load_recording
     from feeler.robot.live import Readings
     from feeler.robot.stream import Link
 
     if serial:
         require_extra("serial", "robot", "a serial port")
-    robot, gone = Robot(antenna), parse_missing(missing)
+    robot, gone = Robot(antenna), _parse_missing(missing)
     said = {"objects": objects, "locations": locations, "speeds": speeds}
     how = tell(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
-        robot.adopt(choose_decoder(decoder, robot, said, **how), antenna != "robot")
+        robot.adopt(_choose_decoder(decoder, robot, said, **how), antenna != "robot")
     lines = robot.load_lines(calibration)
     robot.check_lines(lines)
     n = robot.antenna.sensors.size
@@ -113,60 +113,54 @@ def stream(
         readings = Readings(lines, unit, outside)
         samples = _listen(source, serial, baud, timeout, link, n, time_unit)
     else:
-        recording = load_recording(
-            source, **robot.channels, unit=unit, time_unit=time_unit, bad_channels="missing"
-        )
-        if robot.decoder is not None:
-            robot.decoder.check_robot(recording.robot, Path(source).name)
-        if recording.quantity != "angle":
-            lines = require(lines, source, recording.quantity)
-            recording = recording.to_angles(lines, outside=outside)
+        units = {"unit": unit, "time_unit": time_unit}
+        recording = robot.load(source, lines, outside, "missing", **units)
         labels = recording.labels
         samples = zip(recording.time, recording.values.T, strict=True)
-    chosen = robot.decoder or choose_decoder(None, robot, said, **how)
+    chosen = robot.decoder or _choose_decoder(None, robot, said, **how)
     chosen.stream.threshold = threshold
     touch = chosen.start(missing=gone, labels=labels)
     if readings is not None:
         where = f" at {source}, {baud} baud" if serial else ""
         named = "" if unit else ", unless --unit says otherwise"
         typer.echo(f"listening{where}: {n} numbers a line, in {readings.unit}{named}", err=True)
-    say = say_json if as_json else _say_state
     watch = _Watch(samples, link, readings)
-    end = _say_whole_json if as_json else _say_whole
-    fault: InvalidInput | None = None
-    stopped = False
     again = True
     while again:
-        try:
-            state = _decode(touch, watch, readings, every, say, link)
-        except KeyboardInterrupt:
-            state, stopped = touch.end(), True
-        except InvalidInput as error:  # the summary of what came before is not lost
-            if not touch.kept:
-                raise
-            state, fault = touch.end(), error
-        again = repeat and not stopped and fault is None and state is not None
-        again = again and state.state == "over"
-        contact = state is not None and state.since_contact >= 0
-        if not watch.samples and not stopped:
+        state, end = _follow(touch, watch, every, say_json if as_json else _say_state)
+        again = repeat and end is None and state is not None and state.state == "over"
+        if not watch.samples and not isinstance(end, typer.Exit):
             waited = f" in {timeout:g} s" if serial else ""
             raise InvalidInput(
                 f"no sample came from {source}{waited}. Is the board sending, and is this its port?"
                 if serial
                 else f"{'standard input' if source == '-' else source} held no sample."
             )
-        end(contact, touch.stream.missed, watch, labels, touch.answer)
+        contact = state is not None and state.since_contact >= 0
+        say(as_json, *_describe_whole(contact, touch, watch, labels))
         if out is not None and touch.kept:
-            from feeler.cli.robot_pages import write_stream
+            from feeler.cli.robot_pages import _write_stream
 
-            page = write_stream(out, chosen.stream.classes_, list(touch.kept))
+            page = _write_stream(out, chosen.stream.classes_, list(touch.kept))
             typer.echo(f"page: {page}", err=True)
+        if end is not None:
+            raise end
         if again:
             touch.begin()
-    if fault is not None:
-        raise fault
-    if stopped:
-        raise typer.Exit(130)
+
+
+def _follow(touch, watch, every: int, say) -> tuple[Any, Exception | None]:
+    """The last state of a touch, and the error or interruption that ended it; what came before is
+    summed up all the same.
+    """
+    try:
+        return _decode(touch, watch, every, say), None
+    except KeyboardInterrupt:
+        return touch.end(), typer.Exit(130)
+    except InvalidInput as error:
+        if not touch.kept:
+            raise
+        return touch.end(), error
 
 
 class _Watch:
@@ -272,7 +266,7 @@ def board(
     """
     from importlib.resources import files
 
-    require_new(file)
+    _require_new(file)
     text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
     write_text(
         file,
@@ -306,11 +300,12 @@ def replay(
         sys.stdout.flush()
 
 
-def _decode(touch, watch, readings, every: int, say, link):
+def _decode(touch, watch, every: int, say):
     """The last state; ``say`` is given each change, and one every so many ms after contact.
 
     A board that begins anew begins a new touch.
     """
+    link, readings = watch.link, watch.readings
     last, state, due, restarts = ("waiting", False), None, 0, link.restarts
     said = None
 
@@ -370,29 +365,26 @@ def _say_state(known) -> None:
     )
 
 
-def _say_whole_json(contact: bool, missed: int, watch, labels: dict | None, answer) -> None:
-    unit = None if watch.readings is None else watch.readings.unit
-    sent = {**watch.count(), "samples": watch.samples, "rate_hz": watch.rate}
-    sent |= {"unit": unit, "truth": labels}
-    whole = None if answer is None else answer.to_plain()
-    say_json({"contact": contact, "missing": missed, **sent, "whole": whole})
-
-
-def _say_whole(contact: bool, missed: int, watch, labels: dict | None, answer) -> None:
+def _describe_whole(
+    contact: bool, touch, watch, labels: dict | None
+) -> tuple[dict[str, Any], list[str]]:
+    """What came and what it was taken for, as numbers and in words."""
     from feeler.robot.classify import name_notes
 
-    if answer is not None:
-        typer.echo(f"as a whole: {answer}")
-    elif contact:
-        typer.echo("as a whole: not judged; it was too short, or held too few samples")
-    else:
-        typer.echo("no contact")
+    answer, missed, readings = touch.answer, touch.stream.missed, watch.readings
+    plain = {"contact": contact, "missing": missed, **watch.count(), "samples": watch.samples}
+    plain |= {"rate_hz": watch.rate, "unit": readings and readings.unit, "truth": labels}
+    plain["whole"] = None if answer is None else answer.to_plain()
+    short = "as a whole: not judged; it was too short, or held too few samples"
     rate = f" at {watch.rate:.4g} per second" if watch.rate else ""
-    lost = f", {missed} missing" if missed else ""
-    typer.echo(f"{watch.samples} samples{rate}{lost}")
+    lines = [
+        f"as a whole: {answer}" if answer else short if contact else "no contact",
+        f"{watch.samples} samples{rate}" + (f", {missed} missing" if missed else ""),
+    ]
     if wrong := watch.link.describe():
-        typer.echo(f"of the lines that came: {wrong}")
+        lines.append(f"of the lines that came: {wrong}")
     if noted := name_notes(labels or {}):
-        typer.echo(noted)
-    if watch.readings is not None and watch.readings.outside:
-        typer.echo(f"{watch.readings.outside} samples held readings {watch.readings.fate}")
+        lines.append(noted)
+    if readings is not None and readings.outside:
+        lines.append(f"{readings.outside} samples held readings {readings.fate}")
+    return plain, lines

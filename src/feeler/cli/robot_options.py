@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from feeler.errors import InvalidInput
+from feeler.progress import ProgressBar
 
 Files = Annotated[
     list[Path],
@@ -77,6 +78,12 @@ Gaps = Annotated[
 ]
 
 
+DecoderFile = Annotated[
+    Path | None,
+    typer.Option("--decoder", help="decoder to answer with, made by feeler robot train"),
+]
+
+
 def tell(**options: Any) -> dict[str, Any]:
     """What was said on the command line."""
     return {name: value for name, value in options.items() if value is not None}
@@ -132,29 +139,37 @@ class Robot:
                 f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
             )
 
+    def load(self, path, lines: Any, outside: str, bad_channels: str, **units: Any) -> Any:
+        """A recording as angles; ``lines`` are the sensors' calibration."""
+        from feeler.cli.info import _name_instead
+        from feeler.robot import load_recording
+
+        try:
+            recording = load_recording(
+                path, **self.channels, bad_channels=bad_channels, **units
+            )
+        except InvalidInput as error:
+            raise _name_instead(path, "recording") or error from None
+        if self.decoder is not None:
+            self.decoder.check_robot(recording.robot, Path(path).name)
+        if recording.quantity == "angle":
+            return recording
+        if lines is None:
+            raise InvalidInput(
+                f"{path} holds {recording.quantity}: give --calibration, made by `feeler robot"
+                " calibrate`."
+            )
+        return recording.to_angles(lines, outside=outside)
+
     def read(
         self, paths, calibration, outside, gaps, bad_channels: str = "refuse", **units: Any
     ) -> list:
-        """Repaired angles of recordings that have as many channels as the antenna has sensors."""
-        from feeler.cli.info import name_instead
-        from feeler.robot import load_recording, repair
+        """Recordings as angles, repaired."""
+        from feeler.robot import repair
 
         lines = self.load_lines(calibration)
-        read = []
-        for path in paths:
-            try:
-                recording = load_recording(
-                    path, **self.channels, bad_channels=bad_channels, **units
-                )
-            except InvalidInput as error:
-                raise name_instead(path, "recording") or error from None
-            if self.decoder is not None:
-                self.decoder.check_robot(recording.robot, Path(path).name)
-            if recording.quantity != "angle":
-                lines = require(lines, path, recording.quantity)
-                recording = recording.to_angles(lines, outside=outside)
-            read.append(repair(recording, gaps=gaps, bad_channels=bad_channels))
-        return read
+        loaded = (self.load(path, lines, outside, bad_channels, **units) for path in paths)
+        return [repair(one, gaps=gaps, bad_channels=bad_channels) for one in loaded]
 
 
 def _split_names(text: str | None) -> tuple[str, ...]:
@@ -196,10 +211,60 @@ def _split(option: str, text: str | None) -> tuple[float, ...] | None:
         ) from None
 
 
-def require(lines, path, quantity: str):
-    """A calibration, where one is needed."""
-    if lines is None:
+def _say_progress(touches: list, robots: int) -> Any:
+    """A bar, and before it a line on what is to be done."""
+    half = (robots + 1) // 2
+    typer.echo(
+        f"training: {len(touches)} touches by {robots} surrogate robots, and of other objects by"
+        f" {half}",
+        err=True,
+    )
+    return ProgressBar("surrogate robots")
+
+
+def _choose_decoder(
+    file: Path | None,
+    robot: Robot,
+    said: dict[str, Any],
+    robots: int = 24,
+    **how: Any,
+) -> Any:
+    """The decoder in a file; else one of the same recipe from the cache, or trained now and kept
+    there. ``said`` are the options that belong to its training.
+    """
+    from feeler.robot.decoder import RobotDecoder, find_cached, keep_cached, train_decoder
+
+    if file is not None:
+        given = [f"--{name}" for name, value in {**said, **how}.items() if value is not None]
+        given += ["--robots"] if robots != 24 else []
+        if given:
+            raise InvalidInput(
+                f"{', '.join(given)} belongs to the training of {file}: leave it out, or train"
+                " another decoder with it."
+            )
+        return RobotDecoder.load(file)
+    touches = make_touches(**said)
+    kept = find_cached(robot.antenna, touches, robots=robots, **how)
+    if kept.is_file():
+        try:
+            decoder = RobotDecoder.load(kept)
+        except InvalidInput:  # of another version, or cut short: made anew
+            decoder = None
+        if decoder is not None:
+            typer.echo(f"decoder trained before with these settings: {kept}", err=True)
+            return decoder
+    with _say_progress(touches, robots) as progress:
+        decoder = train_decoder(robot.antenna, touches, robots=robots, progress=progress, **how)
+    if keep_cached(decoder, kept):
+        typer.echo(f"kept for the next time: {kept}", err=True)
+    return decoder
+
+
+def _parse_missing(text: str | None) -> tuple[int, ...]:
+    """Numbers of sensors from ``--missing 4,7``."""
+    try:
+        return () if text is None else tuple(dict.fromkeys(map(int, text.split(","))))
+    except ValueError:
         raise InvalidInput(
-            f"{path} holds {quantity}: give --calibration, made by `feeler robot calibrate`."
-        )
-    return lines
+            f"--missing must be numbers of sensors with commas between, as in 4,7; got {text!r}."
+        ) from None

@@ -21,7 +21,7 @@ from feeler.robot.fit import RobotFit
 from feeler.robot.recordings import Recording
 
 
-def write_answers(
+def _write_answers(
     out: Path,
     found: Sequence[Mapping[str, Any]],
     answers: Sequence[Answer],
@@ -57,7 +57,7 @@ def write_answers(
             answer.probability,
             _name(answer),
             name_notes(answer.truth) or "no notes",
-            _judge(answer),
+            answer.verdict,
         ]
         for name, answer in zip(names, answers, strict=True)
     ]
@@ -75,11 +75,13 @@ def write_answers(
     )
 
 
-def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recording]) -> Path:
+def _write_recordings(
+    out: Path, rows: Sequence[Mapping[str, Any]], recordings: Sequence[Recording]
+) -> Path:
     """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong
     or was mended.
     """
-    rows = [describe_recording(name, one) for name, one in zip(names, recordings, strict=True)]
+    names = [row["file"] for row in rows]
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(names), 1, squeeze=False)[:, 0]
@@ -111,13 +113,13 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
     )
 
 
-def describe_recording(name: str, one: Recording) -> dict[str, Any]:
+def _describe_one(name: str, one: Recording) -> dict[str, Any]:
     """What ``feeler robot check`` says of a recording, as plain data."""
     known = {"channels": one.n_sensors, "duration_ms": float(one.time[-1])}
     return {"file": name, **known, "source": one.source, "history": list(one.history)}
 
 
-def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
+def _write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
     """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the
     fitted model moves it.
     """
@@ -140,7 +142,7 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
         f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
         f" {result.error:.2g}.",
         title="The release, recorded and fitted",
-        numbers=describe_fit(recording, result),
+        numbers=_describe_fit(recording, result),
         caption="How far the tip is off its rest after its release, as recorded and as the model"
         " moves.",
         draw=draw,
@@ -152,20 +154,23 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
     )
 
 
-def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
-    """What ``feeler robot fit`` says, as plain data."""
-    factors = {
-        name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")
-    }
+def _describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
+    """A fit's numbers."""
+    rings = {"recording": result.target, "model": result.reached}
     return {
-        **factors,
-        "recording": vars(result.target),
-        "model": vars(result.reached),
+        **{name: getattr(result, name) for name in ("stiffness_factor", "damping_factor")},
+        "error": result.error,
+        **{
+            name: {
+                key: getattr(ring, key) for key in ("frequency", "damping_ratio", "r_squared")
+            }
+            for name, ring in rings.items()
+        },
         "source": recording.source,
     }
 
 
-def write_stream(
+def _write_stream(
     out: Path,
     classes: Sequence[tuple],
     kept: Sequence[tuple[float | None, np.ndarray, StreamState]],
@@ -212,7 +217,7 @@ def write_stream(
     )
 
 
-def write_gap(
+def _write_gap(
     out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int
 ) -> Path:
     """robot.html, robot.png and robot.json: what each part of the gap costs, as bars."""
@@ -291,10 +296,3 @@ def _name(answer: Answer) -> str:
     if answer.runner_up is None:
         return "none"
     return f"{name_touch(answer.runner_up)} ({answer.runner_up_probability:.0%})"
-
-
-def _judge(answer: Answer) -> str:
-    if not answer.truth:
-        return ""
-    wrong = [part for part, right in answer.right.items() if not right]
-    return f"wrong: {', '.join(wrong)}" if wrong else "right"

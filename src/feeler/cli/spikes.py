@@ -17,111 +17,107 @@ Examples:
 The fourth also writes spikes.nwb, whose table of units pynwb and pynapple read.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
-from feeler.cli.options import Json, say_adapted, say_json
+from feeler.cli.options import Json, say, say_adapted
+from feeler.errors import InvalidInput, require_extra
+from feeler.files import write_text
 
 
-@dataclass(frozen=True, kw_only=True)
-class _SpikeOptions:
-    """What ``feeler spikes`` is told."""
-
+def spikes(
     touches: Annotated[
         Path | None,
         typer.Option(help="store or file of touches; default: one touch, simulated now"),
-    ] = None
-    feature: Annotated[str, typer.Option(help="object of the touch: ball, box, triangle …")] = (
-        "ball"
-    )
-    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53
+    ] = None,
+    feature: Annotated[
+        str, typer.Option(help="object of the touch: ball, box, triangle …")
+    ] = "ball",
+    size: Annotated[float, typer.Option(help="radius or half-width of the object [mm]")] = 1.53,
     location: Annotated[
         float, typer.Option(help="place of the touch, fraction of the length")
-    ] = 0.7
-    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3
+    ] = 0.7,
+    speed: Annotated[float, typer.Option(help="speed of the object [m/s]")] = 0.3,
     azimuth: Annotated[
         float,
         typer.Option(
             help="for an antenna in space: side from which it comes [degrees about it]"
         ),
-    ] = 0.0
-    side: Annotated[str, typer.Option(help="left or right")] = "left"
+    ] = 0.0,
+    side: Annotated[str, typer.Option(help="left or right")] = "left",
     contact: Annotated[
         str, typer.Option(help="smooth, hard or even; smooth:0.05 sets its time constant [ms]")
-    ] = "smooth"
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential"
+    ] = "smooth",
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "exponential",
     sensors: Annotated[
         int | None,
         typer.Option(min=1, help="places of sensilla, evenly; default: those of the sensors"),
-    ] = None
+    ] = None,
     gain: Annotated[
         float | None, typer.Option(help="stimulus per radian; default: see --rate")
-    ] = None
+    ] = None,
     rate: Annotated[
         float,
         typer.Option(help="greatest firing rate in the median touch [Hz]; it sets the gain"),
-    ] = 400.0
+    ] = 400.0,
     recorded: Annotated[
         Path | None,
         typer.Option(
             help="your own spikes: a table (unit, time_s), an NWB file with units, or a folder of"
             " Phy or Kilosort; with --touches, beside the model's"
         ),
-    ] = None
+    ] = None,
     onsets: Annotated[
         Path | None,
         typer.Option(
             help="with --recorded: table with a column onset_s or onset_ms, when contact began;"
             " default: the trials of an NWB file, else the whole session"
         ),
-    ] = None
+    ] = None,
     time_unit: Annotated[
         str | None,
         typer.Option(help="with --recorded: s, ms or us, where the file does not say"),
-    ] = None
-    before: Annotated[float, typer.Option(help="with --recorded: ms before each onset")] = 50.0
-    after: Annotated[float, typer.Option(help="with --recorded: ms after each onset")] = 400.0
+    ] = None,
+    before: Annotated[float, typer.Option(help="with --recorded: ms before each onset")] = 50.0,
+    after: Annotated[float, typer.Option(help="with --recorded: ms after each onset")] = 400.0,
     order: Annotated[
         int, typer.Option(help="1: Poisson; more: more regular intervals (gamma of that order)")
-    ] = 1
-    refractory: Annotated[float, typer.Option(help="refractory time after each spike [ms]")] = (
-        0.0
-    )
+    ] = 1,
+    refractory: Annotated[
+        float, typer.Option(help="refractory time after each spike [ms]")
+    ] = 0.0,
     spread: Annotated[
         float, typer.Option(help="standard deviation of the delay of a spike [ms]")
-    ] = 0.0
-    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0
-    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the spikes")] = 0,
+    show: Annotated[int, typer.Option(min=0, help="which touch is drawn, from 0")] = 0,
     session_start: Annotated[
         str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")
-    ] = ""
-    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = ""
-    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes")
-    as_json: Json = False
-
-
-def spikes(said: _SpikeOptions) -> None:
+    ] = "",
+    identifier: Annotated[str, typer.Option(help="unique name of the NWB file")] = "",
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/spikes"),
+    as_json: Json = False,
+) -> None:
     """Simulate the spikes of sensilla during a touch.
 
     Compute the spikes of sensilla along an antenna (spikes.html, spikes.png, spikes.nc; and
     spikes.nwb).
     """
-    from feeler.cli.choose import parse_start
-    from feeler.errors import InvalidInput, require_extra
+    said = SimpleNamespace(**locals())
+    from feeler.cli.choose import _parse_start
     from feeler.spikes import Firing, draw_spikes
     from feeler.tensors.formats import save
 
     if said.recorded is not None:
-        from feeler.cli.spikes_recorded import tell_recorded
-
-        tell_recorded(said)
+        _tell_recorded(said)
         return
     if bool(said.session_start) != bool(said.identifier):
         raise InvalidInput("spikes.nwb needs both --session-start and --identifier.")
-    start = parse_start(said.session_start) if said.session_start else None
+    start = _parse_start(said.session_start) if said.session_start else None
     if start:
         require_extra("pynwb", "nwb", "writing NWB")
     said.out.mkdir(parents=True, exist_ok=True)
@@ -129,21 +125,21 @@ def spikes(said: _SpikeOptions) -> None:
     for name in files:
         if (said.out / name).exists():
             raise InvalidInput(f"{said.out / name} exists already. Choose another --out.")
-    touches = _make_touches(said)
-    if said.show >= touches.sizes["trial"]:
-        raise InvalidInput(f"--show is below {touches.sizes['trial']}, the number of touches.")
+    felt = _make_touches(said)
+    if said.show >= felt.sizes["trial"]:
+        raise InvalidInput(f"--show is below {felt.sizes['trial']}, the number of touches.")
     firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
-    population = _place(said, touches)
-    drawn = draw_spikes(population.encode(touches), firing, seed=said.seed)
+    population = _place(said, felt)
+    drawn = draw_spikes(population.encode(felt), firing, seed=said.seed)
     save(drawn, said.out / "spikes.nc")
     if start:
         save(drawn, said.out / "spikes.nwb", session_start=start, identifier=said.identifier)
     made_now = said.touches is None and said.contact == "smooth"
-    note = say_adapted(touches) if made_now else ""
+    note = say_adapted(felt) if made_now else ""
     _tell(said, drawn, float(population.gain[0]), files, note)
 
 
-def _make_touches(said: _SpikeOptions) -> Any:
+def _make_touches(said: SimpleNamespace) -> Any:
     """The touches of a file, or one made now."""
     from feeler.cli.choose import choose_antenna
     from feeler.experiments.tactile import touch
@@ -166,10 +162,8 @@ def _make_touches(said: _SpikeOptions) -> Any:
     return touch(antenna, trial, duration=float(round(duration)), contact=said.contact)
 
 
-def _place(said: _SpikeOptions, touches: Any) -> Any:
+def _place(said: SimpleNamespace, touches: Any) -> Any:
     """Sensilla on both sides, in space on four, with the gain that was given or found."""
-    import numpy as np
-
     from feeler.spikes import find_gain, place_sensilla
 
     places = touches["position"].values
@@ -181,10 +175,8 @@ def _place(said: _SpikeOptions, touches: Any) -> Any:
     return find_gain(touches, place_sensilla(places, 30.0, around=around), said.rate)
 
 
-def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: str) -> None:
+def _tell(said: SimpleNamespace, drawn: Any, gain: float, files: list[str], note: str) -> None:
     """The page, and what is said in the terminal."""
-    import numpy as np
-
     from feeler.plotting.results import plot_touch_spikes
     from feeler.report import Section, write_page
     from feeler.tensors.transforms import in_unit
@@ -238,11 +230,123 @@ def _tell(said: _SpikeOptions, drawn: Any, gain: float, files: list[str], note: 
         f" {100 * fired:.0f} % of the units fire, greatest rate {best:.0f} Hz"
     )
     write_page(page, "Spikes", f"{answer}.", section)
-    if said.as_json:
-        units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
-        say_json({**known, "unit": units, "page": page, "files": files})
-        return
-    typer.echo(answer)
-    if note:
-        typer.echo(note)
-    typer.echo(f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}")
+    units = {"greatest_rate": "Hz", "gain": "1/rad", "units_that_fire": "1"}
+    lines = [
+        answer,
+        *([note] if note else []),
+        f"wrote {said.out}/spikes.html, spikes.png, {', '.join(files)}",
+    ]
+    say(said.as_json, {**known, "unit": units, "page": page, "files": files}, lines)
+
+
+# One's own units, alone or beside the model.
+
+
+def _tell_recorded(said: Any) -> None:
+    """Rates, intervals, latency and PSTH of recorded units, and how far the model is from them
+    (recorded.html, .nc, .csv, psth.csv, recorded.png).
+    """
+    from feeler.spikes import compare_trains, cut_trains, measure_trains, read_trains
+    from feeler.tensors.formats import save
+
+    try:
+        trains = read_trains(said.recorded, unit=said.time_unit)
+        onsets, words = _find_onsets(said, trains)
+    except InvalidInput as error:
+        raise InvalidInput(str(error).replace("unit=", "time_unit=")) from None
+    touches = model = None
+    if said.touches is not None:
+        model, touches = _make_model(said)
+    how = {"before": said.before, "after": said.after}
+    if not len(onsets):
+        first, last = (
+            float(pick([edge for train in trains.values() for edge in train[k:][:1]]))
+            for k, pick in ((0, min), (-1, max))
+        )
+        onsets, how = [first], {"before": 1.0, "after": last - first + 1.0}
+    drawn = cut_trains(trains, onsets, touches=touches, **how)
+    table = measure_trains(drawn)
+    beside = None if model is None else compare_trains(model, drawn)
+    said.out.mkdir(parents=True, exist_ok=True)
+    files = _save_recorded(said, drawn, table, beside, words)
+    if touches is not None:
+        if (said.out / "recorded.nc").exists():
+            raise InvalidInput(
+                f"{said.out / 'recorded.nc'} exists already. Choose another --out."
+            )
+        save(drawn, said.out / "recorded.nc")
+        files.append("recorded.nc")
+    plain: dict[str, Any] = {
+        "trials": drawn.sizes["trial"],
+        "onsets": words,
+        "units": table.to_dict("records"),
+    }
+    lines = [
+        f"{said.recorded}: {len(table)} unit(s), {drawn.sizes['trial']} trial(s), {words}",
+        table.round(3).to_string(index=False),
+    ]
+    if beside is not None:
+        plain["model"] = beside.to_dict("records")
+        lines += ["beside the model (van Rossum's distance, one spike more or less is 1):"]
+        lines += [beside.round(3).to_string(index=False)]
+    plain |= {"page": said.out / "recorded.html", "files": files}
+    say(said.as_json, plain, [*lines, f"wrote {said.out}/{', '.join(files)}"])
+
+
+def _find_onsets(said: Any, trains: dict[str, np.ndarray]) -> tuple[Any, str]:
+    """When contact began, and whence that is known."""
+    from feeler.spikes import read_onsets
+
+    if said.onsets is not None:
+        return read_onsets(said.onsets, unit=said.time_unit), f"contact as {said.onsets} says"
+    if said.recorded.is_file() and said.recorded.suffix in (".nwb", ".h5"):
+        try:
+            return read_onsets(said.recorded), "from the starts of the file's trials"
+        except InvalidInput:
+            pass
+    if said.touches is not None:
+        raise InvalidInput("to compare with --touches, --onsets must say when contact began.")
+    return [], "the whole session as one, so latency counts from the first spike"
+
+
+def _make_model(said: Any) -> tuple[Any, Any]:
+    """The model's spikes of the touches, and the touches."""
+    from feeler.spikes import Firing, draw_spikes
+
+    touches = _make_touches(said)
+    firing = Firing(order=said.order, refractory=said.refractory, spread=said.spread)
+    return draw_spikes(_place(said, touches).encode(touches), firing, seed=said.seed), touches
+
+
+def _save_recorded(said: Any, drawn: Any, table: Any, beside: Any, words: str) -> list[str]:
+    """Page, pictures and tables."""
+    from feeler.plotting.results import plot_psth
+    from feeler.report import Section, write_page
+    from feeler.spikes import compute_psth
+
+    span = float(drawn["time"][-1] - drawn["time"][0])
+    psth = compute_psth(drawn, 10.0 if span < 5000 else span / 200)
+    write_text(said.out / "recorded.csv", table.to_csv(index=False))
+    write_text(said.out / "psth.csv", psth.to_series().rename("rate_hz").to_csv())
+    section = Section(name="recorded", title="Recorded units", folder=said.out, vector=False)
+    section.text(f"{said.recorded.name}: {drawn.sizes['trial']} trial(s), {words}.")
+    section.figure(
+        "recorded",
+        "Spikes of every trial, below one another for each unit, and the rate over all trials;"
+        " time 0 is contact.",
+        lambda figure: plot_psth(drawn, psth, figure),
+        height=4.5,
+    )
+    section.table([*table.columns], table.to_numpy().tolist(), "Each unit.")
+    if beside is not None:
+        section.table(
+            [*beside.columns],
+            beside.to_numpy().tolist(),
+            "Beside the model. distance: van Rossum's, one spike more or less is 1; distance_among:"
+            " of a recorded trial from the next one.",
+        )
+        write_text(said.out / "model.csv", beside.to_csv(index=False))
+    title = f"Recorded spikes: {said.recorded.name}"
+    write_page(said.out / "recorded.html", title, words, section)
+    files = ["recorded.html", "recorded.csv", "psth.csv", "recorded.png"]
+    return files + (["model.csv"] if beside is not None else [])

@@ -30,23 +30,21 @@ left_tip,right_tip,head,abdomen
 
 import json
 import warnings
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, list_options, say_in_shell, say_json
+from feeler.cli.options import Json, _say_in_shell, list_options, say, say_json
+from feeler.errors import InvalidInput, ModelValidityWarning
 
 _SIDES = ("left", "right")
 
 
-@dataclass(frozen=True, kw_only=True)
-class _TrackOptions:
-    """What ``feeler tracks`` is told."""
-
+def tracks(
     files: Annotated[
         list[Path],
         typer.Argument(
@@ -55,19 +53,19 @@ class _TrackOptions:
                 " tables, Motive, TRex, idtracker.ai, FicTrac …, or NAME_x, NAME_y"
             )
         ),
-    ]
+    ],
     frame_rate: Annotated[
         float | None,
         typer.Option(
             help="frames per second, unless the file holds it or times (time_s, time_ms)"
         ),
-    ] = None
+    ] = None,
     origin: Annotated[
         str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")
-    ] = "top-left"
+    ] = "top-left",
     landmarks: Annotated[
         str, typer.Option(help="names of DLTdv's points in order, separated by commas")
-    ] = ""
+    ] = "",
     tips: Annotated[
         str,
         typer.Option(
@@ -76,34 +74,34 @@ class _TrackOptions:
                 " NAME, whose side is seen (NAME, is the left, ,NAME the right one)"
             )
         ),
-    ] = ""
+    ] = "",
     bases: Annotated[
         str,
         typer.Option(
             help="landmarks of the antennae's bases, left,right, or one; default: the head"
         ),
-    ] = ""
+    ] = "",
     body: Annotated[
         str, typer.Option(help="landmarks of head and abdomen, default head,abdomen")
-    ] = ""
+    ] = "",
     points: Annotated[
         str,
         typer.Option(
             help="landmarks along a flagellum, base to tip: its posture in place of speeds"
         ),
-    ] = ""
+    ] = "",
     min_likelihood: Annotated[
         float | None,
         typer.Option(
             help="positions less likely than this count as not seen; 0 takes all; default 0.6"
         ),
-    ] = None
-    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None
+    ] = None,
+    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None,
     plane: Annotated[
         str | None, typer.Option(help="for tracks in three dimensions: xy, xz, yz, or space")
-    ] = None
-    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1
-    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
+    ] = None,
+    camera: Annotated[int, typer.Option(help="which camera, of a DLTdv file with several")] = 1,
+    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None,
     cutoff: Annotated[
         str,
         typer.Option(
@@ -112,13 +110,13 @@ class _TrackOptions:
                 " from each antenna's spectrum"
             )
         ),
-    ] = ""
+    ] = "",
     max_gap: Annotated[
         int | None,
         typer.Option(
             help="longest gap bridged by a cubic spline [frames], default 5; 0 bridges none"
         ),
-    ] = None
+    ] = None,
     outliers: Annotated[
         str,
         typer.Option(
@@ -127,7 +125,7 @@ class _TrackOptions:
                 " position"
             )
         ),
-    ] = ""
+    ] = "",
     contact: Annotated[
         str,
         typer.Option(
@@ -136,29 +134,29 @@ class _TrackOptions:
                 " region X,Y,X,Y,X,Y… [px, as in the film], or bend, with --points"
             )
         ),
-    ] = ""
+    ] = "",
     within: Annotated[
         float | None,
         typer.Option(
             help="with --contact: greatest distance that is contact [px; mm with --scale]; for"
             " bend: degrees beyond the median posture"
         ),
-    ] = None
+    ] = None,
     sheet: Annotated[
         Path | None,
         typer.Option(
             help="table (CSV) with columns file, animal and group: compares the groups"
         ),
-    ] = None
+    ] = None,
     length: Annotated[
         float | None, typer.Option(help="antenna length [mm], for the tip's lateral speed")
-    ] = None
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
             help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)"
         ),
-    ] = None
+    ] = None,
     session_start: Annotated[
         str,
         typer.Option(
@@ -166,19 +164,22 @@ class _TrackOptions:
                 "with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too"
             )
         ),
-    ] = ""
-    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = ""
-    as_json: Json = False
-
-
-def tracks(said: _TrackOptions) -> None:
+    ] = "",
+    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = "",
+    as_json: Json = False,
+) -> None:
     """Measure tracked antennae: speed, posture.
 
     Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
-    from feeler.cli.tracks_pages import compare_animals, list_contacts, read_sheet, save_pages
-    from feeler.errors import ModelValidityWarning
+    said = SimpleNamespace(**locals())
+    from feeler.cli.tracks_pages import (
+        _compare_animals,
+        _find_touched,
+        _read_sheet,
+        _save_pages,
+    )
     from feeler.tracking import measure_exploration
 
     how: dict[str, Any] = {
@@ -190,17 +191,17 @@ def tracks(said: _TrackOptions) -> None:
         "plane": said.plane,
         "camera": said.camera,
     }
-    owners = None if said.sheet is None else read_sheet(said.sheet, said.files)
+    owners = None if said.sheet is None else _read_sheet(said.sheet, said.files)
     trials = [_load(file, how) for file in said.files]
     if said.scale is not None:
         trials = [trial.scaled(said.scale) for trial in trials]
     settings = _settle(said, trials)
     head, abdomen = settings["body"]
-    tips, bases = settings["tips"], settings["bases"]
+    ends, stalks, cutoff = (settings[name] for name in ("tips", "bases", "cutoff"))
     if not said.points:
-        _check_tips(tips, trials)
+        _check_tips(ends, trials)
     if said.session_start:
-        joined = zip(bases or (head, head), tips, strict=True)
+        joined = zip(stalks or (head, head), ends, strict=True)
         edges = [*((base, tip) for base, tip in joined if tip), (head, abdomen)]
         _save_poses(said, trials, list(pairwise(_split(said.points) or ())) or edges, settings)
     if said.points:
@@ -213,37 +214,34 @@ def tracks(said: _TrackOptions) -> None:
         result = measure_exploration(
             trials,
             length=said.length,
-            cutoff=_scale_cutoff(settings["cutoff"]),
+            cutoff=cutoff if isinstance(cutoff, str) else cutoff * 1e-3,
             max_gap=settings["max_gap"],
             outliers=settings["outliers"],
-            landmarks={"tips": tips, "bases": bases, "head": head, "abdomen": abdomen},
+            landmarks={"tips": ends, "bases": stalks, "head": head, "abdomen": abdomen},
         )
     found = _describe(said.files, trials, result, settings)
     ends = [
         (side, [base or head, tip])
-        for side, base, tip in zip(_SIDES, bases or (head, head), tips, strict=True)
+        for side, base, tip in zip(_SIDES, stalks or (head, head), ends, strict=True)
         if tip
     ]
-    touched = list_contacts(said, trials, ends)
+    touched = _find_touched(said, trials, ends)
     if touched is not None:
         for row, one in zip(found["trials"], touched, strict=True):
             row["contacts"] = one.to_dict("records")
-    groups = None if owners is None else compare_animals(owners, result)
+    groups = None if owners is None else _compare_animals(owners, result)
     if groups is not None:
         found["groups"] = {
             "table": groups.table.to_dict("records"),
             "animals": groups.animals.to_dict("records"),
             **{name: getattr(groups, name) for name in ("test", "p", "difference")},
         }
-    if said.as_json:
-        say_json(found)
-    else:
-        typer.echo(_write_words(found))
+    say(said.as_json, found, _write_words(found))
     if said.out is not None:
-        save_pages(said.out, said.files, trials, result, found, touched)
+        _save_pages(said.out, said.files, trials, result, found, touched)
 
 
-def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
+def _settle(said: SimpleNamespace, trials: list) -> dict[str, Any]:
     """The options that change a number, as given, else as kept in the files, else as by default."""
     import feeler
     from feeler.tracking.kinematics import MAX_GAP
@@ -284,7 +282,7 @@ def _settle(said: _TrackOptions, trials: list) -> dict[str, Any]:
     }
 
 
-def _settle_tips(said: _TrackOptions, trials: list) -> tuple[str, str]:
+def _settle_tips(said: SimpleNamespace, trials: list) -> tuple[str, str]:
     """The left and the right tip; the side of a single one is that on which it mostly lies."""
     names = _split(said.tips) or ()
     if len(names) != 1:
@@ -298,7 +296,7 @@ def _settle_tips(said: _TrackOptions, trials: list) -> tuple[str, str]:
     return (name, "") if beside >= 0 else ("", name)
 
 
-def _settle_bases(said: _TrackOptions, trials: list) -> tuple[str, str]:
+def _settle_bases(said: SimpleNamespace, trials: list) -> tuple[str, str]:
     """The bases of the left and the right antenna; a single one is that of the single tip."""
     names = _split(said.bases) or ()
     if len(names) != 1 or len(_split(said.tips) or ()) != 1:
@@ -308,8 +306,6 @@ def _settle_bases(said: _TrackOptions, trials: list) -> tuple[str, str]:
 
 def _read_cutoff(text: str) -> float | str:
     """A cut-off [Hz], or the word for one."""
-    from feeler.errors import InvalidInput
-
     if text in ("auto", "paper"):
         return text
     try:
@@ -320,27 +316,23 @@ def _read_cutoff(text: str) -> float | str:
         ) from None
 
 
-def _scale_cutoff(cutoff: float | str) -> float | str:
-    """The same in kHz, if it is a number."""
-    return cutoff if isinstance(cutoff, str) else cutoff * 1e-3
-
-
 def _load(file: Path, how: dict[str, Any]) -> Any:
-    from feeler.cli.info import name_instead
-    from feeler.errors import InvalidInput
+    from feeler.cli.info import _name_instead
     from feeler.tracking import load_tracks
 
     try:
         return load_tracks(file, **how)
     except InvalidInput as error:
-        raise name_instead(file, "tracks") or error from None
+        raise _name_instead(file, "tracks") or error from None
 
 
 def _describe(
     files: list[Path], trials: list, result: Any, settings: dict[str, Any]
 ) -> dict[str, Any]:
     """All numbers, in degrees per second, and what they were measured with."""
-    group: Any = _get_group()
+    from feeler.cli.app import app
+
+    group: Any = typer.main.get_command(app)
     options = list_options(group, ["tracks"])
     rows = []
     for k, (file, trial) in enumerate(zip(files, trials, strict=True)):
@@ -369,8 +361,8 @@ def _describe(
                 "doubted": trial.doubted,
                 "left_out": result.left_out[k],
                 "notes": trial.notes,
-                "rhythm": describe_rhythm(result.sweeps[k], trial.interval),
-                "remarks": [say_in_shell(words, options) for words in result.remarks[k]],
+                "rhythm": _describe_rhythm(result.sweeps[k], trial.interval),
+                "remarks": [_say_in_shell(words, options) for words in result.remarks[k]],
             }
         )
     overall, lateral = _drop_nan([result.mean, result.lateral_speed])
@@ -400,7 +392,7 @@ def _describe(
     }
 
 
-def describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
+def _describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
     """Amplitude, frequency and offset of each side, and left against right; angles in degrees."""
     from feeler.tracking import compare_sides, measure_rhythm
 
@@ -428,17 +420,11 @@ def describe_rhythm(pair: Any, interval: float) -> dict[str, Any]:
     return plain
 
 
-def _get_group() -> Any:
-    from feeler.cli.app import app
-
-    return typer.main.get_command(app)
-
-
 def _drop_nan(values: Any) -> list[float | None]:
     return [None if np.isnan(value) else float(value) for value in values]
 
 
-def _write_words(found: dict[str, Any]) -> str:
+def _write_words(found: dict[str, Any]) -> list[str]:
     """A row for each trial, with what was done to it below, and the mean over trials."""
     asked = [k for k, tip in enumerate(found["settings"]["tips"]) if tip]
     sides = [_SIDES[k] for k in asked]
@@ -453,7 +439,7 @@ def _write_words(found: dict[str, Any]) -> str:
             for value, n in zip(mean, count, strict=True)
         )
         bridged, missing = (
-            pair_counts([row[name][k] for k in asked]) for name in ("bridged", "missing")
+            _pair_counts([row[name][k] for k in asked]) for name in ("bridged", "missing")
         )
         lines.append(f"{row['file'][:32]:32}{cells} {bridged:>15} {missing:>12}")
         errors = ["none" if value is None else f"{value:.2g}" for value in error]
@@ -461,8 +447,8 @@ def _write_words(found: dict[str, Any]) -> str:
         lines.append(f"  standard error: {both} °/s")
         lines += [f"  {words}" for words in _list_rhythms(row)]
         lines += [f"  {words}" for words in _list_contacts(row)]
-        lines += [f"  {words}" for words in list_settings(row, found["settings"])]
-    return "\n".join([*lines, write_mean(found), *list_groups(found)])
+        lines += [f"  {words}" for words in _list_settings(row, found["settings"])]
+    return [*lines, _write_mean(found), *_list_groups(found)]
 
 
 def _list_rhythms(row: dict[str, Any]) -> list[str]:
@@ -503,7 +489,7 @@ def _list_contacts(row: dict[str, Any]) -> list[str]:
     return lines
 
 
-def list_groups(found: dict[str, Any]) -> list[str]:
+def _list_groups(found: dict[str, Any]) -> list[str]:
     """The groups of animals and their test."""
     if "groups" not in found:
         return []
@@ -521,7 +507,7 @@ def list_groups(found: dict[str, Any]) -> list[str]:
     return [*lines, "  no test: that needs two groups of two animals"]
 
 
-def list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
+def _list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
     """What was done to a trial before its speeds were measured, and what is to be asked of it."""
     whence = {"auto": "from the spectrum", "paper": "as in the paper's measure"}
     cutoffs = ", ".join(
@@ -551,17 +537,17 @@ def list_settings(row: dict[str, Any], settings: dict[str, Any]) -> list[str]:
     ]
     if any(row["unmeasured"]):
         lines.append(
-            f"peaks in bridged gaps, not counted: {pair_counts(row['unmeasured'])} (left, right)"
+            f"peaks in bridged gaps, not counted: {_pair_counts(row['unmeasured'])} (left, right)"
         )
     return lines + [f"note: {words}" for words in row["remarks"]]
 
 
-def pair_counts(counts: list[int | None]) -> str:
+def _pair_counts(counts: list[int | None]) -> str:
     """Frames of the left and the right antenna."""
     return ", ".join("-" if count is None else str(count) for count in counts)
 
 
-def write_mean(found: dict[str, Any]) -> str:
+def _write_mean(found: dict[str, Any]) -> str:
     """The mean over trials and sides, or why there is none."""
     if found["mean"] is None:
         worst, side, file = max(
@@ -585,11 +571,10 @@ def write_mean(found: dict[str, Any]) -> str:
 
 
 def _save_poses(
-    said: _TrackOptions, trials: list, edges: list, settings: dict[str, Any]
+    said: SimpleNamespace, trials: list, edges: list, settings: dict[str, Any]
 ) -> None:
     """tracks.nwb: all landmarks of all trials."""
-    from feeler.cli.choose import parse_start
-    from feeler.errors import InvalidInput
+    from feeler.cli.choose import _parse_start
     from feeler.tracking import save_poses
 
     if said.out is None:
@@ -600,7 +585,7 @@ def _save_poses(
     save_poses(
         trials,
         said.out / "tracks.nwb",
-        session_start=parse_start(said.session_start),
+        session_start=_parse_start(said.session_start),
         identifier=f"tracks {said.out.resolve().name}",
         edges=edges,
         subject=said.subject,
@@ -609,7 +594,7 @@ def _save_poses(
     typer.echo(f"wrote {said.out}/tracks.nwb", err=True)
 
 
-def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]) -> None:
+def _measure_posture(said: SimpleNamespace, trials: list, settings: dict[str, Any]) -> None:
     """Say how a flagellum bends, and save it as netCDF."""
     from feeler.tracking import measure_posture
 
@@ -638,12 +623,12 @@ def _measure_posture(said: _TrackOptions, trials: list, settings: dict[str, Any]
         say_json(found)
 
 
-def _say_touches(said: _TrackOptions, trials: list, found: list[dict[str, Any]]) -> None:
+def _say_touches(said: SimpleNamespace, trials: list, found: list[dict[str, Any]]) -> None:
     """When the flagellum touches, where that was asked."""
-    from feeler.cli.tracks_pages import list_contacts, save_contacts
+    from feeler.cli.tracks_pages import _find_touched, _save_contacts
 
     points = [*(_split(said.points) or ())]
-    touched = list_contacts(said, trials, [("antenna", points)])
+    touched = _find_touched(said, trials, [("antenna", points)])
     if touched is None:
         return
     for row, one in zip(found, touched, strict=True):
@@ -651,7 +636,7 @@ def _say_touches(said: _TrackOptions, trials: list, found: list[dict[str, Any]])
         if not said.as_json:
             typer.echo("\n".join(f"  {words}" for words in _list_contacts(row)))
     if said.out is not None:
-        save_contacts(said.out, said.files, touched)
+        _save_contacts(said.out, said.files, touched)
 
 
 def _describe_posture(file: Path, trial: Any, posture: Any) -> dict[str, Any]:
@@ -674,8 +659,6 @@ def _split(text: str) -> tuple[str, ...] | None:
 
 
 def _pair(option: str, text: str) -> tuple[str, str]:
-    from feeler.errors import InvalidInput
-
     names = _split(text) or ()
     if len(names) != 2 or not any(names):
         raise InvalidInput(f"{option} takes two landmarks separated by a comma, got {text!r}.")
@@ -684,8 +667,6 @@ def _pair(option: str, text: str) -> tuple[str, str]:
 
 def _check_tips(tips: tuple[str, str], trials: list) -> None:
     """Say how one antenna is measured, where the other one's tip was not tracked."""
-    from feeler.errors import InvalidInput
-
     for trial in trials:
         seen = [tip in trial.landmarks for tip in tips]
         if all(tips) and sum(seen) == 1:

@@ -1,6 +1,5 @@
 """What ``feeler tracks`` writes: page, table, figure, numbers; contacts; groups of animals."""
 
-import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -8,9 +7,9 @@ from typing import Any
 import numpy as np
 import typer
 
-from feeler.cli.tracks import list_groups, list_settings, pair_counts, write_mean
+from feeler.cli.tracks import _list_groups, _list_settings, _pair_counts, _write_mean
 from feeler.errors import InvalidInput
-from feeler.files import write_text, writing
+from feeler.files import write_text
 
 _SIDES = ("left", "right")
 _HEADER = (
@@ -19,51 +18,22 @@ _HEADER = (
     "frames bridged (left, right)",
     "frames missing (left, right)",
 )
-_COLUMNS = (
-    "trial",
-    "side",
-    "time_ms",
-    "angle_deg",
-    "speed_deg_per_s",
-    "frame",
-    "bridged",
-    "tip_x",
-    "tip_y",
-    "unit",
-    "phase_deg",
-    "contact",
-    "frame_rate",
-    "cutoff_hz",
-    "cutoff_choice",
-)
-_CONSTANT = (
-    "tip",
-    "base",
-    "head",
-    "abdomen",
-    "min_likelihood",
-    "max_gap",
-    "outliers",
-    "feeler",
-)
 
 
 def _list_cells(row: dict[str, Any]) -> list[object]:
     """A trial's row of the page."""
     speeds = [
-        "none" if mean is None else f"{mean:.1f}{_show_error(error)} ({count})"
+        "none"
+        if mean is None
+        else f"{mean:.1f}" + ("" if error is None else f" ± {error:.2g}") + f" ({count})"
         for mean, error, count in zip(
             row["mean_peak"], row["error"], row["n_peaks"], strict=True
         )
     ]
-    return [row["file"], *speeds, pair_counts(row["bridged"]), pair_counts(row["missing"])]
+    return [row["file"], *speeds, _pair_counts(row["bridged"]), _pair_counts(row["missing"])]
 
 
-def _show_error(error: float | None) -> str:
-    return "" if error is None else f" ± {error:.2g}"
-
-
-def save_pages(
+def _save_pages(
     out: Path,
     files: list[Path],
     trials: list,
@@ -83,7 +53,7 @@ def save_pages(
     out.mkdir(parents=True, exist_ok=True)
     _save_table(out / "tracks.csv", trials, result, found)
     if touched is not None:
-        save_contacts(out, files, touched)
+        _save_contacts(out, files, touched)
     write_text(out / "tracks.json", json.dumps(found, indent=1) + "\n")
     height = 1.2 + 1.5 * len(trials)
 
@@ -106,11 +76,11 @@ def save_pages(
         [_list_cells(row) for row in found["trials"]],
         "Mean of the peak speeds ± standard error.",
     )
-    for words in list_groups(found):
+    for words in _list_groups(found):
         section.text(words.strip())
     section.heading("How it was measured")
     for row in found["trials"]:
-        section.text(f"{row['file']}: {'. '.join(list_settings(row, found['settings']))}.")
+        section.text(f"{row['file']}: {'. '.join(_list_settings(row, found['settings']))}.")
     section.table(
         ["setting", "value"],
         [[name, _show(value)] for name, value in found["settings"].items()],
@@ -118,7 +88,7 @@ def save_pages(
     write_page(
         out / "tracks.html",
         "Antennal movement: " + ", ".join(file.name for file in files),
-        write_mean(found),
+        _write_mean(found),
         section,
     )
     typer.echo(
@@ -135,55 +105,57 @@ def _show(value: Any) -> str:
 
 def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) -> None:
     """A row for each trial, side and frame, with what it was measured with."""
-    settings = found["settings"]
-    head, abdomen = settings["body"]
-    bases = settings["bases"] or (head, head)
-    with writing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow((*_COLUMNS, *_CONSTANT))
-        for row, trial, pair in zip(found["trials"], trials, result.sweeps, strict=True):
-            for k, side in enumerate(_SIDES):
-                if not settings["tips"][k]:
-                    continue
-                same = {**settings, "tip": settings["tips"][k], "base": bases[k] or head}
-                same |= {"head": head, "abdomen": abdomen}
-                choice = settings["cutoff"] if isinstance(settings["cutoff"], str) else "given"
-                last = [f"{row['frame_rate']:g}", f"{row['cutoff'][k]:.6g}", choice]
-                last += [same[name] for name in _CONSTANT]
-                angle, speed = np.rad2deg(pair[k].angle), np.rad2deg(pair[k].speed) * 1e3
-                tip = trial.of(settings["tips"][k])
-                columns = trial.time, angle, speed, *tip.T[:2], _measure_phase(pair[k], trial)
-                marks = pair[k].is_bridged, _mark_contact(row, side, trial.n_frames)
-                for n, values in enumerate(zip(*columns, strict=True)):
-                    t, a, v, x, y, phase = (f"{value:.6g}" for value in values)
-                    b, c = (int(mark[n]) for mark in marks)
-                    table.writerow(
-                        [row["file"], side, t, a, v, n, b, x, y, trial.unit, phase, c, *last]
-                    )
+    import pandas as pd
 
-
-def _measure_phase(sweeps: Any, trial: Any) -> np.ndarray:
-    """(frame,) [degrees], NaN without a rhythm."""
     from feeler.tracking import measure_rhythm
 
-    if not 0 < sweeps.frequency * 2 * trial.interval < 0.5:
-        return np.full(trial.n_frames, np.nan)
-    return np.rad2deg(measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase)
-
-
-def _mark_contact(row: dict[str, Any], side: str, n_frames: int) -> np.ndarray:
-    """Whether (frame,) a side is in contact."""
-    touching = np.zeros(n_frames, dtype=bool)
-    for one in row.get("contacts", ()):
-        if one["side"] == side:
-            touching[one["first_frame"] : one["last_frame"] + 1] = True
-    return touching
+    settings, tables = found["settings"], []
+    choice = settings["cutoff"] if isinstance(settings["cutoff"], str) else "given"
+    head, abdomen = settings["body"]
+    bases = settings["bases"] or (head, head)
+    shared = {name: settings[name] for name in ("min_likelihood", "max_gap", "outliers")}
+    for row, trial, pair in zip(found["trials"], trials, result.sweeps, strict=True):
+        for k, (side, sweeps) in enumerate(zip(_SIDES, pair, strict=True)):
+            if not settings["tips"][k]:
+                continue
+            tip = trial.of(settings["tips"][k])
+            touching = np.zeros(trial.n_frames, dtype=int)
+            for one in row.get("contacts", ()):
+                if one["side"] == side:
+                    touching[one["first_frame"] : one["last_frame"] + 1] = 1
+            phase = np.full(trial.n_frames, np.nan)
+            if 0 < sweeps.frequency * 2 * trial.interval < 0.5:
+                phase = measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase
+            columns = {
+                "trial": row["file"],
+                "side": side,
+                "time_ms": trial.time,
+                "angle_deg": np.rad2deg(sweeps.angle),
+                "speed_deg_per_s": np.rad2deg(sweeps.speed) * 1e3,
+                "frame": np.arange(trial.n_frames),
+                "bridged": sweeps.is_bridged.astype(int),
+                "tip_x": tip[:, 0],
+                "tip_y": tip[:, 1],
+                "unit": trial.unit,
+                "phase_deg": np.rad2deg(phase),
+                "contact": touching,
+                "frame_rate": row["frame_rate"],
+                "cutoff_hz": row["cutoff"][k],
+                "cutoff_choice": choice,
+                "tip": settings["tips"][k],
+                "base": bases[k] or head,
+                "head": head,
+                "abdomen": abdomen,
+            }
+            tables.append(pd.DataFrame(columns | shared | {"feeler": settings["feeler"]}))
+    table = pd.concat(tables).to_csv(index=False, float_format="%.6g", na_rep="nan")
+    write_text(path, table)
 
 
 # Contacts and groups, as the command line asks for them.
 
 
-def list_contacts(
+def _find_touched(
     said: Any, trials: list, antennae: list[tuple[str, list[str]]]
 ) -> list[Any] | None:
     """Per trial a table of contacts of ``antennae`` (side, landmarks base to tip); None where
@@ -245,7 +217,7 @@ def _read_target(said: Any) -> str | list[tuple[float, float]] | None:
     return [(float(x), float(y)) for x, y in places]
 
 
-def save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
+def _save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
     """contacts.csv: a row for each contact."""
     import pandas as pd
 
@@ -255,7 +227,7 @@ def save_contacts(out: Path, files: list[Path], touched: list[Any]) -> None:
     typer.echo(f"wrote {out}/contacts.csv", err=True)
 
 
-def read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
+def _read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     """Animal and group of each file, by a table with columns file, animal and group."""
     import pandas as pd
 
@@ -281,7 +253,7 @@ def read_sheet(path: Path, files: list[Path]) -> list[tuple[str, str]]:
     return [known[file.name] for file in files]
 
 
-def compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
+def _compare_animals(owners: list[tuple[str, str]], result: Any) -> Any:
     """The groups' average maximum angular speeds, an animal's both sides and all films together."""
     from feeler.tracking import compare_groups
 

@@ -13,7 +13,8 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, describe_timesteps, say_json
+from feeler.cli.options import Json, _describe_timesteps, say
+from feeler.progress import ProgressBar
 
 
 def tradeoff(
@@ -57,13 +58,12 @@ def tradeoff(
     Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import name_antennas, name_reader
+    from feeler.cli.choose import _name_antennas, _name_reader
     from feeler.physics.engine import DEFAULT_ENGINE
-    from feeler.progress import ProgressBar
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 
-    reader = [name_reader(text) for text in reader or ()]
+    reader = [_name_reader(text) for text in reader or ()]
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
     study = load_declared(
         **{
@@ -72,24 +72,16 @@ def tradeoff(
             if value
         }
     )
-    chosen = name_antennas(antenna or ["exponential"])
+    chosen = _name_antennas(antenna or ["exponential"])
     out.mkdir(parents=True, exist_ok=True)
     with ProgressBar(f"touching with {', '.join(chosen)}") as progress:
         measured = split_measured(
             study.run(chosen, journal=journal, workers=workers, progress=progress)
         )
     conditions = (
-        f"Engine {DEFAULT_ENGINE}, {describe_timesteps(chosen)},"
+        f"Engine {DEFAULT_ENGINE}, {_describe_timesteps(chosen)},"
         f" {study.sets} sets, seed {study.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, study, out, conditions)
-    if as_json:
-        say_json(
-            {
-                "antennas": {name: found.to_dict() for name, found in measured.items()},
-                "readers": reader,
-                "page": page,
-            }
-        )
-    else:
-        typer.echo(f"page: {page}")
+    plain = {"antennas": {name: found.to_dict() for name, found in measured.items()}}
+    say(as_json, plain | {"readers": reader, "page": page}, [f"page: {page}"])

@@ -12,7 +12,8 @@ from typing import Annotated
 
 import typer
 
-from feeler.cli.options import Json, say_json
+from feeler.cli.options import Json, say
+from feeler.sandbox import Limits
 from feeler.terminal import escape
 
 
@@ -31,22 +32,20 @@ def validate(
     Checks touches and checksums, and whether other files can be read; exit code 1 if anything
     is wrong.
     """
-    from feeler.cli.info import list_rooms
-    from feeler.sandbox import Limits
+    from feeler.cli.info import _list_rooms
     from feeler.tensors.formats import find_problems
 
-    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), list_rooms()
+    limits, rooms = Limits(max_bytes=int(max_gib * 2**30)), _list_rooms()
     found = {file: find_problems(file, limits, rooms) for file in files}
-    if as_json:
-        say_json(
-            [
-                {"file": f, "valid": not problems, "problems": problems}
-                for f, problems in found.items()
-            ]
+    plain = [{"file": f, "valid": not p, "problems": p} for f, p in found.items()]
+    lines = [
+        line
+        for file, problems in found.items()
+        for line in (
+            f"{file}: {f'{len(problems)} problem(s)' if problems else 'valid'}",
+            *(f"  - {escape(problem)}" for problem in problems),
         )
-    for file, problems in [] if as_json else found.items():
-        typer.echo(f"{file}: {'valid' if not problems else f'{len(problems)} problem(s)'}")
-        for problem in problems:
-            typer.echo(f"  - {escape(problem)}")
+    ]
+    say(as_json, plain, lines)
     if any(found.values()):
         raise typer.Exit(1)

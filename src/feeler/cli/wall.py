@@ -9,14 +9,17 @@ Examples:
   feeler wall exponential --reading total --friction 0 --prebend none --near 5 --far 16
 """
 
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, say_json
+from feeler.cli.options import Json, say, try_movie
 from feeler.errors import InvalidInput
+from feeler.files import write_text
 
 
 def wall(
@@ -62,7 +65,7 @@ def wall(
     Let a wall approach each antenna, and fit the wall's distance to the place of greatest
     curvature.
     """
-    from feeler.cli.choose import choose_planar, name_antennas
+    from feeler.cli.choose import _choose_planar, _name_antennas
     from feeler.wall import Posture, approach, map_distance
     from feeler.wall.following import measure_scale
 
@@ -71,8 +74,8 @@ def wall(
     said: dict[str, Any] = {"reading": reading, "prebend": prebend, "tip_heading": tip}
     posture = Posture(inter_antennal_angle=angle, friction=friction, hook_share=hook, **said)
     sweeps = {}
-    chosen = name_antennas(
-        antennas or ["exponential", "linear", "constant", "matched"], choose_planar
+    chosen = _name_antennas(
+        antennas or ["exponential", "linear", "constant", "matched"], _choose_planar
     )
     for name, antenna in chosen.items():
         last = measure_scale(antenna) * _FAR if far is None else far
@@ -87,12 +90,9 @@ def wall(
         )
     maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
     words = _describe_posture(posture)
-    if as_json:
-        plain = {name: _make_plain(sweeps[name], found) for name, found in maps.items()}
-        say_json(plain | {"posture": posture.to_plain()})
-    else:
-        _tell(sweeps, maps)
-        typer.echo(words)
+    plain = {name: _make_plain(sweeps[name], found) for name, found in maps.items()}
+    plain["posture"] = posture.to_plain()
+    say(as_json, plain, [*_describe(sweeps, maps), words])
     if out is not None:
         _save(out, sweeps, maps, words, movie)
 
@@ -142,8 +142,8 @@ def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
     }
 
 
-def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
-    typer.echo(
+def _describe(sweeps: dict[str, Any], maps: dict[str, Any]) -> Iterator[str]:
+    yield (
         f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm "
         " monotone  discriminated mm"
     )
@@ -153,11 +153,11 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
             f" {found.used.sum():7d}"
         )
         if found.undefined:
-            typer.echo(
+            yield (
                 f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base"
                 " hinge)"
             )
-            typer.echo(f"  {name} {getattr(found, 'bending', '')}")
+            yield f"  {name} {getattr(found, 'bending', '')}"
             continue
         low, high = found.told_apart
         apart = "none" if np.isnan(low) else f"{low:.1f} to {high:.1f}"
@@ -165,9 +165,9 @@ def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
             f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.intercept:13.2f}"
             f" {found.error:9.2f}"
         )
-        typer.echo(f"{line}  {'yes' if found.monotone else 'no':8}  {apart}")
+        yield f"{line}  {'yes' if found.monotone else 'no':8}  {apart}"
         if found.error > found.distance.max():
-            typer.echo(
+            yield (
                 f"  the line of {name} hangs on one of its {found.used.sum()} distances: left out,"
                 f" that one is missed by more than {found.distance.max():g} mm; ask for more"
                 " --steps"
@@ -180,8 +180,6 @@ def _save(
     """wall.html with the antennae beside the wall, the maps and a movie, wall.csv and JSON."""
     import pandas as pd
 
-    from feeler.errors import MissingDependencyError
-    from feeler.files import write_text
     from feeler.plotting.results import Shapes, plot_maps, plot_shapes
     from feeler.plotting.walls import write_sweeps_movie
     from feeler.report import Section, write_page
@@ -229,14 +227,12 @@ def _save(
         ],
         rows,
     )
-    if movie and next(iter(sweeps.values())).distance.size > 1:
-        try:
-            path = write_sweeps_movie(sweeps, out / "wall.mp4")
-            section.movie(
-                path, "A wall comes nearer; colours: curvature beyond rest, on one scale."
-            )
-        except MissingDependencyError as missing:
-            typer.echo(f"no movie: {missing}", err=True)
+    several = next(iter(sweeps.values())).distance.size > 1
+    write = partial(write_sweeps_movie, sweeps)
+    if movie and several and (path := try_movie(write, out / "wall.mp4")):
+        section.movie(
+            path, "A wall comes nearer; colours: curvature beyond rest, on one scale."
+        )
     tables = [
         found.to_frame().assign(contact=sweeps[name].contact, inverted=sweeps[name].inverted)
         for name, found in maps.items()

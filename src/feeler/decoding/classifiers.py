@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -82,10 +82,10 @@ def read_labels(values: Labels, what: str = "labels") -> np.ndarray:
 
 def sort_classes(labels: Iterable[Any]) -> np.ndarray:
     """Each label once, sorted, as an array (class,); tuples stay tuples."""
-    return list_classes(sorted(set(labels)))
+    return _list_classes(sorted(set(labels)))
 
 
-def list_classes(classes: Sequence[Any]) -> np.ndarray:
+def _list_classes(classes: Sequence[Any]) -> np.ndarray:
     """Classes as an array (class,) in their order; tuples stay tuples."""
     nested = any(isinstance(one, tuple) for one in classes)
     return _keep_objects(classes) if nested else np.array(classes)
@@ -97,6 +97,18 @@ def number_labels(labels: Iterable[Any], classes: np.ndarray) -> np.ndarray:
     return np.array([place[label] for label in labels], dtype=int)
 
 
+def check_labels(tensors: Any, labels: Labels) -> None:
+    """Refuse labels that are not one for each tensor, or all of one class."""
+    if len(labels) != len(tensors):
+        raise InvalidInput(
+            f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
+        )
+    if len(set(labels)) < 2:
+        raise InvalidInput(
+            "only one class: nothing to discriminate. Give at least two classes."
+        )
+
+
 def _keep_objects(values: Sequence[Any]) -> np.ndarray:
     """An array (value,) of what NumPy would take apart."""
     found = np.empty(len(values), dtype=object)
@@ -106,11 +118,10 @@ def _keep_objects(values: Sequence[Any]) -> np.ndarray:
 
 def _write_label(label: Any) -> Any:
     """A label of several parts as one text; any other as it is."""
-    return " ".join(_write(part) for part in label) if isinstance(label, tuple) else label
-
-
-def _write(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
+    if not isinstance(label, tuple):
+        return label
+    numbers = (float, np.floating)
+    return " ".join(f"{one:g}" if isinstance(one, numbers) else str(one) for one in label)
 
 
 # Principal components of few trials with many entries, exact.
@@ -362,12 +373,7 @@ class Reader(ClassifierMixin, BaseEstimator):
         classifier learns from are refused.
         """
         if isinstance(y, Sequence | np.ndarray) and np.ndim(X) == 3:
-            if len(y) != len(X):
-                raise InvalidInput(f"{len(X)} tensors but {len(y)} labels; give one for each.")
-            if len(set(y)) < 2:
-                raise InvalidInput(
-                    "only one class: nothing to discriminate. Give at least two classes."
-                )
+            check_labels(X, y)
         self._taught = (stack_planes(X), y, beside)
         self._parts: dict[int, Reader] = {}
         self.shape_ = _get_shape(self._taught[0])
@@ -448,18 +454,9 @@ def count_until(tensors: Any, until: float) -> int:
     return count
 
 
-class _Fitted(Protocol):
-    """What can be asked: a fitted :class:`Reader`, or one like it."""
-
-    classes_: Any
-
-    def predict_proba(self, tensors: Any, until: float | None = None, /) -> Any:
-        """Probability of each class, by a deadline [ms since contact]."""
-
-
 @checked
 def measure_reader(
-    reader: _Fitted, tensors: Any, labels: Labels, until: float | None = None
+    reader: Any, tensors: Any, labels: Labels, until: float | None = None
 ) -> tuple[float, float]:
     """Accuracy of a fitted reader, and the bits that it gets from touches with known labels.
 
@@ -535,7 +532,7 @@ class _FlatPipeline(Reader, Pipeline):
         """Probabilities, or votes as such where the last step gives none."""
         if hasattr(self.steps[-1][1], "predict_proba"):
             return Pipeline.predict_proba(self, _flatten(X))
-        return softmax(compute_decision_scores(self.decision_function(_flatten(X))), axis=1)
+        return softmax(_compute_decision_scores(self.decision_function(_flatten(X))), axis=1)
 
     def __sklearn_tags__(self) -> Any:
         """Two dimensions or three; principal components are of double precision."""
@@ -615,7 +612,7 @@ def make_svm(
     return _chain(n_components, StandardScaler(), SVC(kernel=kernel, C=C))
 
 
-def compute_decision_scores(decision: np.ndarray) -> np.ndarray:
+def _compute_decision_scores(decision: np.ndarray) -> np.ndarray:
     """Scores (trial, class) of a support vector machine, which gives two classes one number."""
     return np.stack([-decision, decision], axis=1) if decision.ndim == 1 else decision
 

@@ -10,13 +10,12 @@ import numpy as np
 from sklearn.base import clone
 from sklearn.model_selection import train_test_split
 
-from feeler.decoding.classifiers import Reader
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.decoding.classifiers import Reader, check_labels
+from feeler.errors import InvalidInput, require_extra
 from feeler.tensors.models import Model, load_model, save_model
 from feeler.tensors.transforms import find_scale
 
 _MODEL_KIND, _MODEL_VERSION = "TouchNetwork", 1
-_INSTALL = "pip install 'feeler[cnn]'"
 # [P] supplement, CNN layers
 _KERNEL, _CHANNELS, _PADDING, _POOL, _HIDDEN, _DROPOUT = 15, 32, 2, 2, 50, 0.25
 
@@ -202,14 +201,7 @@ class TouchNetwork(Reader):
         return found.reshape(-1, 1, *self.shape_)
 
     def _check(self, images: np.ndarray, y: np.ndarray) -> None:
-        if y.shape != (len(images),):
-            raise InvalidInput(
-                f"{len(images)} tensors but labels of shape {y.shape}; give one label per tensor."
-            )
-        if np.unique(y).size < 2:
-            raise InvalidInput(
-                "only one class: nothing to discriminate. Give at least two classes."
-            )
+        check_labels(images, y.tolist())
         least = _KERNEL - 2 * _PADDING + _POOL - 1
         if min(self.shape_) < least:
             raise InvalidInput(
@@ -287,12 +279,9 @@ def _make_network(torch: Any, shape: tuple[int, ...], n_classes: int) -> Any:
 
 def import_torch() -> Any:
     """PyTorch, or a message that says how to get it."""
-    try:
-        import torch
-    except ImportError:
-        raise MissingDependencyError(
-            f"the network needs PyTorch, which is not installed. Install it with: {_INSTALL}"
-        ) from None
+    require_extra("torch", "cnn", "the network")
+    import torch
+
     return torch
 
 

@@ -14,12 +14,13 @@ from feeler.decoding.classifiers import (
     Labels,
     PrincipalComponents,
     Reader,
+    _list_classes,
+    check_labels,
     count_until,
-    list_classes,
     number_labels,
     sort_classes,
 )
-from feeler.decoding.transfer import find_temperature
+from feeler.decoding.transfer import _find_temperature
 from feeler.errors import InvalidInput
 from feeler.objects.noise import Noise, parse_noise
 from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
@@ -69,14 +70,7 @@ class _Told(Reader):
         """Known tensors (trial, sensor, time) and their labels, of at least two classes."""
         tensors, labels = check_tensors(X), np.empty(len(y), dtype=object)
         labels[:] = list(y)
-        if len(labels) != len(tensors):
-            raise InvalidInput(
-                f"{len(tensors)} tensors but {len(labels)} labels; give one for each."
-            )
-        if len(set(labels)) < 2:
-            raise InvalidInput(
-                "only one class: nothing to discriminate. Give at least two classes."
-            )
+        check_labels(tensors, y)
         self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sort_classes(labels)
@@ -264,10 +258,10 @@ _FOLDS = 4  # [C] parts that are held out in turn for temperature and limits
 _FAR = 0.2  # [C] share of the false alarms that the limit on the distance may give
 # [C] ν of both clouds that are weighed for a stranger; small: touches far out are common
 _FREEDOM = 50.0
-_DIRECTIONS = 20  # [C] in which strangers may lie further out than what robots differ by
+_DIRECTIONS = 20  # [C] in which unknown may lie further out than what robots differ by
 
 Others = tuple[np.ndarray, Sequence[Hashable]]
-"""Tensors (trial, sensor, time) of strangers, and what each shares with others."""
+"""Tensors (trial, sensor, time) of unknown, and what each shares with others."""
 _Training = tuple[np.ndarray, Labels, np.ndarray, Others | None]
 
 
@@ -278,7 +272,7 @@ class StudentTClassifier(Reader):
     mean among k components. Temperature and limits come from touches that were held out, group by
     group: the temperature makes probabilities as sure as they are right there
     (arXiv:1706.04599), and beyond one limit or the other lay ``alarm`` of them. One limit is on the
-    distance to the nearest class. The other, where strangers were shown, is on how much likelier a
+    distance to the nearest class. The other, where unknown were shown, is on how much likelier a
     touch is theirs.
 
     Parameters
@@ -303,9 +297,9 @@ class StudentTClassifier(Reader):
     limit_ : float
         Squared distance to the nearest class, beyond which a touch is strange.
     held_out_ : np.ndarray
-        Strangeness of the lessons (trial,), each judged by clouds that did not learn its group.
+        Strangeness of the training (trial,), each judged by clouds that did not learn its group.
     confusion_ : np.ndarray
-        (true class, class named): how many of these lessons, judged so, were called what.
+        (true class, class named): how many of these training, judged so, were called what.
 
     Notes
     -----
@@ -328,10 +322,10 @@ class StudentTClassifier(Reader):
         self.alarm = alarm
 
     def fit(
-        self, X: Any, y: Labels, groups: Any = None, strangers: Others | None = None
+        self, X: Any, y: Labels, groups: Any = None, unknown: Others | None = None
     ) -> "StudentTClassifier":
         """Learn from tensors (trial, sensor, time); trials of one group (a robot) are held out
-        together. ``strangers`` are touches that are not to be known: tensors, and what each shares
+        together. ``unknown`` are touches that are not to be known: tensors, and what each shares
         with others (place and speed), looked at for as long as the others last.
         """
         X = np.asarray(stack_planes(X), dtype=float)
@@ -342,24 +336,24 @@ class StudentTClassifier(Reader):
             )
         owners = np.asarray(groups if groups is not None else np.arange(len(X)))
         shown = None
-        if strangers is not None:
-            others = np.asarray(strangers[0], dtype=float)[:, :, : X.shape[2]]
-            shown = self._average(others), list(strangers[1])
+        if unknown is not None:
+            others = np.asarray(unknown[0], dtype=float)[:, :, : X.shape[2]]
+            shown = self._average(others), list(unknown[1])
         self.shape_ = X.shape[1:]
         return self._learn(self._average(X), list(y), owners, shown)
 
     def _learn(
-        self, means: np.ndarray, y: Labels, groups: np.ndarray, strangers: Others | None
+        self, means: np.ndarray, y: Labels, groups: np.ndarray, unknown: Others | None
     ) -> "StudentTClassifier":
         """Learn from tensors (trial, sensor, mean of ``step`` samples)."""
-        self._training: _Training = (means, y, groups, strangers)
+        self._training: _Training = (means, y, groups, unknown)
         self._without: dict[tuple[int, ...], StudentTClassifier] = {}
         self.classes_ = sort_classes(y)
         number = number_labels(y, self.classes_)
         flat, other, kinds = means.reshape(len(means), -1), None, list[Hashable]()
-        if strangers is not None:
-            other = np.reshape(strangers[0], (len(strangers[0]), -1))
-            kinds = list(strangers[1])
+        if unknown is not None:
+            other = np.reshape(unknown[0], (len(unknown[0]), -1))
+            kinds = list(unknown[1])
         squared = np.full((len(flat), len(self.classes_)), np.inf)
         likelier = np.full(len(flat), -np.inf)
         folds = np.unique(groups, return_inverse=True)[1] % _FOLDS
@@ -375,7 +369,7 @@ class StudentTClassifier(Reader):
             )
         self.confusion_ = np.zeros((len(self.classes_),) * 2, dtype=int)
         np.add.at(self.confusion_, (number[seen], squared[seen].argmin(axis=1)), 1)
-        self.temperature_ = find_temperature(self._score(squared[seen]), number[seen])
+        self.temperature_ = _find_temperature(self._score(squared[seen]), number[seen])
         self._limit(squared[seen].min(axis=1), likelier[seen])
         self.held_out_ = np.full(len(flat), np.nan)
         self.held_out_[seen] = self._compare(squared[seen].min(axis=1), likelier[seen])
@@ -396,14 +390,14 @@ class StudentTClassifier(Reader):
         first, count = X.shape[2] % step, (end - X.shape[2] % step) // step
         if count < 1:
             raise InvalidInput(f"a deadline needs {first + step} samples or more, got {end}.")
-        means, y, groups, strangers = self._training
+        means, y, groups, unknown = self._training
         if there.all() and count == means.shape[2]:
             return self, X
         key, end = (*np.flatnonzero(there), -count), first + count * step
         if key not in self._without:
             part: StudentTClassifier = clone(self)
             part.shape_ = int(there.sum()), end
-            others = strangers and (strangers[0][:, there, :count], strangers[1])
+            others = unknown and (unknown[0][:, there, :count], unknown[1])
             part._learn(means[:, there, :count], y, groups, others)
             self._without[key] = part
         return self._without[key], X[:, there, :end]
@@ -434,13 +428,13 @@ class StudentTClassifier(Reader):
         }
         settings["shape"] = [int(length) for length in self.shape_]
         if training:
-            means, y, groups, strangers = self._training
+            means, y, groups, unknown = self._training
             arrays["taught"] = means.astype(np.float32)
             arrays["labels"] = number_labels(y, self.classes_)
             arrays["groups"] = np.unique(groups, return_inverse=True)[1]
-            if strangers is not None:
-                arrays["strangers"] = np.asarray(strangers[0]).astype(np.float32)
-                settings["kinds"] = list(strangers[1])
+            if unknown is not None:
+                arrays["strangers"] = np.asarray(unknown[0]).astype(np.float32)
+                settings["kinds"] = list(unknown[1])
         return arrays, settings
 
     @classmethod
@@ -452,7 +446,7 @@ class StudentTClassifier(Reader):
     ) -> "StudentTClassifier":
         """What :meth:`pack` gave; ``taught`` is the training set where it is kept elsewhere."""
         made = cls(**settings["parameters"])
-        made.classes_ = list_classes([_freeze_label(label) for label in settings["classes"]])
+        made.classes_ = _list_classes([_freeze_label(label) for label in settings["classes"]])
         made.shape_ = tuple(settings["shape"])
         made._means, made._round = arrays["means"], arrays["round"]
         made._components = PrincipalComponents(len(arrays["components"]))
@@ -466,7 +460,7 @@ class StudentTClassifier(Reader):
         made._odds = (odds[0], odds[1])
         made._others = None
         if "others_means" in arrays:
-            made._others = NoveltyDetector.__new__(NoveltyDetector)
+            made._others = _NoveltyDetector.__new__(_NoveltyDetector)
             names = ("_means", "_spread", "_along")
             vars(made._others).update({name: arrays[f"others{name}"] for name in names})
         if taught is None:
@@ -506,7 +500,7 @@ class StudentTClassifier(Reader):
             self._odds = (float(limit), float(near.std()) or 1.0)
 
     def _compare(self, nearest: np.ndarray, likelier: np.ndarray) -> np.ndarray:
-        """Strangeness from distances and from how much likelier strangers are (trial,)."""
+        """Strangeness from distances and from how much likelier unknown are (trial,)."""
         limit, spread = self._odds
         return np.maximum(nearest / self.limit_, 1 + (likelier - limit) / spread)
 
@@ -533,7 +527,7 @@ class StudentTClassifier(Reader):
         other: np.ndarray | None,
         kinds: Sequence[Hashable],
     ) -> None:
-        """Means of the classes, what makes their common covariance round, and strangers there."""
+        """Means of the classes, what makes their common covariance round, and unknown there."""
         everything = flat if other is None else np.concatenate([flat, other])
         count = min(self.n_components, *flat.shape, len(flat) - 1)
         self._components = PrincipalComponents(count).fit(everything)
@@ -548,14 +542,14 @@ class StudentTClassifier(Reader):
         self._round = np.linalg.inv(np.linalg.cholesky((1 - share) * spread + share * own))
         self._others = None
         if other is not None:
-            self._others = NoveltyDetector(self._place(other), kinds)
+            self._others = _NoveltyDetector(self._place(other), kinds)
 
     def _place(self, flat: np.ndarray) -> np.ndarray:
         """Where touches lie among components, in units in which classes are round."""
         return np.asarray(self._components.transform(flat)) @ self._round.T
 
     def _measure(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Squared Mahalanobis distances (trial, class), and how much likelier strangers are."""
+        """Squared Mahalanobis distances (trial, class), and how much likelier unknown are."""
         places = self._place(flat)
         off = places[:, None] - self._means @ self._round.T
         squared = np.sum(off * off, axis=2)
@@ -578,8 +572,8 @@ def _freeze_label(label: Any) -> Any:
     return tuple(label) if isinstance(label, list) else label
 
 
-class NoveltyDetector:
-    """A t cloud around each kind's mean, wide where strangers differ among each other.
+class _NoveltyDetector:
+    """A t cloud around each kind's mean, wide where unknown differ among each other.
 
     Parameters
     ----------

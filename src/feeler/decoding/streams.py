@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.special import logsumexp
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.classifiers import Labels, Reader, list_classes, sort_classes
+from feeler.decoding.classifiers import Labels, Reader, _list_classes, sort_classes
 from feeler.decoding.observers import Others, StudentTClassifier
 from feeler.decoding.transfer import find_direction
 from feeler.errors import FeelerError, InvalidInput
@@ -379,7 +379,7 @@ class OnlineNoveltyDetector:
         X: np.ndarray,
         y: Labels,
         groups: Sequence[int],
-        strangers: Others | None = None,
+        unknown: Others | None = None,
         most: int = _MOMENTS_WATCH[-1],
     ) -> "OnlineNoveltyDetector":
         """Learn from tensors (trial, sensor, window) that begin with contact. No moment lies later
@@ -394,7 +394,7 @@ class OnlineNoveltyDetector:
         self.readers_ = {}
         for moment in moments:
             reader = StudentTClassifier(alarm=self.alarm)
-            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, strangers)
+            self.readers_[moment] = reader.fit(X[:, :, :moment], y, groups, unknown)
         held = np.array([reader.held_out_ for reader in self.readers_.values()]).max(axis=0)
         self.limit_ = float(np.nanquantile(held, 1 - self.alarm))
         return self
@@ -410,7 +410,13 @@ class OnlineNoveltyDetector:
         """
         if since + 1 not in self.readers_:
             return None
-        reader, seen = self.readers_[since + 1], _bridge(tensor)[None, :, : since + 1]
+        # Each gap as a straight line; a channel without samples stays NaN.
+        bridged, time = tensor.copy(), np.arange(tensor.shape[1])
+        for row in bridged:
+            known = np.isfinite(row)
+            if known.any():
+                row[~known] = np.interp(time[~known], time[known], row[known])
+        reader, seen = self.readers_[since + 1], bridged[None, :, : since + 1]
         probability = dict(zip(reader.classes_, reader.predict_proba(seen)[0], strict=True))
         strange = float(reader.measure_strangeness(seen)[0]) / self.limit_
         return strange, np.array([probability.get(label, 0.0) for label in classes])
@@ -448,16 +454,6 @@ class OnlineNoveltyDetector:
             reader._training = means[:, :, :count], y, groups, cut
         made.readers_ = dict(sorted(made.readers_.items()))
         return made
-
-
-def _bridge(tensor: np.ndarray) -> np.ndarray:
-    """Each gap as a straight line; a channel without samples stays NaN."""
-    bridged, time = tensor.copy(), np.arange(tensor.shape[1])
-    for row in bridged:
-        known = np.isfinite(row)
-        if known.any():
-            row[~known] = np.interp(time[~known], time[known], row[known])
-    return bridged
 
 
 # Streaming decoder: after each sample, a posterior over classes or a "not sure yet".
@@ -571,7 +567,7 @@ class StreamDecoder(Reader):
                 f" {n_sensors}."
             )
         self._check_lengths(n_sensors)
-        self.classes_, self.n_sensors_ = list_classes(classes), int(n_sensors)
+        self.classes_, self.n_sensors_ = _list_classes(classes), int(n_sensors)
         return self
 
     @property
@@ -637,7 +633,12 @@ class StreamDecoder(Reader):
         for touch, label in zip(X, y, strict=True):
             cut = self._cut(np.asarray(touch, dtype=float))
             if cut is not None and label in known:
-                evidence.append(self._accumulate(cut)[chosen])
+                # Evidence (window, class · lag) after each sample of a cut touch.
+                seen = cut[:, self.max_lag : self.max_lag + self.window].T
+                error = np.einsum(
+                    "tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_
+                )
+                evidence.append(np.cumsum(self.constant_at_ - error, axis=0)[chosen])
                 true.append(known.index(label))
         if not evidence:
             raise InvalidInput(
@@ -661,7 +662,7 @@ class StreamDecoder(Reader):
         X: Sequence[np.ndarray],
         y: Labels,
         groups: Sequence[int],
-        strangers: tuple[Sequence[np.ndarray], Sequence[Hashable]] | None = None,
+        unknown: tuple[Sequence[np.ndarray], Sequence[Hashable]] | None = None,
         alarm: float = 0.05,
     ) -> "StreamDecoder":
         """Learn to say while a touch goes on that it is unlike any of these, as
@@ -673,15 +674,15 @@ class StreamDecoder(Reader):
         ----------
         X, y, groups
             Touches (sensor, time), their labels, and whose touches they are (a robot's, say).
-        strangers
+        unknown
             Touches that are not to be known, and what each shares with others.
         """
         self._require()
         values, kept, most = self._cut_all(X)
         shown = None
-        if strangers is not None:
-            others, felt, _ = self._cut_all(strangers[0])
-            shown = others, [strangers[1][k] for k in felt]
+        if unknown is not None:
+            others, felt, _ = self._cut_all(unknown[0])
+            shown = others, [unknown[1][k] for k in felt]
         labels, owners = [y[k] for k in kept], [groups[k] for k in kept]
         self.watch_ = OnlineNoveltyDetector(alarm).fit(values, labels, owners, shown, most)
         return self
@@ -793,18 +794,10 @@ class StreamDecoder(Reader):
         find_limits(None).check_bytes(
             2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
         )
-        self.classes_ = list_classes(labels)
+        self.classes_ = _list_classes(labels)
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
         self.n_sensors_, self.correlation_ = int(n_sensors), float(settings["correlation"])
         self._pack()
-
-    def _accumulate(self, cut: np.ndarray) -> np.ndarray:
-        """Evidence (window, class · lag) after each sample of a cut touch."""
-        seen = cut[:, self.max_lag : self.max_lag + self.window].T
-        error = np.einsum(
-            "tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_
-        )
-        return np.cumsum(self.constant_at_ - error, axis=0)
 
     def _pack(self) -> None:
         """Views over lags (slot, class · lag, sensor), so that a sample costs a few operations."""

@@ -19,7 +19,7 @@ from feeler.decoding.classifiers import (
     NO_CONTACT,
     Labels,
     Reader,
-    compute_decision_scores,
+    _compute_decision_scores,
     number_labels,
     sort_classes,
 )
@@ -178,8 +178,6 @@ class TransferClassifier(Reader):
         """Train on tensors (trial, sensor, time); several of them may share a label."""
         X = _check_tensors(X)
         self._keep(X, y)
-        if len(y) != len(X):
-            raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
         self.classes_ = sort_classes(y)
         number = number_labels(y, self.classes_)
         unit = find_scale(X)  # single precision spans fewer decades
@@ -208,7 +206,7 @@ class TransferClassifier(Reader):
                 "temper needs touches with contact and labels that the classifier knows; got none."
             )
         true = number_labels([y[k] for k in seen], self.classes_)
-        self.temperature_ = find_temperature(votes[seen], true)
+        self.temperature_ = _find_temperature(votes[seen], true)
         return self
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
@@ -222,7 +220,7 @@ class TransferClassifier(Reader):
         touched = np.isfinite(X).all(axis=(1, 2))
         if touched.any():
             kernel = X[touched].reshape(touched.sum(), -1) / self.scale_ @ self.copies_.T
-            votes[touched] = compute_decision_scores(self.svm_.decision_function(kernel))
+            votes[touched] = _compute_decision_scores(self.svm_.decision_function(kernel))
         return votes
 
     def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:
@@ -236,7 +234,7 @@ class TransferClassifier(Reader):
         return ranked
 
 
-def find_temperature(scores: np.ndarray, true: np.ndarray) -> float:
+def _find_temperature(scores: np.ndarray, true: np.ndarray) -> float:
     """The T with the greatest mean log probability of the true classes."""
     chosen = np.arange(true.size), true
     fits = [log_softmax(scores / t, axis=1)[chosen].mean() for t in TEMPERATURES]

@@ -49,14 +49,14 @@ def write_design(
         "Stiffness (strokes: sensors) and damping of the best antenna of each start (colours) and"
         " of the reference (black; in space dashed: towards z), the damping ratios of the first"
         " modes, and the fewest missing bits during each search.",
-        lambda figure: plot_designs(found, figure),
+        lambda figure: _plot_designs(found, figure),
         height=4.6,
     )
     section.figure(
         "confusion",
         "Which touch is named as which, on the final draws: rows are touches, columns answers; the"
         " objects at each place stand together.",
-        lambda figure: plot_confusion(found, figure),
+        lambda figure: _plot_answers(found, figure),
         height=3.4,
     )
     if movie:
@@ -131,7 +131,7 @@ def _list_cells(one: Score, antenna: Antenna) -> list[object]:
     return [one.bits, one.bits_error, 100 * one.errors, one.peak, float(least)]
 
 
-def plot_designs(found: DesignOutcome, figure: Figure) -> None:
+def _plot_designs(found: DesignOutcome, figure: Figure) -> None:
     """Four panels; in space dashed what bends towards z."""
     axes = figure.subplots(2, 2).flat
     shown = [(found.plan.reference, "black", "reference")]
@@ -164,7 +164,7 @@ def plot_designs(found: DesignOutcome, figure: Figure) -> None:
     figure.legend(*marks, loc="outside lower center", ncols=len(shown))
 
 
-def plot_confusion(found: DesignOutcome, figure: Figure) -> None:
+def _plot_answers(found: DesignOutcome, figure: Figure) -> None:
     """Reference and best side by side, on one scale."""
     axes = figure.subplots(1, 2, sharey=True)
     for ax, one, title in zip(

@@ -69,7 +69,7 @@ def make_strips(
     chosen = np.where(
         fits.any(axis=1),
         fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1),
-        _nearest(widths, length),
+        np.abs(np.log(widths / np.sqrt(length * WIDEST))).argmin(axis=1),  # nearest to cut
     )
     hinges = np.arange(antenna.n_segments)
     return Flexures(
@@ -78,11 +78,6 @@ def make_strips(
         length=np.array(length),
         modulus=np.array(modulus),
     )
-
-
-def _nearest(widths: np.ndarray, length: float) -> np.ndarray:
-    """For hinges that no sheet fits: the sheet whose strip comes nearest to what can be cut."""
-    return np.abs(np.log(widths / np.sqrt(length * WIDEST))).argmin(axis=1)
 
 
 @checked
@@ -290,7 +285,7 @@ class DesignOutcome(Shown):
         test.
     """
 
-    DRAWN = "draw_outcome"
+    DRAWN = "draw_optimum"
 
     plan: DesignPlan
     ends: tuple[Optimum, ...]

@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna, make_even_sensors
 from feeler.decoding import READERS, Reader
 from feeler.decoding.observers import fit_class
 from feeler.decoding.sweeps import N_COPIES
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
 from feeler.objects.bodies import Object, make_object
@@ -200,7 +200,16 @@ def _touch_classes(
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
     same trials, in space as :func:`feeler.tensors.transforms.stack_planes` puts its planes.
     """
-    scenes = _make_scenes(antenna, task, purpose, speed)
+    # The scene of every touch; where objects stand depends on the antenna's outline alone,
+    # and is kept.
+    even = np.ones_like(antenna.stiffness)
+    outline = antenna.replace(stiffness=even, damping=even, sensors=[1], name="")
+    contact = get_contact(None, antenna)
+    objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
+    scenes = [
+        Scene(antenna=antenna, objects=(item,), contact=contact, label=item.name)
+        for item in objects
+    ]
     step = scenes[0].contact.scale_timestep(task.timestep)
     clock = Clock(duration=task.duration, timestep=step)
     motions = expect_motions(run_scenes(scenes, clock, **options))
@@ -210,20 +219,6 @@ def _touch_classes(
     each, rows = task.train + task.test, len(antenna.planes) * antenna.sensors.size
     folded = angles.reshape(len(motions), -1, rows).swapaxes(1, 2)
     return folded.reshape(task.n_classes, each, *folded.shape[1:])
-
-
-def _make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float) -> list[Scene]:
-    """The scene of every touch; where objects stand depends on the antenna's outline alone, and is
-    kept.
-    """
-    even = np.ones_like(antenna.stiffness)
-    outline = antenna.replace(stiffness=even, damping=even, sensors=[1], name="")
-    contact = get_contact(None, antenna)
-    objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
-    return [
-        Scene(antenna=antenna, objects=(item,), contact=contact, label=item.name)
-        for item in objects
-    ]
 
 
 @lru_cache(maxsize=32)
@@ -462,12 +457,9 @@ def _choose_by_chance(tensors: np.ndarray, _sd: float, _count: int) -> np.ndarra
 def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
     """PySensors' sparse sensor placement for classification (Brunton et al. 2016): each sensor's
     time course in one vector, whose greatest absolute value counts for the sensor."""
-    try:
-        from pysensors.classification import SSPOC
-    except ImportError as error:
-        raise MissingDependencyError(
-            "sparse placement needs PySensors: pip install 'feeler[design]'."
-        ) from error
+    require_extra("pysensors", "design", "sparse placement")
+    from pysensors.classification import SSPOC
+
     peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[
         ..., 0
     ]

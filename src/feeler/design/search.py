@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,7 +15,7 @@ from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import describe_reader
 from feeler.design.scoring import DesignTask, Score, score
 from feeler.errors import InvalidInput, SimulationDivergedError, require_extra
-from feeler.progress import Advance, show_progress
+from feeler.progress import show_progress
 from feeler.provenance import Journal, make_key
 from feeler.records import Ge, Gt, Record, Registry, Shown
 from feeler.validation import Count, Seed, checked
@@ -282,6 +281,7 @@ class Constraints(Record):
         it holds.
         """
         found = {}
+        own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
         if self.damping_ratio is not None or self.damping_share is not None:
             ratio = compute_modes(antenna, self.modes).damping_ratio
             if self.damping_ratio is not None:
@@ -294,34 +294,29 @@ class Constraints(Record):
         if self.mass is not None:
             found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
         if self.compliance is not None:
-            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             share = np.sum(1 / own) / np.sum(1 / other)
             found["compliance"] = _lack(share, self.compliance[0]) + _lack(
                 self.compliance[1], share
             )
         if self.softest is not None:
-            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["softest"] = _lack(own.min(), self.softest * other.min())
         if self.stiffest is not None:
-            own, other = (_list_bending(one.stiffness) for one in (antenna, reference))
             found["stiffest"] = _lack(self.stiffest * other.max(), own.max())
         if self.width is not None:
-            found["width"] = self._check_width(antenna)
+            # By how much the hinge that is hardest to cut misses the widths, of its best
+            # sheet.
+            assert self.width is not None
+            low, high = self.width
+            strip = self.stiffness_factor * self.modulus * np.array(self.sheets) ** 3
+            bent = _list_bending(antenna.stiffness)[..., None]
+            width = 12 * bent * self.hinge_length / strip
+            missed = np.maximum(np.log(low / width), 0) + np.maximum(np.log(width / high), 0)
+            found["width"] = float(missed.min(axis=-1).max())
         if self.thickness is not None:
             found["thickness"] = _lack(
                 _compute_diameter(antenna, self.modulus).min(), self.thickness
             )
         return found
-
-    def _check_width(self, antenna: Antenna) -> float:
-        """By how much the hinge that is hardest to cut misses the widths, of its best sheet."""
-        assert self.width is not None
-        low, high = self.width
-        strip = self.stiffness_factor * self.modulus * np.array(self.sheets) ** 3
-        bent = _list_bending(antenna.stiffness)[..., None]
-        width = 12 * bent * self.hinge_length / strip
-        missed = np.maximum(np.log(low / width), 0) + np.maximum(np.log(width / high), 0)
-        return float(missed.min(axis=-1).max())
 
     def check_peak(self, peak: float) -> float:
         """How far the peak angle is too great."""
@@ -436,7 +431,10 @@ class DesignProblem:
             cost = float(self.objective(design))
             fate = "simulated" if np.isfinite(cost) else "diverged"
             return Candidate(x=x, cost=cost if np.isfinite(cost) else 1e3 * FAR, fate=fate)
-        bits, bits_error, errors, peak = self._recall(x, design)
+        # Bits, their error, share of errors, and peak; a peak of ∞ where it diverged.
+        values, seconds = self.journal.get_or(lambda: self._measure(design), x)
+        self.seconds += seconds
+        bits, bits_error, errors, peak = np.array(values, dtype=float)
         if np.isinf(peak):
             return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
         over = self.constraints.check_peak(peak)
@@ -456,12 +454,6 @@ class DesignProblem:
     def measure_violation(self, design: Design) -> float:
         """How far the design breaks what is known before it is simulated."""
         return sum(self.constraints.check(design.antenna, self.space.reference).values())
-
-    def _recall(self, x: np.ndarray, design: Design) -> np.ndarray:
-        """Bits, their error, share of errors, and peak; a peak of ∞ where it diverged."""
-        values, seconds = self.journal.get_or(lambda: self._measure(design), x)
-        self.seconds += seconds
-        return np.array(values, dtype=float)
 
     def _measure(self, design: Design) -> tuple[np.ndarray, float]:
         """What the journal keeps: the four numbers, and the processor time [s] they took."""
@@ -622,37 +614,37 @@ def optimise(
             "peak_angle is known of touches that the task simulates; an objective= of your own must"
             " keep it itself."
         )
-    made = DesignProblem(
-        task=task, space=space, constraints=constraints or Constraints(), options=options
-    )
+    total = starts * evaluations
+    problems = [
+        DesignProblem(
+            task=task,
+            space=space,
+            constraints=constraints or Constraints(),
+            options=options,
+            aim=aim,
+            objective=objective,
+            watch=watch,
+        )
+        for _ in range(starts)
+    ]
     # who watches shows by itself how far it is
     silent = None if watch is None else lambda _done, _total: None
     with (
-        Journal(journal, made.describe() if journal else "0", "search") as kept,
+        Journal(journal, problems[0].describe() if journal else "0", "search") as kept,
         show_progress(silent, "antennas simulated, at most") as advance,
     ):
         found = []
-        for number in range(starts):
+        for number, problem in enumerate(problems):
+            problem.journal, before = kept, number * evaluations
+
+            def report(count: int, before: int = before) -> None:
+                advance(min(before + count, total), total)
+
             rng = np.random.default_rng([seed, number])
-            problem = DesignProblem(
-                task=task,
-                space=space,
-                constraints=made.constraints,
-                options=options,
-                journal=kept,
-                aim=aim,
-                objective=objective,
-                watch=watch,
-            )
-            report = partial(_report, advance, number * evaluations, starts * evaluations)
             found.append(
                 _run(problem, search, number == 0 and not far, evaluations, rng, report)
             )
     return sorted(found, key=lambda one: one.best.cost)
-
-
-def _report(advance: Advance, before: int, total: int, now: DesignProblem) -> None:
-    advance(min(before + now.evaluations, total), total)
 
 
 def _run(
@@ -661,7 +653,7 @@ def _run(
     near: bool,
     evaluations: int,
     rng: np.random.Generator,
-    report: Callable[[DesignProblem], None],
+    report: Callable[[int], None],
 ) -> Optimum:
     start = _find_start(problem, rng, near)
     history, watch = [], problem.watch
@@ -669,7 +661,7 @@ def _run(
     def note(now: DesignProblem) -> None:
         assert now.best is not None
         history.append((now.evaluations, now.best.cost))
-        report(now)
+        report(now.evaluations)
         if watch:
             watch(now)
 

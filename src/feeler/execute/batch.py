@@ -127,20 +127,18 @@ class _Batch:
                     self._submit(*following, 0)
             more = more and not interrupt.asked
             if self.flying:
-                outcome = self._settle(*self._wait(interrupt))
+                # The number of the next finished item and its future; after Ctrl-C, for a
+                # while only.
+                finished = None
+                while finished is None:
+                    try:
+                        finished = self.done.get(timeout=interrupt.find_left())
+                    except Empty:
+                        self.stop()
+                        raise KeyboardInterrupt from None
+                outcome = self._settle(*finished)
                 if outcome is not None:
                     yield outcome
-
-    def _wait(self, interrupt: "_Interrupt") -> tuple[int, Any]:
-        """The number of the next finished item and its future; after Ctrl-C, for a while only."""
-        finished = None
-        while finished is None:
-            try:
-                finished = self.done.get(timeout=interrupt.find_left())
-            except Empty:
-                self.stop()
-                raise KeyboardInterrupt from None
-        return finished
 
     def _submit(self, index: int, item: Any, failures: int) -> None:
         future = self.executor.submit(self.function, item)

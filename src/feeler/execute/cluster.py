@@ -14,8 +14,8 @@ from importlib.util import find_spec
 from multiprocessing import resource_tracker
 from typing import Any
 
-from feeler.errors import InvalidInput, MissingDependencyError, ModelValidityWarning, StoreError
-from feeler.execute.processes import OPENINGS, WorkerCrashed, uninterrupted
+from feeler.errors import InvalidInput, ModelValidityWarning, StoreError, require_extra
+from feeler.execute.processes import OPENINGS, WorkerCrashed, _uninterrupted
 from feeler.validation import checked
 
 _PATIENCE = 8.0  # [C] s to find a scheduler, and to be without workers
@@ -128,10 +128,7 @@ def open_cluster(address: str) -> Iterator[Any]:
     StoreError
         Processes here end as they begin.
     """
-    if find_spec("distributed") is None:
-        raise MissingDependencyError(
-            "a cluster needs Dask. Install it with: pip install 'feeler[cluster]'"
-        )
+    require_extra("distributed", "cluster", "a cluster")
     from distributed import Client
 
     kind, _, number = address.partition(":")
@@ -170,10 +167,14 @@ def _start_here(n: int) -> Any:
 
     # processes set their own log up, which would show what they meet while they are closed
     dask.config.set({f"{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED": "critical"})
-    _track_in_silence()
+    # Python's tracker removes semaphores of processes that were ended, and need not tell of
+    # it.
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    resource_tracker.ensure_running()
+    sys.warnoptions.pop()
     for left in reversed(range(OPENINGS)):
         try:
-            with uninterrupted():  # Ctrl-C is this process's business
+            with _uninterrupted():  # Ctrl-C is this process's business
                 return LocalCluster(
                     n_workers=n, threads_per_worker=1, processes=True, dashboard_address=None
                 )
@@ -184,13 +185,6 @@ def _start_here(n: int) -> Any:
                     " have run out of memory: use fewer. What is finished is in the store."
                 ) from error
     raise AssertionError("unreachable")
-
-
-def _track_in_silence() -> None:
-    """Python's tracker removes semaphores of processes that were ended, and need not tell of it."""
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    resource_tracker.ensure_running()
-    sys.warnoptions.pop()
 
 
 @contextmanager

@@ -73,7 +73,7 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
     _CONTEXT.set_forkserver_preload(
         [*modules]
     )  # in place of the script, which is not to run there
-    with uninterrupted():
+    with _uninterrupted():
         forkserver.ensure_running()
 
 
@@ -146,7 +146,18 @@ class ProcessExecutor:
         self._tasks.discard(done)
         if done.cancelled() or not isinstance(done.exception(), BrokenProcessPool):
             self._breaks = 0
-            _pass_on(done, answer)
+            # Hand a worker's answer, or what became of the worker, to whoever waits for it.
+            from pebble import ProcessExpired
+
+            try:
+                good, value = pickle.loads(done.result())
+            except CancelledError as error:
+                good, value = False, error
+            except ProcessExpired as error:
+                good, value = False, _explain_end(error.exitcode)
+            except BaseException as error:
+                good, value = False, error
+            answer.set_result(value) if good else answer.set_exception(value)
         elif self._breaks >= OPENINGS:
             answer.set_exception(_explain_start())
         else:
@@ -237,21 +248,6 @@ def _find_ended(pool: "ProcessPool") -> set[int]:
     return begun - {*manager.worker_manager.workers}
 
 
-def _pass_on(done: Future, answer: Future) -> None:
-    """Hand a worker's answer, or what became of the worker, to whoever waits for it."""
-    from pebble import ProcessExpired
-
-    try:
-        good, value = pickle.loads(done.result())
-    except CancelledError as error:
-        good, value = False, error
-    except ProcessExpired as error:
-        good, value = False, _explain_end(error.exitcode)
-    except BaseException as error:
-        good, value = False, error
-    answer.set_result(value) if good else answer.set_exception(value)
-
-
 def _explain_start() -> WorkerCrashed:
     return WorkerCrashed(
         f"{OPENINGS} times in a row worker processes ended as they began. The system may have run"
@@ -276,7 +272,7 @@ def _explain_end(code: int | None) -> Exception:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def _uninterrupted() -> Iterator[None]:
     """What starts here never sees Ctrl-C, which a terminal sends to it too: the parent decides what
     is to end.
     """

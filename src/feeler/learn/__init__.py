@@ -24,5 +24,4 @@ def __getattr__(name: str) -> object:
     return getattr(dataset, name)
 
 
-def __dir__() -> list[str]:
-    return __all__
+__dir__ = __all__.copy

@@ -96,11 +96,11 @@ def _name_coordinates(tensors: xr.Dataset, by: str | Sequence[str]) -> list[str]
     if not names:
         raise InvalidInput("by must name one coordinate of trials or more, got none.")
     for name in names:
-        check_coordinate(tensors, name, "by")
+        _check_coordinate(tensors, name, "by")
     return names
 
 
-def check_coordinate(tensors: xr.Dataset, name: str, what: str) -> None:
+def _check_coordinate(tensors: xr.Dataset, name: str, what: str) -> None:
     """Refuse what is no coordinate of trials."""
     valid = sorted(
         str(key)
@@ -431,7 +431,7 @@ def _make_targets(
         return None, None
     names = [target] if isinstance(target, str) else [*target]
     for name in names:
-        check_coordinate(tensors, name, "target")
+        _check_coordinate(tensors, name, "target")
     columns = [tensors[name].values for name in names]
     if all(values.dtype.kind in "fiu" for values in columns):
         numbers = np.stack(columns, axis=1).astype(np.float32)

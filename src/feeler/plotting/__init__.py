@@ -56,5 +56,4 @@ def __getattr__(name: str) -> Any:
     return getattr(results, name)
 
 
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

@@ -136,7 +136,7 @@ _FINENESS = 24  # points around a ball or a peg
 _VIEW = (24.0, -60.0)  # degrees: height and turn of the eye
 
 
-class SpaceScene:
+class _SpaceScene:
     """Axes in space with an antenna, coloured by what its hinges feel, and an object."""
 
     def __init__(self, antenna: Antenna, ax: Any, norm: Normalize) -> None:
@@ -188,7 +188,7 @@ class SpaceScene:
         self._drawn += [self.ax.plot_surface(*sheet, **options) for sheet in sheets]
 
 
-def add_space(figure: Figure, ax: Axes) -> Any:
+def _add_space(figure: Figure, ax: Axes) -> Any:
     """Axes in space in the place of flat ones."""
     place = ax.get_subplotspec()
     ax.remove()
@@ -263,17 +263,16 @@ def describe_turnable(antenna: Antenna, trial: Trial, tensors: xr.Dataset) -> di
         "time": time[frames].round(2).tolist(),
         "points": reconstruct_posture(tensors, antenna).values[0][frames].round(3).tolist(),
         "bend": np.floor(bend / top * (_LEVELS - 1e-9)).astype(int).tolist(),
-        "colours": [mpl.colors.to_hex(c) for c in _sample_colours()],
+        "colours": [
+            mpl.colors.to_hex(c)
+            for c in mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))
+        ],
         "top": top,
         "lines": [line.round(3).tolist() for line in edges],
         "object": OBJECT_COLOUR,
         "shift": (placed.velocity * time[frames, None]).round(3).tolist(),
         "reach": float(antenna.length),
     }
-
-
-def _sample_colours() -> np.ndarray:
-    return mpl.colormaps[TENSOR_COLOURS](np.linspace(0, 1, _LEVELS))
 
 
 def _list_lines(

@@ -13,11 +13,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import writing
 from feeler.plotting.style import fix_layout
-from feeler.records import Gt
-from feeler.validation import Count, checked
+from feeler.records import Ge, Gt, Le
+from feeler.validation import checked
 
 _MOVIE_WIDTH = 1080
 """Pixels across every movie: small text is read, and eight movies stay below 2 MB."""
@@ -46,7 +46,7 @@ def choose_frames(
     time: Annotated[np.ndarray, "sample"],
     *,
     slower: Annotated[float, Gt(0)] = SLOWER,
-    fps: Count = FPS,
+    fps: Annotated[int, Ge(1), Le(1000)] = FPS,
 ) -> np.ndarray:
     """Samples (frame,) to show of ``time`` [ms] so that the movie is ``slower`` than life; the last
     one is among them.
@@ -54,8 +54,6 @@ def choose_frames(
     time = np.asarray(time)
     if time.size < 1 or not np.isfinite(time).all():
         raise InvalidInput(f"time must be one or more finite numbers [ms], got {time.size}.")
-    if fps > 1000:
-        raise InvalidInput(f"fps must be at most 1000, got {fps}.")
     n_frames = max(2, round((time[-1] - time[0]) * slower * fps / 1000))
     return np.searchsorted(time, np.linspace(time[0], time[-1], n_frames) - 1e-9).clip(
         max=len(time) - 1
@@ -84,12 +82,9 @@ def write_movie(
     MissingDependencyError
         imageio-ffmpeg is not installed.
     """
-    try:
-        import imageio_ffmpeg
-    except ImportError as error:
-        raise MissingDependencyError(
-            "movies need ffmpeg: pip install 'feeler[movie]'."
-        ) from error
+    require_extra("imageio_ffmpeg", "movie", "a movie")
+    import imageio_ffmpeg
+
     path = Path(path)
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(_MOVIE_WIDTH / figure.get_figwidth())

@@ -98,7 +98,19 @@ def plot_touch_spikes(
     names = ("angle [°]",) if len(felt) == 1 else ("angle towards x [°]", "angle towards z [°]")
     largest = np.abs(felt).max()
     for ax, plane, name in zip(axes, felt, names, strict=False):
-        _draw_felt(plane, time, ax, name, largest)
+        # The bending of every sensor (sensor, time) as colours.
+        edges = (*(time[0], time[-1]), 0.5, len(plane) + 0.5)
+        image = ax.imshow(
+            plane,
+            aspect="auto",
+            origin="lower",
+            extent=edges,
+            cmap="RdBu_r",
+            interpolation="nearest",
+        )
+        image.set_clim(-largest, largest)
+        ax.figure.colorbar(image, ax=ax, label=name)
+        ax.set_ylabel("sensor (base → tip)")
     spikes, mean = axes[-2:]
     plot_raster(times, spikes, side, lead, around)
     spikes.set_xlabel("")
@@ -106,24 +118,6 @@ def plot_touch_spikes(
     mean.plot(time, rate.mean(axis=0), color="black", lw=0.8)
     mean.set(xlabel="time [ms]", ylabel="mean rate [Hz]", xlim=(time[0], time[-1]))
     figure.align_ylabels(axes)
-
-
-def _draw_felt(
-    plane: np.ndarray, time: np.ndarray, ax: Axes, name: str, largest: float
-) -> None:
-    """The bending of every sensor (sensor, time) as colours."""
-    edges = (*(time[0], time[-1]), 0.5, len(plane) + 0.5)
-    image = ax.imshow(
-        plane,
-        aspect="auto",
-        origin="lower",
-        extent=edges,
-        cmap="RdBu_r",
-        interpolation="nearest",
-    )
-    image.set_clim(-largest, largest)
-    ax.figure.colorbar(image, ax=ax, label=name)
-    ax.set_ylabel("sensor (base → tip)")
 
 
 # Draw bases: what an encoder takes touches to be made of.
@@ -263,7 +257,8 @@ def plot_groups(sets: Sequence[Mapping[str, tuple[np.ndarray, Interval]]], ax: A
         )
         colour = colours[group]
         ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
-        mean, low, high = np.array([_list_interval(members[group][1]) for members in sets]).T
+        known = [members[group][1] for members in sets]
+        mean, low, high = np.array([(one.estimate, one.low, one.high) for one in known]).T
         error = mean - low, high - mean
         ax.errorbar(
             starts + place + 0.28,
@@ -301,10 +296,6 @@ def plot_spreads(
         ax.errorbar(values, at, xerr=half, **style)
     else:
         ax.errorbar(at, values, yerr=half, **style)
-
-
-def _list_interval(interval: Interval) -> tuple[float, float, float]:
-    return interval.estimate, interval.low, interval.high
 
 
 # Antennae beside a wall at every distance, and the map from greatest curvature to distance.
@@ -620,6 +611,7 @@ def draw_optimum(end: Any) -> Picture:
     """Stiffness and damping of a design along the antenna, and how the search came to it."""
     figure = _open(7.0)
     profile, way = figure.subplots(1, 2)
+    end = getattr(end, "ends", (end,))[0]  # of a plan that was carried out, the best
     antenna = end.design.antenna
     hinge = np.arange(1, antenna.n_segments + 1)
     profile.semilogy(hinge, antenna.stiffness.ravel(), "o-", ms=3, label="stiffness [N·mm/rad]")
@@ -629,11 +621,6 @@ def draw_optimum(end: Any) -> Picture:
     way.step(*np.array(end.history).T, where="post")
     way.set(xlabel="antennas simulated", ylabel="what is missing (cost)", title="the search")
     return figure
-
-
-def draw_outcome(outcome: Any) -> Picture:
-    """The best end of a plan that was carried out."""
-    return draw_optimum(outcome.ends[0])
 
 
 def plot_psth(drawn: xr.Dataset, psth: xr.DataArray, figure: Figure) -> None:
@@ -761,7 +748,19 @@ def plot_trial(
     """One trial's (sensor, time) as an image with its colour bar: bending away from the object is
     positive, and negative values are drawn too.
     """
-    taken = _take(tensors, trial, variable)
+    if variable not in tensors.data_vars or not {"trial", "sensor", "time"} <= set(
+        tensors[variable].dims
+    ):
+        valid = [
+            name
+            for name, item in tensors.data_vars.items()
+            if {"trial", "sensor", "time"} <= set(item.dims)
+        ]
+        raise InvalidInput(
+            f"no tensor {variable!r} in this Dataset; valid:"
+            f" {', '.join(map(str, valid)) or 'none'}."
+        )
+    taken = tensors[variable].isel(trial=_check_trial(tensors, trial))
     taken = get_bending(taken) if variable in IN_SPACE else taken  # all that bends
     values = taken.transpose("sensor", "time").values
     ax = Picture(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
@@ -788,22 +787,6 @@ def write_trial_movie(
     return write_touch_movie(
         antenna, None, tensors.isel(trial=[_check_trial(tensors, trial)]), path, **how
     )
-
-
-def _take(tensors: xr.Dataset, trial: int, variable: str) -> xr.DataArray:
-    if variable not in tensors.data_vars or not {"trial", "sensor", "time"} <= set(
-        tensors[variable].dims
-    ):
-        valid = [
-            name
-            for name, item in tensors.data_vars.items()
-            if {"trial", "sensor", "time"} <= set(item.dims)
-        ]
-        raise InvalidInput(
-            f"no tensor {variable!r} in this Dataset; valid:"
-            f" {', '.join(map(str, valid)) or 'none'}."
-        )
-    return tensors[variable].isel(trial=_check_trial(tensors, trial))
 
 
 def _check_trial(tensors: xr.Dataset, trial: int) -> int:

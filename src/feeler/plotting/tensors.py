@@ -1,6 +1,6 @@
 """Tactile tensors and the antenna that felt them, as pictures and movies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from feeler.antenna.segments import Antenna
 from feeler.objects import Trial, place
-from feeler.plotting.antennas import MovingAntenna, SpaceScene, add_space, make_patch
+from feeler.plotting.antennas import MovingAntenna, _add_space, _SpaceScene, make_patch
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.style import BOTH_COLOURS, TENSOR_COLOURS, style
 from feeler.tensors.transforms import (
@@ -221,10 +221,10 @@ class _View:
         self.tensor = take_curvature(tensors)[0][sensed]
         self.ax, below = axes
         norm, colours = scale
-        self.space = SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
+        self.space = _SpaceScene(antenna, self.ax, norm) if antenna.spatial else None
         self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
         self.image = plot_tensor(self.tensor, self.time, below, norm, colours=colours)
-        self.to_come = _ToCome(self.image)
+        self.hide_rest = _cover(self.image)
         if self.space is not None:
             return
         reach = antenna.length
@@ -250,14 +250,14 @@ class _View:
                 self.ax.add_artist(patch)
             self.patches[0].set_path(patch.get_path())
         moved = self.antenna.move(self.points[now], self.bend[now])
-        return [*self.to_come.start(now), *self.patches, *moved]
+        return [*self.hide_rest(now), *self.patches, *moved]
 
-    def _move_in_space(self, space: SpaceScene, now: int) -> list[Artist]:
+    def _move_in_space(self, space: _SpaceScene, now: int) -> list[Artist]:
         if self.trial is not None and self.placement is not None:
             origin = self.placement.origin + self.placement.velocity * self.time[now]
             space.place(self.trial.shape, origin, self.placement.axes)
         space.move(self.points[now], self.bend[now])
-        self.to_come.start(now)
+        self.hide_rest(now)
         return []
 
 
@@ -271,25 +271,21 @@ def _find_width(x: np.ndarray) -> tuple[float, float]:
     return (-narrow, wide) if right >= left else (-wide, narrow)
 
 
-class _ToCome:
-    """What hides the samples of a tensor that are still to come: the picture itself is drawn once,
-    which is many times faster than drawing it anew for every frame.
-    """
+def _cover(image: AxesImage) -> Callable[[int], list[Artist]]:
+    """A function that hides what comes after a sample, and gives what it changed."""
+    ax = image.axes
+    assert ax is not None
+    left, right, low, high = image.get_extent()
+    cover = Rectangle((right, low), 0.0, high - low, fc=ax.get_facecolor(), lw=0)
+    ax.add_artist(cover)
+    edges = list(ax.spines.values())  # drawn again, since the cover hides half of them
 
-    def __init__(self, image: AxesImage) -> None:
-        ax = image.axes
-        assert ax is not None
-        self.left, self.right, low, high = image.get_extent()
-        self.n_samples = image.get_size()[1]
-        self.cover = Rectangle((self.right, low), 0.0, high - low, fc=ax.get_facecolor(), lw=0)
-        ax.add_artist(self.cover)
-        self.edges = list(ax.spines.values())  # drawn again, since the cover hides half of them
+    def start(now: int) -> list[Artist]:
+        begin = left + (now + 1) * (right - left) / image.get_size()[1]
+        cover.set(x=begin, width=right - begin)
+        return [cover, *edges]
 
-    def start(self, now: int) -> list[Artist]:
-        """Artists changed; sample ``now`` is the last that is seen."""
-        start = self.left + (now + 1) * (self.right - self.left) / self.n_samples
-        self.cover.set(x=start, width=self.right - start)
-        return [self.cover, *self.edges]
+    return start
 
 
 @checked
@@ -311,7 +307,7 @@ def write_touch_movie(
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
         scale = _choose_scale(*take_curvature(tensors))
-        left = add_space(figure, left) if antenna.spatial else left
+        left = _add_space(figure, left) if antenna.spatial else left
         view = _View(antenna, trial, tensors, scale, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
         left.set_title("" if trial is None else trial.label, fontsize=8)
@@ -341,7 +337,7 @@ def write_touches_movie(
         scale = _choose_scale(*map(take_curvature, sets))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
-            column[0] = add_space(figure, column[0]) if antenna.spatial else column[0]
+            column[0] = _add_space(figure, column[0]) if antenna.spatial else column[0]
             views.append(_View(antenna, trial, tensors, scale, column))
             column[0].set_title(title, fontsize=9)
         for ax in axes[:, 1:].flat if not antenna.spatial else axes[1, 1:]:

@@ -1,7 +1,6 @@
 """Pictures and movies of antennae beside a wall, and of a body that follows one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,20 +38,20 @@ def write_drives_movie(touches: Mapping[str, WallTouch], path: Path, fps: int = 
         f"{say_clock(float(time[k]), APPROACH_SLOWER)}; wall at {away[k]:.1f} mm"
         for k in frames
     ]
-    panels = {name: _Beside.of_drive(touch) for name, touch in touches.items()}
+    panels = {name: _show_drive(touch) for name, touch in touches.items()}
     return _write_panels(panels, path, frames, words, fps)
 
 
 def write_sweeps_movie(sweeps: Mapping[str, Approach], path: Path) -> Path:
     """Write the equilibria of sweeps of as many steps, one after the other, as a movie."""
-    panels = {name: _Beside.of_sweep(sweep) for name, sweep in sweeps.items()}
-    n = min(len(one.distance) for one in panels.values())
+    panels = {name: _show_sweep(sweep) for name, sweep in sweeps.items()}
+    n = min(len(one["away"]) for one in panels.values())
     words = [f"step {k + 1} of {n}: the wall comes nearer, in equilibrium" for k in range(n)]
     return _write_panels(panels, path, range(n), words, _STEPS_FPS)
 
 
 def _write_panels(
-    beside: Mapping[str, "_Beside"],
+    beside: Mapping[str, dict[str, Any]],
     path: Path,
     frames: Sequence[int] | np.ndarray,
     words: Sequence[str],
@@ -61,11 +60,11 @@ def _write_panels(
     with style():
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         axes = np.atleast_1d(figure.subplots(1, len(beside)))
-        norm = _scale(*(one.curvature for one in beside.values()))
-        panels = [
-            _Panel(name, one, ax, norm)
-            for (name, one), ax in zip(beside.items(), axes, strict=True)
-        ]
+        norm = _scale(*(one["bend"] / one["antenna"].segment_length for one in beside.values()))
+        panels = []
+        for (name, one), ax in zip(beside.items(), axes, strict=True):
+            panels.append(_Panel(ax, norm, **one))
+            ax.set_title(name)
         axes[0].set_ylabel("y [mm]")
         figure.colorbar(
             panels[0].antenna.colours, ax=axes, label=_CURVATURE, shrink=0.8, extend="both"
@@ -86,72 +85,60 @@ def _scale(*curvature: np.ndarray) -> Normalize:
     return Normalize(-top, top)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Beside:
-    """An antenna beside a wall, by frame: points (frame, node, 2), curvature (frame, segment),
-    place of its peak and distance of the wall (frame,).
-    """
+def _show_drive(touch: WallTouch) -> dict[str, Any]:
+    """What a panel shows of a wall that comes nearer, by frame."""
+    antenna, motion = touch.antenna, touch.motions[0]
+    bend = motion.angle - antenna.rest_angle
+    peak = np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan)
+    seen = {"points": touch.points[0], "bend": bend, "peak": peak, "away": touch.distance[0]}
+    return {"antenna": antenna, "sign": touch.posture.sign} | seen
 
-    antenna: Antenna
-    sign: float
-    points: np.ndarray
-    curvature: np.ndarray
-    peak: np.ndarray
-    distance: np.ndarray
 
-    @classmethod
-    def of_drive(cls, touch: WallTouch) -> "_Beside":
-        antenna = touch.antenna
-        bend = touch.motions[0].angle - antenna.rest_angle
-        peak = np.where(touch.contact[0], find_peak(antenna, bend).position, np.nan)
-        return cls._make(antenna, touch.posture, touch.points[0], bend, peak, touch.distance[0])
-
-    @classmethod
-    def of_sweep(cls, sweep: Approach) -> "_Beside":
-        state = (sweep.points, sweep.bend, find_sweep_peak(sweep).position, sweep.distance)
-        return cls._make(sweep.antenna, sweep.posture, *state)
-
-    @classmethod
-    def _make(cls, antenna, posture, points, bend, peak, distance) -> "_Beside":
-        return cls(
-            antenna=antenna,
-            sign=posture.sign,
-            points=points,
-            curvature=bend / antenna.segment_length,
-            peak=peak,
-            distance=distance,
-        )
+def _show_sweep(sweep: Approach) -> dict[str, Any]:
+    """What a panel shows of equilibria, by frame."""
+    peak = find_sweep_peak(sweep).position
+    seen = {"points": sweep.points, "bend": sweep.bend, "peak": peak, "away": sweep.distance}
+    return {"antenna": sweep.antenna, "sign": sweep.posture.sign} | seen
 
 
 class _Panel:
-    def __init__(self, name: str, beside: _Beside, ax: Axes, norm: Normalize) -> None:
-        self.beside, self.sign = beside, beside.sign
-        self.arc = np.append(beside.antenna.hinge_position, beside.antenna.length)
-        self.antenna = MovingAntenna(beside.antenna, ax, norm, "RdBu_r")
+    def __init__(
+        self,
+        ax: Axes,
+        norm: Normalize,
+        *,
+        antenna: Antenna,
+        sign: float,
+        points: np.ndarray,
+        bend: np.ndarray,
+        peak: np.ndarray,
+        away: np.ndarray,
+    ) -> None:
+        self.sign, self.points, self.peak, self.away = sign, points, peak, away
+        self.curvature = bend / antenna.segment_length
+        self.arc = np.append(antenna.hinge_position, antenna.length)
+        self.antenna = MovingAntenna(antenna, ax, norm, "RdBu_r")
         (self.dot,) = ax.plot([], [], label="greatest bend", **_MARK)
-        reach = beside.antenna.length
+        reach = antenna.length
         low, high = -0.6 * reach, 1.05 * reach
         self.wall = Rectangle((0, low), 2.5 * reach, high - low, color=OBJECT_COLOUR, lw=0)
         ax.add_patch(self.wall)
-        ax.set(
-            xlim=sorted((-0.3 * reach * self.sign, 0.68 * reach * self.sign)), ylim=(low, high)
-        )
-        ax.set(aspect="equal", title=name, xlabel="x [mm]")
+        ax.set(xlim=sorted((-0.3 * reach * sign, 0.68 * reach * sign)), ylim=(low, high))
+        ax.set(aspect="equal", xlabel="x [mm]")
 
     def draw(self, now: int) -> list[Artist]:
         """Artists changed to sample ``now``; the dot is hidden where nothing touches."""
-        beside = self.beside
-        points, distance = beside.points[now], beside.distance[now]
+        points, distance = self.points[now], self.away[now]
         self.wall.set_x(distance if self.sign > 0 else -distance - self.wall.get_width())
-        bent = np.isfinite(beside.peak[now])
+        bent = np.isfinite(self.peak[now])
         self.dot.set_data(
             *(
-                [[np.interp(beside.peak[now], self.arc, points[:, axis])] for axis in (0, 1)]
+                [[np.interp(self.peak[now], self.arc, points[:, axis])] for axis in (0, 1)]
                 if bent
                 else ([], [])
             )
         )
-        return [self.wall, *self.antenna.move(points, beside.curvature[now]), self.dot]
+        return [self.wall, *self.antenna.move(points, self.curvature[now]), self.dot]
 
 
 # A body that follows a wall.

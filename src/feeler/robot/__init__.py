@@ -17,28 +17,23 @@ from feeler.robot.fit import (
     compare_tips,
     fit_factors,
     make_posture,
-    measure_ringing,
     simulate_release,
-    solve_factors,
 )
 from feeler.robot.reality import (
     PARTS,
     Touches,
     add_robots,
     align_recordings,
-    choose_before,
     draw_robots,
-    keep_parts,
     make_decoder,
     make_training,
     measure_parts,
     measure_transfer,
-    read_touches,
     sweep_shots,
     touch_robots,
 )
 from feeler.robot.recordings import Recording, load_recording, save_recording
-from feeler.robot.repair import find_bad_channels, make_dataset, repair
+from feeler.robot.repair import make_dataset, repair
 from feeler.robot.sensors import (
     SensorCalibration,
     fit_sensors,
@@ -50,7 +45,6 @@ from feeler.robot.surrogate import (
     Gap,
     Surrogate,
     make_surrogate,
-    make_tip_touches,
     subtract_rest,
 )
 from feeler.robot.touches import (
@@ -75,16 +69,13 @@ __all__ = [
     "TrainingSet",
     "add_robots",
     "align_recordings",
-    "choose_before",
     "compare_tips",
     "compute_tip",
     "draw_robots",
     "draw_training_set",
-    "find_bad_channels",
     "fit_factors",
     "fit_sensors",
     "get_label",
-    "keep_parts",
     "load_calibration",
     "load_calibration_table",
     "load_recording",
@@ -96,19 +87,15 @@ __all__ = [
     "make_posture",
     "make_robot",
     "make_surrogate",
-    "make_tip_touches",
     "make_touches",
     "make_training",
     "measure_parts",
-    "measure_ringing",
     "measure_transfer",
-    "read_touches",
     "repair",
     "save_calibration",
     "save_recording",
     "simulate_release",
     "simulate_touches",
-    "solve_factors",
     "subtract_rest",
     "sweep_shots",
     "touch_robots",
@@ -117,7 +104,4 @@ __all__ = [
 ]
 
 __getattr__ = find_renamed(__name__)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

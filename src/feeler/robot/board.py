@@ -8,7 +8,7 @@ from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from feeler.decoding.classifiers import number_labels
 from feeler.robot.decoder import RobotDecoder
-from feeler.robot.touches import list_lengths
+from feeler.robot.touches import _list_lengths
 
 _WINDOWS = (200, 400, 800)  # [C] ms after contact, of which the most accurate is taken
 _BIN = 20  # [C] ms that are averaged to one number
@@ -16,7 +16,7 @@ _FOLDS = 4  # [C] as of the classifier of untruncated touches
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BoardDecoder:
+class _BoardDecoder:
     """Scores = weights · means + bias, of the means of 20 ms of every sensor since contact.
 
     Attributes
@@ -69,7 +69,7 @@ def _list(values: np.ndarray) -> str:
     return ", ".join(f"{value:.8e}f" for value in values)
 
 
-def make_board_decoder(decoder: RobotDecoder) -> BoardDecoder:
+def make_board_decoder(decoder: RobotDecoder) -> _BoardDecoder:
     """A linear discriminant of the decoder's own training set, from contact on.
 
     It learns the samples after contact alone, at which a board needs no peak to be found.
@@ -101,13 +101,13 @@ def make_board_decoder(decoder: RobotDecoder) -> BoardDecoder:
     weights, bias = fitted.coef_, fitted.intercept_
     if len(fitted.classes_) == 2:  # scikit-learn gives two classes one row
         weights, bias = np.vstack([-weights, weights]) / 2, np.hstack([-bias, bias]) / 2
-    return BoardDecoder(
+    return _BoardDecoder(
         weights=weights,
         bias=bias,
         window=window,
         accuracy=share,
         classes=[classes[k] for k in fitted.classes_],
-        lengths=list_lengths(decoder.antenna),
+        lengths=_list_lengths(decoder.antenna),
         onset=decoder.stream.onset,
         confirm=decoder.stream.confirm,
     )

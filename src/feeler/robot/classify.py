@@ -22,6 +22,7 @@ from feeler.decoding.transfer import (
 from feeler.errors import InvalidInput
 from feeler.objects import Box, Feature, Outline, Trial
 from feeler.progress import Advance, show_progress
+from feeler.renamed import rename_arguments
 from feeler.robot.description import make_robot
 from feeler.robot.reality import Touches, touch_robots
 from feeler.robot.recordings import Recording
@@ -29,7 +30,7 @@ from feeler.robot.surrogate import Gap, make_surrogate
 from feeler.robot.touches import Label, compute_tip, make_touches
 from feeler.validation import Count, Seed, checked
 
-# What a classifier learns from: touches of surrogate robots, and of strangers beside them.
+# What a classifier learns from: touches of surrogate robots, and of unknown beside them.
 
 _ROBOTS = 24  # [C] surrogate robots whose touches a reader learns
 _SIZES = (0.2, 6.0)  # [C] of a stranger, over the size of the object in whose place it is met
@@ -45,23 +46,23 @@ class TrainingSet:
     ----------
     known : list[Touches]
         By robot; the touches to be discriminated.
-    strangers : list[Touches]
+    unknown : list[Touches]
         By further robots; the same touches, of other things.
     """
 
     known: list[Touches]
-    strangers: list[Touches]
+    unknown: list[Touches]
 
     def gather(self) -> tuple[np.ndarray, list, np.ndarray, Others]:
-        """Aligned tensors with contact, their labels and robots, and the strangers."""
+        """Aligned tensors with contact, their labels and robots, and the unknown."""
         values, labels, robots = _gather(self.known)
-        others, names, _ = _gather(self.strangers)
+        others, names, _ = _gather(self.unknown)
         return values, labels, robots, (others, [name[1:] for name in names])
 
     def watch(self, decoder: StreamDecoder) -> StreamDecoder:
         """Let a decoder say while a touch goes on whether it is unlike any of these."""
         motions, labels, robots = zip(*_list_motions(self.known), strict=True)
-        others, names, _ = zip(*_list_motions(self.strangers), strict=True)
+        others, names, _ = zip(*_list_motions(self.unknown), strict=True)
         kinds = [name[1:] for name in names]
         return decoder.watch(motions, labels, robots, (others, kinds))
 
@@ -95,7 +96,7 @@ def draw_training_set(
     progress: Advance | None = None,
     **how: Any,
 ) -> TrainingSet:
-    """Touches of ``robots`` surrogate robots, and of half as many others that touch strangers.
+    """Touches of ``robots`` surrogate robots, and of half as many others that touch unknown.
 
     Strangers are boxes and ellipses of random sizes and roundings in the place of each object.
     ``gap`` is how far the robots may differ from the antenna, ``progress`` is called with (done,
@@ -117,7 +118,7 @@ def draw_training_set(
             met = trials if k < robots else _replace_objects(trials, children[k])
             felt += touch_robots(several, trials=met, antenna=antenna, **how)
             advance(len(felt), len(drawn))
-    return TrainingSet(known=felt[:robots], strangers=felt[robots:])
+    return TrainingSet(known=felt[:robots], unknown=felt[robots:])
 
 
 def _replace_objects(trials: Sequence[Trial], seed: np.random.SeedSequence) -> list[Trial]:
@@ -139,6 +140,7 @@ def _draw_stranger(feature: Feature, rng: np.random.Generator) -> Feature:
     )
 
 
+@rename_arguments(lessons="training")
 @checked
 def make_classifier(
     antenna: Antenna | None = None,
@@ -146,29 +148,29 @@ def make_classifier(
     *,
     robots: Count = _ROBOTS,
     seed: Seed = 0,
-    lessons: TrainingSet | None = None,
+    training: TrainingSet | None = None,
     **how: Any,
 ) -> StudentTClassifier:
     """A reader of any antenna's touches, trained on the touches of surrogate robots around it.
 
     Its probabilities are calibrated on robots that it did not learn, at one reality gap; what your
     robot's own gap is, they cannot know. ``measure_strangeness`` says what is unlike any touch of
-    ``trials``. The paper's classifier is :class:`feeler.decoding.TransferClassifier`. ``lessons``
+    ``trials``. The paper's classifier is :class:`feeler.decoding.TransferClassifier`. ``training``
     are those of :func:`draw_training_set`, which else are drawn with the other words.
     """
-    if lessons is None:
-        lessons = draw_training_set(antenna, trials, robots=robots, seed=seed, **how)
-    values, labels, groups, strangers = lessons.gather()
+    if training is None:
+        training = draw_training_set(antenna, trials, robots=robots, seed=seed, **how)
+    values, labels, groups, unknown = training.gather()
     if len({*labels}) < 2:
         raise InvalidInput(
             "there is nothing to discriminate: all touches that were felt are of one object, place"
             " and speed. Give two or more of one of them."
         )
     try:
-        return StudentTClassifier().fit(values, labels, groups, strangers)
+        return StudentTClassifier().fit(values, labels, groups, unknown)
     except np.linalg.LinAlgError as error:
         raise InvalidInput(
-            f"{len(lessons.known)} surrogate robots are too few to learn from: with one held out"
+            f"{len(training.known)} surrogate robots are too few to learn from: with one held out"
             " they must still differ. Ask for 3 or more; 24 are usual."
         ) from error
 
@@ -227,6 +229,12 @@ class Answer:
             for part, value in self.truth.items()
         }
 
+    @property
+    def verdict(self) -> str:
+        """Whether the notes agree: right, or which parts are wrong; empty without notes."""
+        wrong = [part for part, right in self.right.items() if not right]
+        return f"wrong: {', '.join(wrong)}" if wrong else "right" * bool(self.truth)
+
     def __str__(self) -> str:
         words = name_touch(self.label)
         if self.strange:
@@ -245,8 +253,7 @@ class Answer:
             words += f"\n  judged without sensor {gone}, which gave no usable value"
         if not self.truth:
             return words
-        wrong = [part for part, right in self.right.items() if not right]
-        verdict = f"WRONG: {', '.join(wrong)}" if wrong else "right"
+        verdict = self.verdict.replace("wrong", "WRONG")
         return f"{words}\n  {name_notes(self.truth)}: {verdict}" + (
             "" if self.known else " (no such class was trained)"
         )
@@ -271,7 +278,7 @@ class Answer:
         }
 
 
-def count_after_peak(recording: Recording, antenna: Antenna) -> int:
+def _count_after_peak(recording: Recording, antenna: Antenna) -> int:
     """Samples after the tip's first peak; −1 where there is no peak yet."""
     tip = compute_tip(antenna, recording.values)
     peak = find_first_peak(-tip if find_direction(tip) < 0 else tip)
@@ -303,33 +310,18 @@ def judge_recording(
     if until is not None:
         missing = f"{AFTER} ms after the first peak are needed; here {held}"
         missing += ", and no peak: the largest deflection stands for it" if early else ""
-    answer = _judge_touch(reader, tensor, recording.labels, until, missing)
-    gone = np.flatnonzero(~np.isfinite(values).any(axis=1)) + 1
-    without = tuple(map(int, gone)) if answer.label != NO_CONTACT else ()
-    mirrored = mirrored and answer.label != NO_CONTACT
-    return replace(answer, mirrored=mirrored, without=without), tensor
-
-
-def _judge_touch(
-    reader: StudentTClassifier,
-    tensor: np.ndarray,
-    notes: Mapping[str, str | float],
-    until: float | None = None,
-    missing: str = "",
-) -> Answer:
-    """The answer to one aligned tensor (sensor, time), of which the samples before ``until`` [ms]
-    count; ``notes`` are ``Recording.labels``.
-    """
+    # The answer to one aligned tensor (sensor, time), of which the samples before until
+    # [ms] count; notes are Recording.labels.
     probability = reader.predict_proba(tensor[None], until)[0]
     felt = bool(np.isfinite(probability).all())
     best = np.argsort(-probability, kind="stable")[:2]
     ranked = [reader.classes_[k] for k in best] if felt else [NO_CONTACT]
-    truth = {part: notes[part] for part in LABEL_PARTS if part in notes}
+    truth = {part: recording.labels[part] for part in LABEL_PARTS if part in recording.labels}
     known = any(
         all(_agree(label[LABEL_PARTS.index(p)], v) for p, v in truth.items())
         for label in reader.classes_
     )
-    return Answer(
+    answer = Answer(
         label=ranked[0],
         probability=float(probability[best[0]]) if felt else float("nan"),
         runner_up=ranked[1] if felt else None,
@@ -342,6 +334,10 @@ def _judge_touch(
         if felt
         else {},
     )
+    gone = np.flatnonzero(~np.isfinite(values).any(axis=1)) + 1
+    without = tuple(map(int, gone)) if answer.label != NO_CONTACT else ()
+    mirrored = mirrored and answer.label != NO_CONTACT
+    return replace(answer, mirrored=mirrored, without=without), tensor
 
 
 def name_notes(labels: Mapping[str, str | float]) -> str:

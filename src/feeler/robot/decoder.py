@@ -6,9 +6,9 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.objects import Trial
 from feeler.progress import Advance
 from feeler.provenance import PHYSICS, find_version, to_jsonable
+from feeler.records import Gt, Unit
 from feeler.robot.classify import (
     Answer,
     draw_training_set,
@@ -27,14 +28,14 @@ from feeler.robot.classify import (
 )
 from feeler.robot.description import RobotFile, make_robot
 from feeler.robot.live import LiveTouch
-from feeler.robot.reality import choose_before, make_decoder
+from feeler.robot.reality import _choose_before, make_decoder
 from feeler.robot.recordings import Recording
 from feeler.robot.repair import repair
 from feeler.robot.sensors import (
     SensorCalibration,
+    _parse_calibration,
+    _write_calibration,
     load_calibration,
-    parse_calibration,
-    write_calibration,
 )
 from feeler.robot.surrogate import Gap, subtract_rest
 from feeler.robot.touches import Joints, make_touches
@@ -193,7 +194,7 @@ class RobotDecoder:
             "accuracy": self.accuracy,
             "calibration": None
             if self.calibration is None
-            else write_calibration(self.calibration),
+            else _write_calibration(self.calibration),
             "joints": list(self.joints),
         }
         for part, (found, said) in zip(_PARTS, packed, strict=True):
@@ -235,7 +236,7 @@ class RobotDecoder:
                 stream=stream,
                 before=int(said["before"]),
                 tolerance=dict(said["tolerance"]),
-                calibration=None if lines is None else parse_calibration(lines, str(path)),
+                calibration=None if lines is None else _parse_calibration(lines, str(path)),
                 joints=tuple(map(str, said["joints"])),
             )
         except (
@@ -291,7 +292,7 @@ def train_decoder(
     *,
     robots: Count = 24,
     seed: Seed = 0,
-    noise: float | None = None,
+    noise: Annotated[float, Gt(0), Unit("rad")] | None = None,
     calibration: SensorCalibration | None = None,
     joints: Joints = (),
     name: str = "",
@@ -328,21 +329,19 @@ def train_decoder(
         if calibration is None and robot.calibration is not None:
             calibration = load_calibration(robot.calibration)
         joints = joints or robot.sensors.joints
-    if noise is not None and not noise > 0:
-        raise InvalidInput(f"noise must be > 0 rad, got {noise:g}.")
     gap = Gap() if noise is None else Gap(noise=noise)
-    lessons = draw_training_set(
+    training = draw_training_set(
         antenna, trials, robots=robots, seed=seed, gap=gap, progress=progress, **how
     )
-    classifier = make_classifier(lessons=lessons)
-    stream = lessons.watch(make_decoder(antenna, trials, seed=seed, **how))
+    classifier = make_classifier(training=training)
+    stream = training.watch(make_decoder(antenna, trials, seed=seed, **how))
     return RobotDecoder(
         robot=name or antenna.name,
         antenna=antenna,
         recipe=_describe_recipe(trials, robots, seed, gap, how),
         classifier=classifier,
         stream=stream,
-        before=choose_before(antenna, trials),
+        before=_choose_before(antenna, trials),
         tolerance=_measure_tolerance(classifier, seed),
         calibration=calibration,
         joints=joints,
@@ -386,7 +385,7 @@ def _measure_tolerance(classifier: StudentTClassifier, seed: int) -> dict[str, f
 # Decoders that were trained without a file's name are kept in the user's cache.
 
 
-def find_cache() -> Path:
+def _find_cache() -> Path:
     """The folder in which decoders are kept: ``FEELER_CACHE``, else ``feeler`` in
     ``XDG_CACHE_HOME`` or ``~/.cache``.
     """
@@ -406,7 +405,7 @@ def find_cached(
     """Where a decoder of this recipe is kept, whether it is there or not."""
     recipe = _describe_recipe(trials, robots, seed, Gap(), how)
     content = json.dumps(to_jsonable([antenna.to_plain(), recipe, _VERSION]), sort_keys=True)
-    return find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
+    return _find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
 
 
 def keep_cached(decoder: RobotDecoder, path: Path) -> bool:
@@ -420,16 +419,3 @@ def keep_cached(decoder: RobotDecoder, path: Path) -> bool:
     except (OSError, InvalidInput):
         return False
     return True
-
-
-def with_robot(
-    decoder: RobotDecoder,
-    calibration: SensorCalibration | None,
-    joints: Joints = (),
-) -> RobotDecoder:
-    """The same decoder with another calibration or other joints, where they are given."""
-    return replace(
-        decoder,
-        calibration=calibration or decoder.calibration,
-        joints=joints or decoder.joints,
-    )

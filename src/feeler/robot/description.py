@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.files import make_record, read_start, read_toml, writing
 from feeler.records import DType, Ge, Gt, Le, Record, Unit, freeze
 from feeler.robot.sensors import MAX_HINGES
-from feeler.validation import Count, checked
+from feeler.validation import checked
 
 # The robotic antenna's hinges: geometry, theoretical stiffness, numbers with their sources.
 
@@ -168,26 +168,19 @@ def make_robot(
     segment_length = np.append(
         np.full(n - 1, ROBOT_FACTS["spacing"].number), ROBOT_FACTS["last_link"].number
     )
+    # Mass (segment,) [g] of links of one areal density.
+    length, body_width, _ = ROBOT_FACTS["body"].numbers
+    link_area = segment_length * hinges.width
+    mount_area = max(length - segment_length.sum(), MOUNT) * body_width
     return Antenna(
         segment_length=segment_length,
-        segment_mass=_share_mass(mass, segment_length, hinges.width),
+        segment_mass=mass * link_area / (link_area.sum() + mount_area),
         radius=np.full(n, radius),
         stiffness=stiffness_factor * hinges.stiffness,
         damping=damping_factor * hinges.stiffness,
         sensors=np.arange(1, n + 1),
         name=name,
     )
-
-
-def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Mass (segment,) [g] of links of one areal density.
-
-    The mount takes the device's remaining length at full width.
-    """
-    length, body_width, _ = ROBOT_FACTS["body"].numbers
-    link_area = segment_length * width
-    mount_area = max(length - segment_length.sum(), MOUNT) * body_width
-    return mass * link_area / (link_area.sum() + mount_area)
 
 
 # Robot files: one TOML file describes a robotic antenna, its sensors and their calibration.
@@ -382,7 +375,12 @@ class RobotFile(Record):
 
 
 @checked
-def write_robot(path: str | os.PathLike, n_hinges: Count, *, moulded: bool = False) -> None:
+def write_robot(
+    path: str | os.PathLike,
+    n_hinges: Annotated[int, Ge(1), Le(MAX_HINGES)],
+    *,
+    moulded: bool = False,
+) -> None:
     """Write a commented robot file to be edited.
 
     Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C]. ``moulded``: one
@@ -396,8 +394,6 @@ def write_robot(path: str | os.PathLike, n_hinges: Count, *, moulded: bool = Fal
     path = Path(path)
     if path.exists():
         raise InvalidInput(f"{path} exists already. Choose another name.")
-    if n_hinges > MAX_HINGES:
-        raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got {n_hinges}.")
     text = (_HEAD + (_MOULDED if moulded else _HINGED) + _TAIL).format(
         file=path.name,
         width=[round(width, 2) for width in np.linspace(12.0, 4.0, n_hinges).tolist()],

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
+from scipy.optimize import minimize
 from scipy.signal import find_peaks
 
+from feeler.analysis.response import DampedCosine, _fit_damped_cosine, check_trace
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -21,25 +22,6 @@ _MAX_UPDATES = 12
 _CLOSE = 1e-5  # relative distance at which the updates stop
 _MIN_CYCLES = 2.0
 _MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
-
-
-@dataclass(frozen=True, kw_only=True)
-class Ringing:
-    """A free response in two numbers.
-
-    Attributes
-    ----------
-    frequency : float
-        Damped natural frequency [kHz].
-    damping_ratio : float
-        ζ of the damped cosine fitted to the record after the first crossing of rest [1].
-    r_squared : float
-        Share of the trace's variance that the damped cosine explains.
-    """
-
-    frequency: float
-    damping_ratio: float
-    r_squared: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,14 +43,14 @@ class RobotFit(Shown):
     stiffness_factor: float
     damping_factor: float
     error: float
-    target: Ringing
-    reached: Ringing
+    target: DampedCosine
+    reached: DampedCosine
     n_evaluations: int
     antenna: Antenna
 
 
 @checked
-def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
+def _measure_ringing(time: np.ndarray, tip: np.ndarray) -> DampedCosine:
     """Damped frequency and damping ratio of a free tip trace (time,).
 
     ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first
@@ -81,21 +63,7 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
         Not finite, not evenly sampled, less than two cycles, or nothing that rings (over-damped, or
         no deflection).
     """
-    time, tip = np.asarray(time, dtype=float), np.asarray(tip, dtype=float)
-    if (
-        time.ndim != 1
-        or time.shape != tip.shape
-        or not np.all(np.isfinite(time) & np.isfinite(tip))
-    ):
-        raise InvalidInput(
-            "a ringing trace is finite time (time,) and tip (time,) of one length. Repair it first."
-        )
-    if time.size < 20 or np.any(
-        np.abs(np.diff(time) - (time[1] - time[0])) > 1e-6 * np.ptp(time)
-    ):
-        raise InvalidInput(
-            "a ringing trace needs at least 20 evenly spaced samples. Repair it first."
-        )
+    time, tip = check_trace(time, tip, "a ringing trace")
     rest = np.mean(tip[-max(tip.size // 4, 2) :])
     crossings = np.flatnonzero(np.diff(np.signbit(tip - rest)))
     if crossings.size < 2 * _MIN_CYCLES:
@@ -104,48 +72,18 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
             " cycles) are needed. It is too short, over-damped (which has no damped frequency), or"
             " holds no release."
         )
-    return _fit_cosine(time[crossings[0] :] - time[crossings[0]], tip[crossings[0] :])
-
-
-def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
-    """Frequency and decay by nonlinear least squares.
-
-    Amplitude, phase and offset are linear and solved inside.
-    """
-
-    def residual(logs: np.ndarray) -> np.ndarray:
-        frequency, decay = np.exp(logs)
-        fall, phase = np.exp(-decay * time), 2 * np.pi * frequency * time
-        basis = np.stack(
-            [fall * np.cos(phase), fall * np.sin(phase), np.ones_like(time)], axis=1
-        )
-        return basis @ np.linalg.lstsq(basis, tip, rcond=None)[0] - tip
-
-    fits = []
-    for start in _guess_frequencies(time, tip):
-        bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
-        fits += [
-            least_squares(residual, np.log([start, share * start]), bounds=bounds)
-            for share in (0.1, 1.0)
-        ]
-    best = min(fits, key=lambda fit: fit.cost)
-    omega_d, decay = 2 * np.pi * np.exp(best.x[0]), np.exp(best.x[1])
-    return Ringing(
-        frequency=float(omega_d / (2 * np.pi)),
-        damping_ratio=float(decay / np.hypot(omega_d, decay)),
-        r_squared=float(1 - 2 * best.cost / np.sum((tip - tip.mean()) ** 2)),
-    )
-
-
-def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
-    """From the spectrum's peak (light damping) and the first extremes' spacing (heavy damping)."""
+    time, tip = time[crossings[0] :], tip[crossings[0] :]
+    # from the spectrum's peak (light damping) and the first extremes' spacing (heavy damping)
     interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
     spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
     guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
     extremes, _ = find_peaks(np.abs(away), prominence=0.05 * np.abs(away).max())
     if extremes.size >= 2:
         guesses.append(1 / (2 * (extremes[1] - extremes[0]) * interval))
-    return guesses
+    found = [
+        _fit_damped_cosine(time, tip, f, ratio) for f in guesses for ratio in (0.016, 0.16)
+    ]
+    return min(found, key=lambda fit: fit.residual)
 
 
 @checked
@@ -225,13 +163,13 @@ def fit_factors(
     if theory is None:
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
     theory = theory.replace(name=name)
-    target = measure_ringing(
+    target = _measure_ringing(
         recording.time, compute_tip(theory, _check_release(recording, theory))
     )
     release = _find_release(recording)
     count = 0
 
-    def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
+    def ring(factors: np.ndarray) -> tuple[DampedCosine | None, Antenna]:
         nonlocal count
         count += 1
         antenna = theory.replace(
@@ -240,7 +178,7 @@ def fit_factors(
         motion = simulate_release(antenna, *release, engine=engine, timestep=timestep)
         try:
             return (
-                measure_ringing(
+                _measure_ringing(
                     np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
                 ),
                 antenna,
@@ -248,7 +186,7 @@ def fit_factors(
         except InvalidInput:
             return None, antenna
 
-    start = solve_factors(target, theory)
+    start = _solve_factors(target, theory)
     factors = (
         _search_powell(ring, target, start)
         if method == "powell"
@@ -292,7 +230,7 @@ def compare_tips(
 
 
 @checked
-def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
+def _solve_factors(target: DampedCosine, theory: Antenna) -> np.ndarray:
     """Closed form of (p1, p2): the linear model's first mode rings as the target does.
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
@@ -302,7 +240,7 @@ def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
     return np.array([p1, 2 * target.damping_ratio * p1 / omega])
 
 
-def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.ndarray:
+def _search_update(ring: Callable, target: DampedCosine, factors: np.ndarray) -> np.ndarray:
     """Simulate, scale p1 by the squared ratio of frequencies and p2 to mend ζ; repeat."""
     best, best_error = factors, np.inf
     for _ in range(_MAX_UPDATES):
@@ -319,7 +257,7 @@ def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.n
     return best
 
 
-def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.ndarray:
+def _search_powell(ring: Callable, target: DampedCosine, start: np.ndarray) -> np.ndarray:
     def cost(logs: np.ndarray) -> float:
         reached = ring(np.exp(logs))[0]
         return 1e3 if reached is None else _distance(reached, target)
@@ -333,7 +271,7 @@ def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.nda
     )
 
 
-def _distance(reached: Ringing, target: Ringing) -> float:
+def _distance(reached: DampedCosine, target: DampedCosine) -> float:
     return float(
         np.hypot(
             reached.frequency / target.frequency - 1,

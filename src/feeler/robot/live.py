@@ -11,7 +11,7 @@ from feeler.decoding.observers import StudentTClassifier
 from feeler.decoding.streams import StreamDecoder, StreamState
 from feeler.decoding.transfer import AFTER
 from feeler.errors import InvalidInput
-from feeler.robot.classify import Answer, count_after_peak, judge_recording
+from feeler.robot.classify import Answer, _count_after_peak, judge_recording
 from feeler.robot.recordings import Recording, find_unit
 from feeler.robot.repair import repair
 from feeler.robot.sensors import SensorCalibration
@@ -123,9 +123,9 @@ class LiveTouch:
     ----------
     decoder, classifier
         What :meth:`feeler.robot.TrainingSet.watch` and :func:`feeler.robot.make_classifier`
-        give for the same lessons.
+        give for the same training.
     before
-        Samples before the peak, as in :func:`feeler.robot.choose_before`.
+        Samples before the peak, as in :func:`the training has them`.
     labels
         What is known of the touch, ``Recording.labels``.
     missing
@@ -221,7 +221,7 @@ class LiveTouch:
         try:
             felt = Recording(time=clock, values=values, labels=self._labels)
             felt = subtract_rest(repair(felt, gaps="bridge", bad_channels="missing"))
-            if untruncated and count_after_peak(felt, self._antenna) < AFTER:
+            if untruncated and _count_after_peak(felt, self._antenna) < AFTER:
                 return None
             return judge_recording(self._classifier, felt, self._antenna, self._before)[0]
         except InvalidInput:  # a stream may hold what a recording must not

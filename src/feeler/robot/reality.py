@@ -28,19 +28,19 @@ from feeler.robot.recordings import Recording
 from feeler.robot.surrogate import (
     Gap,
     Surrogate,
-    draw_antenna,
-    draw_trial,
+    _draw_antenna,
+    _draw_trial,
+    _make_tip_touches,
     make_surrogate,
-    make_tip_touches,
 )
 from feeler.robot.touches import (
     ROBOT_SPEEDS,
     Label,
+    _list_lengths,
+    _simulate_pairs,
     compute_tip,
     get_label,
-    list_lengths,
     make_touches,
-    simulate_pairs,
     simulate_touches,
 )
 from feeler.validation import Count, Seed, checked
@@ -121,7 +121,7 @@ def make_training(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, n_variants, gap, rng, how)
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
-    values = _align(antenna, motions, choose_before(antenna, trials))
+    values = _align(antenna, motions, _choose_before(antenna, trials))
     touches = Touches(values=values, labels=labels, antenna=antenna, motions=tuple(motions))
     return touches.take(np.flatnonzero(touches.touched))
 
@@ -141,17 +141,17 @@ def _simulate(
         if rng is None:
             raise InvalidInput(f"{n_variants} variants are drawn at random, which needs rng=.")
         size = Gap() if gap is None else gap
-        variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
+        variants = [_draw_antenna(antenna, size, rng) for _ in range(n_variants)]
         pairs = [
-            (variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials
+            (variant, _draw_trial(trial, size, rng)) for variant in variants for trial in trials
         ]
-        motions += simulate_pairs(pairs, **how)
+        motions += _simulate_pairs(pairs, **how)
     sensed = [motion[antenna.sensors - 1] for motion in motions]
     return [motion - motion[:, :1] for motion in sensed]
 
 
 @checked
-def choose_before(antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)]) -> int:
+def _choose_before(antenna: Antenna, trials: Annotated[Sequence[Trial], Len(1)]) -> int:
     """Samples to keep before the peak.
 
     The paper's window, longer where slower touches or a longer antenna need it.
@@ -172,12 +172,12 @@ def add_robots(
     """
     trials = make_touches() if trials is None else list(trials)
     for robot in robots:
-        training = training.join(read_touches(robot, trials, training.antenna))
+        training = training.join(_read_touches(robot, trials, training.antenna))
     return training.take(np.flatnonzero(training.touched))
 
 
 @checked
-def read_touches(
+def _read_touches(
     surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None
 ) -> Touches:
     """Touch a surrogate robot, read its recordings as a user would, and align them."""
@@ -198,7 +198,7 @@ def _read(
         values=_align(
             antenna,
             [recording.values for recording in recordings],
-            choose_before(antenna, trials),
+            _choose_before(antenna, trials),
         ),
         labels=tuple(get_label(trial) for trial in trials),
         antenna=antenna,
@@ -253,9 +253,9 @@ def make_decoder(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, 1, None, np.random.default_rng([seed, 1]), how)
     labels, n = [get_label(trial) for trial in trials], len(trials)
-    window = StreamDecoder().window + choose_before(antenna, trials) - BEFORE
+    window = StreamDecoder().window + _choose_before(antenna, trials) - BEFORE
     return (
-        StreamDecoder(threshold=threshold, window=window, lengths=tuple(list_lengths(antenna)))
+        StreamDecoder(threshold=threshold, window=window, lengths=tuple(_list_lengths(antenna)))
         .fit(motions[:n], labels)
         .temper(motions[n:], labels)
     )
@@ -298,9 +298,9 @@ def touch_robots(
     All robots are simulated together; ``how`` may hold engine, timestep and workers.
     """
     antenna = make_robot() if antenna is None else antenna
-    trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
+    trials = _make_tip_touches(repeats) if trials is None else list(trials) * repeats
     pairs = [pair for robot in robots for pair in robot.carry_out(trials)]
-    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length, **how))
+    motions = iter(_simulate_pairs(pairs, reach=antenna.length / make_robot().length, **how))
     read = []
     for robot in robots:
         raw = [robot.record(next(motions), trial) for trial in trials]
@@ -338,29 +338,27 @@ def sweep_shots(
     scores = []
     for k in shots:
         parts = [_score_shots(training, touches, k, most) for touches in read]
-        scores.append(_pool(parts))
+        scores.append(
+            TransferScore(
+                correct={
+                    what: sum(one.correct[what] for one in parts) for what in parts[0].correct
+                },
+                total=sum(one.total for one in parts),
+                predicted=[label for one in parts for label in one.predicted],
+                true=[label for one in parts for label in one.true],
+            )
+        )
     return scores
 
 
 def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> TransferScore:
-    per_round = len(make_tip_touches())
+    per_round = len(_make_tip_touches())
     shown = np.arange(k * per_round)
     known = touches.take(shown[touches.touched[shown]])
     tested = touches.take(np.arange(most * per_round, len(touches.labels)))
     joined = training.join(known) if k else training
     return score_transfer(
         TransferClassifier().fit(joined.values, joined.labels), tested.values, tested.labels
-    )
-
-
-def _pool(scores: Sequence[TransferScore]) -> TransferScore:
-    return TransferScore(
-        correct={
-            what: sum(score.correct[what] for score in scores) for what in scores[0].correct
-        },
-        total=sum(score.total for score in scores),
-        predicted=[label for score in scores for label in score.predicted],
-        true=[label for score in scores for label in score.true],
     )
 
 
@@ -397,7 +395,7 @@ PARTS: dict[str, tuple[str, ...]] = {
 
 
 @checked
-def keep_parts(names: Collection[str], gap: Gap | None = None) -> Gap:
+def _keep_parts(names: Collection[str], gap: Gap | None = None) -> Gap:
     """One reality gap with only these entries, the others 0."""
     whole = Gap() if gap is None else gap
     if unknown := [name for name in names if name not in _ENTRIES]:
@@ -430,13 +428,13 @@ def measure_parts(
     training = make_training(antenna, trials)
     classifier = TransferClassifier().fit(training.values, training.labels)
     tested, nominal = (
-        (make_tip_touches() if trials is None else list(trials)),
+        (_make_tip_touches() if trials is None else list(trials)),
         antenna or make_robot(),
     )
     parts, scores = PARTS if parts is None else parts, {}
     with show_progress(progress, "parts of the gap") as advance:
         for done, (name, entries) in enumerate(parts.items(), 1):
-            gap = keep_parts(
+            gap = _keep_parts(
                 {"noise", *entries}, Gap() if "noise" in entries else Gap(noise=_QUIET)
             )
             robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)

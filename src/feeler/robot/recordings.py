@@ -13,7 +13,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.files import writing
 from feeler.objects import load_objects
-from feeler.records import ALLOW_NAN, Choice, Record
+from feeler.records import ALLOW_NAN, Choice, Ge, Le, Record
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.sensors import (
     ANGLE_UNITS,
@@ -23,7 +23,7 @@ from feeler.robot.sensors import (
     load_calibration,
     load_calibration_table,
 )
-from feeler.robot.stream import unwrap_clock
+from feeler.robot.stream import _unwrap_clock
 from feeler.sandbox import Limits
 from feeler.tensors.bags import choose_names, describe_bag, find_bag, read_bag, sort_names
 from feeler.tensors.formats import Format
@@ -199,12 +199,13 @@ def load_recording(
     bag = find_bag(path)
     if bag is None:
         table = read_table(path, words=True)
-        if joints and (_fits(table, joints) or not _find_channels(table)[0]):
+        fits = any(fnmatch.filter(table.columns, joint) for joint in joints)
+        if joints and (fits or not _find_channels(table)[0]):
             table = _pick_columns(table, joints, unit)
     else:
         table = _number_joints(read_bag(*bag, joints), joints)
     written = _read_time(table, time_unit)
-    time = _check_time(table, unwrap_clock(written))
+    time = _check_time(table, _unwrap_clock(written))
     numbers, columns, found = _find_channels(table)
     table.refuse_words(*(table.columns[k] for k in columns))
     lenient = bad_channels == "missing"
@@ -314,11 +315,6 @@ def _number_joints(table: Table, joints: Sequence[str] = ()) -> Table:
     )
 
 
-def _fits(table: Table, joints: Sequence[str]) -> bool:
-    """Whether a column is called by one of these names; else its channels' numbers say which."""
-    return any(fnmatch.fnmatchcase(name, joint) for joint in joints for name in table.columns)
-
-
 def _pick_columns(table: Table, joints: Sequence[str], unit: str | None) -> Table:
     """Of a table that has other columns too those that are named, base to tip, as its channels."""
     time = _find_time(table)
@@ -389,12 +385,9 @@ def _find_channels(table: Table) -> tuple[list[int], list[int], list[str | None]
         if match:
             numbers.append(int(match[1]))
             columns.append(index)
-            units.append(_canonical(match[2]) if match[2] else None)
+            unit = (match[2] or "").lower()
+            units.append(next((name for name in _UNITS if name.lower() == unit), None))
     return numbers, columns, units
-
-
-def _canonical(unit: str) -> str:
-    return next(name for name in _UNITS if name.lower() == unit.lower())
 
 
 def _check_numbers(table: Table, numbers: list[int], n_channels: int | None) -> None:
@@ -472,10 +465,10 @@ def _read_labels(table: Table) -> dict[str, str | float]:
 
 
 @checked
-def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
+def save_recording(
+    recording: Recording, path: str | os.PathLike, *, digits: Annotated[int, Ge(1), Le(17)] = 6
+) -> None:
     """Write a recording as CSV that :func:`load_recording` reads with the same data and labels."""
-    if not 1 <= digits <= 17:
-        raise InvalidInput(f"digits must be 1 to 17, got {digits}.")
     unit = recording.unit
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(
@@ -506,7 +499,16 @@ def _read(path: Path, limits: Limits, trusted: bool) -> list[str]:
     if bag is not None and not bag[1]:
         return describe_bag(bag[0])
     recording = load_recording(path, n_channels=None)
-    return [*_describe_recording(recording), f"next        {_suggest(path, recording)}"]
+    labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
+    return [
+        f"channels    {recording.n_sensors}, {recording.quantity} [{recording.unit}]",
+        f"samples     {recording.time.size} over {np.ptp(recording.time):g} ms",
+        f"source      {recording.source}",
+        f"robot       {recording.robot or 'not said'}",
+        f"labels      {labels or 'none'}",
+        *(f"history     {words}" for words in recording.history),
+        f"next        {_suggest(path, recording)}",
+    ]
 
 
 def _suggest(path: Path, recording: Recording) -> str:
@@ -517,18 +519,6 @@ def _suggest(path: Path, recording: Recording) -> str:
     if recording.quantity != "angle":
         words.append("--calibration calibration.json")
     return " ".join(words)
-
-
-def _describe_recording(recording: Recording) -> list[str]:
-    labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
-    return [
-        f"channels    {recording.n_sensors}, {recording.quantity} [{recording.unit}]",
-        f"samples     {recording.time.size} over {recording.time[-1] - recording.time[0]:g} ms",
-        f"source      {recording.source}",
-        f"robot       {recording.robot or 'not said'}",
-        f"labels      {labels or 'none'}",
-        *(f"history     {words}" for words in recording.history),
-    ]
 
 
 def _describe_calibration(lines: SensorCalibration) -> list[str]:

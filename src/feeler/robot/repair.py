@@ -29,7 +29,7 @@ _FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the med
 
 
 @checked
-def find_bad_channels(recording: Recording) -> dict[int, str]:
+def _find_bad_channels(recording: Recording) -> dict[int, str]:
     """Channels not to be trusted: hinge number → why.
 
     They are empty, dead (never change) or saturated (stuck at an end).
@@ -93,7 +93,13 @@ def repair(
     """
     recording = _drop_bad(recording, bad_channels)
     time = _check_time(recording.time)
-    count = _check_length(time, interval)
+    count = int(np.floor((time[-1] - time[0]) / interval + 1e-9)) + 1
+    if count > _MAX_SAMPLES:
+        raise InvalidInput(
+            f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:,} samples, more than"
+            f" {_MAX_SAMPLES:,}. Is the time unit right? Otherwise cut the recording."
+        )
+
     grid = np.arange(count) * interval
     words = [_describe_time(time, interval)]
     values = np.empty((recording.n_sensors, count))
@@ -120,7 +126,7 @@ def _resample(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndar
 
 
 def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
-    bad = find_bad_channels(recording)
+    bad = _find_bad_channels(recording)
     if not bad:
         return recording
     words = "; ".join(f"hinge {number} is {why}" for number, why in bad.items())
@@ -148,16 +154,6 @@ def _check_time(time: np.ndarray) -> np.ndarray:
             f" {time[place]:g} ms. Remove the doubles, or write times with more digits."
         )
     return time
-
-
-def _check_length(time: np.ndarray, interval: float) -> int:
-    count = np.floor((time[-1] - time[0]) / interval + 1e-9) + 1
-    if count > _MAX_SAMPLES:
-        raise InvalidInput(
-            f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:.4g} samples, more than"
-            f" {_MAX_SAMPLES:,}. Is the time unit right? Otherwise cut the recording."
-        )
-    return int(count)
 
 
 def _describe_time(time: np.ndarray, interval: float) -> str:
@@ -256,16 +252,36 @@ def make_dataset(
         antenna = antenna.replace(sensors=antenna.sensors[there])
         recordings = [_keep_sensors(recording, there) for recording in recordings]
     interval = _check(recordings, antenna)
-    angle = _stack(recordings, lengths)
+    counts = [recording.time.size for recording in recordings]
+    if len(set(counts)) > 1 and lengths == "refuse":
+        raise InvalidInput(
+            f"the recordings have {min(counts)} to {max(counts)} samples; a set has one length. "
+            "Choose lengths='crop' or 'hold'."
+        )
+    samples = max(counts) if lengths == "hold" else min(counts)
+    angle = np.stack(
+        [r.values[:, np.minimum(np.arange(samples), r.time.size - 1)] for r in recordings]
+    )
     index = antenna.sensors - 1
     whole = antenna.sensors.size == antenna.n_segments
+    labels = [recording.labels for recording in recordings]
+    numbers = {
+        name: [float(label.get(name, np.nan)) for label in labels]
+        for name in ("size", "location", "speed")
+    }
     dataset = make_tensors(
         angle=angle,
         time=np.arange(angle.shape[2]) * interval,
         segment=antenna.sensors,
         position=antenna.hinge_position[index] / antenna.length,
         segment_length=antenna.segment_length[index],
-        trials=_list_trials(recordings, antenna),
+        trials={
+            "feature": [str(label.get("feature", "")) for label in labels],
+            **numbers,
+            "antenna": [recording.robot or antenna.name for recording in recordings],
+            "source": [recording.source for recording in recordings],
+            "seed": [_NO_SEED] * len(recordings),
+        },
         tip=antenna.tip(angle.transpose(0, 2, 1)) if whole else None,
         attrs={
             "configuration": {
@@ -293,19 +309,6 @@ def _keep_sensors(recording: Recording, there: np.ndarray) -> Recording:
     }
     gone = ", ".join(map(str, np.flatnonzero(~there) + 1))
     return recording.replace(**found).noted(f"left out, having no value: sensor {gone}")
-
-
-def _stack(recordings: Sequence[Recording], lengths: str) -> np.ndarray:
-    counts = [recording.time.size for recording in recordings]
-    if len(set(counts)) > 1 and lengths == "refuse":
-        raise InvalidInput(
-            f"the recordings have {min(counts)} to {max(counts)} samples; a set has one length. "
-            "Choose lengths='crop' or 'hold'."
-        )
-    samples = max(counts) if lengths == "hold" else min(counts)
-    return np.stack(
-        [r.values[:, np.minimum(np.arange(samples), r.time.size - 1)] for r in recordings]
-    )
 
 
 def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
@@ -339,18 +342,3 @@ def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
             f" set: repair them all with interval={INTERVAL:g}."
         )
     return intervals.pop()
-
-
-def _list_trials(recordings: Sequence[Recording], antenna: Antenna) -> dict[str, list]:
-    labels = [recording.labels for recording in recordings]
-    numbers = {
-        name: [float(label.get(name, np.nan)) for label in labels]
-        for name in ("size", "location", "speed")
-    }
-    return {
-        "feature": [str(label.get("feature", "")) for label in labels],
-        **numbers,
-        "antenna": [recording.robot or antenna.name for recording in recordings],
-        "source": [recording.source for recording in recordings],
-        "seed": [_NO_SEED] * len(recordings),
-    }

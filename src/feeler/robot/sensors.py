@@ -151,7 +151,18 @@ class SensorCalibration(Record):
             Another robot, another number of hinges, or readings outside the range under ``refuse``.
         """
         capacitance = np.asarray(capacitance, dtype=float)
-        self._check_readings(capacitance, robot, outside)
+        if outside not in _OUTSIDE:
+            raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(_OUTSIDE)}.")
+        if capacitance.ndim != 2 or capacitance.shape[0] != self.n_hinges:
+            raise InvalidInput(
+                f"the calibration is for {self.n_hinges} hinges, the readings have shape"
+                f" {capacitance.shape}; expected (hinge, sample)."
+            )
+        if robot and self.robot and robot != self.robot:
+            raise InvalidInput(
+                f"the calibration belongs to robot {self.robot!r}, the recording to {robot!r}."
+                " Calibrate that robot."
+            )
         slope, offset, low, high = (
             v[:, None] for v in (self.slope, self.offset, self.low, self.high)
         )
@@ -167,20 +178,6 @@ class SensorCalibration(Record):
             tables = zip(self.readings, self.angles, capacitance, strict=True)
             angle = np.array([_follow(*table) for table in tables])
         return np.where(beyond, np.nan, angle) if outside == "missing" else angle
-
-    def _check_readings(self, capacitance: np.ndarray, robot: str, outside: str) -> None:
-        if outside not in _OUTSIDE:
-            raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(_OUTSIDE)}.")
-        if capacitance.ndim != 2 or capacitance.shape[0] != self.n_hinges:
-            raise InvalidInput(
-                f"the calibration is for {self.n_hinges} hinges, the readings have shape"
-                f" {capacitance.shape}; expected (hinge, sample)."
-            )
-        if robot and self.robot and robot != self.robot:
-            raise InvalidInput(
-                f"the calibration belongs to robot {self.robot!r}, the recording to {robot!r}."
-                " Calibrate that robot."
-            )
 
     def _describe(self, capacitance: np.ndarray, beyond: np.ndarray) -> str:
         hinge = int(np.argmax(beyond.sum(axis=1)))
@@ -292,7 +289,17 @@ def fit_sensors(
             f"angles, readings and times beyond ±{_MAX_READING:g} are no measurements. Check the"
             " table."
         )
-    n = _count_hinges(hinge)
+    numbers = np.unique(hinge)
+    if numbers.size > MAX_HINGES:
+        raise InvalidInput(
+            f"a robot has at most {MAX_HINGES} hinges, got readings of {numbers.size}."
+        )
+    if numbers.size == 0 or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
+        shown = ", ".join(f"{number:g}" for number in numbers[:12])
+        raise InvalidInput(
+            f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}."
+        )
+    n = numbers.size
     each = [(angle[hinge == k], capacitance[hinge == k]) for k in range(1, n + 1)]
     for k, pair in enumerate(each, 1):
         _check_hinge(k, *pair)
@@ -356,20 +363,6 @@ def _fit_curve(
     return lambda at: np.polyval(line, (at - centre) / half)
 
 
-def _count_hinges(hinge: np.ndarray) -> int:
-    numbers = np.unique(hinge)
-    if numbers.size > MAX_HINGES:
-        raise InvalidInput(
-            f"a robot has at most {MAX_HINGES} hinges, got readings of {numbers.size}."
-        )
-    if numbers.size == 0 or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
-        shown = ", ".join(f"{number:g}" for number in numbers[:12])
-        raise InvalidInput(
-            f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}."
-        )
-    return numbers.size
-
-
 def _check_hinge(number: int, angle: np.ndarray, capacitance: np.ndarray) -> None:
     """Refuse too few readings, or ones that do not change."""
     levels = np.unique(np.round(angle, 9))
@@ -397,7 +390,12 @@ def _fit_one(
                 f"a {curve} curve needs readings at {_LEVELS[curve]} angles, got {levels}."
             )
         residual = angle - _fit_curve(curve, angle, capacitance)(capacitance)
-    way = _find_way(angle)
+    # The way that the bench moved to each reading: 1 up, −1 down, 0 unknown; at a turn, and
+    # where it stands, the way before.
+    way = np.sign(np.diff(np.round(angle, 9), prepend=np.nan))
+    way[0] = 0
+    last = np.maximum.accumulate(np.where(way != 0, np.arange(way.size), 0))
+    way = way[last]
     both = [residual[way == sign] for sign in (1, -1)]
     two_ways = min(map(len, both)) > 0
     return {
@@ -413,16 +411,6 @@ def _fit_one(
         "straight": np.sqrt(np.mean(straight**2)),
         "hysteresis": both[0].mean() - both[1].mean() if two_ways else float("nan"),
     }
-
-
-def _find_way(angle: np.ndarray) -> np.ndarray:
-    """The way that the bench moved to each reading: 1 up, −1 down, 0 unknown; at a turn, and where
-    it stands, the way before.
-    """
-    way = np.sign(np.diff(np.round(angle, 9), prepend=np.nan))
-    way[0] = 0
-    last = np.maximum.accumulate(np.where(way != 0, np.arange(way.size), 0))
-    return way[last]
 
 
 def _is_flat(readings: np.ndarray) -> bool:
@@ -516,12 +504,12 @@ _MAX_FILE = 2**20
 def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
     """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
     with writing(path) as part:
-        text = json.dumps(write_calibration(calibration), indent=1)
+        text = json.dumps(_write_calibration(calibration), indent=1)
         part.write_text(text + "\n", encoding="utf-8")
 
 
-def write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
-    """A calibration in JSON's types, for :func:`parse_calibration`."""
+def _write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
+    """A calibration in JSON's types, for :func:`_parse_calibration`."""
     plain = calibration.to_plain()
     words = {name: plain.pop(name) for name in ("robot", "unit", "curve")}
     content = {"format": _FORMAT, "version": _VERSION, **words}
@@ -531,8 +519,8 @@ def write_calibration(calibration: SensorCalibration) -> dict[str, Any]:
     return content
 
 
-def parse_calibration(content: dict[str, Any], name: str) -> SensorCalibration:
-    """What :func:`write_calibration` gave; ``name`` is the file's, for messages.
+def _parse_calibration(content: dict[str, Any], name: str) -> SensorCalibration:
+    """What :func:`_write_calibration` gave; ``name`` is the file's, for messages.
 
     Raises
     ------
@@ -565,4 +553,4 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
     except InvalidInput as error:
         advice = "`feeler robot calibrate` makes a calibration from a table."
         raise InvalidInput(f"{error} {advice}") from error
-    return parse_calibration(content, Path(path).name)
+    return _parse_calibration(content, Path(path).name)

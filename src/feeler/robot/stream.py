@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 
 # The lines that a board sends: numbered, timed and summed, so that every fault is noticed.
 #
@@ -43,7 +43,7 @@ def frame_sample(number: int, time: float, values: np.ndarray) -> str:
     return f"${body}*{_sum(body):02X}"
 
 
-def unwrap_clock(time: np.ndarray) -> np.ndarray:
+def _unwrap_clock(time: np.ndarray) -> np.ndarray:
     """Times (sample,) [ms] that go on where a board's clock began anew.
 
     Times that fall by less than half of its range stay.
@@ -389,12 +389,9 @@ def open_serial(
     MissingDependencyError
         pyserial is not installed.
     """
-    try:
-        import serial
-    except ImportError as error:
-        raise MissingDependencyError(
-            "a serial port needs pyserial: pip install 'feeler[robot]'."
-        ) from error
+    require_extra("serial", "robot", "a serial port")
+    import serial
+
     if not timeout >= 0:
         raise InvalidInput(f"timeout must be ≥ 0 s, got {timeout:g}.")
     lost = serial.SerialException, OSError

@@ -22,8 +22,8 @@ from feeler.robot.touches import (
     ROBOT_LEAD,
     ROBOT_LOCATIONS,
     ROBOT_SPEEDS,
+    _simulate_pairs,
     make_touches,
-    simulate_pairs,
 )
 from feeler.validation import Count, checked
 
@@ -116,7 +116,7 @@ class Gap(Record):
         return Gap(**{**values, "dropped": min(values["dropped"], 0.4)})
 
 
-def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
+def _draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
     """The same antenna with its mechanics drawn around the nominal.
 
     Shares are log-normal, so all stay positive.
@@ -136,7 +136,7 @@ def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenn
     )
 
 
-def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
+def _draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
     """The same touch as an experimenter would carry it out.
 
     Place, speed, size, direction and friction are drawn.
@@ -157,7 +157,7 @@ _BENCH_INTERVAL = 500.0  # [C] ms between readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sensing:
+class _Sensing:
     """Eight capacitive channels with their faults; arrays are (hinge,).
 
     Attributes
@@ -189,7 +189,10 @@ class Sensing:
                 f"the robot senses {len(self.base)} hinges, got angles of {len(angle)}."
             )
         seen = play(np.ascontiguousarray(angle, dtype=float), gap.hysteresis)
-        seen = seen + gap.crosstalk * _sum_neighbours(seen)
+        total = np.zeros_like(seen)
+        total[1:] += seen[:-1]
+        total[:-1] += seen[1:]
+        seen = seen + gap.crosstalk * total
         signal = seen * (1 + gap.bend * seen / _BEND_ANGLE)
         if not on_bench:
             signal = signal * self.gain[:, None]
@@ -228,9 +231,9 @@ class Sensing:
         return fit_sensors(**self.bench(rng), robot=robot)
 
 
-def _draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
+def _draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> _Sensing:
     """Channels drawn at random."""
-    return Sensing(
+    return _Sensing(
         base=_BASE * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
         sensitivity=_SENSITIVITY * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
         gain=np.exp(gap.gain * rng.standard_normal(n_hinges)),
@@ -254,13 +257,6 @@ def play(signal: np.ndarray, half_width: float) -> np.ndarray:
     return moved
 
 
-def _sum_neighbours(signal: np.ndarray) -> np.ndarray:
-    total = np.zeros_like(signal)
-    total[1:] += signal[:-1]
-    total[:-1] += signal[1:]
-    return total
-
-
 # A surrogate robot: an independent model in the place of hardware that published no recordings.
 #
 # Nothing that comes out of it is a measurement of the real robot; every recording carries
@@ -282,7 +278,7 @@ class Surrogate:
     """
 
     antenna: Antenna
-    sensing: Sensing
+    sensing: _Sensing
     calibration: SensorCalibration
     gap: Gap
     name: str
@@ -298,24 +294,20 @@ class Surrogate:
 
         They hold capacitance at uneven times and lack dropped samples.
         """
-        motions = simulate_pairs(self.carry_out(trials), **how)
+        motions = _simulate_pairs(self.carry_out(trials), **how)
         return [
             self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)
         ]
 
     def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:
         """The touches as they really happen to this robot, ready to be simulated."""
-        return [
-            (self.antenna, self._shift(draw_trial(trial, self.gap, self.rng)))
-            for trial in trials
-        ]
-
-    def _shift(self, trial: Trial) -> Trial:
-        """The same touch with its location counted from the mount's base instead of hinge 1."""
-        free = self.antenna.length - self.mount
-        return replace(
-            trial, location=min((self.mount + trial.location * free) / self.antenna.length, 1.0)
-        )
+        # locations count from hinge 1, behind the mount
+        free, pairs = self.antenna.length - self.mount, []
+        for trial in trials:
+            moved = _draw_trial(trial, self.gap, self.rng)
+            share = (self.mount + moved.location * free) / self.antenna.length
+            pairs.append((self.antenna, replace(moved, location=min(share, 1.0))))
+        return pairs
 
     def record(self, motion: np.ndarray, trial: Trial | None = None) -> Recording:
         """What the electronics write of true angles (segment, sample) at 1 kHz."""
@@ -367,7 +359,7 @@ def make_surrogate(
     Defaults are :func:`make_robot` and one :class:`Gap`.
     """
     gap = Gap() if gap is None else gap
-    antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
+    antenna = _draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
     sensing = _draw_sensing(gap, antenna.sensors.size, rng)
     return Surrogate(
         antenna=_add_mount(antenna, gap).replace(name=name),
@@ -419,6 +411,6 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 
 
 @checked
-def make_tip_touches(repeats: Count = 1) -> list[Trial]:
+def _make_tip_touches(repeats: Count = 1) -> list[Trial]:
     """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
     return make_touches(locations=ROBOT_LOCATIONS[-1:], speeds=ROBOT_SPEEDS) * repeats

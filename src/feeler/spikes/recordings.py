@@ -20,9 +20,9 @@ from scipy.special import xlogy
 
 from feeler.errors import InvalidInput
 from feeler.files import read_start, read_text
-from feeler.records import Gt, Shown
+from feeler.records import Choice, Gt, Shown
 from feeler.sandbox import open_guarded
-from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, encode_touch, find_step
+from feeler.spikes.sensilla import CAMPANIFORM, TABLE, Sensillum, _encode_touch, _find_step
 from feeler.spikes.trains import attach_trains, count_spikes
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.schema import label_units
@@ -45,7 +45,9 @@ _SLOWEST = 2e-4  # [C] spikes per ms: one in 5 s
 
 
 @checked
-def read_trains(path: str | os.PathLike, *, unit: str | None = None) -> dict[str, np.ndarray]:
+def read_trains(
+    path: str | os.PathLike, *, unit: Annotated[str, Choice(_MS)] | None = None
+) -> dict[str, np.ndarray]:
     """Trains of a recording, by unit: times [ms] on the session's clock, rising.
 
     Parameters
@@ -65,8 +67,6 @@ def read_trains(path: str | os.PathLike, *, unit: str | None = None) -> dict[str
         None of these, no unit where it is needed, one that the column contradicts, or intervals
         that no nerve fibre has, as where seconds pass for ms.
     """
-    if unit is not None and unit not in _MS:
-        raise InvalidInput(f"unknown unit {unit!r}; valid: {', '.join(_MS)}.")
     path = Path(path)
     if path.is_dir():
         trains = _read_phy(path)
@@ -134,7 +134,7 @@ def _read_table(path: Path, unit: str | None) -> dict[str, np.ndarray]:
     }
 
 
-def read_units(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def _read_nwb_units(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The table of units of an NWB file, for the guarded process."""
     import h5py
 
@@ -151,7 +151,7 @@ def read_units(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _read_nwb(path: Path, scale: float) -> dict[str, np.ndarray]:
-    about, arrays = open_guarded(f"{__name__}:read_units", path)
+    about, arrays = open_guarded(f"{__name__}:_read_nwb_units", path)
     trains = np.split(arrays["times"], arrays["ends"][:-1].astype(int))
     return {
         name: np.sort(train) * scale for name, train in zip(about["names"], trains, strict=True)
@@ -164,7 +164,7 @@ def read_onsets(path: str | os.PathLike, *, unit: str | None = None) -> np.ndarr
     """
     if read_start(path, len(HDF5)) != HDF5:
         return np.sort(np.concatenate([*_read_table(Path(path), unit).values()]))
-    _, arrays = open_guarded(f"{__name__}:read_units", path)
+    _, arrays = open_guarded(f"{__name__}:_read_nwb_units", path)
     if "starts" not in arrays:
         raise InvalidInput(f"{Path(path).name} has no table of trials; give the onsets.")
     return np.asarray(arrays["starts"], dtype=float)
@@ -605,7 +605,7 @@ def fit_sensillum(
     peak = float(stimulus.max())
     if not (np.isfinite(stimulus).all() and peak > 0):
         raise InvalidInput("the stimulus must be finite and somewhere above 0; mind its sign.")
-    step = find_step(in_unit(recorded["time"], "ms").values)
+    step = _find_step(in_unit(recorded["time"], "ms").values)
     felt = np.ascontiguousarray(np.repeat(stimulus[:, :, None], 2, axis=2))
 
     def compute_rate(p: np.ndarray) -> np.ndarray:
@@ -614,7 +614,7 @@ def fit_sensillum(
         rates = np.empty((*stimulus.shape, 1))
         gain = np.array([np.exp(p[0]) / peak])
         for samples, rate in zip(felt, rates, strict=True):
-            encode_touch(samples, np.array([0]), np.zeros(1), gain, table, step, rate)
+            _encode_touch(samples, np.array([0]), np.zeros(1), gain, table, step, rate)
         return rates[:, :, 0]
 
     def cost(p: np.ndarray) -> float:

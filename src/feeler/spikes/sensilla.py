@@ -131,7 +131,7 @@ def step_units(sample, taps, shares, gains, table, step, excess, before, rate):
 
 
 @compiled
-def encode_touch(samples, taps, shares, gains, table, step, rates):
+def _encode_touch(samples, taps, shares, gains, table, step, rates):
     """Rates (time, unit) of one touch (time, sensor) that begins at rest; returns the stiffness."""
     units = rates.shape[1]
     excess, before, stiffest = np.zeros(units), np.zeros(units), 0.0
@@ -144,7 +144,7 @@ def encode_touch(samples, taps, shares, gains, table, step, rates):
 
 
 @compiled
-def start_firing(order, rng, left):
+def _start_firing(order, rng, left):
     """Draw for each unit how much of ∫ rate dt is left until its first spike, as if long begun."""
     for k in range(left.size):
         left[k] = 0.0
@@ -182,12 +182,12 @@ def fire(rate, begin, step, order, refractory, spread, rng, left, ready, units, 
 
 
 @compiled
-def fire_touch(rates, begin, step, order, refractory, spread, rng):
+def _fire_touch(rates, begin, step, order, refractory, spread, rng):
     """Unit and time [ms] of every spike of one touch with these rates (time, unit)."""
     count, silent = 0, rates.shape[1]
     left, ready = np.zeros(silent), np.full(silent, -np.inf)
     units, times = np.zeros(64, dtype=np.int64), np.zeros(64)
-    start_firing(order, rng, left)
+    _start_firing(order, rng, left)
     for now in range(len(rates)):
         units, times, count = fire(
             rates[now],
@@ -240,9 +240,9 @@ class Population(Record):
         other numbers of them than units.
     """
 
-    position: Annotated[np.ndarray, "unit"]
+    position: Annotated[np.ndarray, "unit", Ge(0), Le(1)]
     side: Annotated[np.ndarray, "unit", DType(int)]
-    gain: Annotated[np.ndarray, "unit?"]
+    gain: Annotated[np.ndarray, "unit?", Gt(0)]
     sensilla: Annotated[tuple[Sensillum, ...], Len(1)] = (CAMPANIFORM,)
     quantity: Literal["angle", "curvature"] = "angle"
     around: Annotated[np.ndarray, "unit?", Ge(-360), Le(360), Unit("degrees")] = 0.0  # type: ignore[assignment]
@@ -251,17 +251,8 @@ class Population(Record):
         count = self.position.size
         if not count:
             raise InvalidInput("a population needs at least one unit.")
-        if not np.all((self.position >= 0) & (self.position <= 1)):
-            raise InvalidInput(
-                "each unit needs a place between 0 (base) and 1 (tip), got"
-                f" {self.position[(self.position < 0) | (self.position > 1)][0]:g}."
-            )
         if not np.isin(self.side, (-1, 1)).all():
             raise InvalidInput("the side of a unit is 1 or −1.")
-        if not np.all(self.gain > 0):
-            raise InvalidInput(
-                f"gains must be > 0, got {self.gain.min():g}; side says the sign."
-            )
         if len(self.sensilla) not in (1, count):
             raise InvalidInput(
                 f"{count} units but {len(self.sensilla)} sensilla; give one for all or one for"
@@ -352,13 +343,13 @@ class Population(Record):
         if self.quantity not in touches:
             raise InvalidInput(f"sensilla feel {self.quantity!r}, which these touches lack.")
         time = in_unit(touches["time"], "ms").values
-        step = find_step(time)
+        step = _find_step(time)
         samples = self._feel(touches)
-        refuse_gaps(samples)
+        _refuse_gaps(samples)
         rates = np.empty((len(samples), time.size, self.position.size))
         fixed = (*self.find_taps(touches["position"].values), self.side * self.gain, self.table)
         for touch, rate in zip(samples, rates, strict=True):
-            refuse_coarse(encode_touch(touch, *fixed, step, rate), step, limit)
+            _refuse_coarse(_encode_touch(touch, *fixed, step, rate), step, limit)
         return rates
 
     def _feel(self, touches: xr.Dataset) -> np.ndarray:
@@ -369,7 +360,7 @@ class Population(Record):
         return self.bend_sides(values, "plane" in rows)
 
 
-def find_step(time: np.ndarray) -> float:
+def _find_step(time: np.ndarray) -> float:
     """The step of evenly spaced times [ms]."""
     steps = np.diff(time)
     if not steps.size or np.ptp(steps) > _UNEVEN * steps.mean():
@@ -377,13 +368,13 @@ def find_step(time: np.ndarray) -> float:
     return float(steps.mean())
 
 
-def refuse_gaps(samples: np.ndarray) -> None:
+def _refuse_gaps(samples: np.ndarray) -> None:
     """Raise where bending is missing, which would pass for none."""
     if not np.isfinite(samples).all():
         raise InvalidInput("the bending is not finite; fill gaps, or leave the trial out.")
 
 
-def refuse_coarse(stiffness: float, step: float, limit: float = STIFFEST) -> None:
+def _refuse_coarse(stiffness: float, step: float, limit: float = STIFFEST) -> None:
     """Raise where one step was longer than the threshold needs to follow."""
     if stiffness > limit:
         raise InvalidInput(

@@ -9,19 +9,26 @@ import xarray as xr
 from scipy.special import logsumexp, softmax
 
 from feeler.analysis.indices import check_tensors
-from feeler.decoding.classifiers import Labels, Reader, count_until, make_lda, sort_classes
+from feeler.decoding.classifiers import (
+    Labels,
+    Reader,
+    check_labels,
+    count_until,
+    make_lda,
+    sort_classes,
+)
 from feeler.decoding.observers import warn_of_copies
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.records import Ge, Record, Registry, Unit, freeze
+from feeler.records import Ge, Gt, Record, Registry, Unit, freeze
 from feeler.spikes.sensilla import (
     STIFFEST,
     Population,
-    find_step,
+    _find_step,
+    _fire_touch,
+    _refuse_coarse,
+    _refuse_gaps,
+    _start_firing,
     fire,
-    fire_touch,
-    refuse_coarse,
-    refuse_gaps,
-    start_firing,
     step_units,
 )
 from feeler.tensors.schema import label_units
@@ -87,14 +94,21 @@ def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0
     InvalidInput
         No rates, or negative ones.
     """
-    rates, time = _read_rates(touches)
-    step = find_step(time)
+    # Rates (trial, time, unit) [Hz] and times [ms].
+    if "rate" not in touches:
+        raise InvalidInput("there are no rates; population.encode(touches) gives them.")
+    rated = in_unit(touches["rate"], "Hz").transpose("trial", "time", "unit")
+    rates = np.ascontiguousarray(rated, dtype=float)
+    if not np.all(rates >= 0):
+        raise InvalidInput("rates must be ≥ 0 Hz and finite; rectify them first.")
+    time = in_unit(touches["time"], "ms").values
+    step = _find_step(time)
     begin, end = time[0] - step, time[-1]
     told = (firing.order, firing.refractory, firing.spread)
     found = []
     for trial, rate in zip(touches["trial"].values, rates, strict=True):
         rng = np.random.default_rng([seed, int(trial)])
-        units, times = fire_touch(rate, begin + firing.latency, step, *told, rng)
+        units, times = _fire_touch(rate, begin + firing.latency, step, *told, rng)
         kept = (times > begin) & (times <= end)
         found.append((units[kept], times[kept]))
     if not any(times.size for _, times in found):
@@ -106,17 +120,6 @@ def draw_spikes(touches: xr.Dataset, firing: Firing = POISSON, *, seed: Seed = 0
 
 def _doubt(why: str) -> None:
     warnings.warn(f"no unit fired in any trial: {why}", ModelValidityWarning, stacklevel=4)
-
-
-def _read_rates(touches: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Rates (trial, time, unit) [Hz] and times [ms]."""
-    if "rate" not in touches:
-        raise InvalidInput("there are no rates; population.encode(touches) gives them.")
-    rates = in_unit(touches["rate"], "Hz").transpose("trial", "time", "unit")
-    values = np.ascontiguousarray(rates, dtype=float)
-    if not np.all(values >= 0):
-        raise InvalidInput("rates must be ≥ 0 Hz and finite; rectify them first.")
-    return values, in_unit(touches["time"], "ms").values
 
 
 def _attach(
@@ -210,7 +213,7 @@ def count_spikes(touches: xr.Dataset) -> xr.DataArray:
 
 
 @checked
-def thin_spikes(raster: Any, keep: float, *, seed: Seed = 0) -> Any:
+def thin_spikes(raster: Any, keep: Annotated[float, Ge(0)], *, seed: Seed = 0) -> Any:
     """A raster from which spikes are lost at random, so that a trial keeps ``keep`` in the mean.
 
     A Poisson process thinned stays one, of a lower rate. Where there are fewer already, nothing is
@@ -223,8 +226,6 @@ def thin_spikes(raster: Any, keep: float, *, seed: Seed = 0) -> Any:
     keep
         Spikes of a trial, mean over the trials.
     """
-    if keep < 0:
-        raise InvalidInput(f"keep must be ≥ 0 spikes, got {keep}.")
     counts = np.asarray(raster) if is_array(raster) else np.array(None)
     if counts.ndim == 0 or counts.dtype.kind not in "iub" or not np.all(counts >= 0):
         raise InvalidInput("raster must be counts (trial, unit, time): whole numbers ≥ 0.")
@@ -267,15 +268,13 @@ class SensillaStream:
         self,
         population: Population,
         position: np.ndarray,
-        step: float = 1.0,
+        step: Annotated[float, Gt(0)] = 1.0,
         firing: Firing = POISSON,
         *,
         seed: Seed = 0,
         trial: int = 0,
         start: float = 0.0,
     ) -> None:
-        if not step > 0:
-            raise InvalidInput(f"step must be > 0 ms, got {step}.")
         self._taps, self._shares = population.find_taps(np.asarray(position, dtype=float))
         self._gains, self._table = population.side * population.gain, population.table
         self._population = population
@@ -291,7 +290,7 @@ class SensillaStream:
         self._left, self._ready = np.zeros(units), np.full(units, -np.inf)
         self._units, self._times = np.zeros(64, dtype=np.int64), np.zeros(64)
         self._rng = np.random.default_rng([*self._seed])
-        start_firing(self._firing.order, self._rng, self._left)
+        _start_firing(self._firing.order, self._rng, self._left)
 
     def push(self, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Take the bending of all sensors (sensor,), in space (plane, sensor), in the population's
@@ -315,7 +314,7 @@ class SensillaStream:
                 f"a sample has {self._sensors} sensors, got shape {values.shape}; in space it is"
                 " (plane, sensor), of two planes or three."
             )
-        refuse_gaps(values)
+        _refuse_gaps(values)
         values = self._population.bend_sides(values, planes != ())
         stiff = step_units(
             values,
@@ -328,7 +327,7 @@ class SensillaStream:
             self._before,
             self.rate,
         )
-        refuse_coarse(stiff, self.step, STIFFEST)
+        _refuse_coarse(stiff, self.step, STIFFEST)
         firing = self._firing
         self._units, self._times, count = fire(
             self.rate,
@@ -464,8 +463,7 @@ class PoissonReader(Reader):
         Warns where several of one label look like drawn spikes: of these it is not ideal.
         """
         rates = _check_rasters(X)
-        if len(rates) != len(y) or len({*y}) < 2:
-            raise InvalidInput(f"{len(rates)} touches, {len(y)} labels; give one each, of two.")
+        check_labels(rates, y)
         if not (self.step > 0 and self.floor >= 0):
             raise InvalidInput(
                 f"step must be > 0 ms and floor ≥ 0, got {self.step}, {self.floor}."

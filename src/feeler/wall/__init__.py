@@ -9,19 +9,15 @@ from feeler.wall.approach import (
     Peak,
     Posture,
     approach,
-    compute_curvature,
-    compute_smooth_curvature,
     find_peak,
     find_sweep_peak,
 )
 from feeler.wall.distance import (
     Case,
     DistanceMap,
-    bootstrap_median,
     compare,
     count_orderings,
     explain_bending,
-    fit_distance,
     make_postures,
     map_distance,
     predict_peak,
@@ -52,17 +48,13 @@ __all__ = [
     "Run",
     "WallTouch",
     "approach",
-    "bootstrap_median",
     "calibrate",
     "compare",
-    "compute_curvature",
-    "compute_smooth_curvature",
     "count_orderings",
     "drive",
     "explain_bending",
     "find_peak",
     "find_sweep_peak",
-    "fit_distance",
     "follow",
     "make_postures",
     "make_turn",
@@ -73,5 +65,4 @@ __all__ = [
 ]
 
 
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__dir__ = __all__.copy

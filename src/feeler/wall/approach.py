@@ -14,7 +14,7 @@ from feeler.objects.bodies import Object, Wall
 from feeler.physics.contact import get_contact
 from feeler.physics.rod.stepper import Rest, RodStepper
 from feeler.physics.scene import Scene
-from feeler.records import Ge, Gt, Le, Record, Unit
+from feeler.records import Choice, Ge, Gt, Le, Record, Unit
 from feeler.validation import checked
 
 # How an antenna meets a wall: angle, pre-bend, friction and side, each an unstated choice with
@@ -372,7 +372,7 @@ class Peak:
 
 
 @checked
-def compute_curvature(
+def _compute_curvature(
     antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]
 ) -> np.ndarray:
     """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile
@@ -392,7 +392,7 @@ def _check_hinges(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
 
 
 @checked
-def compute_smooth_curvature(
+def _compute_smooth_curvature(
     antenna: Antenna,
     angle: Annotated[np.ndarray, "... segment"],
     position: Annotated[np.ndarray, "point"],
@@ -406,11 +406,11 @@ def compute_smooth_curvature(
     """
     return (
         np.atleast_2d(_check_hinges(antenna, angle))
-        @ make_kernel(antenna, position, smoothing).T
+        @ _make_kernel(antenna, position, smoothing).T
     )
 
 
-def make_kernel(
+def _make_kernel(
     antenna: Antenna, position: np.ndarray, smoothing: float = _SMOOTHING
 ) -> np.ndarray:
     """What makes the smoothed curvature of hinge angles (point, segment) [1/mm]."""
@@ -428,7 +428,7 @@ def find_peak(
     antenna: Antenna,
     angle: np.ndarray,
     *,
-    method: str = "smooth",
+    method: Annotated[str, Choice(_METHODS)] = "smooth",
     smoothing: float = _SMOOTHING,
 ) -> Peak:
     """The point of greatest curvature, in size, of each shape.
@@ -442,19 +442,17 @@ def find_peak(
         ``hinge``: the hinge with the greatest |θ_n / ℓ_n|. ``smooth``: the greatest of the smoothed
         curve, between grid points by a parabola, so finer than a segment.
     """
-    if method not in _METHODS:
-        raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(_METHODS)}.")
     angle = np.atleast_2d(_check_hinges(antenna, angle))
     if method == "hinge":
-        curve, place = compute_curvature(antenna, angle), antenna.hinge_position
+        curve, place = _compute_curvature(antenna, angle), antenna.hinge_position
     else:
         place = np.linspace(
             0.0, antenna.hinge_position[-1], max(2, round(antenna.length / _GRID))
         )
-        curve = compute_smooth_curvature(antenna, angle, place, smoothing)
+        curve = _compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)
-    position = place[best] if method == "hinge" else find_parabolic_peak(size, place)
+    position = place[best] if method == "hinge" else _find_parabolic_peak(size, place)
     faint = size[row, best] < _FAINTEST
     return Peak(
         position=np.where(faint, np.nan, position),
@@ -463,7 +461,7 @@ def find_peak(
     )
 
 
-def find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
+def _find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at
     the ends the sample.
     """
@@ -481,8 +479,8 @@ def find_parabolic_peak(size: np.ndarray, place: np.ndarray) -> np.ndarray:
 def find_sweep_peak(
     sweep: Approach,
     *,
-    quantity: str = "bend",
-    method: str = "smooth",
+    quantity: Annotated[str, Choice(_QUANTITIES)] = "bend",
+    method: Annotated[str, Choice(_METHODS)] = "smooth",
     smoothing: float = _SMOOTHING,
 ) -> Peak:
     """Peaks of a sweep; NaN where the antenna does not touch the wall: no contact, no estimate.
@@ -490,8 +488,6 @@ def find_sweep_peak(
     ``quantity``: ``bend``, beyond the slack shape, as a strain sensor feels it; ``total``, as a
     camera sees it.
     """
-    if quantity not in _QUANTITIES:
-        raise InvalidInput(f"unknown quantity {quantity!r}; valid: {', '.join(_QUANTITIES)}.")
     angle = sweep.bend if quantity == "bend" else sweep.angle
     peak = find_peak(sweep.antenna, angle, method=method, smoothing=smoothing)
     return Peak(

@@ -14,7 +14,7 @@ import pandas as pd
 from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
-from feeler.records import Shown
+from feeler.records import Gt, Lt, Shown
 from feeler.validation import Count, checked
 from feeler.wall.approach import DISTANCES, Approach, Peak, Posture, approach, find_sweep_peak
 
@@ -95,7 +95,7 @@ class DistanceMap(Shown):
 
 
 @checked
-def fit_distance(
+def _fit_distance(
     distance: Annotated[np.ndarray, "step"],
     position: Annotated[np.ndarray, "step"],
     used: Annotated[np.ndarray, "step"],
@@ -237,7 +237,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
     """
     peak = peak or find_sweep_peak(sweep, **options)
     used = _list_standing(sweep) & ~peak.at_base
-    found = fit_distance(
+    found = _fit_distance(
         sweep.distance,
         peak.position,
         used,
@@ -256,18 +256,16 @@ def _list_standing(sweep: Approach) -> np.ndarray:
 
 
 @checked
-def bootstrap_median(
+def _bootstrap_median(
     values: Annotated[np.ndarray, "setup"],
     rng: np.random.Generator,
     *,
     n_resamples: Count = 2000,
-    level: float = 0.95,
+    level: Annotated[float, Gt(0), Lt(1)] = 0.95,
 ) -> tuple[float, float, float]:
     """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN)
     are left out.
     """
-    if not 0 < level < 1:
-        raise InvalidInput(f"level must lie between 0 and 1, got {level:g}.")
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     if values.size == 0:
@@ -407,7 +405,7 @@ def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict
     cases = list(cases)
     for name in dict.fromkeys(case.antenna for case in cases):
         r2 = np.array([case.map.r2 for case in cases if case.antenna == name])
-        median, low, high = bootstrap_median(r2, rng)
+        median, low, high = _bootstrap_median(r2, rng)
         known = r2[np.isfinite(r2)]
         table[name] = {
             "set_ups": r2.size,

@@ -24,12 +24,12 @@ from feeler.validation import checked
 from feeler.wall.approach import (
     Approach,
     Posture,
+    _find_parabolic_peak,
+    _make_kernel,
     approach,
-    find_parabolic_peak,
-    make_kernel,
     make_wall_scene,
 )
-from feeler.wall.distance import DistanceMap, explain_bending, fit_distance
+from feeler.wall.distance import DistanceMap, _fit_distance, explain_bending
 
 # Courses: a wall of straight faces with angled turns, on the right of a body that runs along
 # it.
@@ -353,7 +353,7 @@ def calibrate(
     posture = (posture or FOLLOWING).replace(side="right")
     if distances is None:
         distances = measure_scale(antenna) * np.array(CALIBRATION)
-    speed = choose_speed(antenna) if speed is None else speed
+    speed = _choose_speed(antenna) if speed is None else speed
     engine, timestep = _choose_steps(antenna, None, speed, engine, timestep)
     distances = np.sort(np.atleast_1d(np.asarray(distances, dtype=float)))[::-1]
     sweep = approach(antenna, posture, distances, substep=RUN_SUBSTEP)
@@ -374,7 +374,7 @@ def calibrate(
     position = np.array([np.median(p) if np.isfinite(p).all() else np.nan for p in listened])
     at_base = position < _GRID / 2
     used = np.isfinite(position) & ~at_base
-    found = fit_distance(
+    found = _fit_distance(
         sweep.distance, position, used, at_base, float(antenna.segment_length.max())
     )
     return replace(found, bending=explain_bending(antenna))
@@ -385,7 +385,7 @@ def measure_scale(antenna: Antenna) -> float:
     return float(f"{antenna.length / _LENGTH:.3g}")
 
 
-def choose_speed(antenna: Antenna) -> float:
+def _choose_speed(antenna: Antenna) -> float:
     """The default speed [mm/ms]: 0.45, or less for an antenna shorter than the cockroach's, which
     then runs past as many of its lengths in a second.
     """
@@ -469,7 +469,7 @@ def follow(
     posture = (posture or FOLLOWING).replace(side="right")
     controller = controller or Controller.for_antenna(antenna)
     course = course or make_turn(30.0, [RUN_UP * measure_scale(antenna)] * 2)
-    speed = choose_speed(antenna) if speed is None else speed
+    speed = _choose_speed(antenna) if speed is None else speed
     start = controller.target if start is None else start
     if not 0 < max(controller.target, start) <= antenna.length:
         raise InvalidInput(
@@ -563,7 +563,7 @@ class _Runner:
         self.period, self.speed = max(_PERIOD, self.simulation.timestep), speed
         self.antenna, self._base_angle = scene.antenna, scene.base[2]
         self._place = np.arange(0.0, self.antenna.hinge_position[-1], _GRID)
-        self._kernel = make_kernel(self.antenna, self._place)
+        self._kernel = _make_kernel(self.antenna, self._place)
 
     @property
     def time(self) -> float:
@@ -602,4 +602,4 @@ class _Runner:
         if np.isnan(state.contact_place[0]):
             return np.nan
         bend = self._kernel @ (state.angle[0] - self.antenna.rest_angle)
-        return float(find_parabolic_peak(np.abs(bend)[None], self._place)[0])
+        return float(_find_parabolic_peak(np.abs(bend)[None], self._place)[0])
