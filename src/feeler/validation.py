@@ -62,7 +62,7 @@ class _Rule:
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return make_schema(self.read)
+        return _make_schema(self.read)
 
 
 class DType:
@@ -108,7 +108,7 @@ class _Kind(_Rule):
 
     def __str__(self) -> str:
         return (
-            f"something with {', '.join(self.names)}" if self.names else name_class(self.kind)
+            f"something with {', '.join(self.names)}" if self.names else _name_class(self.kind)
         )
 
 
@@ -335,7 +335,7 @@ class Rules:
         return f"{subject} must be {_say_rules(hint)}, got {shown}."
 
 
-def make_schema(read: Callable[[Any], Any]) -> Any:
+def _make_schema(read: Callable[[Any], Any]) -> Any:
     """What pydantic calls to have a value read by ``read``."""
     from pydantic_core import core_schema
 
@@ -460,7 +460,7 @@ def _say_rules(hint: Any, many: bool = False) -> str:
         return "an array"
     if many and isinstance(base, type):
         return f"{base.__name__} objects"
-    return name_class(base if isinstance(base, type) else Callable)
+    return _name_class(base if isinstance(base, type) else Callable)
 
 
 def _say_range(beside: list[Any], words: list[str]) -> str:
@@ -486,7 +486,7 @@ def _say_length(beside: list[Any]) -> str:
     return f"{low}" if low == high else f"{low} to {high}"
 
 
-def name_class(kind: Any) -> str:
+def _name_class(kind: Any) -> str:
     """A class in words: "a Trial", "an Antenna"."""
     if kind is Callable:
         return "something to call"
@@ -537,7 +537,7 @@ def _wrap(function: F, name: str) -> F:
     def find_rules() -> tuple[Rules, dict[str, list[str]]]:
         """Resolved at the first call, when the modules that annotations name are there."""
         rest = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
-        found = resolve_hints(function)
+        found = _resolve_hints(function)
         hints = {
             p.name: found[p.name] | None if p.default is None else found[p.name]
             for p in parameters
@@ -567,7 +567,7 @@ def _wrap(function: F, name: str) -> F:
     return call  # type: ignore[return-value]
 
 
-def resolve_hints(thing: Any) -> dict[str, Any]:
+def _resolve_hints(thing: Any) -> dict[str, Any]:
     """The annotations of a function or class; a name that only type checkers import is Any."""
     try:
         return get_type_hints(thing, include_extras=True)

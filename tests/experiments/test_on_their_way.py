@@ -82,8 +82,8 @@ def test_a_worker_of_another_feeler_says_which_and_what_is_wanted():
     with pytest.raises(
         StoreError, match=r"with physics 1 \(wanted: feeler 1 with physics 2\)\. Install"
     ):
-        job.check_origin(2, {"feeler": "1"})
-    job.check_origin(job.PHYSICS, {"feeler": job.find_version("feeler")})
+        job._check_origin(2, {"feeler": "1"})
+    job._check_origin(job.PHYSICS, {"feeler": job.find_version("feeler")})
 
 
 def test_a_release_says_where_and_how_far_it_was_held():

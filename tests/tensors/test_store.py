@@ -26,10 +26,10 @@ from feeler.provenance import to_jsonable
 from feeler.tensors import store as module
 from feeler.tensors.formats import load, save
 from feeler.tensors.store import (
-    find_damage,
+    _find_damage,
+    _save_store,
     open_store,
     read_store,
-    save_store,
 )
 
 from ._sets import CONFIGURATION, N_TRIALS, fill, find_finished, make_set, make_trial
@@ -358,7 +358,7 @@ def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     fill(path, group_size=2)
     damage(path, how)
     assert re.search(
-        r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", find_damage(path)[0]
+        r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", _find_damage(path)[0]
     )
     with (
         pytest.warns(UserWarning, match="trials 2 to 3 will be computed again"),
@@ -528,7 +528,7 @@ def test_groups_may_have_any_size(fast, group_size):
         {"angle": (("trial", "sensor"), np.stack([trials, -trials], axis=1))},
         {"trial": np.arange(n)},
     )
-    save_store(tensors, fast / "a.zarr", group_size=group_size)
+    _save_store(tensors, fast / "a.zarr", group_size=group_size)
     np.testing.assert_array_equal(read_store(fast / "a.zarr").angle, tensors.angle)
 
 

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from feeler.analysis import measure_deflection_ratios
 from feeler.antenna import Antenna, compute_modes
 from feeler.calibration.films import Film
-from feeler.calibration.fitting import EigenParameters, decompose
+from feeler.calibration.fitting import EigenParameters, _decompose
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.measurements import ForceCurve, compute_force
 from feeler.calibration.problem import Protocol
@@ -228,7 +228,7 @@ def make_factors(antenna: Antenna, names: Sequence[str]) -> Hinges:
     )
 
 
-def choose_factors(animals: Sequence[Measurements]) -> tuple[list[str], dict[str, str]]:
+def _choose_factors(animals: Sequence[Measurements]) -> tuple[list[str], dict[str, str]]:
     """Parameters that the kinds of measurements can determine, and why not the others.
 
     A free swing shows stiffness and damping over mass, so that the mass stays as given where no
@@ -297,7 +297,7 @@ def fit_measurements(
     """
     if not animals:
         raise InvalidInput("no animal was measured; give one or more.")
-    chosen, held = choose_factors(animals)
+    chosen, held = _choose_factors(animals)
     if names is not None:
         held = {name: why for name, why in held.items() if name not in names}
         held |= {name: "not asked for" for name in chosen if name not in names}
@@ -336,7 +336,7 @@ def fit_measurements(
         interval=origin,
         held=held,
         residual=residual,
-        directions=decompose(
+        directions=_decompose(
             tuple(chosen), hinges.to_p(found[0].x), found[0].jacobian * hinges.scale
         ),
         start=antenna,

@@ -14,8 +14,8 @@ from scipy.stats import t as student
 
 from feeler.analysis import FreeResponse, check_trace, measure_free_response
 from feeler.antenna.segments import Antenna
-from feeler.calibration.fitting import EigenParameters, decompose, search
-from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
+from feeler.calibration.fitting import EigenParameters, _decompose, search
+from feeler.calibration.hinges import Band, Hinges, _make_scale, compute_band
 from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
@@ -69,7 +69,7 @@ class Traces(Record):
         vars(self)["bridged"] = freeze(np.broadcast_to(self.bridged, shape), bool)
         for name, row in zip(self.names, self.displacement, strict=True):
             check_trace(self.time, row, f"trace {name!r}")
-            get_place(name)
+            _get_place(name)
 
     @property
     def animals(self) -> tuple[str, ...]:
@@ -79,7 +79,7 @@ class Traces(Record):
     def take(self, animal: str) -> tuple[np.ndarray, np.ndarray]:
         """Places (point,), rising, and displacements (point, sample) of one animal."""
         rows = self._list_rows(animal)
-        return np.array([get_place(self.names[k]) for k in rows]), self.displacement[rows]
+        return np.array([_get_place(self.names[k]) for k in rows]), self.displacement[rows]
 
     def take_seen(self, animal: str) -> np.ndarray:
         """Whether its samples (point, sample) were recorded and not filled in."""
@@ -97,10 +97,10 @@ class Traces(Record):
     def _list_rows(self, animal: str) -> list[int]:
         """The rows of one animal, base to tip."""
         rows = [k for k, name in enumerate(self.names) if name.partition("@")[0] == animal]
-        return sorted(rows, key=lambda k: get_place(self.names[k]))
+        return sorted(rows, key=lambda k: _get_place(self.names[k]))
 
 
-def get_place(name: str) -> float:
+def _get_place(name: str) -> float:
     """The fraction of the length that a trace's name says; 1, the tip, where it says none."""
     _, at, text = name.partition("@")
     try:
@@ -172,7 +172,7 @@ def load_traces(
         source="synthetic" if "synthetic" in words else "recorded",
         bridged=bridged.T,
     )
-    return traces if release == "first" else cut_at_release(traces)
+    return traces if release == "first" else _cut_at_release(traces)
 
 
 def bridge(
@@ -229,7 +229,7 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
 
 
 @checked
-def cut_at_release(traces: Traces) -> Traces:
+def _cut_at_release(traces: Traces) -> Traces:
     """Traces from rest, each animal's cut at its own release (:func:`find_release`).
 
     All are as long as the shortest.
@@ -239,7 +239,7 @@ def cut_at_release(traces: Traces) -> Traces:
     for animal in traces.animals:
         points = [name for name in traces.names if name.partition("@")[0] == animal]
         rows = {name: traces.displacement[traces.names.index(name)] for name in points}
-        outermost = max(points, key=get_place)
+        outermost = max(points, key=_get_place)
         first, _ = find_release(rows[outermost], f"trace {outermost!r}")
         parts |= {name: row[first:] - find_rest(row) for name, row in rows.items()}
         filled |= {name: traces.bridged[traces.names.index(name)][first:] for name in points}
@@ -477,7 +477,7 @@ def fit_traces(
     """
     if not 0 < confidence < 1:
         raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
-    hinges = make_scale(antenna) if hinges is None else hinges
+    hinges = _make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
     late = LATE[1] * step if traces.found else 0.0
     protocol = (protocol or Protocol()).replace(
@@ -512,7 +512,7 @@ def fit_traces(
         directions=(
             None
             if first.jacobian is None
-            else decompose(hinges.names, hinges.to_p(first.x), first.jacobian * hinges.scale)
+            else _decompose(hinges.names, hinges.to_p(first.x), first.jacobian * hinges.scale)
         ),
     )
 
@@ -530,7 +530,7 @@ def _simulate_all(
             f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
         }
     return np.array(
-        [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
+        [rows[f"{name.partition('@')[0]}@{_get_place(name):.12g}"] for name in traces.names]
     )
 
 
@@ -685,7 +685,7 @@ def make_synthetic_traces(
             f"{duration:g} ms at an interval of {interval:g} ms are more than {MAX_SAMPLES:,}"
             " samples; use a longer interval."
         )
-    hinges = make_scale(antenna)
+    hinges = _make_scale(antenna)
     time = np.arange(0.0, duration, interval)
     protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))

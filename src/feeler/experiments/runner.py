@@ -106,7 +106,7 @@ class WorkerTask:
         """
         indices, trials, store = share
         if store is not None:
-            check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
+            _check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
         readings, errors = self.simulate(indices, trials)
         done = _ShareResult(readings=readings, errors=errors)
         if store is not None and readings:
@@ -133,7 +133,7 @@ class WorkerTask:
         errors: dict[int, Exception] = {}
         times = 1 if self.accuracy is None else TOGETHER
         for lanes in make_groups(scenes, get_engine(self.engine), times):
-            results = run_lanes(
+            results = _run_lanes(
                 [scenes[place] for place in lanes], self.clock, self.engine, self.accuracy
             )
             for place, result in zip(lanes, results, strict=True):
@@ -218,7 +218,7 @@ def _drop_numbers(tensors: xr.Dataset) -> xr.Dataset:
     return tensors.drop_vars([n for n, v in tensors.variables.items() if v.dims != ("trial",)])
 
 
-def check_origin(physics: int, versions: Mapping[str, str]) -> None:
+def _check_origin(physics: int, versions: Mapping[str, str]) -> None:
     """Refuse to work where another feeler would make other numbers: on a cluster each worker has
     its own.
 
@@ -249,7 +249,7 @@ def _describe_base(base: BaseMotion | None) -> str:
     return f"velocity {velocity} mm/ms, turn {turn} rad/ms"
 
 
-def run_lanes(
+def _run_lanes(
     scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None
 ) -> list[Result]:
     """Motions of scenes that fit the lanes of an engine, and what they err by; with ``accuracy``
@@ -270,7 +270,7 @@ def _spawn_seed(seed: int, index: int) -> int:
 Progress = Callable[[int, int], object]
 
 
-def run_trials(
+def _run_trials(
     job: WorkerTask,
     trials: Sequence[Trial],
     store: "Store | None",

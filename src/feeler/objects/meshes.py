@@ -14,7 +14,7 @@ import numpy as np
 from feeler.antenna.segments import find_frames
 from feeler.errors import InvalidInput, MissingDependencyError
 from feeler.files import find_file
-from feeler.objects.shapes import Feature, digest_numbers
+from feeler.objects.shapes import Feature, _digest_numbers
 from feeler.records import DType, Gt, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
@@ -172,7 +172,7 @@ class Mesh(Feature):
 
     def make_name(self) -> str:
         """``mesh`` and six digits that stand for the corners and the rounding."""
-        return f"mesh {digest_numbers(self.vertices, self.starts, self.rounding)}"
+        return f"mesh {_digest_numbers(self.vertices, self.starts, self.rounding)}"
 
     def make_parts(self) -> list[np.ndarray]:
         """The parts' shadows in the plane."""
@@ -326,7 +326,7 @@ def is_box(corners: np.ndarray) -> bool:
     return len(corners) == 8 and all(np.unique(row).size == 2 for row in corners.T)
 
 
-def compute_gap_in_space(
+def _compute_gap_in_space(
     points: np.ndarray, radius: np.ndarray, feature: Feature, origin: Any, axes: np.ndarray
 ) -> float:
     """Smallest gap [mm] between surfaces, negative where they overlap: of an antenna's points
@@ -349,7 +349,7 @@ def _list_hulls(feature: Feature) -> list[tuple[np.ndarray, int]]:
     return [make_hull(corners) for corners in list_solids(feature)]
 
 
-def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
+def _place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
     """Where a trial's feature just touches an antenna in space at rest (3,), and its axes there
     (3, 3): forward, left, up.
 
@@ -375,7 +375,7 @@ def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
 
     def measure(back: float) -> float:
         where = aim - back * forward
-        return compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
+        return _compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
 
     back = 0.0
     for _ in range(_MARCHES):

@@ -179,7 +179,7 @@ class Contact:
         place = antenna.hinge_position + antenna.segment_length / 2
         most, least = np.full(place.shape, high), np.full(place.shape, width)
         if self.share:
-            stretch = np.prod(self.solref) ** 2 * find_invweight(antenna)
+            stretch = np.prod(self.solref) ** 2 * _find_invweight(antenna)
             asked = 1 - self.share * _compute_compliance(antenna) / stretch
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
@@ -208,19 +208,19 @@ def _compute_compliance(antenna: Antenna) -> np.ndarray:
     )
 
 
-def find_invweight(antenna: Antenna) -> np.ndarray:
+def _find_invweight(antenna: Antenna) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` of an antenna (segment,) [1/g]; in space it moves across in two
     directions.
     """
     if not antenna.spatial:
-        return compute_invweight(antenna.segment_length, antenna.segment_mass)
+        return _compute_invweight(antenna.segment_length, antenna.segment_mass)
     frustum = antenna.mass_centre / antenna.segment_length, antenna.inertia
     loose = antenna.follicle is not None
-    found = compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum, loose)
+    found = _compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum, loose)
     return 2 * found + (1 / (3 * antenna.segment_mass.sum()) if loose else 0.0)
 
 
-def compute_invweight(
+def _compute_invweight(
     length: np.ndarray,
     mass: np.ndarray,
     centre: np.ndarray | None = None,
@@ -371,7 +371,7 @@ def _round_down(timestep: float) -> float:
     )
 
 
-def find_radius(item: Object) -> float:
+def _find_radius(item: Object) -> float:
     """The radius [mm] of a ball or a rounded edge, else infinite: what it can sink into."""
     rounded = item.feature.rounding > 0 and min(map(len, item.feature.parts)) <= 2
     return item.feature.rounding if rounded and not item.feature.unbounded else np.inf

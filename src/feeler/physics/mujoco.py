@@ -8,11 +8,11 @@ import numpy as np
 
 from feeler.antenna.segments import to_vector
 from feeler.errors import InvalidInput
-from feeler.physics.contact import find_radius
+from feeler.physics.contact import _find_radius
 from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, compile_model, to_quaternion
-from feeler.physics.statics import compute_reaction
+from feeler.physics.spec import ROOTED, _compile_model, _to_quaternion
+from feeler.physics.statics import _compute_reaction
 
 import mujoco  # isort: skip  # after spec, which says in words if it is missing
 
@@ -20,7 +20,7 @@ import mujoco  # isort: skip  # after spec, which says in words if it is missing
 # words.
 
 
-class MujocoStepper(Stepper):
+class _MujocoStepper(Stepper):
     """One scene in MuJoCo. A base that never moves is part of the world; the first command hangs it
     on joints.
     """
@@ -34,7 +34,7 @@ class MujocoStepper(Stepper):
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene."""
         self.scenes[0], self.moving = scene, scene.base_motion is not None
-        self.model = compile_model(scene, self.timestep, moving=self.moving)
+        self.model = _compile_model(scene, self.timestep, moving=self.moving)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
         self.object_velocity = np.array([[*o.velocity, o.turn] for o in scene.objects]).reshape(
@@ -44,7 +44,7 @@ class MujocoStepper(Stepper):
         self.force = np.zeros((len(scene.objects), 2))
         self.base_force, self.base_moment, self.sink = np.zeros(2), 0.0, 0.0
         self._thin = [
-            np.minimum(scene.antenna.radius, find_radius(item)) for item in scene.objects
+            np.minimum(scene.antenna.radius, _find_radius(item)) for item in scene.objects
         ]
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = (
             scene.initial_angle,
@@ -69,7 +69,7 @@ class MujocoStepper(Stepper):
         )
         time, warm = data.time, data.qacc_warmstart.copy()
         self.moving = True
-        self.model = compile_model(self.scenes[0], self.timestep, moving=True)
+        self.model = _compile_model(self.scenes[0], self.timestep, moving=True)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
         self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = (
@@ -114,7 +114,7 @@ class MujocoStepper(Stepper):
         acceleration = (
             data.qvel[hinges] - rate
         ) / self.timestep  # not MuJoCo's qacc: damping is implicit
-        self.base_force, self.base_moment = compute_reaction(
+        self.base_force, self.base_moment = _compute_reaction(
             self.scenes[0].antenna,
             angle,
             rate,
@@ -313,8 +313,8 @@ def _find_normals(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 def _make(scenes: Sequence[Scene], timestep: float) -> Stepper:
     if scenes[0].antenna.spatial:
-        return SpaceMujocoStepper(scenes, timestep)
-    return MujocoStepper(scenes, timestep)
+        return _SpaceMujocoStepper(scenes, timestep)
+    return _MujocoStepper(scenes, timestep)
 
 
 MUJOCO = Engine(make=_make, timestep=0.02)
@@ -326,7 +326,7 @@ MUJOCO = Engine(make=_make, timestep=0.02)
 _KEPT = ("scenes", "model")
 
 
-class SpaceMujocoStepper(Stepper):
+class _SpaceMujocoStepper(Stepper):
     """One scene in space in MuJoCo."""
 
     def __init__(self, scenes: Sequence[Scene], timestep: float) -> None:
@@ -336,7 +336,7 @@ class SpaceMujocoStepper(Stepper):
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene."""
         self.scenes[0], antenna = scene, scene.antenna
-        self.model = compile_model(scene, self.timestep)
+        self.model = _compile_model(scene, self.timestep)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
         rates = [[*o.velocity, *np.ravel(o.turn)] for o in scene.objects]
@@ -344,10 +344,10 @@ class SpaceMujocoStepper(Stepper):
         self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
         self.sink, self.planes = 0.0, len(antenna.planes)
         self.base_wrench, self.contacts = np.zeros((2, 3)), _list_none()
-        self._thin = [np.minimum(antenna.radius, find_radius(item)) for item in scene.objects]
+        self._thin = [np.minimum(antenna.radius, _find_radius(item)) for item in scene.objects]
         n, loose = self.planes * antenna.n_segments, 3 * (antenna.follicle is not None)
         self._q, self._v = slice(7 + loose, 7 + loose + n), slice(6 + loose, 6 + loose + n)
-        self.data.qpos[3:7] = to_quaternion(scene.base_pose[3:])
+        self.data.qpos[3:7] = _to_quaternion(scene.base_pose[3:])
         self.data.qpos[self._q] = scene.initial_angle.T.ravel()
         self.data.qvel[self._v] = scene.initial_velocity.T.ravel()
         self._command()

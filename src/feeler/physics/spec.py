@@ -224,7 +224,7 @@ def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
     return name
 
 
-def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
+def _compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
     return _make_spec(scene, timestep, moving=moving).compile()
 
@@ -356,7 +356,7 @@ def _describe_solid(
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, **place}
 
 
-def to_quaternion(vector: np.ndarray) -> np.ndarray:
+def _to_quaternion(vector: np.ndarray) -> np.ndarray:
     """MuJoCo's quaternion (4,) of a rotation vector [rad]."""
     size, found = float(np.linalg.norm(vector)), np.zeros(4)
     mujoco.mju_axisAngle2Quat(found, np.asarray(vector) / size if size else np.eye(3)[0], size)
@@ -432,7 +432,7 @@ _LEAST_INERTIA = 1.01e-15
 _OWN_SOFTNESS = 1e6
 
 
-def make_body(
+def _make_body(
     antenna: Antenna,
     *,
     units: str = "si",
@@ -515,7 +515,7 @@ def _add_hub(spec: mujoco.MjSpec, base: mujoco.MjsBody, antenna: Antenna) -> Non
 
 def count_raised(antenna: Antenna) -> int:
     """How many segments have a moment of inertia that MuJoCo does not take in SI."""
-    bodies = [body for body in make_body(antenna).bodies if body.name.startswith("segment")]
+    bodies = [body for body in _make_body(antenna).bodies if body.name.startswith("segment")]
     return sum(bool(np.min(body.inertia) <= _LEAST_INERTIA) for body in bodies)
 
 
@@ -554,8 +554,8 @@ def _convert_to_si(spec: mujoco.MjSpec) -> None:
 
 
 def write_body(antenna: Antenna, path: Path, **options: Any) -> Path:
-    """Write :func:`make_body`'s antenna as MJCF; ``options`` are its own."""
-    spec = make_body(antenna, **options)
+    """Write :func:`_make_body`'s antenna as MJCF; ``options`` are its own."""
+    spec = _make_body(antenna, **options)
     units = "kg, m, s" if options.get("units", "si") == "si" else "g, mm, ms"
     spec.comment = (
         f"feeler antenna {antenna.name!r} in {units}. Attach it at a site: it points along the"
@@ -567,7 +567,7 @@ def write_body(antenna: Antenna, path: Path, **options: Any) -> Path:
 
 
 def describe_options(antenna: Antenna, **options: Any) -> str:
-    """The options that the parent of :func:`make_body`'s antenna needs, as MJCF."""
+    """The options that the parent of :func:`_make_body`'s antenna needs, as MJCF."""
     contact = options.get("contact") or get_contact(None, antenna)
     step = choose_timestep(None, "mujoco", contact)
     step *= _SI if options.get("units", "si") == "si" else 1.0
@@ -632,7 +632,7 @@ def _play(
     parent.option.timestep = scale * timestep
     parent.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     parent.option.gravity = [0.0, 0.0, 0.0]
-    body = make_body(scene.antenna, units=units, speed=scene.speed, contact=scene.contact)
+    body = _make_body(scene.antenna, units=units, speed=scene.speed, contact=scene.contact)
     parent.attach(body, frame=parent.worldbody.add_frame(), prefix="antenna_")
     model = parent.compile()
     data, names = mujoco.MjData(model), [model.joint(k).name for k in range(model.njnt)]

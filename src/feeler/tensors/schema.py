@@ -252,7 +252,7 @@ def _list_required(dim: str) -> tuple[str, ...]:
     )
 
 
-def derive_curvature(angle: Any, segment_length: Any) -> Any:
+def _derive_curvature(angle: Any, segment_length: Any) -> Any:
     """Curvature [1/mm] from angle [rad] and the length [mm] of the segments, of the same dims."""
     return angle / segment_length
 
@@ -329,7 +329,7 @@ def _make_tensors(
     }
     length = np.asarray(segment_length, dtype=float)
     given.setdefault(
-        "curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype)
+        "curvature", _derive_curvature(given["angle"], length[:, None]).astype(dtype)
     )
     spatial = given["angle"].ndim == len(IN_SPACE["angle"])
     dims = {name: quantity.dims for name, quantity in QUANTITIES.items()}
@@ -488,10 +488,10 @@ def validate(dataset: xr.Dataset) -> xr.Dataset:
     InvalidInput
         With every breach found, one a line.
     """
-    return raise_if_invalid(find_errors(dataset), dataset)
+    return _raise_if_invalid(find_errors(dataset), dataset)
 
 
-def raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
+def _raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
     """The Dataset, or one InvalidInput with all its breaches."""
     if breaches:
         raise InvalidInput(

@@ -50,7 +50,7 @@ def describe(dataset: xr.Dataset) -> str:
     """
     variables = {}
     for name, variable in dataset.variables.items():
-        check_variable(name, variable)
+        _check_variable(name, variable)
         entry = {
             "dims": list(variable.dims),
             "shape": list(variable.shape),
@@ -71,8 +71,8 @@ def describe(dataset: xr.Dataset) -> str:
     return json.dumps(content, ensure_ascii=True)
 
 
-def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
-    """A small Dataset with all its numbers, as plain data; :func:`restore_whole` reads it."""
+def _describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
+    """A small Dataset with all its numbers, as plain data; :func:`_restore_whole` reads it."""
     numbers = {
         str(name): to_jsonable(item.values.ravel())
         for name, item in dataset.variables.items()
@@ -81,8 +81,8 @@ def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
     return {"rest": json.loads(describe(dataset)), "numbers": numbers}
 
 
-def restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
-    """The Dataset that :func:`describe_whole` described, to the last digit."""
+def _restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
+    """The Dataset that :func:`_describe_whole` described, to the last digit."""
     arrays = {}
     for name, values in content["numbers"].items():
         flat = np.array(values, dtype=object).ravel().tolist()
@@ -92,7 +92,7 @@ def restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
     return restore(content["rest"], arrays, source)
 
 
-def check_variable(name: Any, variable: xr.Variable) -> None:
+def _check_variable(name: Any, variable: xr.Variable) -> None:
     """Raise where a variable cannot be written to every format."""
     if not (isinstance(name, str) and NAME.fullmatch(name)):
         raise InvalidInput(
@@ -173,7 +173,7 @@ def _values(
 # NetCDF-4 files, as xarray, MATLAB's ncread and Panoply open them.
 
 
-def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def _save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
     path, dataset = Path(path), complete(dataset)
     description = describe(dataset)
@@ -232,7 +232,7 @@ def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
 _MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
 
 
-def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def _save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as a MATLAB version 5 file."""
     dataset = complete(dataset)
     content: dict[str, object] = {}
@@ -258,7 +258,7 @@ _MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
 _COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
-def save_csv(
+def _save_csv(
     dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0
 ) -> None:
     """Write one variable (trial, sensor, time) of one trial.
@@ -291,7 +291,7 @@ def save_csv(
             text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
     rest = one.drop_vars([variable, "time"])
     roles = {"variable": variable, "attributes": to_jsonable(dict(one[variable].attrs))}
-    content = describe_whole(rest) | {"time": to_jsonable(dict(one.time.attrs)), **roles}
+    content = _describe_whole(rest) | {"time": to_jsonable(dict(one.time.attrs)), **roles}
     text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
@@ -301,8 +301,8 @@ def save_csv(
     write_atomic(Path(path), text.getvalue().encode())
 
 
-def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by
+def _load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
+    """The Dataset of one trial in a file that :func:`_save_csv` wrote; a recording is read by
     feeler.robot instead.
     """
     text, source = read_text(path, MAX_TEXT), Path(path).name
@@ -334,7 +334,7 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
             dict(content["attributes"]),
         )
         time = xr.Variable("time", values[:, 0], dict(content["time"]))
-        whole = restore_whole(content, source)
+        whole = _restore_whole(content, source)
         return whole.assign({str(content["variable"]): tensor}).assign_coords(time=time)
     except InvalidInput:
         raise
@@ -350,7 +350,7 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
 _TOUCHES_AT_ONCE = 256  # touches in one group of rows
 
 
-def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write one touch a row: each variable over trials is a column, ``angle`` a list of sensors of
     lists of samples; labels stand beside it, a coordinate ``split`` (trial,) among them.
 
@@ -363,7 +363,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     InvalidInput
         The Dataset has no trials.
     """
-    require_pyarrow()
+    _require_pyarrow()
     import pyarrow as pa
     from pyarrow.parquet import ParquetWriter
 
@@ -372,7 +372,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     dataset = complete(dataset).transpose("trial", ...)
     names = [name for name, item in dataset.variables.items() if "trial" in item.dims]
     described = json.loads(describe(dataset.isel(trial=slice(0))))["variables"]
-    content = describe_whole(dataset.drop_vars(names))
+    content = _describe_whole(dataset.drop_vars(names))
     content["columns"] = {name: described[name] for name in names}
     notes = {DESCRIPTION: json.dumps(content, ensure_ascii=True)}
 
@@ -388,7 +388,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
             writer.write_table(make_rows(start))
 
 
-def require_pyarrow() -> None:
+def _require_pyarrow() -> None:
     """MissingDependencyError where the extra ``parquet`` is not installed."""
     if find_spec("pyarrow") is None:
         raise MissingDependencyError(
@@ -574,7 +574,7 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
         name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
         for name in series
     }
-    return json.dumps(describe_whole(rest) | {"series": kinds}, default=str)
+    return json.dumps(_describe_whole(rest) | {"series": kinds}, default=str)
 
 
 def make_subject(

@@ -15,7 +15,7 @@ from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
 from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Choice, Shown
-from feeler.tracking.quality import find_doubts, leave_out_errors
+from feeler.tracking.quality import _find_doubts, _leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
 
@@ -102,7 +102,7 @@ _CHANCE = 6.0  # [C] sd by which a band with motion is louder than noise would b
 _MOTION = 1.5  # [C] the motion lies below this multiple of the best cut-off
 
 
-class MotionSpectrum:
+class _MotionSpectrum:
     """Power spectrum of an angle, as motion plus white noise of the tracker.
 
     The noise density N is the median over the upper half of the frequencies, where a camera that
@@ -367,7 +367,7 @@ def find_sweeps(
         NaN where it is not known; time between frames [ms].
     cutoff
         Of the low-pass [kHz]; ``auto``: chosen from the angle's spectrum
-        (:class:`~feeler.tracking.kinematics.MotionSpectrum`); ``paper``: 6 Hz.
+        (:class:`~feeler.tracking.kinematics._MotionSpectrum`); ``paper``: 6 Hz.
     max_gap
         Longest gap that is bridged by a cubic spline [frames]. A peak in a bridged gap of more
         than a quarter of the motion's period is not counted.
@@ -391,7 +391,7 @@ def find_sweeps(
         raise InvalidInput(f"min_prominence must be ≥ 0 rad/ms, got {min_prominence}.")
     filled, _ = _bridge_gaps(np.asarray(angle, dtype=float), max_gap)
     is_bridged = np.isfinite(filled) & np.isnan(angle)
-    spectrum = MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
+    spectrum = _MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
     cutoff = _read_cutoff(cutoff, spectrum)
     smoothed = smooth(filled, interval, cutoff=cutoff)
     noise = _measure_noise(spectrum.noise, interval, cutoff)
@@ -425,7 +425,7 @@ def find_sweeps(
     )
 
 
-def _read_cutoff(cutoff: float | str, spectrum: MotionSpectrum) -> float:
+def _read_cutoff(cutoff: float | str, spectrum: _MotionSpectrum) -> float:
     """The cut-off [kHz] that a number or word stands for."""
     if isinstance(cutoff, str):
         known = {"auto": spectrum.best_cutoff, "paper": CUTOFF}
@@ -666,7 +666,7 @@ def measure_exploration(
         What the landmarks are called, as for :func:`compute_antenna_angle`: ``tips``, ``bases``,
         ``head``, ``abdomen``.
     outliers
-        ``remove`` leaves out what :func:`~feeler.tracking.quality.leave_out_errors` finds
+        ``remove`` leaves out what :func:`~feeler.tracking.quality._leave_out_errors` finds
         (jumps, exchanged landmarks); ``keep`` takes every place as it is.
 
     Returns
@@ -729,12 +729,12 @@ def _measure_trial(
     bases = names.get("bases", (names["head"],) * 2)
     left_out: dict[str, int] = {}
     if outliers == "remove":
-        tracks, left_out = leave_out_errors(tracks, **names | {"bases": bases})
+        tracks, left_out = _leave_out_errors(tracks, **names | {"bases": bases})
     tracks, is_bridged = _bridge_body(
         tracks, names["head"], names["abdomen"], bases, options["max_gap"]
     )
     angle = compute_antenna_angle(tracks, **names)
-    remarks = find_doubts(
+    remarks = _find_doubts(
         angle,
         tips=names["tips"],
         head=names["head"],

@@ -28,7 +28,7 @@ _NEAR = 8  # [C] frames of a neighbourhood, before and after
 _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
 
 
-def leave_out_errors(
+def _leave_out_errors(
     tracks: Tracks,
     *,
     tips: tuple[str, str],
@@ -83,7 +83,7 @@ def leave_out_errors(
     return tracks.replace(position=position), found
 
 
-def find_doubts(
+def _find_doubts(
     angle: np.ndarray, *, tips: tuple[str, str], head: str, abdomen: str, flat: bool
 ) -> list[str]:
     """Questions about the landmarks' names and tracks, from angles (side, frame) [rad]."""

@@ -16,7 +16,7 @@ from feeler.sandbox import open_guarded
 from feeler.tensors.formats import HDF5
 from feeler.tensors.readers import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table, split_line
-from feeler.tracking.exports import name_twice, read_fictrac, read_motive, spread_long
+from feeler.tracking.exports import _name_twice, _read_fictrac, _read_motive, _spread_long
 
 # The clock of a film: frame rate from times, and frames that a file leaves out.
 
@@ -51,7 +51,7 @@ def _count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
     return np.concatenate([[0.0], np.cumsum(many)]), interval, ""
 
 
-def spread_frames(
+def _spread_frames(
     frame: np.ndarray, source: str, *arrays: np.ndarray | None
 ) -> tuple[list[Any], dict[str, str]]:
     """Arrays (row, …) with a row for each frame of the film, NaN for those that the file leaves
@@ -106,7 +106,7 @@ class Clock:
     wrong: str = ""
 
 
-def read_clock(table: Table, given: float | None) -> Clock:
+def _read_clock(table: Table, given: float | None) -> Clock:
     """Frames and times of a table's columns, such as ``frame``, ``time_s`` or ``Time (ms)``.
 
     A column ``time`` without a unit is in s or ms, whichever fits the ``given`` frame rate or,
@@ -192,7 +192,7 @@ class Found:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
-def read_tracker(
+def _read_tracker(
     path: str | os.PathLike, individual: str | None, *, first: bool = False
 ) -> Found | Table:
     """The file's content; a plain or DLTdv table is handed on as it is.
@@ -211,7 +211,7 @@ def read_tracker(
         raise InvalidInput(f"{source}: {error}") from None
     if taken is not None:
         return taken
-    table = parse_table(name_twice(text), source=source, words=True)
+    table = parse_table(_name_twice(text), source=source, words=True)
     if {"track", "frame_idx"} <= {*table.columns}:
         return _read_sleap(table, text, individual=individual, first=first)
     if individual is not None:
@@ -227,13 +227,13 @@ def _take_export(
     text: str, source: str, individual: str | None, first: bool
 ) -> Found | Table | None:
     """What FicTrac, Motive or a long table hold; None where a text is none of these."""
-    if fictrac := read_fictrac(text):
+    if fictrac := _read_fictrac(text):
         rate, timed = None, ""
         if fictrac["time"] is not None:
             counted, step, _ = _count_frames(fictrac["time"])
             if counted is not None:
                 rate, timed = 1e3 / step, "its timestamps"
-        (position,), notes = spread_frames(fictrac["frame"], source, fictrac["position"])
+        (position,), notes = _spread_frames(fictrac["frame"], source, fictrac["position"])
         notes |= {"ahead": "a landmark one ball's radius ahead of the body"}
         return Found(
             names=fictrac["names"],
@@ -244,8 +244,8 @@ def _take_export(
             unit="ball radii",
             notes=notes,
         )
-    if motive := read_motive(text):
-        (position,), notes = spread_frames(motive["frame"], source, motive["position"])
+    if motive := _read_motive(text):
+        (position,), notes = _spread_frames(motive["frame"], source, motive["position"])
         return Found(
             names=motive["names"],
             position=position,
@@ -255,7 +255,7 @@ def _take_export(
             unit="mm",
             notes=notes,
         )
-    spread = spread_long(text, individual)
+    spread = _spread_long(text, individual)
     if spread is None:
         return None
     wide, animals = spread
@@ -329,7 +329,7 @@ def _gather(
     position = values[:, [[place[part, axis] for axis in axes] for part in parts]]
     given = all((part, "likelihood") in place for part in parts)
     likelihood = values[:, [place[part, "likelihood"] for part in parts]] if given else None
-    (position, likelihood), notes = spread_frames(frame, source, position, likelihood)
+    (position, likelihood), notes = _spread_frames(frame, source, position, likelihood)
     return Found(
         names=parts,
         position=position,
@@ -372,7 +372,7 @@ def _read_sleap(table: Table, text: str, **asked: Any) -> Found:
     columns = [[f"{name}.{what}" for what in ("x", "y", "score")] for name in names]
     rows = np.array([[table.column(one)[mine] for one in three] for three in columns])
     order = np.argsort(frame)
-    (parts,), notes = spread_frames(
+    (parts,), notes = _spread_frames(
         frame[order], table.source, np.moveaxis(rows, 2, 0)[order].astype(float)
     )
     return Found(
@@ -394,7 +394,7 @@ def _read_anipose(table: Table) -> Found:
     )
     position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
     likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
-    (position, likelihood), notes = spread_frames(
+    (position, likelihood), notes = _spread_frames(
         table.column("fnum"), table.source, position.transpose(2, 0, 1), likelihood
     )
     return Found(
@@ -465,7 +465,7 @@ def _read_hdf5_file(
         if frame is None:
             notes |= {"clock": wrong}
         else:
-            (places, scores), more = spread_frames(frame, source, places, scores)
+            (places, scores), more = _spread_frames(frame, source, places, scores)
             notes |= more
             if rate is None:
                 rate = 1e3 / step

@@ -20,15 +20,15 @@ from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
 from feeler.tensors.table import Table, find_heading
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
-from feeler.tracking.exports import LENGTHS, find_boxes, find_landmarks, is_export
+from feeler.tracking.exports import LENGTHS, _find_boxes, _find_landmarks, _is_export
 from feeler.tracking.trackers import (
     OWN_UNIT,
     PLACEHOLDER,
     Found,
+    _read_clock,
+    _read_tracker,
+    _spread_frames,
     project,
-    read_clock,
-    read_tracker,
-    spread_frames,
 )
 from feeler.validation import checked
 
@@ -220,7 +220,7 @@ def load_tracks(
         raise InvalidInput(
             f"frame_rate must lie in (0, {_MAX_FRAME_RATE:g}] frames per second, got {frame_rate}."
         )
-    found, name = read_tracker(path, individual), os.path.basename(path)
+    found, name = _read_tracker(path, individual), os.path.basename(path)
     first = first_pixel or 0.0
     if isinstance(found, Table):
         first = float(_is_dltdv(found)) if first_pixel is None else first_pixel
@@ -267,11 +267,11 @@ def _read_landmarks(
         if _is_dltdv(table)
         else _take_named(table, landmarks)
     )
-    clock = read_clock(table, frame_rate)
+    clock = _read_clock(table, frame_rate)
     notes = {**take.notes, **({"clock": clock.wrong} if clock.wrong else {})}
     position, likelihood = take.position, take.likelihood
     if clock.frame is not None:
-        (position, likelihood), more = spread_frames(
+        (position, likelihood), more = _spread_frames(
             clock.frame, table.source, position, likelihood
         )
         notes |= more
@@ -416,8 +416,8 @@ def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[
 
 
 def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
-    table, notes = find_boxes(table)
-    found, stated = find_landmarks(table.columns)
+    table, notes = _find_boxes(table)
+    found, stated = _find_landmarks(table.columns)
     names = (
         tuple(dict.fromkeys(name for name, _ in found))
         if landmarks is None
@@ -603,15 +603,15 @@ def _is_tracks(path: Path, start: bytes) -> bool:
     if b"\0" in start:
         return False
     text = start.decode("utf-8-sig", "ignore")
-    if is_export(text):
+    if _is_export(text):
         return True
     heading = find_heading(enumerate(text.split("\n"), 1))
-    found = find_landmarks([] if heading is None else heading.names)[0]
+    found = _find_landmarks([] if heading is None else heading.names)[0]
     return any((name, "Y") in found and len(name) > 1 and name != "body" for name, _ in found)
 
 
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
-    found = read_tracker(path, None, first=True)
+    found = _read_tracker(path, None, first=True)
     if isinstance(found, Table):
         found = _read_landmarks(found)
     if not len(found.position):

@@ -11,8 +11,8 @@ from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
 from feeler.objects.bodies import Object
 from feeler.objects.shapes import Feature
-from feeler.physics.contact import Contact, find_radius, get_contact
-from feeler.physics.engine import Contacts, Engine, State, Stepper, announce_compiling
+from feeler.physics.contact import Contact, _find_radius, get_contact
+from feeler.physics.engine import Contacts, Engine, State, Stepper, _announce_compiling
 from feeler.physics.rod import newton as f
 from feeler.physics.rod.newton import march, place_nodes, relax
 from feeler.physics.scene import Scene
@@ -128,7 +128,7 @@ def _make_rod_model(scene: Scene, firmness: float) -> _RodModel:
                     item.friction,
                     item.feature.rounding,
                     endless,
-                    find_radius(item),
+                    _find_radius(item),
                 ]
             )
             faces.append(rim)
@@ -297,7 +297,7 @@ class RodStepper(Stepper):
                 f"the rod engine steps one scene at a time, got {len(self.scenes)}."
             )
         self.reset(0, self.scenes[0])
-        with announce_compiling("rod"):
+        with _announce_compiling("rod"):
             march(self.model, self.lane, 0, self.timestep, self.drive, self.inertia)
 
     def reset(self, lane: int, scene: Scene) -> None:
