@@ -26,7 +26,6 @@ from feeler.errors import InvalidInput, suggest
 from feeler.validation import (
     ALLOW_NAN,
     Choice,
-    DType,
     FieldError,
     Rules,
     Unit,
@@ -233,7 +232,7 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 #   takes a registry, a dictionary or a list of names, and a text beside them is a remark.
 # - ``tuple[float, float]`` and the like take any list, tuple or row of an array; a record takes
 #   another record or a table of its fields; any other class takes its own objects.
-# - ``np.ndarray`` becomes a read-only copy, of floats unless ``DType(int)`` says otherwise;
+# - ``np.ndarray`` becomes a read-only copy, of floats unless ``int`` stands beside it;
 #   ``Annotated[np.ndarray, "point 2", Gt(0)]`` names its dimensions (or their sizes) and its range,
 #   ``"segment?"`` takes one number, too.
 #
@@ -242,7 +241,6 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 __all__ = [
     "ALLOW_NAN",
     "Choice",
-    "DType",
     "Ge",
     "Gt",
     "Le",

@@ -269,9 +269,9 @@ def test_column_names_that_would_call_something_are_refused(tmp_path):
     ("options", "match"),
     [
         ({"frame_rate": None}, "does not say how many frames"),
-        ({"frame_rate": 30, "min_likelihood": 2.0}, r"must lie in \[0, 1\]"),
+        ({"frame_rate": 30, "min_likelihood": 2.0}, "must be from 0 to 1"),
         ({"frame_rate": 30, "individual": "zoe"}, "has no individual 'zoe'"),
-        ({"frame_rate": 30, "plane": "yx"}, "unknown plane 'yx'; valid: xy, xz, yz"),
+        ({"frame_rate": 30, "plane": "yx"}, "plane must be one of xy, xz, yz, space"),
         (
             {"frame_rate": 30, "landmarks": ("paw",)},
             "no landmark 'paw'; the tracks hold left_tip",

@@ -88,7 +88,8 @@ class Film(Record):
     def make_traces(self, *, release: bool = True) -> Traces:
         """The displacements as traces of this animal, cut at the release where one is asked for."""
         keep = self.place > 0
-        names = tuple(_name_trace(self.name, place) for place in self.place[keep])
+        ends = ["" if place == 1 else f"@{place:.4g}" for place in self.place[keep]]
+        names = tuple(f"{self.name}{end}" for end in ends)
         traces = Traces(
             time=self.time,
             displacement=self.displacement,
@@ -97,10 +98,6 @@ class Film(Record):
             bridged=self.bridged.T[keep],
         )
         return _cut_at_release(traces) if release else traces
-
-
-def _name_trace(animal: str, place: float) -> str:
-    return animal if place == 1 else f"{animal}@{place:.4g}"
 
 
 @checked

@@ -20,7 +20,7 @@ from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
-from feeler.records import ALLOW_NAN, Choice, Gt, Record, Shown, freeze
+from feeler.records import ALLOW_NAN, Choice, Gt, Lt, Record, Shown, freeze
 from feeler.tensors.table import Table, parse_table, read_table
 from feeler.validation import Count, checked
 
@@ -425,21 +425,9 @@ class TraceFit(Shown):
     directions: EigenParameters | None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Fitted:
-    """One animal's searched vector, and what its residuals say of it.
-
-    Attributes
-    ----------
-    shift : float
-        How long after its release the trace begins [ms].
-    """
-
-    x: np.ndarray
-    residual: float
-    covariance: np.ndarray
-    jacobian: np.ndarray | None = None
-    shift: float = 0.0
+_Fitted = tuple[np.ndarray, float, np.ndarray, np.ndarray | None, float]
+"""An animal's searched vector, what its residuals say of it (root mean square, covariance,
+Jacobian), and how long after its release the trace begins [ms]."""
 
 
 @checked
@@ -450,7 +438,7 @@ def fit_traces(
     by: Annotated[str, Choice(("trace", "targets"))] = "trace",
     hinges: Hinges | None = None,
     protocol: Protocol | None = None,
-    confidence: float = 0.95,
+    confidence: Annotated[float, Gt(0), Lt(1)] = 0.95,
     progress: Advance | None = None,
 ) -> TraceFit:
     """Fit hinges to the free responses of one or more animals after a step release.
@@ -475,8 +463,6 @@ def fit_traces(
         With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
         animal the linear estimate from its residuals taken as white noise.
     """
-    if not 0 < confidence < 1:
-        raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
     hinges = _make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
     late = LATE[1] * step if traces.found else 0.0
@@ -488,10 +474,10 @@ def fit_traces(
         for done, animal in enumerate(traces.animals, 1):
             found.append(_fit_one(traces, animal, hinges, protocol, by))
             advance(done, len(traces.animals))
-    first = found[0]
-    xs = np.array([one.x for one in found])
+    searched, residual, covariances, (jacobian, *_), shifts = zip(*found, strict=True)
+    xs = np.array(searched)
     middle, covariance, factor, origin = _measure_spread(
-        xs, first.covariance, confidence, len(traces.time)
+        xs, covariances[0], confidence, len(traces.time)
     )
     half = factor * np.sqrt(np.diag(covariance))
     return TraceFit(
@@ -501,8 +487,8 @@ def fit_traces(
         p=hinges.to_p(middle),
         low=hinges.to_p(middle - half),
         high=hinges.to_p(middle + half),
-        residual=np.array([one.residual for one in found]),
-        simulated=_simulate_all(traces, hinges, found, protocol),
+        residual=np.array(residual),
+        simulated=_simulate_all(traces, hinges, xs, shifts, protocol),
         interval=origin,
         band=(
             None
@@ -511,21 +497,25 @@ def fit_traces(
         ),
         directions=(
             None
-            if first.jacobian is None
-            else _decompose(hinges.names, hinges.to_p(first.x), first.jacobian * hinges.scale)
+            if jacobian is None
+            else _decompose(hinges.names, hinges.to_p(xs[0]), jacobian * hinges.scale)
         ),
     )
 
 
 def _simulate_all(
-    traces: Traces, hinges: Hinges, found: Sequence[_Fitted], protocol: Protocol
+    traces: Traces,
+    hinges: Hinges,
+    xs: np.ndarray,
+    shifts: Sequence[float],
+    protocol: Protocol,
 ) -> np.ndarray:
     """Every trace's fit (trace, sample), in the order of the traces."""
     rows: dict[str, np.ndarray] = {}
-    for animal, one in zip(traces.animals, found, strict=True):
+    for animal, x, shift in zip(traces.animals, xs, shifts, strict=True):
         places = traces.take(animal)[0]
-        antenna = hinges.build(hinges.to_p(one.x))
-        moved = simulate_steps([antenna], protocol, traces.time, places, [one.shift])[0]
+        antenna = hinges.build(hinges.to_p(x))
+        moved = simulate_steps([antenna], protocol, traces.time, places, [shift])[0]
         rows |= {
             f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
         }
@@ -583,7 +573,7 @@ def _fit_one(
     (places, rows), n = traces.take(animal), len(hinges.names)
     begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)
     if by == "targets":
-        return _Fitted(x=begin[0], residual=begin[1], covariance=np.full((n, n), np.nan))
+        return *begin, np.full((n, n), np.nan), None, 0.0
     seen = traces.take_seen(animal).ravel()
     goal = (rows / rows[-1, 0]).ravel() * seen
     step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
@@ -618,12 +608,12 @@ def _fit_one(
         xtol=1e-6,
     )
     variance = 2 * best.cost / max(int(seen.sum()) - start.size - 1, 1)
-    return _Fitted(
-        x=best.x[:n],
-        residual=float(np.sqrt(2 * best.cost / np.sum(goal**2))),
-        covariance=(variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
-        jacobian=project(best.jac[:, :n], best.jac[:, n:]),
-        shift=step * float(best.x[n]) if traces.found else 0.0,
+    return (
+        best.x[:n],
+        float(np.sqrt(2 * best.cost / np.sum(goal**2))),
+        (variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
+        project(best.jac[:, :n], best.jac[:, n:]),
+        step * float(best.x[n]) if traces.found else 0.0,
     )
 
 

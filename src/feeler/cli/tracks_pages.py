@@ -169,7 +169,9 @@ def _measure_phase(sweeps: Any, trial: Any) -> np.ndarray:
 
     if not 0 < sweeps.frequency * 2 * trial.interval < 0.5:
         return np.full(trial.n_frames, np.nan)
-    return np.rad2deg(measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase)
+    return np.rad2deg(
+        measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase.values
+    )
 
 
 def _mark_contact(row: dict[str, Any], side: str, n_frames: int) -> np.ndarray:

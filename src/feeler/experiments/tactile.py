@@ -21,7 +21,7 @@ from feeler.errors import (
 )
 from feeler.execute import Executor, ThreadExecutor
 from feeler.execute.threads import check_workers
-from feeler.experiments.runner import ParameterTable, Progress, WorkerTask, _run_trials, collect
+from feeler.experiments.runner import Progress, WorkerTask, _run_trials, collect
 from feeler.files import sweep_old
 from feeler.objects.motion import Flow
 from feeler.objects.sampling import SampledTrials
@@ -343,7 +343,11 @@ def _open(store: str | os.PathLike, job: WorkerTask, trials: Sequence[Trial]) ->
     from feeler.tensors.store import open_store  # loads zarr, which is an extra
 
     origin = {"save": job.save, "dtype": job.dtype}
-    made = () if job.sampled else ParameterTable(job, trials)
+
+    def make(index: int) -> dict[str, Any]:
+        return job.list_made([index], [trials[index]])[0]
+
+    made = None if job.sampled else make
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
 
 

@@ -205,7 +205,7 @@ class Feature(Record, ABC):
     @property
     def half_depth(self) -> float:
         """Half the core's extent across the plane [mm], which is read in space only."""
-        return 0.0
+        return getattr(self, "half_length", 0.0)
 
     def _check(self) -> None:
         for name, value in vars(self).items():
@@ -314,22 +314,18 @@ class _Mirrored(Feature):
 
     @property
     def kind(self) -> str:
-        """The shape's word."""
         return self.of.kind
 
     @property
     def rounding(self) -> float:
-        """Rounding [mm]."""
         return self.of.rounding
 
     @property
     def wide(self) -> bool:
-        """Whether it may be larger than the antenna."""
         return self.of.wide
 
     @property
     def only_in_space(self) -> bool:
-        """Whether it has no shape in the plane."""
         return self.of.only_in_space
 
     def make_solids(self) -> list[np.ndarray]:
@@ -337,7 +333,6 @@ class _Mirrored(Feature):
         return [corners * [1.0, -1.0, 1.0] for corners in self.of.make_solids()]
 
     def make_name(self) -> str:
-        """The feature's own name."""
         return self.of.name
 
     def make_parts(self) -> list[np.ndarray]:
@@ -345,7 +340,6 @@ class _Mirrored(Feature):
         return [part[::-1] * [1.0, -1.0] for part in self.of.parts]
 
     def mirror(self) -> Feature:
-        """The feature itself."""
         return self.of
 
 
@@ -472,10 +466,17 @@ def _order(core: np.ndarray, kind: str) -> np.ndarray:
 # Ball, peg, box and triangle.
 
 
-class _Disc(Feature):
-    """What is a disc in the plane: a point grown by its radius."""
+class Ball(Feature):
+    """A ball (in the plane: a disc): a point grown by its radius.
+
+    Attributes
+    ----------
+    radius : float
+        Radius [mm], > 0.
+    """
 
     radius: float
+    kind: ClassVar[str] = "ball"
     symmetric: ClassVar[bool] = True
 
     @property
@@ -488,19 +489,7 @@ class _Disc(Feature):
         return [[(0.0, 0.0)]]
 
 
-class Ball(_Disc):
-    """A ball (in the plane: a disc): a point grown by its radius.
-
-    Attributes
-    ----------
-    radius : float
-        Radius [mm], > 0.
-    """
-
-    kind: ClassVar[str] = "ball"
-
-
-class Peg(_Disc):
+class Peg(Ball):
     """A peg: a cylinder with round ends, upright on the plane, in which it is a disc.
 
     In space its axis is the third of its frame, at right angles to the way it moves; the ends
@@ -517,11 +506,6 @@ class Peg(_Disc):
     half_length: float = 20.0
     kind: ClassVar[str] = "peg"
 
-    @property
-    def half_depth(self) -> float:
-        """Half the core's extent along the third axis [mm]."""
-        return self.half_length
-
 
 class _Prism(Feature):
     """A shape with corners in the plane; in space an upright prism over it.
@@ -533,11 +517,6 @@ class _Prism(Feature):
     """
 
     half_length: float = 20.0
-
-    @property
-    def half_depth(self) -> float:
-        """Half the core's extent along the third axis [mm]."""
-        return self.half_length
 
     def to_plain(self) -> dict[str, Any]:
         """The plain data, without a length that nobody gave."""

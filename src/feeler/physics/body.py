@@ -255,7 +255,9 @@ class Body:
         """
         if of == "body":
             self._velocity = np.array(lift(check_vector(velocity, "velocity", (2, 3))))
-            self._spin = np.array(lift_turn(turn))
+            flat = np.ndim(turn) == 0
+            spin = check_number(turn, "turn") if flat else check_vector(turn, "turn", (3,))
+            self._spin = np.array(lift_turn(spin))
             return
         for group, lane in self._lanes.values():
             group.set_velocity(lane, of, velocity, turn)

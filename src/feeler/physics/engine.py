@@ -205,6 +205,7 @@ class Stepper(Protocol):
 
     def explain(self, lane: int) -> Exception | None:
         """What ended a lane, if the engine knows better than that its numbers are not finite."""
+        return None
 
     def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
         """Command the base: velocity (2,) and turn rate; in space both (3,)."""

@@ -61,37 +61,19 @@ class Snapshot:
 
     Attributes
     ----------
-    scene, began : tuple[Scene, ...]
-        What each lane simulates, and the same before commands replaced a recorded path.
+    lanes : tuple[tuple, ...]
+        Of each lane: its number, step and scene, the scene before commands replaced a recorded
+        path, what ended it, and what its stepper saved.
     engine, timestep
         Of the simulations [ms].
     owner : object
         The simulations themselves, whose lanes may have begun other scenes since.
     """
 
-    lane: tuple[int, ...]
-    step: tuple[int, ...]
-    scene: tuple[Scene, ...]
-    began: tuple[Scene, ...]
-    failed: tuple[Exception | None, ...]
-    saved: tuple[Any, ...]
+    lanes: tuple[tuple[int, int, Scene, Scene, Exception | None, Any], ...]
     engine: str
     timestep: float
     owner: object
-
-
-def _is_built_alike(one: Scene, other: Scene) -> bool:
-    """Whether an engine's tables of one scene are those of the other, but for its state."""
-    return all(getattr(one, name) == getattr(other, name) for name in BUILT)
-
-
-def _list_differences(here: Scene, there: Scene) -> list[str]:
-    """How the scene of a snapshot (``there``) differs from that of a simulation, in words."""
-    return [
-        _describe(name, getattr(here, name), getattr(there, name))
-        for name in _PARTS
-        if getattr(here, name) != getattr(there, name)
-    ]
 
 
 def _describe(name: str, here: Any, there: Any) -> str:
@@ -600,18 +582,14 @@ class Simulations:
     @_alone
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
         """This moment of some lanes (default all)."""
-        chosen = tuple(range(self._n) if lanes is None else lanes)
-        found = [self._find(lane) for lane in chosen]
+        kept = []
+        for lane in range(self._n) if lanes is None else lanes:
+            stepper, k = self._find(lane)
+            step, began = self._steps[lane // self._lanes][k], self._began[lane]
+            ended, saved = self.failed[lane], stepper.save(k)
+            kept.append((lane, step, stepper.scenes[k], began, ended, saved))
         return Snapshot(
-            lane=chosen,
-            step=tuple(
-                self._steps[lane // self._lanes][k]
-                for lane, (_, k) in zip(chosen, found, strict=True)
-            ),
-            scene=tuple(stepper.scenes[k] for stepper, k in found),
-            began=tuple(self._began[lane] for lane in chosen),
-            failed=tuple(self.failed[lane] for lane in chosen),
-            saved=tuple(stepper.save(k) for stepper, k in found),
+            lanes=tuple(kept),
             engine=self._engine,
             timestep=self.timestep,
             owner=self._owner,
@@ -630,18 +608,11 @@ class Simulations:
             A snapshot of something else; the message says what differs, and nothing has changed.
         """
         self._check_snapshot(snapshot)
-        for lane, step, scene, began, failed, saved in zip(
-            snapshot.lane,
-            snapshot.step,
-            snapshot.scene,
-            snapshot.began,
-            snapshot.failed,
-            snapshot.saved,
-            strict=True,
-        ):
+        for lane, step, scene, began, failed, saved in snapshot.lanes:
             stepper, k = self._find(lane)
-            if not _is_built_alike(stepper.scenes[k], scene):
-                stepper.reset(k, scene)
+            now = stepper.scenes[k]
+            if any(getattr(now, name) != getattr(scene, name) for name in BUILT):
+                stepper.reset(k, scene)  # tables of another scene, but for its state
             stepper.scenes[k], self._began[lane] = scene, began
             stepper.load(k, saved)
             self._steps[lane // self._lanes][k], self.failed[lane] = step, failed
@@ -664,10 +635,15 @@ class Simulations:
             )
             if there != here
         ]
-        for lane, began in zip(snapshot.lane, snapshot.began, strict=True):
+        for lane, _, _, began, _, _ in snapshot.lanes:
             self._find(lane)
             where = f"in lane {lane} " if self._n > 1 else ""
-            found += [where + words for words in _list_differences(self._began[lane], began)]
+            here = vars(self._began[lane])
+            found += [
+                where + _describe(name, here[name], there)
+                for name, there in vars(began).items()
+                if name in _PARTS and here[name] != there
+            ]
         if found:
             raise InvalidInput(
                 f"the snapshot is of another simulation: it has {'; '.join(found)}. Restore it in"

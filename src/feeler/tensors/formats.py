@@ -24,7 +24,6 @@ from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
     _load_csv,
-    _require_pyarrow,
     _save_csv,
     _save_mat,
     _save_netcdf,
@@ -336,15 +335,13 @@ def find_problems(
         form, content = open_file(path, limits, also, whole=True, refused=refused)
         if form.kind == "table":
             return [f"{Path(path).name} is {form.words}", *refused]
-        touches = form.kind == "tensors" and not _holds_posture(content)
-        return find_errors(content) if touches else []
+        if form.kind != "tensors":
+            return []
+        # what ``feeler tracks --points`` writes holds no touches
+        posture = {"bend", "piece_length"} <= {*content.data_vars} and "angle" not in content
+        return [] if posture else find_errors(content)
     except FeelerError as error:
         return [str(error)]
-
-
-def _holds_posture(dataset: xr.Dataset) -> bool:
-    """Whether it is what ``feeler tracks --points`` writes, which holds no touches."""
-    return {"bend", "piece_length"} <= {*dataset.data_vars} and "angle" not in dataset
 
 
 # The formats that feeler ships, as records for the registry.
@@ -476,16 +473,11 @@ CSV = Format(
 )
 
 
-def _load_parquet(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
-    _require_pyarrow()
-    return _guarded("feeler.tensors.readers:read_parquet")(path, limits, trusted)
-
-
 PARQUET = Format(
     words="one touch a row (Parquet)",
     suffix=".parquet",
     detect=_starts(b"PAR1"),
-    load=_load_parquet,
+    load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
     save=_save_parquet,
 )
 ANTENNA = Format(

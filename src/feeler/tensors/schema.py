@@ -243,15 +243,6 @@ def find_dims(name: str, spatial: bool) -> tuple[str, ...]:
     return IN_SPACE.get(name, dims) if spatial else dims
 
 
-def _list_required(dim: str) -> tuple[str, ...]:
-    """Names of the coordinates along ``dim`` that each Dataset must have."""
-    return tuple(
-        name
-        for name, q in QUANTITIES.items()
-        if q.coordinate and q.required and q.dims == (dim,)
-    )
-
-
 def _derive_curvature(angle: Any, segment_length: Any) -> Any:
     """Curvature [1/mm] from angle [rad] and the length [mm] of the segments, of the same dims."""
     return angle / segment_length
@@ -315,7 +306,11 @@ def _make_tensors(
     dtype: str,
     quantities: Mapping[str, np.ndarray | None],
 ) -> xr.Dataset:
-    required = _list_required("trial")
+    required = [
+        name
+        for name, q in QUANTITIES.items()
+        if q.coordinate and q.required and q.dims == ("trial",)
+    ]
     if missing := [name for name in required if name not in trials]:
         raise InvalidInput(
             f"trials lacks {', '.join(missing)}; each trial needs {', '.join(required)}."
@@ -513,7 +508,11 @@ def find_errors(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True
         return [
             f"variable 'angle' {DIMS} is missing; found {list(dataset.data_vars) or 'no variables'}"
         ]
-    breaches = _find_missing(dataset) if whole else []
+    breaches = [
+        f"coordinate '{name}' along {quantity.dims[0]} is missing"
+        for name, quantity in QUANTITIES.items()
+        if whole and quantity.coordinate and quantity.required and name not in dataset.coords
+    ]
     known = [name for name in map(str, dataset.variables) if name in QUANTITIES]
     spatial = "plane" in dataset.dims
     axes, where = (3, " in space") if spatial else (2, "")
@@ -533,14 +532,6 @@ def find_errors(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True
     unread = set() if numbers else set(map(str, dataset.data_vars))
     return breaches or [
         words for name in known for words in _find_value_breaches(dataset, name, name in unread)
-    ]
-
-
-def _find_missing(dataset: xr.Dataset) -> list[str]:
-    return [
-        f"coordinate '{name}' along {quantity.dims[0]} is missing"
-        for name, quantity in QUANTITIES.items()
-        if quantity.coordinate and quantity.required and name not in dataset.coords
     ]
 
 

@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 from datetime import UTC, datetime
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -18,7 +17,7 @@ import numpy as np
 import xarray as xr
 from scipy.io import savemat
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import NAME, parse_json, read_text, write_atomic, writing
 from feeler.provenance import to_jsonable
 from feeler.sandbox import MAX_TEXT, Limits, find_limits
@@ -363,7 +362,7 @@ def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     InvalidInput
         The Dataset has no trials.
     """
-    _require_pyarrow()
+    require_extra("pyarrow", "parquet", "a Parquet file")
     import pyarrow as pa
     from pyarrow.parquet import ParquetWriter
 
@@ -386,14 +385,6 @@ def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         writer.write_table(first)
         for start in range(_TOUCHES_AT_ONCE, dataset.sizes["trial"], _TOUCHES_AT_ONCE):
             writer.write_table(make_rows(start))
-
-
-def _require_pyarrow() -> None:
-    """MissingDependencyError where the extra ``parquet`` is not installed."""
-    if find_spec("pyarrow") is None:
-        raise MissingDependencyError(
-            "Parquet files need pyarrow: pip install 'feeler[parquet]'."
-        )
 
 
 def _make_column(values: np.ndarray) -> Any:
@@ -510,13 +501,8 @@ def save_nwb(
 
 def require_pynwb() -> None:
     """MissingDependencyError where the extra ``nwb`` is not whole."""
-    try:
-        import ndx_pose  # noqa: F401
-        import pynwb  # noqa: F401
-    except ImportError as error:
-        raise MissingDependencyError(
-            "NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'."
-        ) from error
+    for library in ("pynwb", "ndx_pose"):
+        require_extra(library, "nwb", "an NWB file")
 
 
 def make_nwb(

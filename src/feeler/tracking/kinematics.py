@@ -14,7 +14,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.records import Choice, Shown
+from feeler.records import Choice, Ge, Gt, Shown, Unit
 from feeler.tracking.quality import _find_doubts, _leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
@@ -289,8 +289,6 @@ def _bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
     A straight line would take the speed's peak out of a gap: in the middle of a sweep at 1/6 of
     the frame rate, 16 % of it with a single frame.
     """
-    if max_gap < 0:
-        raise InvalidInput(f"max_gap must be ≥ 0 frames, got {max_gap}. 0 bridges nothing.")
     filled = np.array(angle, dtype=float)
     is_bridged = np.zeros(filled.shape, dtype=bool)
     runs = _find_runs(filled)
@@ -356,8 +354,8 @@ def find_sweeps(
     interval: float,
     *,
     cutoff: float | str = "auto",
-    max_gap: int = MAX_GAP,
-    min_prominence: float = MIN_PROMINENCE,
+    max_gap: Annotated[int, Ge(0)] = MAX_GAP,
+    min_prominence: Annotated[float, Ge(0), Unit("rad/ms")] = MIN_PROMINENCE,
 ) -> Sweeps:
     """Filter an angle (frame,) [rad], differentiate it and find every peak of its absolute speed.
 
@@ -387,8 +385,6 @@ def find_sweeps(
         A cut-off that is none of these or not below half the frame rate, or another option out of
         range.
     """
-    if not min_prominence >= 0:
-        raise InvalidInput(f"min_prominence must be ≥ 0 rad/ms, got {min_prominence}.")
     filled, _ = _bridge_gaps(np.asarray(angle, dtype=float), max_gap)
     is_bridged = np.isfinite(filled) & np.isnan(angle)
     spectrum = _MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
@@ -638,10 +634,10 @@ class Exploration(Shown):
 def measure_exploration(
     trials: Sequence[Tracks],
     *,
-    length: float | None = None,
+    length: Annotated[float, Gt(0), Unit("mm")] | None = None,
     cutoff: float | str = "auto",
-    max_gap: int = MAX_GAP,
-    min_prominence: float = MIN_PROMINENCE,
+    max_gap: Annotated[int, Ge(0)] = MAX_GAP,
+    min_prominence: Annotated[float, Ge(0), Unit("rad/ms")] = MIN_PROMINENCE,
     landmarks: Mapping[str, Any] | None = None,
     outliers: Annotated[str, Choice(("remove", "keep"))] = "remove",
 ) -> Exploration:
@@ -681,8 +677,6 @@ def measure_exploration(
     """
     if not trials:
         raise InvalidInput("measure_exploration needs at least one trial, got none.")
-    if length is not None and not (np.isfinite(length) and length > 0):
-        raise InvalidInput(f"length must be > 0 mm, got {length}.")
     options: dict[str, Any] = {
         "cutoff": cutoff,
         "max_gap": max_gap,

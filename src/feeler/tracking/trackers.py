@@ -91,22 +91,13 @@ def _spread_frames(
     return full, {"left out": f"{n - frame.size} of {n} frames, which count as not seen"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Clock:
-    """What a table says of its film's time.
-
-    ``frame`` (row,): number of each row's frame, where frames or times are given; ``rate`` [frames
-    per second] and the column ``timed`` that it was measured from; ``wrong``: why there is no rate
-    although there are times.
-    """
-
-    frame: np.ndarray | None = None
-    rate: float | None = None
-    timed: str = ""
-    wrong: str = ""
+_Clock = tuple[np.ndarray | None, float | None, str, str]
+"""What a table says of its film's time: the number of each row's frame (row,), where frames or
+are given; frames per second, and the column that they were measured from; and why there is no rate
+although there are times."""
 
 
-def _read_clock(table: Table, given: float | None) -> Clock:
+def _read_clock(table: Table, given: float | None) -> _Clock:
     """Frames and times of a table's columns, such as ``frame``, ``time_s`` or ``Time (ms)``.
 
     A column ``time`` without a unit is in s or ms, whichever fits the ``given`` frame rate or,
@@ -116,14 +107,14 @@ def _read_clock(table: Table, given: float | None) -> Clock:
     frame = None if numbers is None or numbers in table.words else table.column(numbers)
     found = [(name, match) for name in table.columns if (match := _TIME.fullmatch(name))]
     if not found:
-        return Clock(frame=frame)
+        return frame, None, "", ""
     column, match = next((one for one in found if one[1]["unit"]), found[0])
     if column in table.words:
-        return Clock(frame=frame, wrong=f"column {column!r} holds text")
+        return frame, None, "", f"column {column!r} holds text"
     time = table.column(column)
     counted, step, wrong = _count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
     if counted is None:
-        return Clock(frame=frame, wrong=f"{wrong} in column {column!r}")
+        return frame, None, "", f"{wrong} in column {column!r}"
     if frame is not None:
         step *= counted[-1] / max(frame[-1] - frame[0], 1)
     rate = 1e3 / step
@@ -136,12 +127,10 @@ def _read_clock(table: Table, given: float | None) -> Clock:
         ) == 1:
             rate = possible[0]
         else:
-            return Clock(frame=counted, wrong=f"column {column!r} has no unit")
+            return counted, None, "", f"column {column!r} has no unit"
         if np.all(np.diff(time) == np.round(np.diff(time))) and abs(step - 1e3) < 1e-6:
-            return Clock(frame=counted, wrong=f"column {column!r} may count frames or ms")
-    return Clock(
-        frame=counted if frame is None else frame, rate=rate, timed=f"column {column!r}"
-    )
+            return counted, None, "", f"column {column!r} may count frames or ms"
+    return counted if frame is None else frame, rate, f"column {column!r}", ""
 
 
 # What trackers write: DeepLabCut, SLEAP, Anipose, sleap-anipose, movement and ndx-pose, each
@@ -415,8 +404,6 @@ def project(found: Found, plane: str | None, source: str) -> Found:
     InvalidInput
         Places in space and no plane, or a plane that the file cannot have.
     """
-    if plane is not None and plane not in PLANES:
-        raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
     n_axes = found.position.shape[2]
     if n_axes == 2 and plane is not None:
         raise InvalidInput(
