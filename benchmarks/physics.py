@@ -15,14 +15,14 @@ from kept import write_kept
 import feeler
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, make_scene
-from feeler.physics.spec import compile_model
+from feeler.physics.spec import _compile_model
 
 DURATION, TIMESTEP, ROUNDS = 40.0, 0.02, 5
 
 
 def time_bare(scene) -> float:
     """Seconds of processor time per bare step."""
-    model = compile_model(scene, TIMESTEP)
+    model = _compile_model(scene, TIMESTEP)
     data = mujoco.MjData(model)
     n = scene.antenna.n_segments
     data.qvel[n : n + 2] = scene.objects[0].velocity
@@ -35,7 +35,7 @@ def time_bare(scene) -> float:
 def time_ours(scene) -> float:
     """Processor time per step of the reference engine [s], without compiling the model."""
     start = time.process_time()
-    compile_model(scene, TIMESTEP)
+    _compile_model(scene, TIMESTEP)
     compiling = time.process_time() - start
     start = time.process_time()
     run_scene(scene, Clock(duration=DURATION, timestep=TIMESTEP), "mujoco")

@@ -156,13 +156,13 @@ def measure_reading(n: int) -> dict[str, float]:
     import torch
 
     from feeler.learn import TouchBatches
-    from feeler.tensors.store import save_store
+    from feeler.tensors.store import _save_store
 
     torch.set_num_threads(1)
     found: dict[str, float] = {"load": os.getloadavg()[0]}
     folder = Path(tempfile.mkdtemp(dir=os.environ.get("FEELER_SCALE_DIR")))
     try:
-        save_store(_make_touches(5_120, 56, 100), folder / "read.zarr", group_size=256)
+        _save_store(_make_touches(5_120, 56, 100), folder / "read.zarr", group_size=256)
         ways = {
             "batches": {"batch_size": 256},
             "noisy batches": {"batch_size": 256, "noise": 0.01},
@@ -176,7 +176,7 @@ def measure_reading(n: int) -> dict[str, float]:
             for tensors, _ in dataset:
                 count += len(tensors)
             found[f"{name} per cpu s"] = count / (time.process_time() - cpu)
-        save_store(_make_touches(n, 2, 2), folder / "many.zarr", group_size=256)
+        _save_store(_make_touches(n, 2, 2), folder / "many.zarr", group_size=256)
         opening = {"info": "feeler.tensors.formats.describe_file", "load": "feeler.load"}
         for name, function in opening.items():
             found |= {

@@ -18,7 +18,7 @@ import feeler
 from feeler.antenna.segments import Antenna
 from feeler.objects.bodies import Object
 from feeler.physics.engine import get_engine
-from feeler.physics.mujoco import SpaceMujocoStepper
+from feeler.physics.mujoco import _SpaceMujocoStepper
 from feeler.physics.scene import Scene
 
 ROUNDS, LANES, TIMESTEP = 5, 8, 0.02
@@ -58,7 +58,7 @@ def time_chain(scene: Scene, lanes: int, steps: int) -> float:
 
 def time_mujoco(scene: Scene, tolerance: float, steps: int) -> float:
     """Seconds of processor time per bare ``mj_step``."""
-    stepper = SpaceMujocoStepper([scene], TIMESTEP)
+    stepper = _SpaceMujocoStepper([scene], TIMESTEP)
     stepper.step(round(WARM / TIMESTEP))
     model, data = stepper.model, stepper.data
     data.qfrc_applied[:] = 0.0

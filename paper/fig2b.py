@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
@@ -14,7 +15,7 @@ from matplotlib.patches import Circle
 
 from feeler.analysis import measure_free_response
 from feeler.antenna.segments import Antenna
-from feeler.experiments.mechanics import RADIUS, Impulse, hit, release
+from feeler.experiments.mechanics import RADIUS, hit, release
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting import (
     FPS,
@@ -60,7 +61,7 @@ def compute(
         ``slow_time``: displacements relative to the largest over time [ms] since the turning point
         that the traces share; ``slow`` is the slow impulse on a straight path, which calibration
         uses. ``free`` (:class:`~feeler.analysis.FreeResponse`) of the step, and ``motion``
-        (:class:`~feeler.experiments.mechanics.Impulse`) with the lever, for Movie S1.
+        (a Dataset of :func:`~feeler.experiments.mechanics.hit`) with the lever, for Movie S1.
     """
     antenna = cockroach() if antenna is None else antenna
     options |= {"engine": engine, "sample_interval": sample_interval}
@@ -73,20 +74,25 @@ def compute(
         antenna, lever=_LEVER, speed=_LEVER_SPEED, duration=2 * _IMPULSE_SPAN, **options
     )
     slow = hit(antenna, **options)
+    impulse_time, impulse = _scale(swung)
+    slow_time, slow_impulse = _scale(slow)
     return SimpleNamespace(
         step_time=step_time,
         step=step,
         free=free,
-        impulse_time=swung.time - _peak(swung),
-        impulse=-swung.tip / np.abs(swung.tip).max(),
-        slow_time=slow.time - _peak(slow),
-        slow=-slow.tip / np.abs(slow.tip).max(),
+        impulse_time=impulse_time,
+        impulse=impulse,
+        slow_time=slow_time,
+        slow=slow_impulse,
         motion=swung,
     )
 
 
-def _peak(impulse: Impulse) -> float:
-    return float(impulse.time[np.argmax(np.abs(impulse.tip))])
+def _scale(impulse: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Time since the tip was farthest out [ms], and its displacement over the largest."""
+    time, tip = impulse["time"].values, impulse["tip"].values
+    size = np.abs(tip)
+    return time - float(time[np.argmax(size)]), -tip / size.max()
 
 
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:

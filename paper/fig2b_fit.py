@@ -5,9 +5,10 @@ the animals.
 from types import SimpleNamespace
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.calibration import EigenParameters, Measured, Profiles
+from feeler.calibration import EigenParameters, Measured
 from feeler.calibration.problem import FAILED
 from feeler.plotting.style import PALETTE, mark_panel, set_decades
 from feeler.report.page import Section
@@ -88,11 +89,12 @@ def _draw_out(base: float | np.ndarray, rate: float | np.ndarray) -> np.ndarray:
     return base * np.exp(rate * np.arange(_N_HINGES))
 
 
-def _plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
+def _plot_profiles(profiles: xr.Dataset, figure: Figure | SubFigure) -> None:
     """Error of the best fit with one parameter held; a gap where no antenna could be measured."""
-    axes = figure.subplots(1, len(profiles.names), sharey=True, squeeze=False)[0]
+    names = profiles["parameter"].values
+    axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
     for ax, name, value, error in zip(
-        axes, profiles.names, profiles.value, profiles.error, strict=True
+        axes, names, profiles["value"].values, profiles["error"].values, strict=True
     ):
         ax.plot(value, np.where(error < FAILED, error, np.nan), "o-", ms=3, color=PALETTE[0])
         ax.axhline(
@@ -165,7 +167,8 @@ def _find_widest_spread(found: SimpleNamespace) -> float:
     if found.refits is not None:
         good += [m.p for m in found.refits.minima if m.error <= PAPER_ERROR]
     if found.profiles is not None:
-        good += list(found.profiles.others[found.profiles.error <= PAPER_ERROR])
+        close = found.profiles["error"].values <= PAPER_ERROR
+        good += list(found.profiles["others"].values[close])
     base = np.abs(np.array(good))
     return float((base.max(axis=0) / base.min(axis=0)).max())
 

@@ -11,7 +11,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.provenance import to_jsonable
-from feeler.records import ALLOW_NAN, Choice, DType, Ge, Gt, Le, Len, Lt, Record, Unit
+from feeler.records import ALLOW_NAN, Choice, Ge, Gt, Le, Len, Lt, Record, Unit
 
 SHAPES = {"ball": 1, "box": 2}
 
@@ -41,7 +41,7 @@ class Task(Record):
     factors: dict[str, float] = dataclasses.field(default_factory=dict)
     path: Annotated[np.ndarray, "point 2", Gt(0), Unit("mm")] | None = None
     mass: Annotated[np.ndarray, "segment?"] = 1.0
-    hinges: Annotated[np.ndarray, "sensor", DType(int)] = (1, 2)
+    hinges: Annotated[np.ndarray, "sensor", int] = (1, 2)
     gaps: Annotated[np.ndarray, ALLOW_NAN] = (np.nan,)
     other: complex | None = None
     call: Callable | None = None

@@ -102,7 +102,6 @@ EFFORTS.register(
 EFFORTS.register("paper", Effort(plan=Plan(**_PAPER), encoder=_ENCODER))
 
 
-@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
     """What the page shows.
@@ -128,13 +127,6 @@ class Comparison:
     sparseness: dict[str, float]
     differences: dict[tuple[str, str], Interval]
     peak: dict[str, float]
-
-    def __post_init__(self) -> None:
-        if lacking := {*COMPARED_CODES} - {*self.dispersion}:
-            raise InvalidInput(f"Comparison.dispersion lacks the code {min(lacking)!r}.")
-        for name in ("entropy", "sparseness", "peak"):
-            if lacking := {*self.names} - {*getattr(self, name)}:
-                raise InvalidInput(f"Comparison.{name} lacks the antenna {min(lacking)!r}.")
 
     def to_plain(self) -> dict[str, Any]:
         """As JSON: each measure by antenna; intervals as [value, low, high]."""

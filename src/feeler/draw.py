@@ -1,14 +1,16 @@
 """Draws: numbers within ranges or of distributions; each is the same however many are drawn."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from feeler.errors import InvalidInput
-from feeler.validation import Seed, checked, show
+from feeler.validation import Seed, checked, is_array, show
 
-_MAX_DRAWN = 100_000_000
+Drawn = Annotated[int, Ge(1), Le(100_000_000)]
+"""How many are drawn."""
 
 
 @checked
@@ -36,13 +38,6 @@ Spread = float | tuple[float, float] | list | LogRange | Any
 """A number; a range (low, high), uniform; a list of choices; a LogRange; or a frozen distribution
 of scipy.stats.
 """
-
-
-def check_count(n: object) -> int:
-    """How many are to be drawn."""
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= _MAX_DRAWN:
-        raise InvalidInput(f"n must be a whole number from 1 to {_MAX_DRAWN:,}, got {n!r}.")
-    return int(n)
 
 
 def check_seed(seed: object) -> int:
@@ -81,6 +76,8 @@ def spread_out(spread: Spread, name: str, share: np.ndarray) -> np.ndarray:
 
 
 def _evaluate(spread: Spread, share: np.ndarray) -> np.ndarray:
+    if isinstance(spread, list | tuple | str) and not is_array(spread):
+        raise TypeError("no numbers")
     if isinstance(spread, list | np.ndarray):
         return np.asarray(spread, dtype=float)[(share * len(spread)).astype(int)]
     if isinstance(spread, tuple):
@@ -96,7 +93,7 @@ def _evaluate(spread: Spread, share: np.ndarray) -> np.ndarray:
 def _explain(spread: Spread, name: str) -> str:
     return (
         f"{name} must be a finite number, a range (low, high), a list of choices, a LogRange or a"
-        f" frozen distribution of scipy.stats, got {str(spread)[:60]}."
+        f" frozen distribution of scipy.stats, got {show(spread)}."
     )
 
 

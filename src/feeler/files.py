@@ -419,9 +419,7 @@ def save_toml(content: Mapping[str, Any], path: str | os.PathLike) -> None:
     InvalidInput
         The file cannot be written.
     """
-    text = write_toml(content)
-    with writing(path) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(path, write_toml(content))
 
 
 def write_toml(content: Mapping[str, Any]) -> str:

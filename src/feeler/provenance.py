@@ -62,7 +62,7 @@ def find_version(package: str) -> str:
         return ""
 
 
-def name_release() -> str:
+def _name_release() -> str:
     """feeler's version without its patch number, under which results stay the same."""
     return ".".join(find_version("feeler").split(".")[:2])
 
@@ -125,7 +125,7 @@ def make_key(configuration: Any) -> str:
     configuration
         What the result is made with; numbers, texts, lists, dictionaries, arrays and dataclasses.
     """
-    made_by = {"feeler": name_release(), "physics": PHYSICS}
+    made_by = {"feeler": _name_release(), "physics": PHYSICS}
     return compute_digest({"configuration": configuration, **made_by})[:16]
 
 
@@ -183,7 +183,7 @@ class Journal:
     def _open(self, of: str) -> None:
         known, self._size = self._path.exists(), 0
         if known:
-            self._entries, self._size = read_journal(self._path, self._key, of)
+            self._entries, self._size = _read_journal(self._path, self._key, of)
         try:
             # one that came into being meanwhile is somebody else's
             self._file = self._path.open("ab" if known else "xb", buffering=0)
@@ -249,7 +249,7 @@ class Journal:
         self.close()
 
 
-def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any], int]:
+def _read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any], int]:
     """Results of a journal by name, and how many bytes of the file are whole lines.
 
     Raises

@@ -26,14 +26,13 @@ from feeler.errors import InvalidInput, suggest
 from feeler.validation import (
     ALLOW_NAN,
     Choice,
-    DType,
     FieldError,
     Rules,
     Unit,
+    _make_schema,
+    _name_class,
+    _resolve_hints,
     freeze,
-    make_schema,
-    name_class,
-    resolve_hints,
     show,
 )
 
@@ -238,7 +237,7 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 #   takes a registry, a dictionary or a list of names, and a text beside them is a remark.
 # - ``tuple[float, float]`` and the like take any list, tuple or row of an array; a record takes
 #   another record or a table of its fields; any other class takes its own objects.
-# - ``np.ndarray`` becomes a read-only copy, of floats unless ``DType(int)`` says otherwise;
+# - ``np.ndarray`` becomes a read-only copy, of floats unless ``int`` stands beside it;
 #   ``Annotated[np.ndarray, "point 2", Gt(0)]`` names its dimensions (or their sizes) and its range,
 #   ``"segment?"`` takes one number, too.
 #
@@ -247,7 +246,6 @@ def _write(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
 __all__ = [
     "ALLOW_NAN",
     "Choice",
-    "DType",
     "Ge",
     "Gt",
     "Le",
@@ -303,7 +301,7 @@ class Record:
         if isinstance(value, cls):
             return value
         if not isinstance(value, Mapping):
-            raise FieldError(f"must be {name_class(cls)}, got {show(value)}")
+            raise FieldError(f"must be {_name_class(cls)}, got {show(value)}")
         return cls(**{str(key): item for key, item in value.items()})
 
     def to_plain(self) -> dict[str, Any]:
@@ -320,7 +318,7 @@ class Record:
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
-        return make_schema(cls.from_plain)
+        return _make_schema(cls.from_plain)
 
     def __eq__(self, other: object) -> bool:
         if self is other:
@@ -426,7 +424,7 @@ def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
 
 @functools.cache
 def _find_rules(cls: type) -> Rules:
-    hints = resolve_hints(cls)
+    hints = _resolve_hints(cls)
     return Rules(
         cls.__qualname__,
         {

@@ -28,7 +28,7 @@ def _write(character: str) -> str:
     return ascii(character)[1:-1]
 
 
-class PlainStream:
+class _PlainStream:
     """A text stream that writes every text as :func:`escape` shows it.
 
     A carriage return at either end of a text stays: a line that is written anew begins so.
@@ -72,14 +72,14 @@ def plain_output(words: Sequence[str] = ()) -> Iterator[None]:
     """
     streams = sys.stdout, sys.stderr
     for name, stream in zip(("stdout", "stderr"), streams, strict=True):
-        if not isinstance(stream, PlainStream):
-            setattr(sys, name, PlainStream(stream, words))
+        if not isinstance(stream, _PlainStream):
+            setattr(sys, name, _PlainStream(stream, words))
     try:
         yield
     finally:
         sys.stdout, sys.stderr = streams
 
 
-def get_terminal(stream: TextIO) -> TextIO:
+def _get_terminal(stream: TextIO) -> TextIO:
     """The stream itself, for what draws on a terminal and shows no names."""
-    return getattr(stream, "stream", stream) if isinstance(stream, PlainStream) else stream
+    return getattr(stream, "stream", stream) if isinstance(stream, _PlainStream) else stream

@@ -119,7 +119,7 @@ UNITS_OF_NOISE = {"relative": "of peak", "common": "rad"}
 """What a level of each kind is a share of, or its unit."""
 
 
-def plot_tradeoff(
+def _plot_tradeoff(
     measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure
 ) -> None:
     """Six panels, about 7.2 × 4.6 inches; ``levels``: what is shown of each kind of noise."""
@@ -308,7 +308,7 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: St
         f" (first antenna, one noise floor); the best speed for each deadline{bars}; bits of whole"
         " touches and (dashed) at equal distance and equal number of samples; work on the antenna"
         " and peak force.",
-        lambda figure: plot_tradeoff(measured, study.shown, figure),
+        lambda figure: _plot_tradeoff(measured, study.shown, figure),
         height=4.8,
     )
     for name, data in measured.items():

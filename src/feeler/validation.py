@@ -54,79 +54,56 @@ class Unit(str):
     """The unit of a number, for messages: ``Annotated[float, Gt(0), Unit("mm")]``."""
 
 
-class _Rule:
-    """What stands beside an annotation and reads the values itself."""
+class Choice:
+    """One of some names: ``Annotated[str, Choice(SHAPES)]``, also of a set that grows later."""
 
-    def read(self, value: Any) -> Any:
-        """The value as the field holds it."""
-        raise NotImplementedError
+    def __init__(self, names: Collection[str], *, joined: bool = False) -> None:
+        self.names, self.joined = names, joined
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return make_schema(self.read)
+        return _make_schema(self._read)
 
-
-class DType:
-    """The type of an array's values where it is not float: ``Annotated[np.ndarray, Of(int)]``."""
-
-    def __init__(self, dtype: type) -> None:
-        self.dtype = dtype
-
-
-class Choice(_Rule):
-    """One of some names: ``Annotated[str, OneOf(SHAPES)]``, also of a set that grows later."""
-
-    def __init__(self, names: Collection[str]) -> None:
-        self.names = names
-
-    def read(self, value: Any) -> str:
-        """The name, if it is one of them."""
-        if not isinstance(value, str) or value not in self.names:
+    def _read(self, value: Any) -> str:
+        parts = value.split("+") if isinstance(value, str) and self.joined else [value]
+        if not isinstance(value, str) or not all(part in self.names for part in parts):
             raise FieldError(f"must be {self}, got {show(value)}")
         return value
 
     def __str__(self) -> str:
-        return f"one of {', '.join(map(str, self.names))}"
+        joined = " (joined by +)" if self.joined else ""
+        return f"one of {', '.join(map(str, self.names))}{joined}"
 
 
-class _Kind(_Rule):
-    """Objects of a class, or with what a protocol asks for: they are taken as they are."""
+def _make_kind_reader(kind: type) -> Callable[[Any], Any]:
+    """What takes objects of a class, or with what a protocol asks for, as they are."""
+    names: tuple[str, ...] = ()
+    words = _name_class(kind)
+    if getattr(kind, "_is_protocol", False):
+        named = {*vars(kind), *kind.__annotations__}
+        names = tuple(sorted(name for name in named if not name.startswith("_")))
+        words = f"something with {', '.join(names)}" if names else words
 
-    def __init__(self, kind: type) -> None:
-        self.kind = kind
-        self.names: tuple[str, ...] = ()
-        if getattr(kind, "_is_protocol", False):
-            self.kind = object
-            named = {*vars(kind), *kind.__annotations__}
-            self.names = tuple(sorted(name for name in named if not name.startswith("_")))
-
-    def read(self, value: Any) -> Any:
-        """The object itself."""
-        lacking = isinstance(value, type) or not all(hasattr(value, n) for n in self.names)
-        if not isinstance(value, self.kind) or (self.names and lacking):
-            raise FieldError(f"must be {self}, got {show(value)}")
+    def read(value: Any) -> Any:
+        lacking = isinstance(value, type) or not all(hasattr(value, n) for n in names)
+        if lacking if names else not isinstance(value, kind):
+            raise FieldError(f"must be {words}, got {show(value)}")
         return value
 
-    def __str__(self) -> str:
-        return (
-            f"something with {', '.join(self.names)}" if self.names else name_class(self.kind)
-        )
+    return read
 
 
-class _Path(_Rule):
-    """A name that a file can have."""
-
-    def read(self, value: Any) -> Path:
-        """The path."""
-        try:
-            path = Path(value)
-            if all(len(os.fsencode(p)) <= _LONGEST and "\0" not in p for p in path.parts):
-                return path
-        except (TypeError, ValueError):
-            pass
-        raise FieldError(f"must be {_WORDS[Path][0]}, got {show(value)}")
+def _read_path(value: Any) -> Path:
+    """The path, if a file can have its name."""
+    try:
+        path = Path(value)
+        if all(len(os.fsencode(p)) <= _LONGEST and "\0" not in p for p in path.parts):
+            return path
+    except (TypeError, ValueError):
+        pass
+    raise FieldError(f"must be {_WORDS[Path][0]}, got {show(value)}")
 
 
-class _Items(_Rule):
+class _Items:
     """The items of a sequence or mapping among arguments, which is left as it is.
 
     Of a long one the first are read, and none of a generator, which reading would empty.
@@ -181,7 +158,7 @@ class _Items(_Rule):
         return FieldError(f"must be {_say_rules(self.hint)}, got {shown}")
 
 
-class _Array(_Rule):
+class _Array:
     """An array, with what stands beside its annotation: dimensions, range, type.
 
     Fields become read-only copies. An argument (``given``) is left as it is: its values are read
@@ -191,38 +168,28 @@ class _Array(_Rule):
     def __init__(self, beside: list[Any], given: bool = False) -> None:
         self.given = given
         self.dims = next((text.split() for text in beside if type(text) is str), None)
-        self.dtype = next((item.dtype for item in beside if isinstance(item, DType)), float)
+        self.dtype = next((item for item in beside if isinstance(item, type)), float)
         self.bounds = [item for item in beside if type(item) is not str]
         self.finite = ALLOW_NAN not in beside
 
     def read(self, value: Any) -> np.ndarray:
         """A read-only copy of the values, or the argument itself."""
-        if self.given:
-            if not is_array(value):
-                raise FieldError(f"must be an array of numbers, got {show(value)}")
-            shape = np.shape(value)
-            if self.dims is not None and not self._fits(shape, self.dims):
-                raise FieldError(
-                    f"must be an array ({', '.join(self.dims)}), got shape {shape}"
-                )
-            if self.bounds:
-                self._check_range(np.asarray(value))
-            return value
+        kind = "numbers" if self.given else _WORDS.get(self.dtype, ("", "values"))[1]
+        array = value
         try:
             if value is None or isinstance(value, str | bytes | Mapping):
                 raise TypeError
-            if self.dtype is not str and np.asarray(value).dtype.kind in "US":
-                raise TypeError  # NumPy would read "1" as a number
-            array = freeze(value, self.dtype)
+            if not self.given:
+                array = freeze(value, self.dtype)
+            elif not is_array(value):
+                raise TypeError
         except (TypeError, ValueError, OverflowError):
-            kind = _WORDS.get(self.dtype, ("", "values"))[1]
             raise FieldError(f"must be an array of {kind}, got {show(value)}") from None
-        if self.dims is not None and not self._fits(array.shape, self.dims):
-            raise FieldError(
-                f"must be an array ({', '.join(self.dims)}), got shape {array.shape}"
-            )
-        if array.dtype.kind in "iuf":
-            self._check_range(array)
+        shape = np.shape(array)
+        if self.dims is not None and not self._fits(shape, self.dims):
+            raise FieldError(f"must be an array ({', '.join(self.dims)}), got shape {shape}")
+        if self.bounds if self.given else array.dtype.kind in "iuf":
+            self._check_range(np.asarray(array))
         return array
 
     @staticmethod
@@ -335,7 +302,7 @@ class Rules:
         return f"{subject} must be {_say_rules(hint)}, got {shown}."
 
 
-def make_schema(read: Callable[[Any], Any]) -> Any:
+def _make_schema(read: Callable[[Any], Any]) -> Any:
     """What pydantic calls to have a value read by ``read``."""
     from pydantic_core import core_schema
 
@@ -344,11 +311,11 @@ def make_schema(read: Callable[[Any], Any]) -> Any:
 
 def _prepare(hint: Any, given: bool = False) -> Any:
     """An annotation for pydantic, in which a text that looks like a number is none."""
-    from pydantic import AllowInfNan, Strict
+    from pydantic import AllowInfNan, PlainValidator, Strict
 
     base, beside = _split(hint)
     if base is np.ndarray:
-        return Annotated[np.ndarray, _Array(beside, given)]
+        return Annotated[np.ndarray, PlainValidator(_Array(beside, given).read)]
     if beside:
         rules = [AllowInfNan(True) if item is ALLOW_NAN else item for item in beside]
         inside = Annotated[base, Strict()] if base is float else _prepare(base, given)
@@ -360,7 +327,7 @@ def _prepare(hint: Any, given: bool = False) -> Any:
     if hint in (float, bool, str):
         return Annotated[hint, Strict()]
     if hint in (Path, os.PathLike):
-        return Annotated[Any, _Path()]
+        return Annotated[Any, PlainValidator(_read_path)]
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         if {*inner} & {os.PathLike, Path}:  # a text beside them is a path, too
@@ -374,14 +341,14 @@ def _prepare(hint: Any, given: bool = False) -> Any:
         and isinstance(kind, type)
         and (issubclass(kind, Iterable) and (origin or kind in (list, tuple, dict)))
     ):
-        return Annotated[Any, _Items(hint)]
+        return Annotated[Any, PlainValidator(_Items(hint).read)]
     if isinstance(origin, type) and origin is not type and issubclass(origin, Collection):
         return origin[tuple(item if item is Ellipsis else _prepare(item) for item in inner)]  # type: ignore[index]
     if given and isinstance(hint, type) and hint not in (types.NoneType, Any, Callable):
-        return Annotated[hint, _Kind(hint)]
+        return Annotated[hint, PlainValidator(_make_kind_reader(hint))]
     if isinstance(hint, type) and not hasattr(hint, "__get_pydantic_core_schema__"):
         known = issubclass(hint, types.NoneType | Collection) or hint is Any
-        return hint if known else Annotated[hint, _Kind(hint)]
+        return hint if known else Annotated[hint, PlainValidator(_make_kind_reader(hint))]
     return hint
 
 
@@ -425,6 +392,8 @@ def freeze(values: object, dtype: type = float) -> np.ndarray:
         They are no array of this type.
     """
     try:
+        if dtype is not str and np.asarray(values).dtype.kind in "US":
+            raise TypeError("text")  # NumPy would read "1" as a number
         array: np.ndarray = np.array(values, dtype=dtype)
     except (TypeError, ValueError, OverflowError) as error:
         kind = _WORDS.get(dtype, ("", "values"))[1]
@@ -460,7 +429,7 @@ def _say_rules(hint: Any, many: bool = False) -> str:
         return "an array"
     if many and isinstance(base, type):
         return f"{base.__name__} objects"
-    return name_class(base if isinstance(base, type) else Callable)
+    return _name_class(base if isinstance(base, type) else Callable)
 
 
 def _say_range(beside: list[Any], words: list[str]) -> str:
@@ -486,7 +455,7 @@ def _say_length(beside: list[Any]) -> str:
     return f"{low}" if low == high else f"{low} to {high}"
 
 
-def name_class(kind: Any) -> str:
+def _name_class(kind: Any) -> str:
     """A class in words: "a Trial", "an Antenna"."""
     if kind is Callable:
         return "something to call"
@@ -537,7 +506,7 @@ def _wrap(function: F, name: str) -> F:
     def find_rules() -> tuple[Rules, dict[str, list[str]]]:
         """Resolved at the first call, when the modules that annotations name are there."""
         rest = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
-        found = resolve_hints(function)
+        found = _resolve_hints(function)
         hints = {
             p.name: found[p.name] | None if p.default is None else found[p.name]
             for p in parameters
@@ -567,7 +536,7 @@ def _wrap(function: F, name: str) -> F:
     return call  # type: ignore[return-value]
 
 
-def resolve_hints(thing: Any) -> dict[str, Any]:
+def _resolve_hints(thing: Any) -> dict[str, Any]:
     """The annotations of a function or class; a name that only type checkers import is Any."""
     try:
         return get_type_hints(thing, include_extras=True)

@@ -5,7 +5,7 @@ import pytest
 
 from feeler.antenna import Antenna, Exponential, Sigmoid
 from feeler.antenna.files import Source, parse_antenna, read_antenna_file, save_antenna
-from feeler.antenna.profiles import evaluate, list_names
+from feeler.antenna.profiles import _list_names, evaluate
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset, read_preset
 
@@ -36,7 +36,7 @@ beam.density = {unit = "mg/mm3", value = 1.1}
 )
 def test_a_formula_is_its_arithmetic(formula, value):
     n = np.arange(1.0, 6)
-    np.testing.assert_array_equal(evaluate(formula, list_names(5)), value(n, (n - 0.5) / 5))
+    np.testing.assert_array_equal(evaluate(formula, _list_names(5)), value(n, (n - 0.5) / 5))
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_a_formula_is_its_arithmetic(formula, value):
 )
 def test_what_is_no_formula_is_refused_and_nothing_runs(formula, match):
     with pytest.raises(InvalidInput, match=match):
-        evaluate(formula, list_names(5))
+        evaluate(formula, _list_names(5))
 
 
 def test_powers_do_not_grow_without_bounds():

@@ -20,7 +20,7 @@ from feeler.calibration import (
     search,
     walk_sloppy_direction,
 )
-from feeler.calibration.fitting import decompose
+from feeler.calibration.fitting import _decompose
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.problem import FAILED, Measured
 from feeler.errors import InvalidInput
@@ -142,7 +142,7 @@ def test_a_jacobian_is_told_in_typical_changes(problem):
     expected = np.array([[-0.5, 0.0, 0.5, 0.0], [0.5, -1.0, -0.5, 1.0]])
     found = analyse_directions(tilted, np.array([1.0, 1.0, 0.0, 0.0]), step=1e-3)
     np.testing.assert_allclose(found.jacobian, expected, atol=1e-5)
-    told = decompose(tilted.hinges.names, np.ones(4), expected)
+    told = _decompose(tilted.hinges.names, np.ones(4), expected)
     np.testing.assert_allclose(told.jacobian, expected)
 
 
@@ -162,7 +162,7 @@ def test_directions_are_told_with_every_part_above_a_fifth():
     ):
         large = np.sqrt(1 - small**2)
         jacobian = np.diag([3.0, 1.0]) @ np.array([[large, small], [-small, large]])
-        words = decompose(("p1", "p2"), np.ones(2), jacobian).describe()
+        words = _decompose(("p1", "p2"), np.ones(2), jacobian).describe()
         assert re.search(f"combination {strong} best and {weak} least .* differs 3-fold", words)
 
 
@@ -200,7 +200,7 @@ def test_a_walk_along_the_loosest_direction_has_the_errors_of_its_places(problem
 
 def test_of_four_directions_the_last_is_the_loosest(problem):
     four = replace(problem, hinges=make_hinges("exponential", make_small()))
-    found = decompose(four.hinges.names, four.hinges.start, np.diag([3.0, 1.0, 2.0, 4.0]))
+    found = _decompose(four.hinges.names, four.hinges.start, np.diag([3.0, 1.0, 2.0, 4.0]))
     p, _ = walk_sloppy_direction(four, found, np.array([0.3]))
     np.testing.assert_allclose(
         np.abs(np.log(p[0] / four.hinges.start)[:2]), [0.0, 0.3], atol=1e-9

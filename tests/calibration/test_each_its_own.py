@@ -11,7 +11,7 @@ from feeler.calibration import traces as own
 from feeler.calibration import traces as recording
 from feeler.calibration import traces as trace
 from feeler.calibration.fitting import bootstrap, make_starts
-from feeler.calibration.hinges import Band, Hinges, make_scale
+from feeler.calibration.hinges import Band, Hinges, _make_scale
 from feeler.calibration.problem import make_targets
 from feeler.calibration.traces import Traces
 from feeler.errors import InvalidInput
@@ -40,7 +40,7 @@ def test_an_animal_s_points_rise_and_stand_beside_their_own_places():
     assert places.tolist() == [0.4, 0.7, 1.0] and rows[:, 0].tolist() == [2.0, 4.0, 7.0]
     assert traces.take("a")[0].tolist() == [1.0]
     with pytest.raises(InvalidInput, match=r"trace 'c@1\.5': what follows @ is a fraction"):
-        recording.get_place("c@1.5")
+        recording._get_place("c@1.5")
 
 
 def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():
@@ -58,7 +58,7 @@ def test_the_spread_of_few_animals_is_student_s_and_of_one_its_residuals():
 def test_draws_are_means_of_as_many_animals_as_there_were():
     """Of two targets with other spreads, through a plain derivative; cut at the bounds."""
     antenna = make_small()
-    family = make_scale(antenna)
+    family = _make_scale(antenna)
     targets = make_targets(frequency=(0.02, 0.004), damping_ratio=(0.3, 0.03))
     problem = SimpleNamespace(hinges=family, targets=targets)
     known = SimpleNamespace(jacobian=np.diag([2.0, -0.5]))

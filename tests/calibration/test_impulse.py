@@ -1,5 +1,7 @@
 """The impulse test: symmetric, causal, and the lever leaves the antenna."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,12 @@ from feeler.experiments.mechanics import IMPULSE_LEAD, hit
 from .small_antenna import make_small
 
 
+def take(dataset):
+    return SimpleNamespace(**{name: item.values for name, item in dataset.variables.items()})
+
+
 def test_nothing_moves_before_contact_and_the_tip_leads():
-    result = hit(make_small(), points=(0.3, 0.71, 0.86), speed=0.3)
+    result = take(hit(make_small(), points=(0.3, 0.71, 0.86), speed=0.3))
     before = result.time < -1e-9
     assert before.any() and np.abs(result.tip[before]).max() < 1e-12
     k = int(np.argmax(result.tip))
@@ -29,7 +35,7 @@ def test_the_cylinder_goes_where_it_is_sent(lever):
     """At 0.4 mm/ms, straight ahead or, from contact on, round a lever's quarter circle and then
     along the antenna.
     """
-    result = hit(make_small(), speed=0.4, lever=lever, sample_interval=0.5)
+    result = take(hit(make_small(), speed=0.4, lever=lever, sample_interval=0.5))
     speed = np.linalg.norm(np.diff(result.object, axis=0), axis=1) / 0.5
     np.testing.assert_allclose(speed, 0.4, rtol=2e-3)
     way = 0.4 * (result.time[-1] - result.time[0])

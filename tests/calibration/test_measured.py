@@ -297,7 +297,7 @@ def test_an_impulse_film_is_measured_as_the_simulated_one(tmp_path):
 
     antenna = make_small()
     hit = feeler.hit(antenna, points=(0.5, 0.8), sample_interval=1.0)
-    moved = np.vstack([np.zeros(hit.time.size), hit.deflection, hit.tip])
+    moved = np.vstack([np.zeros(hit.time.size), hit.deflection.values, hit.tip.values])
     along, across = np.array([0.6, -0.8]), np.array([0.8, 0.6])
     rest = np.array([0.0, 0.5, 0.8, 1.0])[:, None] * antenna.length
     place = 300 + 8 * (rest[:, None] * along + moved[..., None] * across)

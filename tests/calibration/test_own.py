@@ -253,9 +253,9 @@ def test_the_noise_of_a_trace_is_told_as_a_share_of_its_first_deflection():
 def test_unknown_ways_and_confidences(traces):
     with pytest.raises(InvalidInput, match="by must be one of trace, targets"):
         fit_traces(traces, make_small(), by="eye")
-    with pytest.raises(InvalidInput, match="between 0 and 1"):
+    with pytest.raises(InvalidInput, match="confidence must be > 0 and < 1"):
         fit_traces(traces, make_small(), confidence=1.0)
-    with pytest.raises(InvalidInput, match="between 0 and 1"):
+    with pytest.raises(InvalidInput, match="confidence must be > 0 and < 1"):
         fit_traces(traces, make_small(), confidence=-0.5)
     with pytest.raises(InvalidInput, match="no such file"):
         load_traces("nowhere.csv")

@@ -9,7 +9,7 @@ import pytest
 
 from feeler.cli.app import main
 from feeler.robot.description import get_example
-from feeler.terminal import PlainStream, escape
+from feeler.terminal import _PlainStream, escape
 
 OSC, CLEAR, CLIP = "\x1b]0;PWNED\x07", "\x1b[2J\x1b[31m", "\x1b]52;c;cm0=\x07"
 NAMES = [
@@ -51,7 +51,7 @@ def test_a_text_is_shown_with_what_a_terminal_obeys_written_out(name):
 
 
 def test_a_line_that_is_written_anew_still_is(capsys):
-    stream = PlainStream(sys.stdout)
+    stream = _PlainStream(sys.stdout)
     for text in ("\r12 antennas", "\r", "\n", "a\rb"):
         stream.write(text)
     assert capsys.readouterr().out == "\r12 antennas\r\na\\rb"

@@ -147,11 +147,11 @@ def test_bad_input_is_refused(model, labels, message):
 
 def test_another_version_or_a_damaged_file_says_so(tmp_path):
     pytest.importorskip("torch")
-    from feeler.tensors.models import Model, read_model, save_model
+    from feeler.tensors.models import Model, _read_model, save_model
 
     X, y = make_touches()
     TouchNetwork(**QUICK).fit(X, y).save(tmp_path / "good")
-    good = read_model(tmp_path / "good")
+    good = _read_model(tmp_path / "good")
     later = Model(
         kind=good.kind, version=good.version + 1, arrays=good.arrays, settings=good.settings
     )

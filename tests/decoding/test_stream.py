@@ -13,7 +13,7 @@ from feeler.decoding.streams import StreamDecoder, measure_early_accuracy
 from feeler.errors import InvalidInput
 from feeler.robot.stream import Link, _parse_sample, open_serial, read_samples
 from feeler.tensors.formats import describe_file, find_problems
-from feeler.tensors.models import read_model, save_model
+from feeler.tensors.models import _read_model, save_model
 
 REST = 30
 LABELS = [("ball", 0.5, 0.1), ("box", 0.5, 0.1), ("ball", 0.9, 0.1)]
@@ -86,7 +86,7 @@ def test_a_saved_decoder_answers_with_the_same_bits(tmp_path):
 )
 def test_a_decoder_whose_parts_do_not_fit_is_refused(tmp_path, change, message):
     _decoder().save(tmp_path / "d.safetensors")
-    model = read_model(tmp_path / "d.safetensors", trusted=True)
+    model = _read_model(tmp_path / "d.safetensors", trusted=True)
     model.settings["parameters"] |= change
     save_model(model, tmp_path / "d.safetensors")
     with pytest.raises(InvalidInput, match=f"no complete StreamDecoder .*{message}"):
@@ -96,7 +96,7 @@ def test_a_decoder_whose_parts_do_not_fit_is_refused(tmp_path, change, message):
 @pytest.mark.parametrize("name", ["expected", "weight", "constant"])
 def test_a_decoder_with_one_number_that_is_none_is_refused(tmp_path, name):
     _decoder().save(tmp_path / "d.safetensors")
-    model = read_model(tmp_path / "d.safetensors", trusted=True)
+    model = _read_model(tmp_path / "d.safetensors", trusted=True)
     values = model.arrays[name].copy()
     values.flat[0] = np.nan
     model.arrays[name] = values

@@ -7,7 +7,7 @@ import pytest
 
 from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import StoreError
-from feeler.tensors.models import read_model, save_model
+from feeler.tensors.models import _read_model, save_model
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def test_round_trip(touches, saved):
     ],
 )
 def test_a_file_that_does_not_fit_says_why(saved, changes, message):
-    model = read_model(saved[1], trusted=True)
+    model = _read_model(saved[1], trusted=True)
     changes = {
         name: getattr(model, name) | value if isinstance(value, dict) else value
         for name, value in changes.items()

@@ -19,7 +19,7 @@ def test_it_says_that_it_compiles_only_where_it_does(monkeypatch, caplog, compil
     work = njit(lambda x: x + 1)
     if not compiles:
         work(1.0)
-    with caplog.at_level(logging.WARNING, "feeler"), engine.announce_compiling("planned"):
+    with caplog.at_level(logging.WARNING, "feeler"), engine._announce_compiling("planned"):
         assert work(1.0) == 2.0
         time.sleep(0.1)
     assert [record.getMessage()[:9] for record in caplog.records] == ["compiling"] * compiles

@@ -177,13 +177,13 @@ def test_the_cylinder_of_a_hit_touches_at_time_0():
     radius, location = 1.7, 0.6
     antenna = feeler.presets.cockroach()
     found = feeler.hit(antenna, location=location, radius=radius, duration=6.0)
-    touched = int(np.searchsorted(found.time, 0.0))
+    touched = int(np.searchsorted(found["time"].values, 0.0))
     place = antenna.shape()
-    gap = np.linalg.norm(place - found.object[touched], axis=1).min()
+    gap = np.linalg.norm(place - found["object"].values[touched], axis=1).min()
     thick = antenna.radius[round(location * antenna.n_segments) - 1]
     # as near as the next hinge, and as a sample's way of the cylinder
     np.testing.assert_allclose(gap, radius + thick, atol=antenna.segment_length.max())
-    assert np.abs(found.force[: touched - 1]).max() == 0.0
+    assert np.abs(found["force"].values[: touched - 1]).max() == 0.0
 
 
 @pytest.mark.parametrize("place", [0, 1, 2])

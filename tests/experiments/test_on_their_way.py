@@ -82,8 +82,8 @@ def test_a_worker_of_another_feeler_says_which_and_what_is_wanted():
     with pytest.raises(
         StoreError, match=r"with physics 1 \(wanted: feeler 1 with physics 2\)\. Install"
     ):
-        job.check_origin(2, {"feeler": "1"})
-    job.check_origin(job.PHYSICS, {"feeler": job.find_version("feeler")})
+        job._check_origin(2, {"feeler": "1"})
+    job._check_origin(job.PHYSICS, {"feeler": job.find_version("feeler")})
 
 
 def test_a_release_says_where_and_how_far_it_was_held():
@@ -108,11 +108,11 @@ def test_a_lever_swings_away_from_the_base_and_its_cylinder_s_middle_is_behind_i
     moved = impulse.measure_impulse(scene, motion)
     forward = np.asarray(scene.objects[0].forward)
     start = np.asarray(scene.objects[0].place) - 2.5 * forward
-    ways = moved.object - start
+    ways = moved["object"].values - start
     along = np.column_stack([ways @ forward, ways[:, 1]])
     wanted = [[0, 0], [0.8, 0], [0.8 + 9.0, 9.0], [0.8 + 9.0, 9.0 + 4.0]]
     np.testing.assert_allclose(along, wanted, atol=0.1)  # in 36 legs
-    np.testing.assert_allclose(moved.time, time - 2.0)
+    np.testing.assert_allclose(moved["time"], time - 2.0)
 
 
 def test_each_load_bends_by_itself_where_it_acts():
@@ -143,7 +143,7 @@ def test_trials_come_in_any_order_and_each_keeps_its_own(tmp_path):
         [make_trial(k) for k in (6, 2, 4)], "trial", data_vars="minimal", coords="minimal",
         compat="override",
     )  # fmt: skip
-    with open_store(path, CONFIGURATION, 8, group_size=4, made=made) as store:
+    with open_store(path, CONFIGURATION, 8, group_size=4, made=made.__getitem__) as store:
         store.append([6, 2, 4], trials)
         store.append(5, make_trial(5))
     found = read_store(path)
@@ -156,7 +156,7 @@ def test_trials_come_in_any_order_and_each_keeps_its_own(tmp_path):
 
 def test_a_damaged_last_group_is_called_by_the_trials_that_there_are(tmp_path):
     path = tmp_path / "a.zarr"
-    with open_store(path, CONFIGURATION, 6, group_size=4, made=[*"abcdef"]) as store:
+    with open_store(path, CONFIGURATION, 6, group_size=4, made="abcdef".__getitem__) as store:
         for index in (5, 0, 4):
             store.append(index, make_trial(index))
         assert np.flatnonzero(store.finished).tolist() == [0, 4, 5]

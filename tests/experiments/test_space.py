@@ -14,7 +14,7 @@ from feeler.antenna.segments import Antenna
 from feeler.encoding.inputs import read_tensors
 from feeler.errors import InvalidInput, StoreError
 from feeler.objects import Ball, Flow, Peg, Trial, Wall, place
-from feeler.objects.meshes import compute_gap_in_space
+from feeler.objects.meshes import _compute_gap_in_space
 from feeler.objects.motion import parse_flow
 from feeler.physics.engine import get_engine
 from feeler.physics.scene import make_scene
@@ -65,7 +65,7 @@ def test_contact_begins_after_the_lead(trial):
     for time, closed in ((0.0, False), (trial.lead - 1e-6, False), (trial.lead + 1e-6, True)):
         where = placed.origin + time * placed.velocity
         points = WHISKER.shape()
-        gap = compute_gap_in_space(points, WHISKER.radius, trial.feature, where, axes)
+        gap = _compute_gap_in_space(points, WHISKER.radius, trial.feature, where, axes)
         assert (gap < 0) == closed
 
 

@@ -14,7 +14,7 @@ from feeler.files import read_bytes
 from feeler.robot.description import load_robot, write_robot
 from feeler.robot.stream import _MAX_LINE, Link, read_lines, read_samples
 from feeler.tensors.formats import load, save
-from feeler.tensors.models import read_model, save_model
+from feeler.tensors.models import _read_model, save_model
 from feeler.tensors.schema import find_errors
 from feeler.tensors.store import read_store
 from feeler.tensors.table import parse_table
@@ -123,7 +123,7 @@ def test_an_absurd_reading_in_a_stream_is_refused():
 def test_a_decoder_of_steps_beyond_all_indices_is_refused(tmp_path, name):
     path = tmp_path / "d.safetensors"
     make_decoder().save(path)
-    file = read_model(path)
+    file = _read_model(path)
     file.settings["parameters"][name] = 2**64
     save_model(file, path)
     with pytest.raises(InvalidInput, match="is no complete StreamDecoder"):

@@ -26,7 +26,7 @@ from feeler.decoding.streams import StreamDecoder
 from feeler.design.plan import TEMPLATE, load_plan
 from feeler.encoding import load_encoder
 from feeler.objects import load_objects
-from feeler.provenance import read_journal
+from feeler.provenance import _read_journal
 from feeler.robot.description import load_robot
 from feeler.robot.recordings import load_recording
 from feeler.robot.repair import repair
@@ -34,9 +34,9 @@ from feeler.robot.sensors import load_calibration, load_calibration_table
 from feeler.robot.stream import _parse_sample, read_samples
 from feeler.sandbox import Limits
 from feeler.tensors.formats import describe_file, find_problems
-from feeler.tensors.models import read_model
+from feeler.tensors.models import _read_model
 from feeler.tensors.schema import find_errors
-from feeler.tensors.writers import load_csv
+from feeler.tensors.writers import _load_csv
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files
@@ -142,7 +142,7 @@ READERS = {
     "sensor calibration": Reader(read=load_calibration, seeds=("c.json",), shape=shape_json),
     "targets": Reader(read=load_targets, seeds=(files.TARGETS,), shape=shape_toml),
     "journal": Reader(
-        read=lambda path: read_journal(path, "0a"), seeds=(files.JOURNAL,), shape=shape_text
+        read=lambda path: _read_journal(path, "0a"), seeds=(files.JOURNAL,), shape=shape_text
     ),
     "sample": Reader(
         read=lambda path: _parse_sample(path.read_bytes(), 3),
@@ -151,12 +151,12 @@ READERS = {
     ),
     "stream": Reader(read=read_stream, seeds=(files.LINES,), shape=shape_text),
     "csv": Reader(
-        read=lambda path: find_errors(load_csv(path, LIMITS)),
+        read=lambda path: find_errors(_load_csv(path, LIMITS)),
         seeds=("one.csv",),
         shape=shape_table,
     ),
     "model": Reader(
-        read=lambda path: read_model(path, LIMITS),
+        read=lambda path: _read_model(path, LIMITS),
         seeds=("m.safetensors",),
         shape=shape_safetensors,
     ),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.tensors import make_tensors
-from feeler.tensors.store import save_store
+from feeler.tensors.store import _save_store
 
 N, SENSORS, SAMPLES = 600, 4, 5
 
@@ -35,5 +35,5 @@ def make_touches(n=N):
 @pytest.fixture(scope="session")
 def store(tmp_path_factory):
     path = tmp_path_factory.mktemp("learn") / "set.zarr"
-    save_store(make_touches().drop_vars("curvature"), path, group_size=64)
+    _save_store(make_touches().drop_vars("curvature"), path, group_size=64)
     return path

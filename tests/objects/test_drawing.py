@@ -9,7 +9,7 @@ import pytest
 
 from feeler import Outline
 from feeler.errors import InvalidInput
-from feeler.objects.shapes import measure_area
+from feeler.objects.shapes import _measure_area
 
 pytestmark = pytest.mark.usefixtures("guard_in_process")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {page}>{inside}</svg>'
@@ -63,7 +63,9 @@ def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
     outline = Outline.from_file(
         write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001
     )  # centimetres
-    assert abs(measure_area(outline.vertices)) == pytest.approx(100 * (8 + np.pi / 2), rel=1e-3)
+    assert abs(_measure_area(outline.vertices)) == pytest.approx(
+        100 * (8 + np.pi / 2), rel=1e-3
+    )
 
 
 def test_only_lines_that_meet_are_joined(tmp_path):
@@ -122,8 +124,8 @@ def test_one_of_several_is_chosen_and_sized(tmp_path):
         (RECTANGLE, 'viewBox="0 0 10 10"', {}, "how long its unit is; give width="),
         (RECTANGLE, 'width="100px" height="10px"', {}, "how long its unit is"),
         (RECTANGLE, PAGE, {"width": 1.0, "scale": 1.0}, "not both"),
-        (RECTANGLE, PAGE, {"width": -1.0}, "width must be finite and > 0"),
-        (RECTANGLE, PAGE, {"tolerance": 0.0}, "tolerance must be finite and > 0"),
+        (RECTANGLE, PAGE, {"width": -1.0}, "width must be > 0"),
+        (RECTANGLE, PAGE, {"tolerance": 0.0}, "tolerance must be > 0"),
         ('<path d="M 0 0 L 8 4 L 8 0 L 0 4 Z"/>', PAGE, {}, "self-intersecting"),
         ("<path", PAGE, {}, "cannot be read as a SVG drawing"),
     ],

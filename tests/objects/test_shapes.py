@@ -13,7 +13,7 @@ from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
 from feeler.objects import SHAPES, Feature, make_feature, parse_feature, place
 from feeler.objects.distance import compute_clearance
-from feeler.objects.shapes import _is_convex, measure_area, trace_rim
+from feeler.objects.shapes import _is_convex, _measure_area, trace_rim
 
 from ._capsule import Capsule
 
@@ -44,7 +44,7 @@ def test_parts_are_convex_set_back_and_read_only(feature):
     for part in feature.parts:
         assert part.dtype == float
         assert not part.flags.writeable
-        assert len(part) < 3 or (measure_area(part) > 0 and _is_convex(part, slack=1e-12))
+        assert len(part) < 3 or (_measure_area(part) > 0 and _is_convex(part, slack=1e-12))
 
 
 @pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from feeler import Wall
 from feeler.errors import InvalidInput
 from feeler.objects.bodies import DEPTH
-from feeler.objects.shapes import _is_convex, measure_area
+from feeler.objects.shapes import _is_convex, _measure_area
 
 STEPS = st.lists(st.tuples(st.floats(0.1, 3.0), st.floats(-2.0, 2.0)), min_size=2, max_size=12)
 
@@ -23,7 +23,7 @@ def test_parts_fill_the_wall_below_the_profile(steps, repeat):
     )
     height[-1] = height[0]
     wall = Wall(profile=np.stack([place, height], axis=1), repeat=repeat)
-    area = sum(measure_area(part) for part in wall.parts)
+    area = sum(_measure_area(part) for part in wall.parts)
     below = repeat * np.trapezoid(height - height.min() + DEPTH, place)
     assert area == pytest.approx(below)
     assert all(_is_convex(part, slack=1e-9) for part in wall.parts)

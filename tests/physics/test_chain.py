@@ -17,7 +17,7 @@ from feeler.objects.bodies import Object
 from feeler.objects.distance import compute_clearance
 from feeler.physics.chain.fields import B_PULL_X
 from feeler.physics.chain.stepper import ChainStepper
-from feeler.physics.contact import Contact, compute_invweight, get_contact
+from feeler.physics.contact import Contact, _compute_invweight, get_contact
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.run import advance, run_scene, simulate
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
@@ -385,7 +385,7 @@ def test_invweight_is_the_dense_inverse():
         / 3
     )
     np.testing.assert_allclose(
-        compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8
+        _compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8
     )
 
 

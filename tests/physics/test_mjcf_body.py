@@ -10,7 +10,7 @@ from awkward_touches import list_trials, make_antenna
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.physics.spec import compare_body, make_body, write_body, write_mjcf
+from feeler.physics.spec import _make_body, compare_body, write_body, write_mjcf
 
 ROVER = """<mujoco><option timestep='1e-3'/><worldbody><geom type='plane' size='2 2 .1'/>
 <body name='rover' pos='0 0 .031'><freejoint/><geom type='box' size='.1 .05 .03' mass='1'/>
@@ -105,6 +105,6 @@ def test_a_scene_in_si_is_the_same_scene(tmp_path, control):
 
 def test_what_cannot_be_attached_is_refused():
     with pytest.raises(InvalidInput, match="units must be one of si, mm, got 'inch'"):
-        make_body(feeler.presets.robot(), units="inch")
+        _make_body(feeler.presets.robot(), units="inch")
     with pytest.raises(InvalidInput, match="servo=True is for antennas that bend in one"):
-        make_body(WHISKER, servo=True)
+        _make_body(WHISKER, servo=True)

@@ -295,7 +295,7 @@ def step_alike(
     mesh, 3 a mesh in a way that the two see differently: along whose face a segment lies, or into
     which it has sunk more than 0.02 mm.
     """
-    theirs, ours = mujoco.MujocoStepper([scene], timestep), make_like_mujoco([scene], timestep)
+    theirs, ours = mujoco._MujocoStepper([scene], timestep), make_like_mujoco([scene], timestep)
     n = scene.antenna.n_segments
     found, touched = np.empty((2, n_steps, n)), np.zeros(n_steps, dtype=int)
     after = theirs.read()
@@ -379,7 +379,7 @@ def test_every_step_of_a_moving_base_among_two_objects_is_mujoco(n_scenes):
 def test_the_reference_engine_is_bare_mj_step(kind):
     """What the reference engine adds to MuJoCo's step, it adds outside of its numbers."""
     scene, h = touch(kind, n=12, approach=77.7), 0.02
-    model = mujoco.compile_model(scene, h)
+    model = mujoco._compile_model(scene, h)
     data, n = engine.MjData(model), scene.antenna.n_segments
     data.qpos[:n], data.qvel[n:] = (
         scene.initial_angle,
@@ -399,7 +399,7 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
     """MuJoCo made to solve contact with M + hC: armature h·c, damping explicit, contact softness
     left as it was.
     """
-    model = mujoco.compile_model(scene, clock.timestep)
+    model = mujoco._compile_model(scene, clock.timestep)
     n = scene.antenna.n_segments
     model.dof_armature[:n] = clock.timestep * scene.antenna.damping
     model.opt.disableflags |= engine.mjtDisableBit.mjDSBL_EULERDAMP

@@ -9,7 +9,7 @@ from feeler.objects.motion import BaseMotion
 from feeler.physics.chain.stepper import ChainStepper
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Path
-from feeler.physics.statics import compute_reaction
+from feeler.physics.statics import _compute_reaction
 
 from .scenes import DYNAMIC, touch
 
@@ -36,7 +36,7 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
         stepper.step(1, {0: np.array([rate])})
         after, last, contacts = stepper.read(), np.array(rate), stepper.read_contacts(0)
         touched += len(contacts) > 0
-        force, moment = compute_reaction(
+        force, moment = _compute_reaction(
             scene.antenna,
             before.angle[0],
             before.velocity[0],

@@ -12,12 +12,12 @@ from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Peg
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import make_model
-from feeler.physics.contact import find_invweight
+from feeler.physics.contact import _find_invweight
 from feeler.physics.engine import get_engine
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Clock, Motion, Scene
 from feeler.physics.simulation import Simulation, Simulations
-from feeler.physics.spec import compile_model
+from feeler.physics.spec import _compile_model
 
 pytestmark = pytest.mark.long
 
@@ -65,8 +65,8 @@ def compare(scene: Scene, clock: Clock) -> tuple[Motion, Motion]:
 
 def test_inverse_weights_are_mujocos():
     antenna = make(3)
-    weights = compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
-    np.testing.assert_allclose(find_invweight(antenna), weights, rtol=1e-11)
+    weights = _compile_model(Scene(antenna=antenna), 0.01).body_invweight0[2:, 0]
+    np.testing.assert_allclose(_find_invweight(antenna), weights, rtol=1e-11)
 
 
 @pytest.mark.parametrize("planes", [2, 3])

@@ -14,10 +14,10 @@ import feeler
 from feeler.plotting.style import style
 from feeler.report import Section
 from feeler.tradeoff import (
+    _plot_tradeoff,
     fill_section,
     find_best,
     load_declared,
-    plot_tradeoff,
     write_tradeoff,
 )
 
@@ -92,7 +92,7 @@ def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, 
 
 def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, measured):
     levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
-    plot_tradeoff({"toy": measured}, levels, figure := Figure())
+    _plot_tradeoff({"toy": measured}, levels, figure := Figure())
     time, distance, best, common, relative, work, force = figure.axes
     assert (time.get_xlabel(), time.get_ylabel()) == (
         "time since contact [ms]",
@@ -152,7 +152,7 @@ def test_the_legend_fits_into_the_figure(declared, measured, names):
         figure = Figure(figsize=(7.2, 4.6), layout="constrained")
         levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
         shown = measured.assign_attrs(antenna=names[0])
-        plot_tradeoff(dict.fromkeys(names, shown), levels, figure)
+        _plot_tradeoff(dict.fromkeys(names, shown), levels, figure)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
     speeds, antennas = figure.legends

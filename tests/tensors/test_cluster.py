@@ -66,8 +66,8 @@ def test_shards_do_not_pass_the_scheduler(client, tmp_path):
 
 
 def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch):
-    real = job.check_origin
-    monkeypatch.setattr(job, "check_origin", lambda physics, versions: real(99, versions))
+    real = job._check_origin
+    monkeypatch.setattr(job, "_check_origin", lambda physics, versions: real(99, versions))
     with pytest.raises(StoreError, match=r"a worker runs feeler .* \(wanted: .* physics 99\)"):
         run(store=tmp_path / "a.zarr")
 

@@ -17,10 +17,10 @@ from feeler.errors import InvalidInput
 from feeler.tensors.formats import (
     FORMATS,
     Format,
+    _find_writer,
     describe_file,
     detect,
     find_problems,
-    find_writer,
     load,
     save,
 )
@@ -402,7 +402,7 @@ def test_a_format_from_outside_goes_from_save_to_load_to_info(tmp_path, plain_js
     assert detect(tmp_path / "set.json") == "json"
     assert "plain JSON" in describe_file(tmp_path / "set.json")[0]
     assert find_problems(tmp_path / "set.json") == []
-    assert "json" in FORMATS and find_writer(".json")
+    assert "json" in FORMATS and _find_writer(".json")
 
 
 def test_options_that_a_format_needs_are_named(tmp_path, whole):

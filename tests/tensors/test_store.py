@@ -26,10 +26,10 @@ from feeler.provenance import to_jsonable
 from feeler.tensors import store as module
 from feeler.tensors.formats import load, save
 from feeler.tensors.store import (
-    find_damage,
+    _find_damage,
+    _save_store,
     open_store,
     read_store,
-    save_store,
 )
 
 from ._sets import CONFIGURATION, N_TRIALS, fill, find_finished, make_set, make_trial
@@ -55,7 +55,7 @@ def test_reads_in_trial_order_what_was_written_in_any_order(path, order):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         for index in indices:
             store.append(index, make_trial(index))
-        xr.testing.assert_identical(store.read(), make_set())
+        xr.testing.assert_identical(read_store(path), make_set())
     xr.testing.assert_identical(read_store(path), make_set())
 
 
@@ -358,7 +358,7 @@ def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     fill(path, group_size=2)
     damage(path, how)
     assert re.search(
-        r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", find_damage(path)[0]
+        r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", _find_damage(path)[0]
     )
     with (
         pytest.warns(UserWarning, match="trials 2 to 3 will be computed again"),
@@ -406,7 +406,7 @@ def test_nothing_else_is_taken_for_a_store(path, what):
 
 @pytest.mark.parametrize("n_trials", [0, -1, 1.5, True, "8", 10**10])
 def test_a_wrong_number_of_trials_is_refused(path, n_trials):
-    with pytest.raises(InvalidInput, match="n_trials must be a whole number"):
+    with pytest.raises(InvalidInput, match=r"open_store: n_trials must be"):
         open_store(path, CONFIGURATION, n_trials)
 
 
@@ -451,12 +451,12 @@ def test_an_opening_that_fails_lets_go_of_the_lock(path):
 
 def test_trials_made_otherwise_are_refused_with_the_difference(path):
     made = [{"speed": 0.1 * n} for n in range(N_TRIALS)]
-    with open_store(path, CONFIGURATION, N_TRIALS, made=made) as store:
+    with open_store(path, CONFIGURATION, N_TRIALS, made=made.__getitem__) as store:
         store.append(range(N_TRIALS), make_set())
-    open_store(path, CONFIGURATION, N_TRIALS + 1, made=[*made, {"speed": 9}]).close()
+    open_store(path, CONFIGURATION, N_TRIALS + 1, made=made.__getitem__).close()
     made[5] = {"speed": 0.7}
     with pytest.raises(StoreError, match=r"trial 5\.speed: 0\.5 → 0\.7"):
-        open_store(path, CONFIGURATION, N_TRIALS + 1, made=[*made, {"speed": 9}])
+        open_store(path, CONFIGURATION, N_TRIALS + 1, made=made.__getitem__)
 
 
 def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
@@ -528,7 +528,7 @@ def test_groups_may_have_any_size(fast, group_size):
         {"angle": (("trial", "sensor"), np.stack([trials, -trials], axis=1))},
         {"trial": np.arange(n)},
     )
-    save_store(tensors, fast / "a.zarr", group_size=group_size)
+    _save_store(tensors, fast / "a.zarr", group_size=group_size)
     np.testing.assert_array_equal(read_store(fast / "a.zarr").angle, tensors.angle)
 
 

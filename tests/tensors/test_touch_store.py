@@ -119,7 +119,7 @@ def test_a_lone_touch_is_that_of_workers_to_the_last_bit(tmp_path):
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
     from feeler.experiments import runner as module
 
-    real = module.run_lanes
+    real = module._run_lanes
 
     def sabotage(scenes, *how):
         outcomes = real(scenes, *how)
@@ -128,12 +128,12 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
             for s, o in zip(scenes, outcomes, strict=True)
         ]
 
-    monkeypatch.setattr(module, "run_lanes", sabotage)
+    monkeypatch.setattr(module, "_run_lanes", sabotage)
     with pytest.raises(SimulationDivergedError, match=r"0\.56 L") as caught:
         run(store=tmp_path / "a.zarr")
     rest = [n for n in range(N_TRIALS) if n != 6]
     xr.testing.assert_identical(caught.value.tensors, pick(undisturbed, rest))
-    monkeypatch.setattr(module, "run_lanes", real)
+    monkeypatch.setattr(module, "_run_lanes", real)
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
 
 

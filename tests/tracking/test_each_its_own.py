@@ -43,7 +43,7 @@ def read(monkeypatch):
     def load(found, **how):
         asked = []
         monkeypatch.setattr(
-            tracks, "read_tracker", lambda path, individual: asked.append(individual) or found
+            tracks, "_read_tracker", lambda path, individual: asked.append(individual) or found
         )
         loaded = load_tracks("folder/film.h5", **how)
         assert asked == [how.get("individual")]

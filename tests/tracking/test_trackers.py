@@ -25,7 +25,7 @@ from feeler.tracking import (
     measure_posture,
     trackers,
 )
-from feeler.tracking.trackers import PLANES, Found, project, spread_frames
+from feeler.tracking.trackers import PLANES, Found, _spread_frames, project
 from feeler.tracking.tracks import Tracks, _doubt
 
 DATA = Path(__file__).parent / "data"
@@ -269,9 +269,9 @@ def test_column_names_that_would_call_something_are_refused(tmp_path):
     ("options", "match"),
     [
         ({"frame_rate": None}, "does not say how many frames"),
-        ({"frame_rate": 30, "min_likelihood": 2.0}, r"must lie in \[0, 1\]"),
+        ({"frame_rate": 30, "min_likelihood": 2.0}, "must be from 0 to 1"),
         ({"frame_rate": 30, "individual": "zoe"}, "has no individual 'zoe'"),
-        ({"frame_rate": 30, "plane": "yx"}, "unknown plane 'yx'; valid: xy, xz, yz"),
+        ({"frame_rate": 30, "plane": "yx"}, "plane must be one of xy, xz, yz, space"),
         (
             {"frame_rate": 30, "landmarks": ("paw",)},
             "no landmark 'paw'; the tracks hold left_tip",
@@ -318,19 +318,19 @@ def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
 @pytest.mark.parametrize("numbers", [[4, 4], [6, 4], [4, 5.5], [4, np.nan]])
 def test_frames_that_do_not_rise_by_whole_numbers_are_refused(numbers):
     with pytest.raises(InvalidInput, match=r"a\.csv: frame numbers must rise"):
-        spread_frames(np.array(numbers), "a.csv", np.zeros((2, 1, 2)))
+        _spread_frames(np.array(numbers), "a.csv", np.zeros((2, 1, 2)))
 
 
 def test_frames_that_are_left_out_are_gaps():
     places = np.arange(8.0).reshape(4, 1, 2)
-    (wide, none), notes = spread_frames(np.array([4.0, 6, 7, 9]), "a.csv", places, None)
+    (wide, none), notes = _spread_frames(np.array([4.0, 6, 7, 9]), "a.csv", places, None)
     assert none is None and notes == {"left out": "2 of 6 frames, which count as not seen"}
     np.testing.assert_array_equal(wide[[0, 2, 3, 5]], places)
     assert np.isnan(wide[[1, 4]]).all()
-    (same,), notes = spread_frames(np.array([4.0]), "a.csv", places[:1])
+    (same,), notes = _spread_frames(np.array([4.0]), "a.csv", places[:1])
     assert same is not wide and not notes
     with pytest.raises(InvalidInput, match="Split it where frames are left out"):
-        spread_frames(np.array([0.0, 1e12]), "a.csv", places[:2])
+        _spread_frames(np.array([0.0, 1e12]), "a.csv", places[:2])
 
 
 def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():

@@ -89,9 +89,13 @@ def test_round_trip_of_synthetic_tracks_keeps_the_label(tmp_path):
             "1 points, landmarks names 2",
         ),
         ("head_x,head_y\n1,2\n", {"landmarks": ("nose",)}, "no column nose_X"),
-        ("head_x,head_y\n1,2\n", {"origin": "middle"}, "valid: top-left, bottom-left"),
-        ("head_x,head_y\n1,2\n", {"frame_rate": 0}, "frame_rate must lie in"),
-        ("head_x,head_y\n1,2\n", {"frame_rate": float("nan")}, "frame_rate must lie in"),
+        (
+            "head_x,head_y\n1,2\n",
+            {"origin": "middle"},
+            "origin must be one of top-left, bottom-left",
+        ),
+        ("head_x,head_y\n1,2\n", {"frame_rate": 0}, "frame_rate must be > 0"),
+        ("head_x,head_y\n1,2\n", {"frame_rate": float("nan")}, "frame_rate must be finite"),
     ],
 )
 def test_bad_track_files(tmp_path, text, options, message):

@@ -73,7 +73,8 @@ def write_example(folder: Path, *, seed: Seed = 0, spread: float = 0.04) -> Path
     curve = np.stack([1e3 * moved, 1e6 * force], axis=1)
     _write_table(folder / "force.csv", "deflection_um,force_uN", curve)
     impulse = hit(mean, points=(0.5, 0.8), sample_interval=1.0)
-    rows = np.vstack([np.zeros(impulse.time.size), impulse.deflection, impulse.tip])
+    deflection, tip = impulse["deflection"].values, impulse["tip"].values
+    rows = np.vstack([np.zeros(tip.size), deflection, tip])
     _film(folder / "impulse.csv", mean.length, (0, 0.5, 0.8, 1), "base,p50,p80,tip", rows, rng)
     _film_walk(folder / "walk.csv", mean, rng)
     write_text(

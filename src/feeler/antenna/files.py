@@ -11,12 +11,12 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from feeler.antenna.profiles import PROFILES, compute_beam, evaluate, sample_quantity
+from feeler.antenna.profiles import PROFILES, _compute_beam, _sample_quantity, evaluate
 from feeler.antenna.segments import HINGE, MAX_SEGMENTS, Antenna, Follicle
 from feeler.errors import InvalidInput
 from feeler.files import parse_toml, read_toml_text, save_toml, write_toml
 from feeler.records import Record
-from feeler.validation import Choice, FieldError, checked, show
+from feeler.validation import Choice, checked
 
 # Facts: numbers that carry their unit, their source tag and their reference.
 
@@ -30,17 +30,7 @@ SOURCE_TAGS = {
 PAPER = "Meng, McDonnell, Jayaram, Mongeau 2025, doi:10.1101/2025.10.20.683587"
 
 
-class _Tags(Choice):
-    """Tags joined by +, of numbers that rest on several sources."""
-
-    def read(self, value: Any) -> str:
-        """The tags, if each is known."""
-        if not isinstance(value, str) or not set(value.split("+")) <= set(self.names):
-            raise FieldError(f"must be {self} (joined by +), got {show(value)}")
-        return value
-
-
-SourceTag = Annotated[str, _Tags(SOURCE_TAGS)]
+SourceTag = Annotated[str, Choice(SOURCE_TAGS, joined=True)]
 
 
 class Fact(Record):
@@ -151,7 +141,7 @@ def make_beam(
         "damping_time": 0.0,
         "shear_modulus": None,
     }
-    return compute_beam(
+    return _compute_beam(
         **{
             **optional,
             **given,
@@ -197,7 +187,7 @@ class _Reader:
             "follicle",
             "sensors",
         )
-        self.check_keys("", content, (*known, "sensors"))
+        self.check_keys("", content, known)
         self._planes = self.whole("", "planes", content.get("planes", 1), 1, 3)
         n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
         name = self.text("", "name", content.get("name", "custom"))
@@ -385,7 +375,7 @@ class _Reader:
             self.check_keys(name, table, ("unit", "formula", *SOURCE_KEYS))
             formula = self.scale(self.text(name, "formula", table["formula"]), factor)
             return (
-                self.attempt(name, "formula", lambda: sample_quantity(formula, n, lengths)),
+                self.attempt(name, "formula", lambda: _sample_quantity(formula, n, lengths)),
                 formula,
             )
         if forms == ["profile"]:
@@ -593,7 +583,7 @@ def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:
     if source is None or not source.formula or getattr(antenna, name).ndim == 2:
         return ""
     lengths = None if name == "segment_length" else antenna.segment_length
-    found = sample_quantity(source.formula, antenna.n_segments, lengths)
+    found = _sample_quantity(source.formula, antenna.n_segments, lengths)
     return source.formula if np.array_equal(found, getattr(antenna, name)) else ""
 
 

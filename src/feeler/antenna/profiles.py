@@ -121,7 +121,7 @@ PROFILES = {
 }
 
 
-def sample_quantity(
+def _sample_quantity(
     value: Any, n_segments: int, segment_length: np.ndarray | None = None
 ) -> np.ndarray:
     """Values (segment,) of a number, an array, a profile or a formula."""
@@ -129,7 +129,7 @@ def sample_quantity(
     if isinstance(value, Profile):
         return value.sample(n_segments)
     found = (
-        evaluate(value, list_names(n_segments, segment_length))
+        evaluate(value, _list_names(n_segments, segment_length))
         if isinstance(value, str)
         else np.asarray(value, float)
     )
@@ -163,7 +163,7 @@ FUNCTIONS: dict[str, Callable] = {
 }
 
 
-def list_names(
+def _list_names(
     n_segments: int, segment_length: np.ndarray | None = None
 ) -> dict[str, np.ndarray]:
     """What a formula may use: ``n`` (1 … N), ``N``, ``x`` = (n − ½) / N; with lengths also ``l``
@@ -248,7 +248,7 @@ each segment's.
 
 
 @np.errstate(all="ignore")  # the antenna refuses what is no finite number
-def compute_beam(
+def _compute_beam(
     length: float | Sequence[float] | np.ndarray,
     n_segments: int | None,
     radius: Along | None,

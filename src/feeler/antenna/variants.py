@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
-from feeler.draw import LogRange, Spread, check_count, describe_spread, draw_shares, spread_out
+from feeler.draw import Drawn, LogRange, Spread, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
 from feeler.validation import Seed, checked
 
@@ -66,7 +66,7 @@ class SampledAntennas(Sequence[Antenna]):
 
 @checked
 def sample_antennas(
-    n: int,
+    n: Drawn,
     antenna: Antenna | None = None,
     *,
     stiffness: Spread = LogRange(0.8, 1.25),
@@ -96,7 +96,7 @@ def sample_antennas(
     InvalidInput
         A range that leaves what an antenna may have.
     """
-    antenna, n = antenna or cockroach(), check_count(n)
+    antenna = antenna or cockroach()
     spreads = {"stiffness": stiffness, "damping": damping, "mass": mass, "gradient": gradient}
     columns = {
         name: spread_out(s, name, draw_shares(seed, f"antenna {name}", n))
@@ -108,4 +108,4 @@ def sample_antennas(
                 f"{name} is a factor > 0, got {columns[name].min():.3g} from {spreads[name]!r}."
             )
     recipe = {name: describe_spread(spread) for name, spread in spreads.items()}
-    return SampledAntennas(antenna, columns, {**recipe, "n": n, "seed": int(seed)})
+    return SampledAntennas(antenna, columns, {**recipe, "n": int(n), "seed": int(seed)})

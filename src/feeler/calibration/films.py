@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.calibration.traces import MAX_GAP, Traces, bridge, cut_at_release, find_rest
+from feeler.calibration.traces import MAX_GAP, Traces, _cut_at_release, bridge, find_rest
 from feeler.errors import InvalidInput
 from feeler.records import Gt, Record, Unit
 from feeler.tracking import Tracks, load_tracks
@@ -88,7 +88,8 @@ class Film(Record):
     def make_traces(self, *, release: bool = True) -> Traces:
         """The displacements as traces of this animal, cut at the release where one is asked for."""
         keep = self.place > 0
-        names = tuple(_name_trace(self.name, place) for place in self.place[keep])
+        ends = ["" if place == 1 else f"@{place:.4g}" for place in self.place[keep]]
+        names = tuple(f"{self.name}{end}" for end in ends)
         traces = Traces(
             time=self.time,
             displacement=self.displacement,
@@ -96,11 +97,7 @@ class Film(Record):
             source=self.source,
             bridged=self.bridged.T[keep],
         )
-        return cut_at_release(traces) if release else traces
-
-
-def _name_trace(animal: str, place: float) -> str:
-    return animal if place == 1 else f"{animal}@{place:.4g}"
+        return _cut_at_release(traces) if release else traces
 
 
 @checked
@@ -154,7 +151,7 @@ def make_film(
         )
     names = [point.partition("@")[0].strip() for point in points]
     for one in names:
-        require_landmark(tracks, one)
+        _require_landmark(tracks, one)
     said = [_read_place(point) for point in points]
     position = np.stack([tracks.of(one)[:, :2] for one in names], axis=1)
     lost = np.isnan(position).any(axis=2)
@@ -235,7 +232,7 @@ def _read_place(point: str) -> float | None:
     return place
 
 
-def require_landmark(tracks: Tracks, name: str) -> None:
+def _require_landmark(tracks: Tracks, name: str) -> None:
     """Raise InvalidInput, with the nearest names, where the tracks have no such landmark."""
     if name in tracks.landmarks:
         return

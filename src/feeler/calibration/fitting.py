@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+import xarray as xr
 from scipy.optimize import least_squares, minimize
 
 from feeler.calibration.hinges import Hinges
@@ -295,10 +296,10 @@ def analyse_directions(
 ) -> EigenParameters:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale
-    return decompose(problem.hinges.names, p, jacobian)
+    return _decompose(problem.hinges.names, p, jacobian)
 
 
-def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> EigenParameters:
+def _decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> EigenParameters:
     """Singular directions of a Jacobian (residual, parameter) in typical changes."""
     _, sensitivity, direction = np.linalg.svd(
         jacobian, full_matrices=jacobian.shape[0] <= jacobian.shape[1]
@@ -331,34 +332,21 @@ def walk_sloppy_direction(
     return problem.hinges.to_p(xs), np.linalg.norm(problem.compute_many(xs), axis=1)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Profiles:
-    """Profile of the error: one parameter held at a value, the others refitted.
-
-    Attributes
-    ----------
-    value : np.ndarray
-        Held values (parameter, place).
-    error : np.ndarray
-        Error of the best fit with that value held (parameter, place).
-    others : np.ndarray
-        All parameters of those fits (parameter, place, parameter).
-    """
-
-    names: tuple[str, ...]
-    value: np.ndarray
-    error: np.ndarray
-    others: np.ndarray
-
-
 @checked
 def compute_profiles(
     problem: Problem, p: np.ndarray, *, span: float = 1.0, n_places: int = 5, refits: int = 4
-) -> Profiles:
-    """Profile of the error over each parameter, ``span`` typical changes to either side of ``p``.
+) -> xr.Dataset:
+    """Profile of the error: one parameter held at a value, the others refitted, ``span`` typical
+    changes to either side of ``p``.
 
     Going outwards each refit starts from its neighbour's result; ``refits`` bounds its trust-region
     steps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Held values ``value`` (parameter, place), the ``error`` of the best fit with that value held
+        (parameter, place), and ``others``, all parameters of those fits (parameter, place, of).
     """
     if n_places < 3 or n_places % 2 == 0:
         raise InvalidInput(
@@ -377,7 +365,14 @@ def compute_profiles(
                 xs[k, place], errors[k, place] = x, problem.compute_error(x)
     parameters = problem.hinges.to_p(xs)
     value = np.stack([parameters[k, :, k] for k in range(n)])
-    return Profiles(names=problem.hinges.names, value=value, error=errors, others=parameters)
+    return xr.Dataset(
+        {
+            "value": (("parameter", "place"), value),
+            "error": (("parameter", "place"), errors),
+            "others": (("parameter", "place", "of"), parameters),
+        },
+        {"parameter": list(problem.hinges.names)},
+    )
 
 
 def _refit(problem: Problem, x: np.ndarray, held: int, refits: int) -> np.ndarray:

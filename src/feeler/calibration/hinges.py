@@ -189,7 +189,7 @@ def _make_constant(antenna: Antenna) -> Hinges:
 
 
 @FAMILIES.register("scale")
-def make_scale(antenna: Antenna) -> Hinges:
+def _make_scale(antenna: Antenna) -> Hinges:
     """Two factors on the antenna's own hinges (the robot's fit): p1 on stiffness, p2 on damping."""
     return _make(
         "scale",

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from feeler.analysis import measure_deflection_ratios
 from feeler.antenna import Antenna, compute_modes
 from feeler.calibration.films import Film
-from feeler.calibration.fitting import EigenParameters, decompose
+from feeler.calibration.fitting import EigenParameters, _decompose
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.measurements import ForceCurve, compute_force
 from feeler.calibration.problem import Protocol
@@ -228,7 +228,7 @@ def make_factors(antenna: Antenna, names: Sequence[str]) -> Hinges:
     )
 
 
-def choose_factors(animals: Sequence[Measurements]) -> tuple[list[str], dict[str, str]]:
+def _choose_factors(animals: Sequence[Measurements]) -> tuple[list[str], dict[str, str]]:
     """Parameters that the kinds of measurements can determine, and why not the others.
 
     A free swing shows stiffness and damping over mass, so that the mass stays as given where no
@@ -297,7 +297,7 @@ def fit_measurements(
     """
     if not animals:
         raise InvalidInput("no animal was measured; give one or more.")
-    chosen, held = choose_factors(animals)
+    chosen, held = _choose_factors(animals)
     if names is not None:
         held = {name: why for name, why in held.items() if name not in names}
         held |= {name: "not asked for" for name in chosen if name not in names}
@@ -309,12 +309,13 @@ def fit_measurements(
         for done, animal in enumerate(animals, 1):
             found.append(_fit_animal(animal, hinges, protocol))
             advance(done, len(animals))
-    xs = np.array([one.x for one in found])
+    searched, covariances, jacobians, lefts, sizes = zip(*found, strict=True)
+    xs = np.array(searched)
     middle = xs.mean(axis=0)
-    own = np.sqrt(np.mean([np.diag(one.covariance) for one in found], axis=0) / len(found))
+    own = np.sqrt(np.mean([np.diag(one) for one in covariances], axis=0) / len(found))
     if any(animal.forces or animal.ratios for animal in animals):
         own = own * np.sqrt(len(found))  # they may be one animal's for all
-    half = student.ppf(0.975, max(found[0].n - len(chosen), 1)) * own
+    half = student.ppf(0.975, max(sizes[0] - len(chosen), 1)) * own
     origin = "one animal: from the residuals" if len(found) == 1 else ""
     if len(found) > 1:
         spread = xs.std(axis=0, ddof=1) / np.sqrt(len(found))
@@ -322,7 +323,7 @@ def fit_measurements(
         origin = f"the wider of spread of {len(found)} animals (Student's t) and of residuals"
     tall = np.log(_KNOWN)
     residual = {
-        f"{a.name}: {k}": v for a, f in zip(animals, found, strict=True) for k, v in f.left
+        f"{a.name}: {k}": v for a, left in zip(animals, lefts, strict=True) for k, v in left
     }
     return MeasurementFit(
         antenna=hinges.build(hinges.to_p(middle)),
@@ -336,9 +337,7 @@ def fit_measurements(
         interval=origin,
         held=held,
         residual=residual,
-        directions=decompose(
-            tuple(chosen), hinges.to_p(found[0].x), found[0].jacobian * hinges.scale
-        ),
+        directions=_decompose(tuple(chosen), hinges.to_p(xs[0]), jacobians[0] * hinges.scale),
         start=antenna,
     )
 
@@ -362,13 +361,9 @@ class _Block:
     shifts: bool = False
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Found:
-    x: np.ndarray
-    covariance: np.ndarray
-    jacobian: np.ndarray
-    left: list[tuple[str, float]]
-    n: int
+_Found = tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[str, float]], int]
+"""An animal's searched vector, its covariance, the Jacobian, what is left of each measurement, and
+how many numbers were measured."""
 
 
 def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Found:
@@ -430,14 +425,14 @@ def _fit_animal(animal: Measurements, hinges: Hinges, protocol: Protocol) -> _Fo
         best = search(best.x[:n])
     size = sum(int(block.seen.sum()) - block.free for block in blocks)
     whole = np.linalg.pinv(best.jac.T @ best.jac)
-    return _Found(
-        x=best.x[:n],
-        covariance=whole[:n, :n],
-        jacobian=project(best.jac[:, :n], best.jac[:, n:]),
-        left=[
-            (block.name, left) for block, left in zip(blocks, measure_left(best.x), strict=True)
-        ],
-        n=size,
+    names = [block.name for block in blocks]
+    left = list(zip(names, measure_left(best.x), strict=True))
+    return (
+        best.x[:n],
+        whole[:n, :n],
+        project(best.jac[:, :n], best.jac[:, n:]),
+        left,
+        size,
     )
 
 

@@ -29,7 +29,7 @@ _COLUMN = re.compile(
 )
 
 
-def find_column(
+def _find_column(
     table: Table, names: Sequence[str], units: dict[str, float], *, needed: bool = True
 ) -> np.ndarray | None:
     """Values (row,) of the column of one of these names, in feeler's unit; None where there is none
@@ -107,11 +107,11 @@ def load_microscope(
     named = next((name for name in table.columns if name.lower() in ("segment", "number")), "")
     if named and named not in table.words:
         order = np.argsort(table.column(named), kind="stable")
-    diameter = find_column(table, ("diameter", "width"), _LENGTHS, needed=False)
+    diameter = _find_column(table, ("diameter", "width"), _LENGTHS, needed=False)
     if diameter is None:
-        radius = find_column(table, ("radius",), _LENGTHS, needed=False)
+        radius = _find_column(table, ("radius",), _LENGTHS, needed=False)
         if radius is None:
-            find_column(table, ("diameter",), _LENGTHS)
+            _find_column(table, ("diameter",), _LENGTHS)
         diameter = 2 * np.asarray(radius)
     radius = diameter[order] / 2
     if len(radius) > 1 and radius[-1] > radius[0]:
@@ -129,9 +129,9 @@ def load_microscope(
         "name": Path(path).stem,
         **fields,
     }
-    place = find_column(table, ("position", "distance", "x"), _LENGTHS, needed=False)
+    place = _find_column(table, ("position", "distance", "x"), _LENGTHS, needed=False)
     if place is None:
-        length = find_column(table, ("length", "segment_length"), _LENGTHS)
+        length = _find_column(table, ("length", "segment_length"), _LENGTHS)
         return Antenna.from_beam(length=np.asarray(length)[order], radius=radius, **made)
     place = place[order]
     if place[0] < 0 or np.any(np.diff(place) <= 0):
@@ -225,9 +225,9 @@ def load_forces(
         A column without a unit, no place, or a curve that is not monotone.
     """
     table = read_table(path, words=True)
-    deflection = find_column(table, ("deflection", "displacement"), _LENGTHS)
-    force = find_column(table, ("force", "load"), _FORCES)
-    places = find_column(table, ("at", "arm", "place"), _LENGTHS, needed=False)
+    deflection = _find_column(table, ("deflection", "displacement"), _LENGTHS)
+    force = _find_column(table, ("force", "load"), _FORCES)
+    places = _find_column(table, ("at", "arm", "place"), _LENGTHS, needed=False)
     if places is None:
         if at is None:
             raise InvalidInput(

@@ -19,7 +19,6 @@ from feeler.errors import FeelerError, InvalidInput, SimulationDivergedError
 from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.experiments.mechanics import (
     IMPULSE_LEAD,
-    Impulse,
     hold,
     make_impulse_scene,
     measure_impulse,
@@ -340,10 +339,11 @@ class Protocol(Record):
         motion: Motion,
         last: bool,
     ) -> np.ndarray | None:
-        impulse: Impulse = measure_impulse(scene, motion, places)
-        if not last and np.any(impulse.force[-1] != 0):
+        impulse = measure_impulse(scene, motion, places)
+        if not last and np.any(impulse["force"].values[-1] != 0):
             return None  # the cylinder still pushes: the tip may go on
-        return measure_deflection_ratios(impulse.time, impulse.deflection, impulse.tip)
+        parts = [impulse[name].values for name in ("time", "deflection", "tip")]
+        return measure_deflection_ratios(*parts)
 
 
 def _read(

@@ -14,13 +14,13 @@ from scipy.stats import t as student
 
 from feeler.analysis import FreeResponse, check_trace, measure_free_response
 from feeler.antenna.segments import Antenna
-from feeler.calibration.fitting import EigenParameters, decompose, search
-from feeler.calibration.hinges import Band, Hinges, compute_band, make_scale
+from feeler.calibration.fitting import EigenParameters, _decompose, search
+from feeler.calibration.hinges import Band, Hinges, _make_scale, compute_band
 from feeler.calibration.problem import Problem, Protocol, make_targets
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.progress import Advance, show_progress
-from feeler.records import ALLOW_NAN, Choice, Gt, Record, Shown, freeze
+from feeler.records import ALLOW_NAN, Choice, Gt, Lt, Record, Shown, freeze
 from feeler.tensors.table import Table, parse_table, read_table
 from feeler.validation import Count, checked
 
@@ -69,7 +69,7 @@ class Traces(Record):
         vars(self)["bridged"] = freeze(np.broadcast_to(self.bridged, shape), bool)
         for name, row in zip(self.names, self.displacement, strict=True):
             check_trace(self.time, row, f"trace {name!r}")
-            get_place(name)
+            _get_place(name)
 
     @property
     def animals(self) -> tuple[str, ...]:
@@ -79,7 +79,7 @@ class Traces(Record):
     def take(self, animal: str) -> tuple[np.ndarray, np.ndarray]:
         """Places (point,), rising, and displacements (point, sample) of one animal."""
         rows = self._list_rows(animal)
-        return np.array([get_place(self.names[k]) for k in rows]), self.displacement[rows]
+        return np.array([_get_place(self.names[k]) for k in rows]), self.displacement[rows]
 
     def take_seen(self, animal: str) -> np.ndarray:
         """Whether its samples (point, sample) were recorded and not filled in."""
@@ -97,10 +97,10 @@ class Traces(Record):
     def _list_rows(self, animal: str) -> list[int]:
         """The rows of one animal, base to tip."""
         rows = [k for k, name in enumerate(self.names) if name.partition("@")[0] == animal]
-        return sorted(rows, key=lambda k: get_place(self.names[k]))
+        return sorted(rows, key=lambda k: _get_place(self.names[k]))
 
 
-def get_place(name: str) -> float:
+def _get_place(name: str) -> float:
     """The fraction of the length that a trace's name says; 1, the tip, where it says none."""
     _, at, text = name.partition("@")
     try:
@@ -172,7 +172,7 @@ def load_traces(
         source="synthetic" if "synthetic" in words else "recorded",
         bridged=bridged.T,
     )
-    return traces if release == "first" else cut_at_release(traces)
+    return traces if release == "first" else _cut_at_release(traces)
 
 
 def bridge(
@@ -229,7 +229,7 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
 
 
 @checked
-def cut_at_release(traces: Traces) -> Traces:
+def _cut_at_release(traces: Traces) -> Traces:
     """Traces from rest, each animal's cut at its own release (:func:`find_release`).
 
     All are as long as the shortest.
@@ -239,7 +239,7 @@ def cut_at_release(traces: Traces) -> Traces:
     for animal in traces.animals:
         points = [name for name in traces.names if name.partition("@")[0] == animal]
         rows = {name: traces.displacement[traces.names.index(name)] for name in points}
-        outermost = max(points, key=get_place)
+        outermost = max(points, key=_get_place)
         first, _ = find_release(rows[outermost], f"trace {outermost!r}")
         parts |= {name: row[first:] - find_rest(row) for name, row in rows.items()}
         filled |= {name: traces.bridged[traces.names.index(name)][first:] for name in points}
@@ -425,21 +425,9 @@ class TraceFit(Shown):
     directions: EigenParameters | None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Fitted:
-    """One animal's searched vector, and what its residuals say of it.
-
-    Attributes
-    ----------
-    shift : float
-        How long after its release the trace begins [ms].
-    """
-
-    x: np.ndarray
-    residual: float
-    covariance: np.ndarray
-    jacobian: np.ndarray | None = None
-    shift: float = 0.0
+_Fitted = tuple[np.ndarray, float, np.ndarray, np.ndarray | None, float]
+"""An animal's searched vector, what its residuals say of it (root mean square, covariance,
+Jacobian), and how long after its release the trace begins [ms]."""
 
 
 @checked
@@ -450,7 +438,7 @@ def fit_traces(
     by: Annotated[str, Choice(("trace", "targets"))] = "trace",
     hinges: Hinges | None = None,
     protocol: Protocol | None = None,
-    confidence: float = 0.95,
+    confidence: Annotated[float, Gt(0), Lt(1)] = 0.95,
     progress: Advance | None = None,
 ) -> TraceFit:
     """Fit hinges to the free responses of one or more animals after a step release.
@@ -475,9 +463,7 @@ def fit_traces(
         With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
         animal the linear estimate from its residuals taken as white noise.
     """
-    if not 0 < confidence < 1:
-        raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
-    hinges = make_scale(antenna) if hinges is None else hinges
+    hinges = _make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
     late = LATE[1] * step if traces.found else 0.0
     protocol = (protocol or Protocol()).replace(
@@ -488,10 +474,10 @@ def fit_traces(
         for done, animal in enumerate(traces.animals, 1):
             found.append(_fit_one(traces, animal, hinges, protocol, by))
             advance(done, len(traces.animals))
-    first = found[0]
-    xs = np.array([one.x for one in found])
+    searched, residual, covariances, (jacobian, *_), shifts = zip(*found, strict=True)
+    xs = np.array(searched)
     middle, covariance, factor, origin = _measure_spread(
-        xs, first.covariance, confidence, len(traces.time)
+        xs, covariances[0], confidence, len(traces.time)
     )
     half = factor * np.sqrt(np.diag(covariance))
     return TraceFit(
@@ -501,8 +487,8 @@ def fit_traces(
         p=hinges.to_p(middle),
         low=hinges.to_p(middle - half),
         high=hinges.to_p(middle + half),
-        residual=np.array([one.residual for one in found]),
-        simulated=_simulate_all(traces, hinges, found, protocol),
+        residual=np.array(residual),
+        simulated=_simulate_all(traces, hinges, xs, shifts, protocol),
         interval=origin,
         band=(
             None
@@ -511,26 +497,30 @@ def fit_traces(
         ),
         directions=(
             None
-            if first.jacobian is None
-            else decompose(hinges.names, hinges.to_p(first.x), first.jacobian * hinges.scale)
+            if jacobian is None
+            else _decompose(hinges.names, hinges.to_p(xs[0]), jacobian * hinges.scale)
         ),
     )
 
 
 def _simulate_all(
-    traces: Traces, hinges: Hinges, found: Sequence[_Fitted], protocol: Protocol
+    traces: Traces,
+    hinges: Hinges,
+    xs: np.ndarray,
+    shifts: Sequence[float],
+    protocol: Protocol,
 ) -> np.ndarray:
     """Every trace's fit (trace, sample), in the order of the traces."""
     rows: dict[str, np.ndarray] = {}
-    for animal, one in zip(traces.animals, found, strict=True):
+    for animal, x, shift in zip(traces.animals, xs, shifts, strict=True):
         places = traces.take(animal)[0]
-        antenna = hinges.build(hinges.to_p(one.x))
-        moved = simulate_steps([antenna], protocol, traces.time, places, [one.shift])[0]
+        antenna = hinges.build(hinges.to_p(x))
+        moved = simulate_steps([antenna], protocol, traces.time, places, [shift])[0]
         rows |= {
             f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)
         }
     return np.array(
-        [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
+        [rows[f"{name.partition('@')[0]}@{_get_place(name):.12g}"] for name in traces.names]
     )
 
 
@@ -583,7 +573,7 @@ def _fit_one(
     (places, rows), n = traces.take(animal), len(hinges.names)
     begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)
     if by == "targets":
-        return _Fitted(x=begin[0], residual=begin[1], covariance=np.full((n, n), np.nan))
+        return *begin, np.full((n, n), np.nan), None, 0.0
     seen = traces.take_seen(animal).ravel()
     goal = (rows / rows[-1, 0]).ravel() * seen
     step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
@@ -618,12 +608,12 @@ def _fit_one(
         xtol=1e-6,
     )
     variance = 2 * best.cost / max(int(seen.sum()) - start.size - 1, 1)
-    return _Fitted(
-        x=best.x[:n],
-        residual=float(np.sqrt(2 * best.cost / np.sum(goal**2))),
-        covariance=(variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
-        jacobian=project(best.jac[:, :n], best.jac[:, n:]),
-        shift=step * float(best.x[n]) if traces.found else 0.0,
+    return (
+        best.x[:n],
+        float(np.sqrt(2 * best.cost / np.sum(goal**2))),
+        (variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
+        project(best.jac[:, :n], best.jac[:, n:]),
+        step * float(best.x[n]) if traces.found else 0.0,
     )
 
 
@@ -685,7 +675,7 @@ def make_synthetic_traces(
             f"{duration:g} ms at an interval of {interval:g} ms are more than {MAX_SAMPLES:,}"
             " samples; use a longer interval."
         )
-    hinges = make_scale(antenna)
+    hinges = _make_scale(antenna)
     time = np.arange(0.0, duration, interval)
     protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))

@@ -125,7 +125,8 @@ def _save_table(path: Path, trials: list, result: Any, found: dict[str, Any]) ->
                     touching[one["first_frame"] : one["last_frame"] + 1] = 1
             phase = np.full(trial.n_frames, np.nan)
             if 0 < sweeps.frequency * 2 * trial.interval < 0.5:
-                phase = measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency).phase
+                rhythm = measure_rhythm(sweeps.angle, trial.interval, sweeps.frequency)
+                phase = rhythm.phase.values
             columns = {
                 "trial": row["file"],
                 "side": side,

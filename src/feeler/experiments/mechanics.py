@@ -1,7 +1,8 @@
 """Mechanical tests of an antenna: bend, release, hit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -16,6 +17,7 @@ from feeler.physics.run import run_scene
 from feeler.physics.scene import Clock, Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point, solve_static
 from feeler.provenance import LICENCE, list_versions, to_jsonable, write_canonical
+from feeler.records import Gt, Le, Len, Unit
 from feeler.tensors.schema import label_units, make_motion_tensors
 from feeler.validation import checked
 
@@ -187,38 +189,8 @@ RADIUS = 2.5  # [P] mm; half of 5 mm
 _SPEED = 0.2
 _POINTS = (0.71, 0.86)  # [P] share of the length
 IMPULSE_LEAD = 2.0  # [C] ms before contact
+_Share = Annotated[float, Gt(0), Le(1)]
 _LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Impulse:
-    """One impulse test, time 0 at first contact.
-
-    Attributes
-    ----------
-    time : np.ndarray
-        (sample,) [ms].
-    points : tuple[float, ...]
-        Followed points, shares of the length.
-    deflection : np.ndarray
-        (point, sample) [mm], across the straight antenna, positive the way the cylinder moves.
-    tip : np.ndarray
-        (sample,) [mm].
-    angle : np.ndarray
-        Hinge angles (sample, segment) [rad].
-    object : np.ndarray
-        Centre of the cylinder (sample, 2) [mm].
-    force : np.ndarray
-        Contact force on the antenna (sample, 2) [N].
-    """
-
-    time: np.ndarray
-    points: tuple[float, ...]
-    deflection: np.ndarray
-    tip: np.ndarray
-    angle: np.ndarray
-    object: np.ndarray
-    force: np.ndarray
 
 
 @checked
@@ -228,15 +200,15 @@ def hit(
     location: float = _LOCATION,
     speed: float = _SPEED,
     radius: float = RADIUS,
-    lever: float | None = None,
-    points: tuple[float, ...] = _POINTS,
+    lever: Annotated[float, Gt(0), Unit("mm")] | None = None,
+    points: Annotated[tuple[_Share, ...], Len(1)] = _POINTS,
     friction: float = FRICTION,
     duration: float | None = None,
     sample_interval: float = 0.5,
     timestep: float | None = None,
     contact: Contact | str | None = None,
     engine: str = DEFAULT_ENGINE,
-) -> Impulse:
+) -> xr.Dataset:
     """Hit an antenna with a cylinder and follow points along it.
 
     Parameters
@@ -256,8 +228,12 @@ def hit(
 
     Returns
     -------
-    Impulse
-        Deflections over time; feed them to ``feeler.analysis.measure_deflection_ratios``.
+    xarray.Dataset
+        ``deflection`` (point, time) and ``tip`` (time) [mm], across the straight antenna, positive
+        the way the cylinder moves; ``angle`` of all hinges (time, hinge) [rad], ``object``, the
+        centre of the cylinder (time, axis) [mm], and ``force``, the contact force on the antenna
+        (time, axis) [N]; ``time`` [ms] is 0 at first contact. Feed deflections to
+        ``feeler.analysis.measure_deflection_ratios``.
 
     Raises
     ------
@@ -265,8 +241,6 @@ def hit(
         Points outside (0, 1], or a lever, speed or location that make no hit.
     """
     require_plane(antenna, "hit")
-    if not (len(points) and all(0 < point <= 1 for point in points)):
-        raise InvalidInput(f"points must be shares of the length in (0, 1], got {points}.")
     scene = make_impulse_scene(
         antenna,
         location=location,
@@ -296,10 +270,6 @@ def make_impulse_scene(
     contact: Contact | str | None = None,
 ) -> Scene:
     """The scene of ``hit``; first contact after ``IMPULSE_LEAD`` ms."""
-    if lever is not None and not (np.isfinite(lever) and lever > 0):
-        raise InvalidInput(
-            f"lever must be a length > 0 mm, or None for a straight path, got {lever}."
-        )
     trial = Trial(
         feature=Ball(radius=radius),
         location=location,
@@ -327,7 +297,7 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
 
 def measure_impulse(
     scene: Scene, motion: Motion, points: tuple[float, ...] = _POINTS
-) -> Impulse:
+) -> xr.Dataset:
     """Deflections of ``points`` and tip in a simulated impulse test."""
     antenna = scene.antenna
     rest, cylinder = antenna.tip(), scene.objects[0]
@@ -341,15 +311,15 @@ def measure_impulse(
     tip = (antenna.tip(motion.angle) - rest) @ forward
     centre = np.asarray(cylinder.place) - cylinder.feature.rounding * forward
     path = (scene.paths[0] if scene.paths else None) or Path(velocity=(cylinder.velocity,))
-    return Impulse(
-        time=motion.time - IMPULSE_LEAD,
-        points=tuple(points),
-        deflection=deflection,
-        tip=tip,
-        angle=motion.angle,
-        object=centre + _travel(path, motion.time),
-        force=motion.force,
-    )
+    columns = {
+        "deflection": (("point", "time"), deflection, {"units": "mm"}),
+        "tip": ("time", tip, {"units": "mm"}),
+        "angle": (("time", "hinge"), motion.angle, {"units": "rad"}),
+        "object": (("time", "axis"), centre + _travel(path, motion.time), {"units": "mm"}),
+        "force": (("time", "axis"), motion.force, {"units": "N"}),
+    }
+    time = ("time", motion.time - IMPULSE_LEAD, {"units": "ms"})
+    return xr.Dataset(columns, {"time": time, "point": [*points], "axis": ["x", "y"]})
 
 
 def _travel(path: Path, time: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ memory.
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,22 +51,9 @@ Share = tuple[Sequence[int], Sequence[Trial], Path | None]
 """Some trials of a set for one worker: their numbers, themselves, and the store to write to."""
 
 
-@dataclass(kw_only=True)
-class _ShareResult:
-    """What became of a share.
-
-    Attributes
-    ----------
-    labels : xr.Dataset | None
-        Of the trials whose numbers the worker has written to the store, in place of readings.
-    n_bytes : int
-        What they take there.
-    """
-
-    readings: dict[int, Reading] = field(default_factory=dict)
-    errors: dict[int, Exception] = field(default_factory=dict)
-    labels: xr.Dataset | None = None
-    n_bytes: int = 0
+_ShareResult = tuple[dict[int, Reading], dict[int, Exception], xr.Dataset | None, int]
+"""Readings and errors by trial; of trials that the worker has written to the store in place of
+readings their labels, and the bytes that they take there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,19 +93,17 @@ class WorkerTask:
         """
         indices, trials, store = share
         if store is not None:
-            check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
+            _check_origin(self.attrs["configuration"]["physics"], self.attrs["versions"])
         readings, errors = self.simulate(indices, trials)
-        done = _ShareResult(readings=readings, errors=errors)
-        if store is not None and readings:
-            from feeler.tensors.store import write_group
+        if store is None or not readings:
+            return readings, errors, None, 0
+        from feeler.tensors.store import write_group
 
-            own = dict(zip(indices, trials, strict=True))
-            tensors = self.make_tensors(
-                sorted(readings), [own[index] for index in sorted(readings)], readings
-            )
-            done.n_bytes = write_group(store, sorted(readings), self.drop_derived(tensors))
-            done.readings, done.labels = {}, _drop_numbers(tensors)
-        return done
+        own, order = dict(zip(indices, trials, strict=True)), sorted(readings)
+        tensors = self.make_tensors(order, [own[index] for index in order], readings)
+        n_bytes = write_group(store, order, self.drop_derived(tensors))
+        numbers = [name for name, v in tensors.variables.items() if v.dims != ("trial",)]
+        return {}, errors, tensors.drop_vars(numbers), n_bytes
 
     def simulate(
         self, indices: Sequence[int], trials: Sequence[Trial]
@@ -133,7 +118,7 @@ class WorkerTask:
         errors: dict[int, Exception] = {}
         times = 1 if self.accuracy is None else TOGETHER
         for lanes in make_groups(scenes, get_engine(self.engine), times):
-            results = run_lanes(
+            results = _run_lanes(
                 [scenes[place] for place in lanes], self.clock, self.engine, self.accuracy
             )
             for place, result in zip(lanes, results, strict=True):
@@ -213,12 +198,7 @@ class WorkerTask:
         return {"antenna": [f"{self.antenna.name} {number}" for number in numbers], **columns}
 
 
-def _drop_numbers(tensors: xr.Dataset) -> xr.Dataset:
-    """Of a Dataset only what each trial has one value of."""
-    return tensors.drop_vars([n for n, v in tensors.variables.items() if v.dims != ("trial",)])
-
-
-def check_origin(physics: int, versions: Mapping[str, str]) -> None:
+def _check_origin(physics: int, versions: Mapping[str, str]) -> None:
     """Refuse to work where another feeler would make other numbers: on a cluster each worker has
     its own.
 
@@ -249,7 +229,7 @@ def _describe_base(base: BaseMotion | None) -> str:
     return f"velocity {velocity} mm/ms, turn {turn} rad/ms"
 
 
-def run_lanes(
+def _run_lanes(
     scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None
 ) -> list[Result]:
     """Motions of scenes that fit the lanes of an engine, and what they err by; with ``accuracy``
@@ -270,7 +250,7 @@ def _spawn_seed(seed: int, index: int) -> int:
 Progress = Callable[[int, int], object]
 
 
-def run_trials(
+def _run_trials(
     job: WorkerTask,
     trials: Sequence[Trial],
     store: "Store | None",
@@ -316,12 +296,13 @@ def run_trials(
         if isinstance(found, StoreError):
             raise found
         if isinstance(found, Exception):
-            found = _ShareResult(errors=dict.fromkeys(group, found))
-        if store is not None and found.labels is not None:
-            store.admit(found.labels["trial"].values.tolist(), found.labels)
-        readings |= found.readings
-        errors |= found.errors
-        done, n_bytes = done + len(group), n_bytes + found.n_bytes
+            found = {}, dict.fromkeys(group, found), None, 0
+        new, failed, labels, written = found
+        if store is not None and labels is not None:
+            store.admit(labels["trial"].values.tolist(), labels)
+        readings |= new
+        errors |= failed
+        done, n_bytes = done + len(group), n_bytes + written
         if hasattr(progress, "tell"):
             reasons = Counter(type(error).__name__ for error in errors.values())
             progress.tell(failed=dict(reasons), stored=n_bytes)
@@ -353,16 +334,3 @@ def collect(
     if len(indices) <= MAX_LISTED and not job.sampled:
         tensors.attrs["trials"] = json.dumps(job.list_made(indices, some), sort_keys=True)
     return tensors
-
-
-class ParameterTable(Sequence[Any]):
-    """What each trial of a set was made with, put together when it is asked for."""
-
-    def __init__(self, job: WorkerTask, trials: Sequence[Trial]) -> None:
-        self._job, self._trials = job, trials
-
-    def __len__(self) -> int:
-        return len(self._trials)
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._job.list_made([index], [self._trials[index]])[0]

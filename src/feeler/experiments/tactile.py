@@ -21,7 +21,7 @@ from feeler.errors import (
 )
 from feeler.execute import Executor, ThreadExecutor
 from feeler.execute.threads import check_workers
-from feeler.experiments.runner import ParameterTable, Progress, WorkerTask, collect, run_trials
+from feeler.experiments.runner import Progress, WorkerTask, _run_trials, collect
 from feeler.files import sweep_old
 from feeler.objects.motion import Flow
 from feeler.objects.sampling import SampledTrials
@@ -183,7 +183,7 @@ def touch(
             kept = stack.enter_context(_open(store, job, trials)) if store else None
             advance = stack.enter_context(show_progress(progress, "touches"))
             chosen = executor or stack.enter_context(ThreadExecutor(workers))
-            readings, errors = run_trials(job, trials, kept, chosen, advance)
+            readings, errors = _run_trials(job, trials, kept, chosen, advance)
         tensors = collect(job, trials, readings)
         if kept is not None and kept.finished.any():
             from feeler.tensors.store import read_store
@@ -343,7 +343,11 @@ def _open(store: str | os.PathLike, job: WorkerTask, trials: Sequence[Trial]) ->
     from feeler.tensors.store import open_store  # loads zarr, which is an extra
 
     origin = {"save": job.save, "dtype": job.dtype}
-    made = () if job.sampled else ParameterTable(job, trials)
+
+    def make(index: int) -> dict[str, Any]:
+        return job.list_made([index], [trials[index]])[0]
+
+    made = None if job.sampled else make
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
 
 

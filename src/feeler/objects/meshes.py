@@ -5,17 +5,16 @@ import os
 from dataclasses import field
 from functools import lru_cache
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from feeler.antenna.segments import find_frames
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file
-from feeler.objects.shapes import Feature, digest_numbers
-from feeler.records import DType, Gt, freeze
+from feeler.objects.shapes import Feature, _digest_numbers
+from feeler.records import Ge, Gt, Le, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
 from feeler.validation import checked
 
@@ -45,7 +44,7 @@ class Mesh(Feature):
     """
 
     vertices: Annotated[np.ndarray, "corner 3"] = field(repr=False)
-    starts: Annotated[np.ndarray, "part", DType(int)] = field(
+    starts: Annotated[np.ndarray, "part", int] = field(
         default=(0,),  # type: ignore[arg-type]
         repr=False,
     )
@@ -77,14 +76,15 @@ class Mesh(Feature):
         return np.split(self.vertices, self.starts[1:])
 
     @classmethod
+    @checked
     def from_file(
         cls,
         path: str | os.PathLike,
         *,
-        scale: float = 1.0,
-        width: float | None = None,
-        threshold: float = 0.05,
-        simplify: int | None = None,
+        scale: Annotated[float, Gt(0), Unit("mm")] = 1.0,
+        width: Annotated[float, Gt(0), Unit("mm")] | None = None,
+        threshold: Annotated[float, Ge(0.01), Le(1)] = 0.05,
+        simplify: Annotated[int, Gt(0)] | None = None,
         rounding: float = 0.0,
         name: str = "",
     ) -> "Mesh":
@@ -115,9 +115,16 @@ class Mesh(Feature):
         MissingDependencyError
             Mesh files need ``pip install 'feeler[meshes]'``.
         """
-
-        corners, starts = _read_mesh(path, scale, width, threshold, simplify)
-        return cls(vertices=corners, starts=starts, rounding=rounding, name=name)
+        path, own = find_file(path, MESHES, _MAX_BYTES), find_limits()
+        for library in ("trimesh", "coacd"):
+            require_extra(library, "meshes", "a mesh file")
+        limits = Limits(
+            max_bytes=max(own.max_bytes, _MEMORY), max_seconds=max(own.max_seconds, _SECONDS)
+        )
+        wanted = json.dumps([scale, width, threshold, simplify])
+        _, found = open_guarded(f"{__name__}:read_parts", path, limits, words=(wanted,))
+        vertices, starts = found["corners"], found["starts"]
+        return cls(vertices=vertices, starts=starts, rounding=rounding, name=name)
 
     @classmethod
     @checked
@@ -172,7 +179,7 @@ class Mesh(Feature):
 
     def make_name(self) -> str:
         """``mesh`` and six digits that stand for the corners and the rounding."""
-        return f"mesh {digest_numbers(self.vertices, self.starts, self.rounding)}"
+        return f"mesh {_digest_numbers(self.vertices, self.starts, self.rounding)}"
 
     def make_parts(self) -> list[np.ndarray]:
         """The parts' shadows in the plane."""
@@ -196,35 +203,8 @@ _CONVEX = 1e-3  # [C] share of its hull by which a convex mesh's volume may fall
 _SECONDS, _MEMORY = 120.0, 4 * 2**30  # [C] that reading and cutting may take
 
 
-def _read_mesh(
-    path: str | os.PathLike,
-    scale: float = 1.0,
-    width: float | None = None,
-    threshold: float = 0.05,
-    simplify: int | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (corner, 3) [mm] and first corners (part,) of a file's mesh, as ``Mesh.from_file``
-    says.
-    """
-    for word, value in (("scale", scale), ("width", width), ("simplify", simplify)):
-        number = isinstance(value, float | int | np.number) and not isinstance(value, bool)
-        if value is not None and not (number and 0 < value < np.inf):
-            raise InvalidInput(f"{word} must be finite and > 0, got {str(value)[:40]!r}.")
-    if not 0.01 <= threshold <= 1:
-        raise InvalidInput(f"threshold must be from 0.01 to 1, got {str(threshold)[:40]!r}.")
-    path, own = find_file(path, MESHES, _MAX_BYTES), find_limits()
-    if find_spec("trimesh") is None or find_spec("coacd") is None:
-        raise MissingDependencyError("mesh files need: pip install 'feeler[meshes]'")
-    limits = Limits(
-        max_bytes=max(own.max_bytes, _MEMORY), max_seconds=max(own.max_seconds, _SECONDS)
-    )
-    wanted = json.dumps([scale, width, threshold, simplify])
-    found = open_guarded(f"{__name__}:read_parts", path, limits, words=(wanted,))[1]
-    return found["corners"], found["starts"]
-
-
 def read_parts(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
-    """What the guard's process does for :func:`_read_mesh`."""
+    """What the guard's process does for ``Mesh.from_file``."""
     scale, width, threshold, simplify = json.loads(wanted)
     mesh = _load(path)
     if simplify is not None and len(mesh.faces) > simplify:
@@ -326,7 +306,7 @@ def is_box(corners: np.ndarray) -> bool:
     return len(corners) == 8 and all(np.unique(row).size == 2 for row in corners.T)
 
 
-def compute_gap_in_space(
+def _compute_gap_in_space(
     points: np.ndarray, radius: np.ndarray, feature: Feature, origin: Any, axes: np.ndarray
 ) -> float:
     """Smallest gap [mm] between surfaces, negative where they overlap: of an antenna's points
@@ -349,7 +329,7 @@ def _list_hulls(feature: Feature) -> list[tuple[np.ndarray, int]]:
     return [make_hull(corners) for corners in list_solids(feature)]
 
 
-def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
+def _place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
     """Where a trial's feature just touches an antenna in space at rest (3,), and its axes there
     (3, 3): forward, left, up.
 
@@ -375,7 +355,7 @@ def place_in_space(antenna: Any, trial: Any) -> tuple[np.ndarray, np.ndarray]:
 
     def measure(back: float) -> float:
         where = aim - back * forward
-        return compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
+        return _compute_gap_in_space(points, antenna.radius, trial.shape, where, axes)
 
     back = 0.0
     for _ in range(_MARCHES):

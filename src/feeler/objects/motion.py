@@ -1,6 +1,5 @@
 """How an antenna's base moves, and a flow that drags an antenna along."""
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any
@@ -10,7 +9,7 @@ import numpy as np
 from feeler.antenna.segments import find_rate
 from feeler.errors import InvalidInput
 from feeler.records import Ge, Record, Unit
-from feeler.validation import checked
+from feeler.validation import checked, is_array
 
 # How an antenna's base moves: at constant velocity, or along a recorded path.
 
@@ -161,26 +160,25 @@ def read_base(value: object) -> BaseMotion | None:
 
 
 def check_number(value: Any, name: str) -> float:
-    """The value as a finite float."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number):
+    """The value as a finite float; a text that looks like a number is none."""
+    numbers = _read_numbers(value)
+    if numbers.ndim or not np.isfinite(numbers):
         raise InvalidInput(f"{name} must be a finite number, got {str(value)[:40]!r}.")
-    return number
+    return float(numbers)
 
 
 def check_vector(value: Any, name: str, sizes: tuple[int, ...] = (2,)) -> Any:
     """The value as two finite floats, or as many as one of ``sizes`` says."""
-    try:
-        vector = tuple(map(float, value))
-    except (TypeError, ValueError, OverflowError):
-        vector = ()
-    if len(vector) not in sizes or not np.isfinite(vector).all():
+    numbers = _read_numbers(value)
+    if numbers.ndim != 1 or numbers.size not in sizes or not np.isfinite(numbers).all():
         words = " or ".join(_COUNTS[size] for size in sizes)
         raise InvalidInput(f"{name} must be {words}, got {str(value)[:40]!r}.")
-    return vector
+    return tuple(numbers.tolist())
+
+
+def _read_numbers(value: Any) -> np.ndarray:
+    found = np.asarray(value if is_array(value) else np.nan)
+    return found.astype(float) if found.dtype.kind in "iuf" else np.array(np.nan)
 
 
 _COUNTS = {2: "two finite numbers (x, y)", 3: "three finite numbers (x, y, z)"}

@@ -6,18 +6,18 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
-from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import find_file, read_text
-from feeler.objects.shapes import Prism, digest_numbers, measure_area, split_convex
-from feeler.records import freeze
+from feeler.objects.shapes import _digest_numbers, _measure_area, _Prism, split_convex
+from feeler.records import Gt, Unit, freeze
 from feeler.sandbox import Limits, find_limits, open_guarded
+from feeler.validation import checked
 
 # Outlines: any simple polygon as a feature.
 
@@ -25,7 +25,7 @@ MAX_CORNERS = 1000  # [C]
 _FARTHEST = 1e6  # [C] mm; whatever an antenna meets is nearer than a kilometre
 
 
-class Outline(Prism):
+class Outline(_Prism):
     """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
 
     Attributes
@@ -60,20 +60,21 @@ class Outline(Prism):
             )
         corners = self.vertices + 0.0  # no −0: equal outlines have equal names
         _check_simple(corners)
-        if measure_area(corners) < 0:
+        if _measure_area(corners) < 0:
             corners = corners[::-1]
         vars(self)["vertices"] = freeze(corners - [corners[:, 0].max(), 0.0])
         super()._check()
 
     @classmethod
+    @checked
     def from_file(
         cls,
         path: str | os.PathLike,
         *,
-        width: float | None = None,
-        scale: float | None = None,
+        width: Annotated[float, Gt(0), Unit("mm")] | None = None,
+        scale: Annotated[float, Gt(0), Unit("mm")] | None = None,
         which: int | str | None = None,
-        tolerance: float = 0.01,
+        tolerance: Annotated[float, Gt(0), Unit("mm")] = 0.01,
         rounding: float = 0.0,
         name: str = "",
     ) -> "Outline":
@@ -105,15 +106,21 @@ class Outline(Prism):
         MissingDependencyError
             SVG and DXF files need ``pip install 'feeler[outlines]'``.
         """
-
-        corners = _read_outline(
-            path, width=width, scale=scale, which=which, tolerance=tolerance
+        if width is not None and scale is not None:
+            raise InvalidInput("give width or scale, not both.")
+        path, limits = find_file(path, LIBRARIES, _MAX_BYTES), find_limits()
+        if library := LIBRARIES[path.suffix.lower()]:
+            require_extra(library, "outlines", "an outline from an SVG or DXF file")
+        wanted = json.dumps([width, scale, which, tolerance], default=str)
+        limits = Limits(
+            max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds
         )
-        return cls(vertices=corners, rounding=rounding, name=name)
+        _, found = open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))
+        return cls(vertices=found["corners"], rounding=rounding, name=name)
 
     def make_name(self) -> str:
         """``outline`` and six digits that stand for the corners and the rounding."""
-        return f"outline {digest_numbers(self.vertices, self.rounding)}"
+        return f"outline {_digest_numbers(self.vertices, self.rounding)}"
 
     def make_parts(self) -> list[np.ndarray]:
         """Convex polygons that together fill the outline."""
@@ -136,7 +143,7 @@ def _check_simple(corners: np.ndarray) -> None:
                 f"Outline is self-intersecting: the edge from corner {i + 1} crosses another. Order"
                 " the corners around the rim."
             )
-    if abs(measure_area(corners)) < 1e-9 * extent**2:
+    if abs(_measure_area(corners)) < 1e-9 * extent**2:
         raise InvalidInput(
             "Outline has no area; give at least three corners that are not on one line."
         )
@@ -192,37 +199,8 @@ _Paths = list[tuple[str, list[_Curve]]]
 """The closed paths of a drawing by their names, x to the right and y up."""
 
 
-def _read_outline(
-    path: str | os.PathLike,
-    *,
-    width: float | None = None,
-    scale: float | None = None,
-    which: int | str | None = None,
-    tolerance: float = 0.01,
-) -> np.ndarray:
-    """Corners (corner, 2) [mm] of the closed path in a file, as ``Outline.from_file`` says."""
-    for word, value in (("width", width), ("scale", scale), ("tolerance", tolerance)):
-        number = isinstance(value, float | int | np.number) and not isinstance(value, bool)
-        if value is not None and not (number and 0 < value < np.inf):
-            raise InvalidInput(f"{word} must be finite and > 0, got {str(value)[:40]!r}.")
-    if width is not None and scale is not None:
-        raise InvalidInput("give width or scale, not both.")
-    path = find_file(path, LIBRARIES, _MAX_BYTES)
-    library = LIBRARIES[path.suffix.lower()]
-    if library and find_spec(library) is None:
-        raise MissingDependencyError(
-            "outlines from SVG and DXF files need: pip install 'feeler[outlines]'"
-        )
-    wanted = json.dumps([width, scale, which, tolerance], default=str)
-    limits = find_limits()
-    limits = Limits(
-        max_bytes=min(limits.max_bytes, _MAX_MEMORY), max_seconds=limits.max_seconds
-    )
-    return open_guarded(f"{__name__}:read_corners", path, limits, words=(wanted,))[1]["corners"]
-
-
 def read_corners(path: str, wanted: str) -> tuple[dict, dict[str, np.ndarray]]:
-    """What the guard's process does for :func:`_read_outline`."""
+    """What the guard's process does for ``Outline.from_file``."""
     width, scale, which, tolerance = json.loads(wanted)
     kind = Path(path).suffix.lower()
     try:
@@ -381,13 +359,15 @@ def _read_svg(path: str) -> tuple[_Paths, float | None]:
         closed = [
             piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()
         ]
-        paths += [(name, [_turn_up(segment.point) for segment in piece]) for piece in closed]
+        # the y axis of an SVG's page points down
+        paths += [
+            (
+                name,
+                [lambda t, at=segment.point: complex(at(t)).conjugate() for segment in piece],
+            )
+            for piece in closed
+        ]
     return paths, _find_svg_unit(document.root)
-
-
-def _turn_up(curve: _Curve) -> _Curve:
-    """The curve of a page whose y axis points down, as SVG's does."""
-    return lambda t: complex(curve(t)).conjugate()
 
 
 def _find_svg_unit(root: Any) -> float | None:

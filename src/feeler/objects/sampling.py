@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.antenna.animals import cockroach
 from feeler.antenna.segments import Antenna
-from feeler.draw import LogRange, Spread, check_count, describe_spread, draw_shares, spread_out
+from feeler.draw import Drawn, LogRange, Spread, describe_spread, draw_shares, spread_out
 from feeler.errors import InvalidInput
 from feeler.objects.motion import BaseMotion
 from feeler.objects.shapes import Feature, make_feature
@@ -100,7 +100,7 @@ class SampledTrials(Sequence[Trial]):
 
 @checked
 def sample_trials(
-    n: int,
+    n: Drawn,
     *,
     features: Sequence[Any] = ("ball", "box", "triangle"),
     sizes: Spread | None = LogRange(1.0, 4.0),
@@ -145,14 +145,15 @@ def sample_trials(
         A value that no trial may have, or ranges in which touches cannot be placed; the message
         says why.
     """
-    n, antenna = check_count(n), antenna or cockroach()
+    antenna = antenna or cockroach()
     known = _make_features(features)
     if not sides or not {*sides} <= {"left", "right"}:
         raise InvalidInput(f"sides must be left, right or both, got {[*sides]}.")
     fields = (locations, speeds, approach, friction, lead)
     spreads: dict[str, Spread] = dict(zip(_FIELDS, fields, strict=True))
     spreads |= {"size": sizes} if sizes is not None else {}
-    spreads |= {TURNED: azimuth} if not _is_zero(azimuth) else {}
+    flat = isinstance(azimuth, int | float | np.number) and azimuth == 0
+    spreads |= {} if flat else {TURNED: azimuth}
     if base is not None:
         if not {*base} <= {*_BASE}:
             raise InvalidInput(
@@ -173,10 +174,6 @@ def sample_trials(
     return trials
 
 
-def _is_zero(spread: Spread) -> bool:
-    return isinstance(spread, int | float | np.number) and spread == 0
-
-
 def _make_features(features: Sequence[Any]) -> tuple[Feature, ...]:
     if isinstance(features, str) or not len(features):
         raise InvalidInput(f"features must be a list of kinds or features, got {features!r}.")
@@ -190,7 +187,7 @@ def _make_features(features: Sequence[Any]) -> tuple[Feature, ...]:
 
 
 def _draw(
-    n: int,
+    n: Drawn,
     spreads: dict[str, Spread],
     n_features: int,
     sides: list[str],

@@ -18,7 +18,7 @@ from feeler.validation import FieldError, checked, show
 # Convex parts of a polygon, because contact is computed between convex bodies.
 
 
-def measure_area(corners: np.ndarray) -> float:
+def _measure_area(corners: np.ndarray) -> float:
     """Area of a polygon (corner, 2), positive where the corners run counter-clockwise."""
     x, y = np.asarray(corners).T
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
@@ -205,7 +205,7 @@ class Feature(Record, ABC):
     @property
     def half_depth(self) -> float:
         """Half the core's extent across the plane [mm], which is read in space only."""
-        return 0.0
+        return getattr(self, "half_length", 0.0)
 
     def _check(self) -> None:
         for name, value in vars(self).items():
@@ -314,22 +314,18 @@ class _Mirrored(Feature):
 
     @property
     def kind(self) -> str:
-        """The shape's word."""
         return self.of.kind
 
     @property
     def rounding(self) -> float:
-        """Rounding [mm]."""
         return self.of.rounding
 
     @property
     def wide(self) -> bool:
-        """Whether it may be larger than the antenna."""
         return self.of.wide
 
     @property
     def only_in_space(self) -> bool:
-        """Whether it has no shape in the plane."""
         return self.of.only_in_space
 
     def make_solids(self) -> list[np.ndarray]:
@@ -337,7 +333,6 @@ class _Mirrored(Feature):
         return [corners * [1.0, -1.0, 1.0] for corners in self.of.make_solids()]
 
     def make_name(self) -> str:
-        """The feature's own name."""
         return self.of.name
 
     def make_parts(self) -> list[np.ndarray]:
@@ -345,7 +340,6 @@ class _Mirrored(Feature):
         return [part[::-1] * [1.0, -1.0] for part in self.of.parts]
 
     def mirror(self) -> Feature:
-        """The feature itself."""
         return self.of
 
 
@@ -445,7 +439,7 @@ def _parse_value(text: str) -> float | int | str:
     return text
 
 
-def digest_numbers(*values: object) -> str:
+def _digest_numbers(*values: object) -> str:
     """Six hexadecimal digits that differ where the numbers do (but for one pair in 17 million)."""
     return hashlib.sha256(
         b"".join(np.asarray(v, dtype=float).tobytes() for v in values)
@@ -459,7 +453,7 @@ def _order(core: np.ndarray, kind: str) -> np.ndarray:
             f"a part of the shape {kind!r} must be finite corners (corner, 2), got shape"
             f" {core.shape}."
         )
-    if len(core) > 2 and measure_area(core) < 0:
+    if len(core) > 2 and _measure_area(core) < 0:
         core = core[::-1]
     if len(core) > 2 and not _is_convex(core, slack=1e-9 * np.ptp(core, axis=0).max() ** 2):
         raise InvalidInput(
@@ -472,10 +466,17 @@ def _order(core: np.ndarray, kind: str) -> np.ndarray:
 # Ball, peg, box and triangle.
 
 
-class _Disc(Feature):
-    """What is a disc in the plane: a point grown by its radius."""
+class Ball(Feature):
+    """A ball (in the plane: a disc): a point grown by its radius.
+
+    Attributes
+    ----------
+    radius : float
+        Radius [mm], > 0.
+    """
 
     radius: float
+    kind: ClassVar[str] = "ball"
     symmetric: ClassVar[bool] = True
 
     @property
@@ -488,19 +489,7 @@ class _Disc(Feature):
         return [[(0.0, 0.0)]]
 
 
-class Ball(_Disc):
-    """A ball (in the plane: a disc): a point grown by its radius.
-
-    Attributes
-    ----------
-    radius : float
-        Radius [mm], > 0.
-    """
-
-    kind: ClassVar[str] = "ball"
-
-
-class Peg(_Disc):
+class Peg(Ball):
     """A peg: a cylinder with round ends, upright on the plane, in which it is a disc.
 
     In space its axis is the third of its frame, at right angles to the way it moves; the ends
@@ -517,13 +506,8 @@ class Peg(_Disc):
     half_length: float = 20.0
     kind: ClassVar[str] = "peg"
 
-    @property
-    def half_depth(self) -> float:
-        """Half the core's extent along the third axis [mm]."""
-        return self.half_length
 
-
-class Prism(Feature):
+class _Prism(Feature):
     """A shape with corners in the plane; in space an upright prism over it.
 
     Attributes
@@ -534,18 +518,13 @@ class Prism(Feature):
 
     half_length: float = 20.0
 
-    @property
-    def half_depth(self) -> float:
-        """Half the core's extent along the third axis [mm]."""
-        return self.half_length
-
     def to_plain(self) -> dict[str, Any]:
         """The plain data, without a length that nobody gave."""
         plain = super().to_plain()
-        return {k: v for k, v in plain.items() if k != "half_length" or v != Prism.half_length}
+        return {k: v for k, v in plain.items() if k != "half_length" or v != _Prism.half_length}
 
 
-class Box(Prism):
+class Box(_Prism):
     """A box whose face leads; its outer half-width is ``half_width + rounding``.
 
     Attributes
@@ -570,7 +549,7 @@ class Box(Prism):
         return [[(0.0, -w), (0.0, w), (-h, w), (-h, -w)]]
 
 
-class Triangle(Prism):
+class Triangle(_Prism):
     """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``.
 
     Attributes

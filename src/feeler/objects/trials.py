@@ -13,7 +13,7 @@ import numpy as np
 from feeler.antenna.segments import Antenna, to_matrix
 from feeler.errors import InvalidInput
 from feeler.objects.distance import compute_clearance
-from feeler.objects.meshes import compute_gap_in_space, place_in_space
+from feeler.objects.meshes import _compute_gap_in_space, _place_in_space
 from feeler.objects.motion import BaseMotion, read_base
 from feeler.objects.shapes import Ball, Box, Feature, Triangle, trace_rim
 from feeler.records import Ge, Gt, Le, Lt, Record, Unit, make_picture
@@ -198,7 +198,7 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
             f" {antenna.length / 2:g} mm, or Wall()."
         )
     if antenna.spatial:
-        return _place_in_space(antenna, trial)
+        return _place_solid(antenna, trial)
     if trial.azimuth or (trial.base is not None and trial.base.spatial):
         raise InvalidInput(
             f"the trial leaves the plane (azimuth={trial.azimuth:g}°, or its base does), but"
@@ -249,8 +249,8 @@ def _point(heading: float) -> tuple[float, float]:
     return float(sindg(heading)), float(cosdg(heading)) + 0.0
 
 
-def _place_in_space(antenna: Antenna, trial: Trial) -> Placement:
-    origin, axes = place_in_space(antenna, trial)
+def _place_solid(antenna: Antenna, trial: Trial) -> Placement:
+    origin, axes = _place_in_space(antenna, trial)
     if trial.base_motion is not None:
         poses = trial.base_motion.lift().compute_pose(np.array([0.0, trial.lead]))
         turn = to_matrix(poses[1, 3:])
@@ -259,7 +259,7 @@ def _place_in_space(antenna: Antenna, trial: Trial) -> Placement:
     origin = origin - _ROOM * axes[0] - trial.lead * velocity
     if trial.base_motion is not None:
         points = antenna.shape(base_angle=poses[0, 3:]) + poses[0, :3]
-        if compute_gap_in_space(points, antenna.radius, trial.shape, origin, axes) <= 0:
+        if _compute_gap_in_space(points, antenna.radius, trial.shape, origin, axes) <= 0:
             raise InvalidInput(_STARTS_INSIDE.format(trial.label))
     return Placement(
         origin=origin,

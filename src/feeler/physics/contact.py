@@ -33,15 +33,15 @@ along, whatever either weighs, so the time constant is at most ``_PACE`` times t
 0.2 ms from a radius of 0.2 mm on, less on thinner antennas, whose timestep is as much smaller.
 """
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from feeler.antenna.segments import Antenna
 from feeler.errors import InvalidInput
 from feeler.objects.bodies import Object
-from feeler.records import Registry
+from feeler.records import Ge, Gt, Lt, Record, Registry, Unit
 
 _LONGEST = 0.2  # ms; [C] the time constant that every engine's timestep is made for
 _SHORTEST = 0.005  # ms; [C] of the default contact, for antennas that end in a needle's point
@@ -80,8 +80,10 @@ class ContactCompliance(NamedTuple):
         return np.maximum(self.width, moved)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Contact:
+_Positive = Annotated[float, Gt(0)]
+
+
+class Contact(Record):
     """Softness of contact in MuJoCo's terms; fixed on purpose, because MuJoCo's defaults assume SI
     units.
 
@@ -111,38 +113,21 @@ class Contact:
         The least speed to reckon with [mm/ms], for motion that is commanded later.
     """
 
-    solref: tuple[float, float] = (0.2, 1.0)
+    solref: tuple[_Positive, _Positive] = (0.2, 1.0)
     solimp: tuple[float, float, float, float, float] = (0.9, 0.95, 0.001, 0.5, 2.0)
-    share: float = 0.0
-    turn: float = 0.005
-    crossing: float = 0.0
-    lingering: float = 0.0
-    speed: float = 0.0
+    share: Annotated[float, Ge(0), Lt(1)] = 0.0
+    turn: Annotated[float, Ge(0)] = 0.005
+    crossing: Annotated[float, Ge(0), Unit("ms")] = 0.0
+    lingering: Annotated[float, Ge(0), Unit("ms")] = 0.0
+    speed: Annotated[float, Ge(0), Unit("mm/ms")] = 0.0
 
-    def __post_init__(self) -> None:
-        if not (
-            np.shape(self.solref) == (2,)
-            and np.all(np.isfinite(self.solref))
-            and min(self.solref) > 0
-        ):
-            raise InvalidInput(
-                "solref must be two positive numbers (time constant [ms], damping ratio), got"
-                f" {self.solref}."
-            )
-        if np.shape(self.solimp) != (5,):
-            raise InvalidInput(
-                f"solimp must be (d_min, d_max, width, midpoint, power), got {self.solimp}."
-            )
+    def _check(self) -> None:
         low, high, width, midpoint, power = self.solimp
         if not (0 < low <= high < 1 and width > 0 and 0 < midpoint < 1 and power >= 1):
             raise InvalidInput(
                 "solimp must be (0 < d_min ≤ d_max < 1, width > 0, 0 < midpoint < 1, power ≥ 1),"
                 f" got {self.solimp}."
             )
-        for name in ("share", "turn", "crossing", "lingering", "speed"):
-            value = getattr(self, name)
-            if not 0 <= value < (1 if name == "share" else np.inf):
-                raise InvalidInput(f"Contact.{name} must be finite and ≥ 0, got {value}.")
 
     def check_timestep(self, timestep: float) -> None:
         """Refuse a timestep above half the time constant, where MuJoCo would silently soften the
@@ -179,7 +164,7 @@ class Contact:
         place = antenna.hinge_position + antenna.segment_length / 2
         most, least = np.full(place.shape, high), np.full(place.shape, width)
         if self.share:
-            stretch = np.prod(self.solref) ** 2 * find_invweight(antenna)
+            stretch = np.prod(self.solref) ** 2 * _find_invweight(antenna)
             asked = 1 - self.share * _compute_compliance(antenna) / stretch
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
@@ -208,19 +193,19 @@ def _compute_compliance(antenna: Antenna) -> np.ndarray:
     )
 
 
-def find_invweight(antenna: Antenna) -> np.ndarray:
+def _find_invweight(antenna: Antenna) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` of an antenna (segment,) [1/g]; in space it moves across in two
     directions.
     """
     if not antenna.spatial:
-        return compute_invweight(antenna.segment_length, antenna.segment_mass)
+        return _compute_invweight(antenna.segment_length, antenna.segment_mass)
     frustum = antenna.mass_centre / antenna.segment_length, antenna.inertia
     loose = antenna.follicle is not None
-    found = compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum, loose)
+    found = _compute_invweight(antenna.segment_length, antenna.segment_mass, *frustum, loose)
     return 2 * found + (1 / (3 * antenna.segment_mass.sum()) if loose else 0.0)
 
 
-def compute_invweight(
+def _compute_invweight(
     length: np.ndarray,
     mass: np.ndarray,
     centre: np.ndarray | None = None,
@@ -371,7 +356,7 @@ def _round_down(timestep: float) -> float:
     )
 
 
-def find_radius(item: Object) -> float:
+def _find_radius(item: Object) -> float:
     """The radius [mm] of a ball or a rounded edge, else infinite: what it can sink into."""
     rounded = item.feature.rounding > 0 and min(map(len, item.feature.parts)) <= 2
     return item.feature.rounding if rounded and not item.feature.unbounded else np.inf

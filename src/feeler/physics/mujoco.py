@@ -8,11 +8,11 @@ import numpy as np
 
 from feeler.antenna.segments import to_vector
 from feeler.errors import InvalidInput
-from feeler.physics.contact import find_radius
+from feeler.physics.contact import _find_radius
 from feeler.physics.engine import Contacts, Engine, State, Stepper
 from feeler.physics.scene import Scene
-from feeler.physics.spec import ROOTED, compile_model, to_quaternion
-from feeler.physics.statics import compute_reaction
+from feeler.physics.spec import ROOTED, _compile_model, _to_quaternion
+from feeler.physics.statics import _compute_reaction
 
 import mujoco  # isort: skip  # after spec, which says in words if it is missing
 
@@ -20,7 +20,7 @@ import mujoco  # isort: skip  # after spec, which says in words if it is missing
 # words.
 
 
-class MujocoStepper(Stepper):
+class _MujocoStepper(Stepper):
     """One scene in MuJoCo. A base that never moves is part of the world; the first command hangs it
     on joints.
     """
@@ -32,9 +32,8 @@ class MujocoStepper(Stepper):
         self.reset(0, self.scenes[0])
 
     def reset(self, lane: int, scene: Scene) -> None:
-        """Begin another scene."""
         self.scenes[0], self.moving = scene, scene.base_motion is not None
-        self.model = compile_model(scene, self.timestep, moving=self.moving)
+        self.model = _compile_model(scene, self.timestep, moving=self.moving)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
         self.object_velocity = np.array([[*o.velocity, o.turn] for o in scene.objects]).reshape(
@@ -44,7 +43,7 @@ class MujocoStepper(Stepper):
         self.force = np.zeros((len(scene.objects), 2))
         self.base_force, self.base_moment, self.sink = np.zeros(2), 0.0, 0.0
         self._thin = [
-            np.minimum(scene.antenna.radius, find_radius(item)) for item in scene.objects
+            np.minimum(scene.antenna.radius, _find_radius(item)) for item in scene.objects
         ]
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = (
             scene.initial_angle,
@@ -69,7 +68,7 @@ class MujocoStepper(Stepper):
         )
         time, warm = data.time, data.qacc_warmstart.copy()
         self.moving = True
-        self.model = compile_model(self.scenes[0], self.timestep, moving=True)
+        self.model = _compile_model(self.scenes[0], self.timestep, moving=True)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
         self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = (
@@ -114,7 +113,7 @@ class MujocoStepper(Stepper):
         acceleration = (
             data.qvel[hinges] - rate
         ) / self.timestep  # not MuJoCo's qacc: damping is implicit
-        self.base_force, self.base_moment = compute_reaction(
+        self.base_force, self.base_moment = _compute_reaction(
             self.scenes[0].antenna,
             angle,
             rate,
@@ -213,7 +212,6 @@ class MujocoStepper(Stepper):
         return moved + np.array([o.place for o in self.scenes[0].objects]).reshape(-1, 2)
 
     def read(self) -> State:
-        """The state, as copies."""
         data, contacts, scene = self.data, self._contacts, self.scenes[0]
         turned = data.qpos[self._hinges.stop :].reshape(-1, 3)[:, 2]
         forward = np.array([o.forward for o in scene.objects]).reshape(-1, 2)
@@ -237,22 +235,15 @@ class MujocoStepper(Stepper):
         )
 
     def read_sink(self) -> np.ndarray:
-        """How deep contacts have sunk at most (1,)."""
         return np.array([self.sink])
 
     def read_contacts(self, lane: int) -> Contacts:
-        """The contacts of the last step."""
         return self._contacts
 
     def find_broken(self) -> np.ndarray:
-        """Whether its numbers are no longer finite."""
         return ~np.isfinite([self.data.qpos.sum() + self.data.qvel.sum()])
 
-    def explain(self, lane: int) -> None:
-        """Nothing that its numbers do not show."""
-
     def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
-        """Command the base."""
         self.drive = np.array([*velocity, turn])
         if not self.moving and self.drive.any():
             self._hang()
@@ -260,15 +251,12 @@ class MujocoStepper(Stepper):
     def move_object(
         self, lane: int, o: int, velocity: tuple[float, float], turn: float
     ) -> None:
-        """Command an object."""
         self.object_velocity[o] = *velocity, turn
 
     def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
-        """What base (3,) and objects (object, 3) are commanded."""
         return self.drive.copy(), self.object_velocity.copy()
 
     def save(self, lane: int) -> dict[str, object]:
-        """All that the future depends on, but for the scene."""
         kept = {
             name: copy(value)
             for name, value in vars(self).items()
@@ -279,14 +267,9 @@ class MujocoStepper(Stepper):
     def load(self, lane: int, saved: dict[str, object]) -> None:
         """Go back to where it was saved; what was saved at another timestep goes on at this one."""
         other = saved["timestep"] != self.timestep
-        kept = {
-            name: value
-            for name, value in saved.items()
-            if not (other and name in ("model", "timestep"))
-        }
-        vars(self).update(
-            {name: copy(value) if name != "model" else value for name, value in kept.items()}
-        )
+        for name, value in saved.items():
+            if not (other and name in ("model", "timestep")):
+                vars(self)[name] = value if name == "model" else copy(value)
 
 
 def _round_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -313,8 +296,8 @@ def _find_normals(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 def _make(scenes: Sequence[Scene], timestep: float) -> Stepper:
     if scenes[0].antenna.spatial:
-        return SpaceMujocoStepper(scenes, timestep)
-    return MujocoStepper(scenes, timestep)
+        return _SpaceMujocoStepper(scenes, timestep)
+    return _MujocoStepper(scenes, timestep)
 
 
 MUJOCO = Engine(make=_make, timestep=0.02)
@@ -323,31 +306,24 @@ MUJOCO = Engine(make=_make, timestep=0.02)
 # The reference engine in space: MuJoCo, with a base that moves as told and walls that it would
 # not let move.
 
-_KEPT = ("scenes", "model")
 
-
-class SpaceMujocoStepper(Stepper):
+class _SpaceMujocoStepper(_MujocoStepper):
     """One scene in space in MuJoCo."""
 
-    def __init__(self, scenes: Sequence[Scene], timestep: float) -> None:
-        self.timestep, self.scenes = float(timestep), list(scenes)
-        self.reset(0, self.scenes[0])
-
     def reset(self, lane: int, scene: Scene) -> None:
-        """Begin another scene."""
         self.scenes[0], antenna = scene, scene.antenna
-        self.model = compile_model(scene, self.timestep)
+        self.model = _compile_model(scene, self.timestep)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
         rates = [[*o.velocity, *np.ravel(o.turn)] for o in scene.objects]
         self.object_rate = np.array(rates).reshape(-1, 6)
         self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
         self.sink, self.planes = 0.0, len(antenna.planes)
-        self.base_wrench, self.contacts = np.zeros((2, 3)), _list_none()
-        self._thin = [np.minimum(antenna.radius, find_radius(item)) for item in scene.objects]
+        self.base_wrench, self._contacts = np.zeros((2, 3)), _list_none()
+        self._thin = [np.minimum(antenna.radius, _find_radius(item)) for item in scene.objects]
         n, loose = self.planes * antenna.n_segments, 3 * (antenna.follicle is not None)
         self._q, self._v = slice(7 + loose, 7 + loose + n), slice(6 + loose, 6 + loose + n)
-        self.data.qpos[3:7] = to_quaternion(scene.base_pose[3:])
+        self.data.qpos[3:7] = _to_quaternion(scene.base_pose[3:])
         self.data.qpos[self._q] = scene.initial_angle.T.ravel()
         self.data.qvel[self._v] = scene.initial_velocity.T.ravel()
         self._command()
@@ -370,10 +346,10 @@ class SpaceMujocoStepper(Stepper):
         """Take steps; ``drives`` (step, 6) replace the commanded base velocity."""
         with np.errstate(all="ignore"):  # what has diverged says so by its numbers
             for k in range(n_steps):
-                self._step(drives[0][k] if drives else self.drive)
+                self._advance(drives[0][k] if drives else self.drive)
         return bool(self.find_broken()[0])
 
-    def _step(self, drive: np.ndarray) -> None:
+    def _advance(self, drive: np.ndarray) -> None:
         model, data, h = self.model, self.data, self.timestep
         before = self._base_rate()
         change = (drive - before) / h
@@ -389,7 +365,7 @@ class SpaceMujocoStepper(Stepper):
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)
-        self.contacts = self._find_contacts()
+        self._contacts = self._collect_contacts()
         self._count_work()
         rates, place, moving = data.qvel.copy(), self._root, self._root_rate()
         self._drag(rods, data.qvel + h * self._ease(rods, change))
@@ -526,7 +502,7 @@ class SpaceMujocoStepper(Stepper):
         start = np.array([o.place for o in self.scenes[0].objects]).reshape(-1, 3)
         return start + self.data.qpos[self._q.stop :].reshape(-1, 7)[:, :3]
 
-    def _find_contacts(self) -> Contacts:
+    def _collect_contacts(self) -> Contacts:
         model, data, antenna = self.model, self.data, self.scenes[0].antenna
         first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
         walls = {geom: o for o, geom in self._list_walls()}
@@ -549,22 +525,19 @@ class SpaceMujocoStepper(Stepper):
         return _list_contacts(rows) if rows else _list_none()
 
     def _count_work(self) -> None:
-        for o, point, force in zip(*self._pick("object", "point", "force"), strict=True):
+        now = self._contacts
+        for o, point, force in zip(now.object, now.point, now.force, strict=True):
             rate = self.object_rate[o]
             own = rate[:3] + np.cross(rate[3:], point - self._place[o])
             self.object_work[o] += self.timestep * float(force @ own)
 
-    def _pick(self, *names: str) -> list[np.ndarray]:
-        return [getattr(self.contacts, name) for name in names]
-
     def read(self) -> State:
-        """The state, as copies."""
         data, scene = self.data, self.scenes[0]
         shape = (scene.antenna.n_segments, self.planes)
         force = np.zeros((len(scene.objects), 3))
-        np.add.at(force, self.contacts.object, self.contacts.force)
-        push = np.sum(self.contacts.force * self.contacts.normal, axis=1)
-        place = push @ self.contacts.place / push.sum() if push.sum() > 0 else np.nan
+        np.add.at(force, self._contacts.object, self._contacts.force)
+        push = np.sum(self._contacts.force * self._contacts.normal, axis=1)
+        place = push @ self._contacts.place / push.sum() if push.sum() > 0 else np.nan
         turned = to_vector(self._rotate(0))
         base = np.concatenate([self._root, turned])
         forward = [self._rotate(o + 1) @ item.forward for o, item in enumerate(scene.objects)]
@@ -583,27 +556,10 @@ class SpaceMujocoStepper(Stepper):
             sink=np.array([self.sink]),
         )
 
-    def read_sink(self) -> np.ndarray:
-        """How deep contacts have sunk at most (1,)."""
-        return np.array([self.sink])
-
-    def read_contacts(self, lane: int) -> Contacts:
-        """The contacts of the last step."""
-        return self.contacts
-
-    def find_broken(self) -> np.ndarray:
-        """Whether its numbers are no longer finite."""
-        return ~np.isfinite([self.data.qpos.sum() + self.data.qvel.sum()])
-
-    def explain(self, lane: int) -> None:
-        """Nothing that its numbers do not show."""
-
     def move_base(self, lane: int, velocity: Any, turn: Any) -> None:
-        """Command the base."""
         self.drive = np.array([*velocity, *turn])
 
     def move_object(self, lane: int, o: int, velocity: Any, turn: Any) -> None:
-        """Command an object."""
         self.object_rate[o] = *velocity, *turn
         rate = self.drive
         self.drive = self._base_rate()
@@ -611,17 +567,7 @@ class SpaceMujocoStepper(Stepper):
         self.drive = rate
 
     def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
-        """What base (6,) and objects (object, 6) are commanded."""
         return np.array(self.drive), self.object_rate.copy()
-
-    def save(self, lane: int) -> dict[str, Any]:
-        """All that the future depends on, but for the scene."""
-        return {name: copy(value) for name, value in vars(self).items() if name not in _KEPT}
-
-    def load(self, lane: int, saved: dict[str, Any]) -> None:
-        """Go back to where it was saved; the timestep stays."""
-        kept = {name: copy(value) for name, value in saved.items() if name != "timestep"}
-        vars(self).update(kept)
 
 
 def _list_contacts(rows: list[tuple]) -> Contacts:

@@ -33,8 +33,9 @@ class Clock:
     def __post_init__(self) -> None:
         for name in ("duration", "sample_interval", "timestep"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InvalidInput(f"{name} must be finite and > 0 ms, got {value}.")
+            number = isinstance(value, int | float | np.number)
+            if not (number and np.isfinite(value) and value > 0):
+                raise InvalidInput(f"{name} must be finite and > 0 ms, got {value!r}.")
         count = np.ceil(self.duration / self.sample_interval - 1e-9) + 0.0
         if not 1 <= count <= MAX_SAMPLES:
             raise InvalidInput(

@@ -43,7 +43,7 @@ from feeler.physics.engine import (
     choose_timestep,
     get_engine,
 )
-from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
+from feeler.physics.run import _advance_freely, _count_chunk, _explain_end, advance
 from feeler.physics.scene import MAX_STEPS, Scene
 from feeler.records import make_picture
 from feeler.validation import Count, checked
@@ -61,37 +61,19 @@ class Snapshot:
 
     Attributes
     ----------
-    scene, began : tuple[Scene, ...]
-        What each lane simulates, and the same before commands replaced a recorded path.
+    lanes : tuple[tuple, ...]
+        Of each lane: its number, step and scene, the scene before commands replaced a recorded
+        path, what ended it, and what its stepper saved.
     engine, timestep
         Of the simulations [ms].
     owner : object
         The simulations themselves, whose lanes may have begun other scenes since.
     """
 
-    lane: tuple[int, ...]
-    step: tuple[int, ...]
-    scene: tuple[Scene, ...]
-    began: tuple[Scene, ...]
-    failed: tuple[Exception | None, ...]
-    saved: tuple[Any, ...]
+    lanes: tuple[tuple[int, int, Scene, Scene, Exception | None, Any], ...]
     engine: str
     timestep: float
     owner: object
-
-
-def _is_built_alike(one: Scene, other: Scene) -> bool:
-    """Whether an engine's tables of one scene are those of the other, but for its state."""
-    return all(getattr(one, name) == getattr(other, name) for name in BUILT)
-
-
-def _list_differences(here: Scene, there: Scene) -> list[str]:
-    """How the scene of a snapshot (``there``) differs from that of a simulation, in words."""
-    return [
-        _describe(name, getattr(here, name), getattr(there, name))
-        for name in _PARTS
-        if getattr(here, name) != getattr(there, name)
-    ]
 
 
 def _describe(name: str, here: Any, there: Any) -> str:
@@ -211,7 +193,7 @@ class Simulations:
         ]
         self._lanes, self._n, self._began = lanes, len(scenes), list(scenes)
         self._steps = [[0] * lanes for _ in self._steppers]
-        self._chunk = count_chunk(filled[:lanes])
+        self._chunk = _count_chunk(filled[:lanes])
         self._look_for_guides()
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
@@ -306,7 +288,7 @@ class Simulations:
 
     def _advance(self, groups: range, n_steps: int) -> None:
         """Step the lanes of these steppers, one after the other."""
-        go = advance if self._guided or n_steps > self._chunk else advance_freely
+        go = advance if self._guided or n_steps > self._chunk else _advance_freely
         for group in groups:
             if go(self._steppers[group], self._steps[group], n_steps, self._stop):
                 self._note_broken(self._steppers[group], group)
@@ -344,7 +326,7 @@ class Simulations:
         for k in np.flatnonzero(stepper.find_broken()):
             lane = group * self._lanes + int(k)
             if lane < self._n and self.failed[lane] is None:
-                self.failed[lane] = explain_end(
+                self.failed[lane] = _explain_end(
                     stepper, int(k), self._steps[group][k] * self.timestep
                 )
 
@@ -600,18 +582,14 @@ class Simulations:
     @_alone
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
         """This moment of some lanes (default all)."""
-        chosen = tuple(range(self._n) if lanes is None else lanes)
-        found = [self._find(lane) for lane in chosen]
+        kept = []
+        for lane in range(self._n) if lanes is None else lanes:
+            stepper, k = self._find(lane)
+            step, began = self._steps[lane // self._lanes][k], self._began[lane]
+            ended, saved = self.failed[lane], stepper.save(k)
+            kept.append((lane, step, stepper.scenes[k], began, ended, saved))
         return Snapshot(
-            lane=chosen,
-            step=tuple(
-                self._steps[lane // self._lanes][k]
-                for lane, (_, k) in zip(chosen, found, strict=True)
-            ),
-            scene=tuple(stepper.scenes[k] for stepper, k in found),
-            began=tuple(self._began[lane] for lane in chosen),
-            failed=tuple(self.failed[lane] for lane in chosen),
-            saved=tuple(stepper.save(k) for stepper, k in found),
+            lanes=tuple(kept),
             engine=self._engine,
             timestep=self.timestep,
             owner=self._owner,
@@ -630,18 +608,11 @@ class Simulations:
             A snapshot of something else; the message says what differs, and nothing has changed.
         """
         self._check_snapshot(snapshot)
-        for lane, step, scene, began, failed, saved in zip(
-            snapshot.lane,
-            snapshot.step,
-            snapshot.scene,
-            snapshot.began,
-            snapshot.failed,
-            snapshot.saved,
-            strict=True,
-        ):
+        for lane, step, scene, began, failed, saved in snapshot.lanes:
             stepper, k = self._find(lane)
-            if not _is_built_alike(stepper.scenes[k], scene):
-                stepper.reset(k, scene)
+            now = stepper.scenes[k]
+            if any(getattr(now, name) != getattr(scene, name) for name in BUILT):
+                stepper.reset(k, scene)  # tables of another scene, but for its state
             stepper.scenes[k], self._began[lane] = scene, began
             stepper.load(k, saved)
             self._steps[lane // self._lanes][k], self.failed[lane] = step, failed
@@ -664,10 +635,15 @@ class Simulations:
             )
             if there != here
         ]
-        for lane, began in zip(snapshot.lane, snapshot.began, strict=True):
+        for lane, _, _, began, _, _ in snapshot.lanes:
             self._find(lane)
             where = f"in lane {lane} " if self._n > 1 else ""
-            found += [where + words for words in _list_differences(self._began[lane], began)]
+            here = vars(self._began[lane])
+            found += [
+                where + _describe(name, here[name], there)
+                for name, there in vars(began).items()
+                if name in _PARTS and here[name] != there
+            ]
         if found:
             raise InvalidInput(
                 f"the snapshot is of another simulation: it has {'; '.join(found)}. Restore it in"
@@ -803,7 +779,7 @@ def build_scene(
     return scene
 
 
-def warn_of_misses(scene: Scene) -> None:
+def _warn_of_misses(scene: Scene) -> None:
     """Warn of objects that move past the base farther away than the antenna reaches, as long as
     nothing is commanded.
     """
@@ -923,7 +899,7 @@ class Simulation:
         )
         self._lanes = Simulations([scene], engine=engine, timestep=timestep)
         self.antenna, self.engine = antenna, engine
-        warn_of_misses(scene)
+        _warn_of_misses(scene)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from feeler.objects.bodies import Object
 from feeler.objects.meshes import is_box, list_solids
 from feeler.objects.motion import lift
 from feeler.objects.trials import Trial
-from feeler.physics.contact import MIN_FRICTION, Contact, ContactCompliance, get_contact
+from feeler.physics.contact import MIN_FRICTION, Contact, get_contact
 from feeler.physics.engine import choose_timestep, get_engine
 from feeler.physics.scene import Scene, make_scene
 
@@ -40,6 +40,10 @@ _SOLVER_ITERATIONS = (
 )
 # mm; half thickness of prisms across the plane; any value beyond the collision radius is the same
 _DEPTH = 5.0
+
+
+_AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
+"""What the hinges of each plane turn about, in the segment's frame."""
 
 
 def _make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjSpec:
@@ -91,41 +95,43 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
     (x, y, _), first = scene.base_pose, [0.0, 0.0, 0.0]
     if moving:
         parent = parent.add_body(name="base", pos=[x, y, 0.0])
-        _add_planar_joints(parent, "base", ROOTED)
+        _add_joints(parent, "base", ROOTED, spatial=False)
     else:
         first = [x, y, 0.0]
     _add_segments(parent, scene, first)
 
 
 def _add_segments(parent: mujoco.MjsBody, scene: Scene, first: list[float]) -> None:
-    """The planar antenna on a parent, its first hinge at ``first``."""
-    antenna, heading = scene.antenna, scene.base_pose[2]
+    """The antenna on a parent, its first hinge at ``first``."""
+    antenna, spatial, heading = scene.antenna, scene.antenna.spatial, scene.base_pose[2]
     soft = scene.contact.soften(antenna)
     width = soft.widen(*scene.contact.widen(scene.speed))
+    across, centre = antenna.inertia, antenna.mass_centre
+    thick = np.minimum(antenna.segment_mass * antenna.radius**2 / 2, across)
+    axial = antenna.axial if spatial else thick
     for n, length in enumerate(antenna.segment_length):
         body = parent.add_body(
             name=f"segment{n + 1}",
             pos=first if n == 0 else [0, antenna.segment_length[n - 1], 0],
         )
-        if n == 0:
+        if n == 0 and antenna.follicle is not None:
+            _add_follicle(body, antenna.follicle)
+        if n == 0 and not spatial:
             body.quat = [np.cos(heading / 2), 0, 0, -np.sin(heading / 2)]
-        body.add_joint(
-            name=f"hinge{n + 1}",
-            type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=[0, 0, -1],
-            stiffness=[
-                antenna.stiffness[n],
-                0.0,
-                0.0,
-            ],  # MuJoCo takes a polynomial; only the linear term is used
-            damping=[antenna.damping[n], 0.0, 0.0],
-            springref=antenna.rest_angle[n],
-        )
-        mass = antenna.segment_mass[n]
-        rod = mass * length**2 / 12
+        for k, plane in enumerate(antenna.planes if spatial else ("",)):
+            hinge = (k, n) if spatial else n
+            body.add_joint(
+                name=f"hinge{n + 1}{plane}",
+                type=mujoco.mjtJoint.mjJNT_HINGE,
+                axis=_AXES[k],
+                # MuJoCo takes a polynomial; only the linear term is used
+                stiffness=[antenna.stiffness[hinge], 0.0, 0.0],
+                damping=[antenna.damping[hinge], 0.0, 0.0],
+                springref=antenna.rest_angle[hinge],
+            )
         body.explicitinertial = True
-        body.mass, body.ipos = mass, [0, length / 2, 0]
-        body.inertia = [rod, min(mass * antenna.radius[n] ** 2 / 2, rod), rod]
+        body.mass, body.ipos = antenna.segment_mass[n], [0, centre[n], 0]
+        body.inertia = [across[n], axial[n], across[n]]
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
             fromto=[0, 0, 0, 0, length, 0],
@@ -139,11 +145,14 @@ def _add_segments(parent: mujoco.MjsBody, scene: Scene, first: list[float]) -> N
         parent = body
 
 
-def _add_planar_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
-    """Two slides and a hinge, and a mass that nothing here can slow."""
-    for axis, direction in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
+def _add_joints(body: mujoco.MjsBody, name: str, mass: float, *, spatial: bool) -> None:
+    """Two slides and a hinge, in space three and a ball, and a mass that nothing here can slow."""
+    for axis, direction in zip("xyz" if spatial else "xy", np.eye(3), strict=False):
         body.add_joint(name=f"{name}_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction)
-    body.add_joint(name=f"{name}_turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1])
+    if spatial:
+        body.add_joint(name=f"{name}_turn", type=mujoco.mjtJoint.mjJNT_BALL)
+    else:
+        body.add_joint(name=f"{name}_turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1])
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = mass, [0, 0, 0], [mass] * 3
     body.gravcomp = 1.0
@@ -170,7 +179,7 @@ def soften(
 
 def _add_object_spec(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
     body = spec.worldbody.add_body(name=f"object{o + 1}", pos=[*item.place, 0.0])
-    _add_planar_joints(body, f"object{o + 1}", HEAVY)
+    _add_joints(body, f"object{o + 1}", HEAVY, spatial=False)
     for shape in _list_geoms(spec, o, item):
         body.add_geom(
             contype=0,
@@ -224,7 +233,7 @@ def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
     return name
 
 
-def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
+def _compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
     return _make_spec(scene, timestep, moving=moving).compile()
 
@@ -235,59 +244,14 @@ def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> muj
 # A wall without end is a plane of the world, which MuJoCo does not let move: the engine moves
 # it.
 
-_AXES = ([0, 0, -1], [1, 0, 0], [0, 1, 0])
-"""What the hinges of each plane turn about, in the segment's frame."""
-
 
 def _add_in_space(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's base, antenna and objects into the spec."""
     base = spec.worldbody.add_body(name="base", pos=scene.base_pose[:3])  # its ball turns it
-    _add_joints(base, "base", ROOTED)
-    _add_segments_in_space(base, scene)
+    _add_joints(base, "base", ROOTED, spatial=True)
+    _add_segments(base, scene, [0.0, 0.0, 0.0])
     for o, item in enumerate(scene.objects):
         _add_object(spec, scene, o, item)
-
-
-def _add_segments_in_space(parent: mujoco.MjsBody, scene: Scene) -> None:
-    soft = scene.contact.soften(scene.antenna)
-    width = soft.widen(*scene.contact.widen(scene.speed))
-    for n in range(scene.antenna.n_segments):
-        parent = _add_segment(parent, scene, n, soft, float(width[n]))
-
-
-def _add_segment(
-    parent: mujoco.MjsBody, scene: Scene, n: int, soft: ContactCompliance, width: float
-) -> mujoco.MjsBody:
-    antenna = scene.antenna
-    before = antenna.segment_length[n - 1] if n else 0.0
-    length, centre = antenna.segment_length[n], antenna.mass_centre[n]
-    body = parent.add_body(name=f"segment{n + 1}", pos=[0, before, 0])
-    if n == 0 and antenna.follicle is not None:
-        _add_follicle(body, antenna.follicle)
-    for k, plane in enumerate(antenna.planes):
-        body.add_joint(
-            name=f"hinge{n + 1}{plane}",
-            type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=_AXES[k],
-            stiffness=[antenna.stiffness[k, n], 0.0, 0.0],
-            damping=[antenna.damping[k, n], 0.0, 0.0],
-            springref=antenna.rest_angle[k, n],
-        )
-    across = antenna.inertia[n]
-    body.explicitinertial = True
-    body.mass, body.ipos = antenna.segment_mass[n], [0, centre, 0]
-    body.inertia = [across, antenna.axial[n], across]
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-        fromto=[0, 0, 0, 0, length, 0],
-        size=[antenna.radius[n], 0, 0],
-        contype=1,
-        conaffinity=0,
-        rgba=[0.45, 0.25, 0.1, 1],
-        solmix=1.0,
-        **soften(scene, 0.0, float(soft.d_max[n]), width),
-    )
-    return body
 
 
 def _add_follicle(body: mujoco.MjsBody, follicle: Follicle) -> None:
@@ -302,20 +266,10 @@ def _add_follicle(body: mujoco.MjsBody, follicle: Follicle) -> None:
         )
 
 
-def _add_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
-    """Three slides and a ball, and a mass that nothing here can slow."""
-    for axis, direction in (("x", [1, 0, 0]), ("y", [0, 1, 0]), ("z", [0, 0, 1])):
-        body.add_joint(name=f"{name}_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction)
-    body.add_joint(name=f"{name}_turn", type=mujoco.mjtJoint.mjJNT_BALL)
-    body.explicitinertial = True
-    body.mass, body.ipos, body.inertia = mass, [0, 0, 0], [mass] * 3
-    body.gravcomp = 1.0
-
-
 def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
     axes = np.column_stack([item.axes[1], item.axes[2], item.axes[0]])  # MuJoCo's planes face z
     body = spec.worldbody.add_body(name=f"object{o + 1}", pos=item.place)
-    _add_joints(body, f"object{o + 1}", HEAVY)
+    _add_joints(body, f"object{o + 1}", HEAVY, spatial=True)
     shared = {"contype": 0, "conaffinity": 1, "rgba": [0.2, 0.5, 0.3, 1], "solmix": 0.0}
     shared |= soften(scene, item.friction)
     if item.feature.unbounded:
@@ -356,7 +310,7 @@ def _describe_solid(
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, **place}
 
 
-def to_quaternion(vector: np.ndarray) -> np.ndarray:
+def _to_quaternion(vector: np.ndarray) -> np.ndarray:
     """MuJoCo's quaternion (4,) of a rotation vector [rad]."""
     size, found = float(np.linalg.norm(vector)), np.zeros(4)
     mujoco.mju_axisAngle2Quat(found, np.asarray(vector) / size if size else np.eye(3)[0], size)
@@ -432,7 +386,7 @@ _LEAST_INERTIA = 1.01e-15
 _OWN_SOFTNESS = 1e6
 
 
-def make_body(
+def _make_body(
     antenna: Antenna,
     *,
     units: str = "si",
@@ -486,10 +440,7 @@ def make_body(
     base.add_site(name="base", size=[antenna.radius[0]] * 3)
     if servo:
         _add_hub(spec, base, antenna)
-    if antenna.spatial:
-        _add_segments_in_space(base, scene)
-    else:
-        _add_segments(base, scene, [0.0, 0.0, 0.0])
+    _add_segments(base, scene, [0.0, 0.0, 0.0])
     for geom in spec.geoms:
         geom.solmix = _OWN_SOFTNESS
     if servo:
@@ -515,7 +466,7 @@ def _add_hub(spec: mujoco.MjSpec, base: mujoco.MjsBody, antenna: Antenna) -> Non
 
 def count_raised(antenna: Antenna) -> int:
     """How many segments have a moment of inertia that MuJoCo does not take in SI."""
-    bodies = [body for body in make_body(antenna).bodies if body.name.startswith("segment")]
+    bodies = [body for body in _make_body(antenna).bodies if body.name.startswith("segment")]
     return sum(bool(np.min(body.inertia) <= _LEAST_INERTIA) for body in bodies)
 
 
@@ -554,8 +505,8 @@ def _convert_to_si(spec: mujoco.MjSpec) -> None:
 
 
 def write_body(antenna: Antenna, path: Path, **options: Any) -> Path:
-    """Write :func:`make_body`'s antenna as MJCF; ``options`` are its own."""
-    spec = make_body(antenna, **options)
+    """Write :func:`_make_body`'s antenna as MJCF; ``options`` are its own."""
+    spec = _make_body(antenna, **options)
     units = "kg, m, s" if options.get("units", "si") == "si" else "g, mm, ms"
     spec.comment = (
         f"feeler antenna {antenna.name!r} in {units}. Attach it at a site: it points along the"
@@ -567,7 +518,7 @@ def write_body(antenna: Antenna, path: Path, **options: Any) -> Path:
 
 
 def describe_options(antenna: Antenna, **options: Any) -> str:
-    """The options that the parent of :func:`make_body`'s antenna needs, as MJCF."""
+    """The options that the parent of :func:`_make_body`'s antenna needs, as MJCF."""
     contact = options.get("contact") or get_contact(None, antenna)
     step = choose_timestep(None, "mujoco", contact)
     step *= _SI if options.get("units", "si") == "si" else 1.0
@@ -632,7 +583,7 @@ def _play(
     parent.option.timestep = scale * timestep
     parent.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     parent.option.gravity = [0.0, 0.0, 0.0]
-    body = make_body(scene.antenna, units=units, speed=scene.speed, contact=scene.contact)
+    body = _make_body(scene.antenna, units=units, speed=scene.speed, contact=scene.contact)
     parent.attach(body, frame=parent.worldbody.add_frame(), prefix="antenna_")
     model = parent.compile()
     data, names = mujoco.MjData(model), [model.joint(k).name for k in range(model.njnt)]

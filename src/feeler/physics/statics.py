@@ -13,7 +13,7 @@ from feeler.execute.threads import hold_blas
 # all segments.
 
 
-def compute_reaction(
+def _compute_reaction(
     antenna: Antenna,
     angle: np.ndarray,
     rate: np.ndarray,

@@ -12,7 +12,7 @@ from feeler.antenna import Antenna
 from feeler.antenna.files import Fact
 from feeler.errors import InvalidInput
 from feeler.files import make_record, read_start, read_toml, writing
-from feeler.records import DType, Ge, Gt, Le, Record, Unit, freeze
+from feeler.records import Ge, Gt, Le, Record, Unit, freeze
 from feeler.robot.sensors import MAX_HINGES
 from feeler.validation import checked
 
@@ -291,7 +291,7 @@ class _Sensors(Record):
     their channels are called, by names or patterns, where recordings have others too.
     """
 
-    hinges: Annotated[np.ndarray, "sensor", DType(int)] | None = None
+    hinges: Annotated[np.ndarray, "sensor", int] | None = None
     calibration: str | None = None
     joints: tuple[str, ...] = ()
 

@@ -9,7 +9,7 @@ from scipy.special import cosdg, sindg
 
 from feeler.compiled import compiled, lean
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.records import DType, Ge, Gt, Le, Len, Record, Unit
+from feeler.records import Ge, Gt, Le, Len, Record, Unit
 from feeler.tensors.schema import label_units
 from feeler.tensors.transforms import in_unit
 from feeler.validation import checked
@@ -241,7 +241,7 @@ class Population(Record):
     """
 
     position: Annotated[np.ndarray, "unit", Ge(0), Le(1)]
-    side: Annotated[np.ndarray, "unit", DType(int)]
+    side: Annotated[np.ndarray, "unit", int]
     gain: Annotated[np.ndarray, "unit?", Gt(0)]
     sensilla: Annotated[tuple[Sensillum, ...], Len(1)] = (CAMPANIFORM,)
     quantity: Literal["angle", "curvature"] = "angle"

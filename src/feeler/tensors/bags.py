@@ -14,13 +14,12 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import read_start
 from feeler.sandbox import find_limits, open_guarded
 from feeler.tensors.table import MAX_COLUMNS, Table
@@ -103,12 +102,9 @@ def _unpack(path: str) -> Iterator[str]:
     if not parts or not _find_ending(parts[0]).endswith(".zstd"):
         yield path
         return
-    try:
-        import zstandard
-    except ImportError as error:
-        raise MissingDependencyError(
-            "compressed ROS recordings need zstandard: pip install 'feeler[ros]'."
-        ) from error
+    require_extra("zstandard", "ros", "a compressed ROS recording")
+    import zstandard
+
     left = find_limits().max_bytes
     with tempfile.TemporaryDirectory(prefix="feeler-bag-") as folder:
         home = Path(folder) / Path(path).name.removesuffix(".zstd")  # named in messages
@@ -210,10 +206,7 @@ def describe_bag(path: str) -> list[str]:
 def _require_library(path: str) -> None:
     parts = _list_parts(path)
     mcap = not parts or _find_ending(parts[0]).startswith(".mcap")
-    if find_spec("mcap_ros2" if mcap else "rosbags") is None:
-        raise MissingDependencyError(
-            f"ROS recordings need {'mcap' if mcap else 'rosbags'}: pip install 'feeler[ros]'."
-        )
+    require_extra("mcap_ros2" if mcap else "rosbags", "ros", "a ROS recording")
 
 
 def list_topics(path: str) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -18,19 +18,18 @@ from feeler.errors import FeelerError, InvalidInput, require_extra
 from feeler.files import read_start, sniff_file_type
 from feeler.records import Registry
 from feeler.sandbox import Limits, find_limits, open_guarded
-from feeler.tensors.models import Model, read_model
-from feeler.tensors.schema import find_errors, raise_if_invalid
+from feeler.tensors.models import Model, _read_model
+from feeler.tensors.schema import _raise_if_invalid, find_errors
 from feeler.tensors.table import Table, find_heading, read_table
 from feeler.tensors.writers import (
     MAGIC,
-    load_csv,
-    require_pyarrow,
+    _load_csv,
+    _save_csv,
+    _save_mat,
+    _save_netcdf,
+    _save_parquet,
     restore,
-    save_csv,
-    save_mat,
-    save_netcdf,
     save_nwb,
-    save_parquet,
 )
 from feeler.validation import checked
 
@@ -169,7 +168,7 @@ def load(
             f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}."
         )
     dataset = form.load(Path(path), find_limits(limits), trusted)
-    return raise_if_invalid(
+    return _raise_if_invalid(
         find_errors(dataset, whole=False, numbers=form.find_damage is None), dataset
     )
 
@@ -190,7 +189,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
         hold.
     """
     suffix = Path(path).suffix.lower()
-    write = find_writer(suffix)
+    write = _find_writer(suffix)
     try:
         inspect.signature(write).bind(dataset, path, **options)
     except TypeError as error:
@@ -201,7 +200,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
     write(dataset, path, **options)
 
 
-def find_writer(suffix: str) -> Callable[..., None]:
+def _find_writer(suffix: str) -> Callable[..., None]:
     """What writes files with this ending."""
     writers = {form.suffix: form.save for form in FORMATS.values() if form.suffix and form.save}
     if suffix not in writers:
@@ -211,7 +210,7 @@ def find_writer(suffix: str) -> Callable[..., None]:
 
 def list_options(suffix: str) -> list[str]:
     """Names of the options that the writer of an ending takes."""
-    return list(inspect.signature(find_writer(suffix)).parameters)[2:]
+    return list(inspect.signature(_find_writer(suffix)).parameters)[2:]
 
 
 # What a file holds, and what is wrong with it, in words.
@@ -290,7 +289,7 @@ def _describe_dataset(dataset: xr.Dataset) -> list[str]:
     for name, item in dataset.coords.items():
         unit = f" [{item.attrs['units']}]" if "units" in item.attrs else ""
         lines.append(f"{name:11} {_summarise(item.values)}{unit}")
-    return lines + [f"{name:11} {shorten(value)}" for name, value in dataset.attrs.items()]
+    return lines + [f"{name:11} {_shorten(value)}" for name, value in dataset.attrs.items()]
 
 
 def _find_spread(item: xr.DataArray) -> str:
@@ -312,7 +311,7 @@ def _summarise(values: np.ndarray) -> str:
     return f"{distinct[0]} … {distinct[-1]} ({distinct.size} values)"
 
 
-def shorten(value: object) -> str:
+def _shorten(value: object) -> str:
     """A value as text of one line, cut where it is long."""
     text = value if isinstance(value, str) else json.dumps(value, default=str)
     return text if len(text) <= 160 else f"{text[:150]}… ({len(text):,} characters)"
@@ -336,15 +335,13 @@ def find_problems(
         form, content = open_file(path, limits, also, whole=True, refused=refused)
         if form.kind == "table":
             return [f"{Path(path).name} is {form.words}", *refused]
-        touches = form.kind == "tensors" and not _holds_posture(content)
-        return find_errors(content) if touches else []
+        if form.kind != "tensors":
+            return []
+        # what ``feeler tracks --points`` writes holds no touches
+        posture = {"bend", "piece_length"} <= {*content.data_vars} and "angle" not in content
+        return [] if posture else find_errors(content)
     except FeelerError as error:
         return [str(error)]
-
-
-def _holds_posture(dataset: xr.Dataset) -> bool:
-    """Whether it is what ``feeler tracks --points`` writes, which holds no touches."""
-    return {"bend", "piece_length"} <= {*dataset.data_vars} and "angle" not in dataset
 
 
 # The formats that feeler ships, as records for the registry.
@@ -408,19 +405,19 @@ def _describe_model(model: Model) -> list[str]:
     return [
         f"kind {model.kind}, version {model.version}, by {made}",
         *arrays,
-        f"settings {shorten(model.settings)}",
+        f"settings {_shorten(model.settings)}",
     ]
 
 
-def is_store(path: Path) -> bool:
+def _is_store(path: Path) -> bool:
     """Whether a folder is a store."""
     try:
-        return is_old_store(path) or b'"feeler_store"' in (path / "zarr.json").read_bytes()
+        return _is_old_store(path) or b'"feeler_store"' in (path / "zarr.json").read_bytes()
     except OSError:
         return False
 
 
-def is_old_store(path: Path) -> bool:
+def _is_old_store(path: Path) -> bool:
     """Whether a folder is a store of feeler 0.3."""
     return (path / "progress" / "store.json").is_file()
 
@@ -434,12 +431,12 @@ def _store() -> Any:
 STORE = Format(
     words="store of trials (Zarr v3)",
     suffix=".zarr",
-    detect=lambda path, start: is_store(path),
+    detect=lambda path, start: _is_store(path),
     load=lambda path, limits, trusted: _store().read_store(path),
-    save=lambda *args, **options: _store().save_store(*args, **options),
-    describe=lambda path: _store().describe_store(path),
+    save=lambda *args, **options: _store()._save_store(*args, **options),
+    describe=lambda path: _store()._describe_store(path),
     glance=lambda path: _store().read_store(path, first=_store().GLANCE),
-    find_damage=lambda path: _store().find_damage(path),
+    find_damage=lambda path: _store()._find_damage(path),
 )
 ZARR = Format(
     words="Zarr v3 group",
@@ -458,35 +455,30 @@ NETCDF = Format(
     suffix=".nc",
     detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
     load=_guarded("feeler.tensors.readers:read_hdf5"),
-    save=save_netcdf,
+    save=_save_netcdf,
 )
 MAT = Format(
     words="MATLAB 5 file",
     suffix=".mat",
     detect=_starts(b"MATLAB 5.0 MAT-file"),
     load=_guarded("feeler.tensors.readers:read_mat"),
-    save=save_mat,
+    save=_save_mat,
 )
 CSV = Format(
     words="one tensor as CSV",
     suffix=".csv",
     detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
-    load=lambda path, limits, trusted: load_csv(path, limits),
-    save=save_csv,
+    load=lambda path, limits, trusted: _load_csv(path, limits),
+    save=_save_csv,
 )
-
-
-def _load_parquet(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
-    require_pyarrow()
-    return _guarded("feeler.tensors.readers:read_parquet")(path, limits, trusted)
 
 
 PARQUET = Format(
     words="one touch a row (Parquet)",
     suffix=".parquet",
     detect=_starts(b"PAR1"),
-    load=_load_parquet,
-    save=save_parquet,
+    load=_guarded("feeler.tensors.readers:read_parquet", "pyarrow", "parquet"),
+    save=_save_parquet,
 )
 ANTENNA = Format(
     words="antenna (TOML)",
@@ -499,7 +491,7 @@ MODEL = Format(
     words="model (safetensors)",
     kind="model",
     detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
-    load=lambda path, limits, trusted: read_model(path, limits, trusted=trusted),
+    load=lambda path, limits, trusted: _read_model(path, limits, trusted=trusted),
     tell=_describe_model,
 )
 

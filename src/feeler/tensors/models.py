@@ -91,7 +91,7 @@ def load_model(
         No model file, damaged, or of another kind or version (the message says which it is and what
         to do).
     """
-    model = read_model(path, trusted=trusted)
+    model = _read_model(path, trusted=trusted)
     if model.kind != kind:
         raise InvalidInput(
             f"{path} holds a model of kind {model.kind!r}, not {kind!r}. Load it with the reader of"
@@ -110,7 +110,7 @@ def load_model(
     return model
 
 
-def read_model(
+def _read_model(
     path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False
 ) -> Model:
     """The model in a file, of whatever kind and version; ``trusted=True`` skips the guard."""

@@ -33,7 +33,7 @@ def read_hdf5(path: str) -> _Answer:
 
     file = h5py.File(path, "r")
     if "nwb_version" in file.attrs and "notes" not in file.get("general", ()):
-        raise InvalidInput(f"{_NO_TENSORS} {_POSES if holds_poses(file) else _NO_POSES}")
+        raise InvalidInput(f"{_NO_TENSORS} {_POSES if _holds_poses(file) else _NO_POSES}")
     _refuse_links(file, set())
     if "nwb_version" in file.attrs:
         return _read_nwb(file)
@@ -79,9 +79,9 @@ def _read_netcdf(file: Any, arrays: dict[str, Any]) -> _Answer:
         data = h5netcdf.File(file, "r")
         dims = {name: item.dimensions for name, item in data.variables.items()}
     except ValueError as error:  # arrays without dimensions are HDF5, not netCDF
-        raise InvalidInput(name_hdf5(file)) from error
+        raise InvalidInput(_name_hdf5(file)) from error
     if not dims:
-        raise InvalidInput(name_hdf5(file))
+        raise InvalidInput(_name_hdf5(file))
     named = set(str(data.attrs.get("coordinates", "")).split())
     variables, numbers = {}, {}
     for name, item in data.variables.items():
@@ -340,10 +340,10 @@ def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
                     "dataset": f"{name} taken; the file also holds {', '.join(others)}"
                 }
             return about, arrays
-        raise InvalidInput(name_hdf5(file))
+        raise InvalidInput(_name_hdf5(file))
 
 
-def name_hdf5(file: Any) -> str:
+def _name_hdf5(file: Any) -> str:
     """What an open HDF5 file is that holds neither tensors nor tracks, and what to do."""
     if {"metadata", "frames", "instances"} <= file.keys():
         name = os.path.basename(file.filename)
@@ -477,7 +477,7 @@ def _read_settings(file: Any) -> dict[str, Any]:
     return settings if isinstance(settings, dict) else {}
 
 
-def holds_poses(file: Any) -> bool:
+def _holds_poses(file: Any) -> bool:
     """Whether an NWB file has a pose estimation with landmarks."""
     films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
     return any(_find(film, "PoseEstimationSeries") for film in films.values())

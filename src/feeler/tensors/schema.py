@@ -244,16 +244,7 @@ def find_dims(name: str, spatial: bool) -> tuple[str, ...]:
     return IN_SPACE.get(name, dims) if spatial else dims
 
 
-def _list_required(dim: str) -> tuple[str, ...]:
-    """Names of the coordinates along ``dim`` that each Dataset must have."""
-    return tuple(
-        name
-        for name, q in QUANTITIES.items()
-        if q.coordinate and q.required and q.dims == (dim,)
-    )
-
-
-def derive_curvature(angle: Any, segment_length: Any) -> Any:
+def _derive_curvature(angle: Any, segment_length: Any) -> Any:
     """Curvature [1/mm] from angle [rad] and the length [mm] of the segments, of the same dims."""
     return angle / segment_length
 
@@ -316,7 +307,11 @@ def _make_tensors(
     dtype: str,
     quantities: Mapping[str, np.ndarray | None],
 ) -> xr.Dataset:
-    required = _list_required("trial")
+    required = [
+        name
+        for name, q in QUANTITIES.items()
+        if q.coordinate and q.required and q.dims == ("trial",)
+    ]
     if missing := [name for name in required if name not in trials]:
         raise InvalidInput(
             f"trials lacks {', '.join(missing)}; each trial needs {', '.join(required)}."
@@ -330,7 +325,7 @@ def _make_tensors(
     }
     length = np.asarray(segment_length, dtype=float)
     given.setdefault(
-        "curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype)
+        "curvature", _derive_curvature(given["angle"], length[:, None]).astype(dtype)
     )
     spatial = given["angle"].ndim == len(IN_SPACE["angle"])
     dims = {name: quantity.dims for name, quantity in QUANTITIES.items()}
@@ -503,10 +498,10 @@ def validate(dataset: xr.Dataset) -> xr.Dataset:
     InvalidInput
         With every breach found, one a line.
     """
-    return raise_if_invalid(find_errors(dataset), dataset)
+    return _raise_if_invalid(find_errors(dataset), dataset)
 
 
-def raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
+def _raise_if_invalid(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
     """The Dataset, or one InvalidInput with all its breaches."""
     if breaches:
         raise InvalidInput(
@@ -528,7 +523,11 @@ def find_errors(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True
         return [
             f"variable 'angle' {DIMS} is missing; found {list(dataset.data_vars) or 'no variables'}"
         ]
-    breaches = _find_missing(dataset) if whole else []
+    breaches = [
+        f"coordinate '{name}' along {quantity.dims[0]} is missing"
+        for name, quantity in QUANTITIES.items()
+        if whole and quantity.coordinate and quantity.required and name not in dataset.coords
+    ]
     known = [name for name in map(str, dataset.variables) if name in QUANTITIES]
     spatial = "plane" in dataset.dims
     axes, where = (3, " in space") if spatial else (2, "")
@@ -548,14 +547,6 @@ def find_errors(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True
     unread = set() if numbers else set(map(str, dataset.data_vars))
     return breaches or [
         words for name in known for words in _find_value_breaches(dataset, name, name in unread)
-    ]
-
-
-def _find_missing(dataset: xr.Dataset) -> list[str]:
-    return [
-        f"coordinate '{name}' along {quantity.dims[0]} is missing"
-        for name, quantity in QUANTITIES.items()
-        if quantity.coordinate and quantity.required and name not in dataset.coords
     ]
 
 

@@ -12,13 +12,14 @@ import json
 import os
 import threading
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from annotated_types import Ge, Le
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
@@ -33,9 +34,10 @@ from zarr.storage import LocalStore, MemoryStore  # noqa: E402
 from feeler.files import FULL, TEMPORARY, Lock, explain, parse_json, read_bytes, write_atomic  # noqa: E402
 from feeler.provenance import to_jsonable, write_plain  # noqa: E402
 from feeler.sandbox import MAX_TEXT  # noqa: E402
-from feeler.tensors.formats import is_old_store, is_store  # noqa: E402
-from feeler.tensors.schema import MAX_LISTED, QUANTITIES, derive_curvature  # noqa: E402
-from feeler.tensors.writers import check_variable  # noqa: E402
+from feeler.tensors.formats import _is_old_store, _is_store  # noqa: E402
+from feeler.tensors.schema import MAX_LISTED, QUANTITIES, _derive_curvature  # noqa: E402
+from feeler.tensors.writers import _check_variable  # noqa: E402
+from feeler.validation import checked  # noqa: E402
 
 FORMAT = 4
 _ABOUT = "feeler_store"  # attribute of the group: format, group size, configuration
@@ -78,7 +80,7 @@ def write_group(path: Path, indices: Sequence[int], trials: xr.Dataset) -> int:
     StoreError
         The disk is full, or this machine does not see the store.
     """
-    if not is_store(path):
+    if not _is_store(path):
         raise StoreError(
             f"this worker sees no store at {path}. The folder must be shared by all workers, under"
             " one name."
@@ -130,13 +132,14 @@ def _find_chunks(path: Path, array: Any, rows: Any) -> list[Path]:
     return [folder / f"c.{number}{rest}" for number in np.unique(np.asarray(rows) // size)]
 
 
+@checked
 def open_store(
     path: str | os.PathLike,
     configuration: dict[str, Any],
-    n_trials: int,
+    n_trials: Annotated[int, Ge(1), Le(_MAX_TRIALS)],
     *,
-    made: Sequence[Any] = (),
-    group_size: int | None = None,
+    made: Callable[[int], Any] | None = None,
+    group_size: Annotated[int, Ge(1), Le(4096)] | None = None,
 ) -> "Store":
     """Open a store for writing: a new one, or one that the same configuration began.
 
@@ -150,8 +153,8 @@ def open_store(
     n_trials
         How many trials the full set has; a store of fewer grows.
     made
-        What else each trial depends on, one entry a trial; kept with it, and compared when the
-        store is opened again.
+        ``made(k)`` is what else trial k depends on; kept with it, and compared when the store is
+        opened again.
     group_size
         Trials in one shard, 1 to 4096; default 8 in small sets to 256 in those of 10,240 and more.
 
@@ -166,22 +169,6 @@ def open_store(
         Another process writes it, another configuration made it (the message names what differs),
         the disk is full, or the folder holds something else.
     """
-    for name, value, most in (
-        ("n_trials", n_trials, _MAX_TRIALS),
-        ("group_size", group_size, 4096),
-    ):
-        if value is not None and (
-            isinstance(value, bool)
-            or not isinstance(value, int | np.integer)
-            or not 1 <= value <= most
-        ):
-            raise InvalidInput(
-                f"{name} must be a whole number from 1 to {most:,}, got {value!r}."
-            )
-    if made and len(made) != n_trials:
-        raise InvalidInput(
-            f"made must hold one entry for each of the {n_trials} trials, got {len(made)}."
-        )
     size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), _SMALL, _GREAT))
     return Store(Path(path), to_jsonable(configuration), int(n_trials), made, int(size))
 
@@ -202,7 +189,7 @@ class Store:
         path: Path,
         configuration: dict[str, Any],
         n_trials: int,
-        made: Sequence[Any],
+        made: Callable[[int], Any] | None,
         group_size: int,
     ) -> None:
         self.path, self.group_size, self._made = path, group_size, made
@@ -244,7 +231,7 @@ class Store:
             self.finished[first : last + 1] = False
             arrays[_FLAGS][first : last + 1] = False
         if _PARAMETERS in arrays and self._made:
-            self._check_made(arrays[_PARAMETERS])
+            self._check_made(arrays[_PARAMETERS], self._made)
         if any(array.shape[0] != n_trials for array in arrays.values()):
             for array in arrays.values():
                 array.resize((n_trials, *array.shape[1:]))
@@ -260,13 +247,13 @@ class Store:
                 f" {'; '.join(differences)}. Use a new store, or the stored configuration."
             )
 
-    def _check_made(self, parameters: Any) -> None:
+    def _check_made(self, parameters: Any, made: Callable[[int], Any]) -> None:
         """Raise where a finished trial was made with other parameters than are asked for now."""
         for start in range(0, parameters.shape[0], _LABELS):
             stored = parameters[start : start + _LABELS]
             done = np.flatnonzero(self.finished[start : start + _LABELS]).tolist()
             for row in done:
-                asked = write_plain(to_jsonable(self._made[start + row]))
+                asked = write_plain(to_jsonable(made(start + row)))
                 if (text := str(stored[row])) not in ("", asked):
                     old, new = json.loads(text), json.loads(asked)
                     self._refuse(_find_differences(old, new, f"trial {start + row}"))
@@ -357,16 +344,10 @@ class Store:
                 if item.dims == ("trial",):
                     _write(arrays[str(name)], indices, item.values)
             if self._made:
-                texts = [write_plain(to_jsonable(self._made[index])) for index in indices]
+                texts = [write_plain(to_jsonable(self._made(index))) for index in indices]
                 _write(arrays[_PARAMETERS], indices, np.array(texts))
             _write(arrays[_FLAGS], indices, np.ones(len(indices), bool))
         self.finished[[*indices]] = True
-
-    def read(self) -> xr.Dataset:
-        """The finished trials in trial order, lazily."""
-        if not self.finished.any():
-            raise StoreError(f"the store {self.path} holds no finished trial yet.")
-        return read_store(self.path)
 
     def close(self) -> None:
         """Let go of the lock."""
@@ -383,12 +364,12 @@ def _make_folder(path: Path) -> None:
     """Make a store's folder; refuse one that holds something else."""
     if path.exists() and not path.is_dir():
         raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
-    if is_old_store(path):
+    if _is_old_store(path):
         raise StoreError(
             f"{path} is a store of feeler 0.3, which is read but not continued. Use a new store, or"
             f" keep its touches by: feeler convert {path} new.zarr"
         )
-    ours = (path / _FLAGS / "lock").exists() or is_store(path)
+    ours = (path / _FLAGS / "lock").exists() or _is_store(path)
     if foreign := [] if ours or not path.exists() else sorted(os.listdir(path)):
         raise StoreError(
             f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new"
@@ -401,13 +382,15 @@ def _create_array(
     store: MemoryStore, name: Any, item: xr.Variable, n_trials: int, group_size: int
 ) -> None:
     """An array for a variable of all trials, or for one that they share, with its values."""
-    check_variable(name, item)
+    _check_variable(name, item)
     text = item.dtype.kind in "UOT"
     of_trials = item.dims[:1] == ("trial",)
     shape = (n_trials, *item.shape[1:]) if of_trials else item.shape
     chunk, shard = shape, None
     if of_trials and item.ndim > 1:
-        chunk, shard = (_find_inner(group_size), *shape[1:]), (group_size, *shape[1:])
+        parts = range(1, min(INNER, group_size) + 1)  # a whole part of the group
+        inner = max(n for n in parts if group_size % n == 0)
+        chunk, shard = (inner, *shape[1:]), (group_size, *shape[1:])
     elif of_trials:
         chunk = (_LABELS,)
     array = zarr.create_array(
@@ -428,11 +411,6 @@ def _create_array(
         array[...] = item.values
 
 
-def _find_inner(group_size: int) -> int:
-    """Trials in one chunk: as many as INNER at most, and a whole part of the group."""
-    return max(n for n in range(1, min(INNER, group_size) + 1) if group_size % n == 0)
-
-
 def _consolidate(store: Any) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
@@ -442,7 +420,7 @@ def _consolidate(store: Any) -> None:
 def _check_trials(trials: xr.Dataset) -> None:
     """Raise where a Dataset cannot be kept in a store."""
     for name, item in trials.variables.items():
-        check_variable(name, item)
+        _check_variable(name, item)
         over = "trial" in item.dims
         if over and (item.dims[0] != "trial" or (item.ndim > 1 and item.dtype.kind in "UOT")):
             raise InvalidInput(
@@ -511,7 +489,7 @@ def _show(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 
-def save_store(
+def _save_store(
     dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int | None = None
 ) -> None:
     """Write a Dataset as a store, group by group; the folder must be new or empty."""
@@ -602,7 +580,7 @@ class _Numbers(BackendArray):
         length = np.broadcast_to(self.length[:, None], self.shape)
         for axis in reversed(range(len(key))):
             length = length[(slice(None),) * axis + (key[axis],)]
-        return derive_curvature(values, length).astype(self.dtype)
+        return _derive_curvature(values, length).astype(self.dtype)
 
 
 def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
@@ -622,9 +600,10 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
         No store, no finished trial, or damaged.
     """
     path = Path(path)
-    if is_old_store(path):
+    if _is_old_store(path):
         return _read_old(path)
-    _check_is_store(path)
+    if not _is_store(path) and not (path / _FLAGS / "lock").exists():
+        raise InvalidInput(f"{path} is no store of feeler.")
     with _reading(path):
         if not (path / "zarr.json").exists():
             raise InvalidInput(_EMPTY.format(path))
@@ -647,11 +626,6 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
 
 
 _EMPTY = "the store {} holds no finished trial yet. Let the simulation go on."
-
-
-def _check_is_store(path: Path) -> None:
-    if not is_store(path) and not (path / _FLAGS / "lock").exists():
-        raise InvalidInput(f"{path} is no store of feeler.")
 
 
 def _check_files(path: Path, array: Any, rows: np.ndarray) -> None:
@@ -694,7 +668,7 @@ def _list_made(dataset: xr.Dataset, made: list[Any]) -> xr.Dataset:
     return dataset
 
 
-def describe_store(path: Path) -> list[str]:
+def _describe_store(path: Path) -> list[str]:
     """How much of a store is finished, without reading its numbers."""
     with _reading(path):
         finished = zarr.open_group(path, mode="r")[_FLAGS][:]  # type: ignore[index]
@@ -702,9 +676,9 @@ def describe_store(path: Path) -> list[str]:
     return [f"{finished.sum()} of {len(finished)} trials finished{shown}"]  # type: ignore[union-attr, arg-type]
 
 
-def find_damage(path: Path) -> list[str]:
+def _find_damage(path: Path) -> list[str]:
     """What is wrong with the files of a store, one line for each."""
-    if is_old_store(path):
+    if _is_old_store(path):
         return []
     _read_about(path)
     with _reading(path):

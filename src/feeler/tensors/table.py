@@ -111,8 +111,10 @@ def _name_columns(
         if any(map(is_numeral, below[0])):
             return _make(notes, above[:k], number, names, delimiter)
         if len(below) == 2 and _are_units(*below):
+            pairs = itertools.zip_longest(names, below[0], fillvalue="")
             both = [
-                _join(*pair) for pair in itertools.zip_longest(names, below[0], fillvalue="")
+                f"{name} ({bare})" if (bare := unit.strip("()[]")) else name
+                for name, unit in pairs
             ]
             return _make(notes, above[:k], above[k + 1][0], both, delimiter)
     number, line = above[0]
@@ -157,11 +159,6 @@ def _are_units(cells: list[str], below: list[str]) -> bool:
         and not _differ(cells, below)
         and any(map(is_numeral, below))
     )
-
-
-def _join(name: str, unit: str) -> str:
-    bare = unit.strip("()[]")
-    return f"{name} ({bare})" if bare else name
 
 
 # Tables of numbers from delimited text: the one door for tracks, recordings and calibration

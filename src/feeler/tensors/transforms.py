@@ -197,14 +197,9 @@ def measure_peak(*tensors: xr.DataArray | np.ndarray) -> float:
     """
     if not tensors:
         raise InvalidInput("measure_peak needs at least one tensor.")
-    return max(
-        float(np.fmax.reduce(np.abs(_get_values(one)), axis=None, initial=0.0))
-        for one in tensors
-    )
-
-
-def _get_values(tensors: xr.DataArray | np.ndarray) -> np.ndarray:
-    return np.asarray(get_bending(tensors) if isinstance(tensors, xr.DataArray) else tensors)
+    plain = (get_bending(one) if isinstance(one, xr.DataArray) else one for one in tensors)
+    sizes = (np.abs(np.asarray(one)) for one in plain)
+    return max(float(np.fmax.reduce(size, axis=None, initial=0.0)) for size in sizes)
 
 
 # On the way to an encoder: non-negative, scaled tensors, never baked into what is stored; and

@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 from datetime import UTC, datetime
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -17,7 +16,7 @@ from uuid import uuid4
 import numpy as np
 import xarray as xr
 
-from feeler.errors import InvalidInput, MissingDependencyError
+from feeler.errors import InvalidInput, require_extra
 from feeler.files import NAME, parse_json, read_text, write_atomic, writing
 from feeler.provenance import to_jsonable
 from feeler.sandbox import MAX_TEXT, Limits, find_limits
@@ -49,7 +48,7 @@ def describe(dataset: xr.Dataset) -> str:
     """
     variables = {}
     for name, variable in dataset.variables.items():
-        check_variable(name, variable)
+        _check_variable(name, variable)
         entry = {
             "dims": list(variable.dims),
             "shape": list(variable.shape),
@@ -70,8 +69,8 @@ def describe(dataset: xr.Dataset) -> str:
     return json.dumps(content, ensure_ascii=True)
 
 
-def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
-    """A small Dataset with all its numbers, as plain data; :func:`restore_whole` reads it."""
+def _describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
+    """A small Dataset with all its numbers, as plain data; :func:`_restore_whole` reads it."""
     numbers = {
         str(name): to_jsonable(item.values.ravel())
         for name, item in dataset.variables.items()
@@ -80,8 +79,8 @@ def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
     return {"rest": json.loads(describe(dataset)), "numbers": numbers}
 
 
-def restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
-    """The Dataset that :func:`describe_whole` described, to the last digit."""
+def _restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
+    """The Dataset that :func:`_describe_whole` described, to the last digit."""
     arrays = {}
     for name, values in content["numbers"].items():
         flat = np.array(values, dtype=object).ravel().tolist()
@@ -91,7 +90,7 @@ def restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
     return restore(content["rest"], arrays, source)
 
 
-def check_variable(name: Any, variable: xr.Variable) -> None:
+def _check_variable(name: Any, variable: xr.Variable) -> None:
     """Raise where a variable cannot be written to every format."""
     if not (isinstance(name, str) and NAME.fullmatch(name)):
         raise InvalidInput(
@@ -172,7 +171,7 @@ def _values(
 # NetCDF-4 files, as xarray, MATLAB's ncread and Panoply open them.
 
 
-def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def _save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
     path, dataset = Path(path), complete(dataset)
     description = describe(dataset)
@@ -231,7 +230,7 @@ def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
 _MAX_VARIABLE = 2**31 - 1  # bytes; the format's own limit
 
 
-def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def _save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write a Dataset as a MATLAB version 5 file; its struct ``units`` has each variable's unit."""
     from scipy.io import savemat  # slow to load
 
@@ -260,7 +259,7 @@ _MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
 _COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
-def save_csv(
+def _save_csv(
     dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0
 ) -> None:
     """Write one variable (trial, sensor, time) of one trial.
@@ -293,7 +292,7 @@ def save_csv(
             text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
     rest = one.drop_vars([variable, "time"])
     roles = {"variable": variable, "attributes": to_jsonable(dict(one[variable].attrs))}
-    content = describe_whole(rest) | {"time": to_jsonable(dict(one.time.attrs)), **roles}
+    content = _describe_whole(rest) | {"time": to_jsonable(dict(one.time.attrs)), **roles}
     text.write(f"{_DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
     unit = _COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
@@ -303,8 +302,8 @@ def save_csv(
     write_atomic(Path(path), text.getvalue().encode())
 
 
-def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by
+def _load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
+    """The Dataset of one trial in a file that :func:`_save_csv` wrote; a recording is read by
     feeler.robot instead.
     """
     text, source = read_text(path, MAX_TEXT), Path(path).name
@@ -336,7 +335,7 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
             dict(content["attributes"]),
         )
         time = xr.Variable("time", values[:, 0], dict(content["time"]))
-        whole = restore_whole(content, source)
+        whole = _restore_whole(content, source)
         return whole.assign({str(content["variable"]): tensor}).assign_coords(time=time)
     except InvalidInput:
         raise
@@ -352,7 +351,7 @@ def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Datase
 _TOUCHES_AT_ONCE = 256  # touches in one group of rows
 
 
-def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+def _save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     """Write one touch a row: each variable over trials is a column, ``angle`` a list of sensors of
     lists of samples; labels stand beside it, a coordinate ``split`` (trial,) among them.
 
@@ -365,7 +364,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     InvalidInput
         The Dataset has no trials.
     """
-    require_pyarrow()
+    require_extra("pyarrow", "parquet", "a Parquet file")
     import pyarrow as pa
     from pyarrow.parquet import ParquetWriter
 
@@ -374,7 +373,7 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     dataset = complete(dataset).transpose("trial", ...)
     names = [name for name, item in dataset.variables.items() if "trial" in item.dims]
     described = json.loads(describe(dataset.isel(trial=slice(0))))["variables"]
-    content = describe_whole(dataset.drop_vars(names))
+    content = _describe_whole(dataset.drop_vars(names))
     content["columns"] = {name: described[name] for name in names}
     notes = {DESCRIPTION: json.dumps(content, ensure_ascii=True)}
 
@@ -388,14 +387,6 @@ def save_parquet(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         writer.write_table(first)
         for start in range(_TOUCHES_AT_ONCE, dataset.sizes["trial"], _TOUCHES_AT_ONCE):
             writer.write_table(make_rows(start))
-
-
-def require_pyarrow() -> None:
-    """MissingDependencyError where the extra ``parquet`` is not installed."""
-    if find_spec("pyarrow") is None:
-        raise MissingDependencyError(
-            "Parquet files need pyarrow: pip install 'feeler[parquet]'."
-        )
 
 
 def _make_column(values: np.ndarray) -> Any:
@@ -512,13 +503,8 @@ def save_nwb(
 
 def require_pynwb() -> None:
     """MissingDependencyError where the extra ``nwb`` is not whole."""
-    try:
-        import ndx_pose  # noqa: F401
-        import pynwb  # noqa: F401
-    except ImportError as error:
-        raise MissingDependencyError(
-            "NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'."
-        ) from error
+    for library in ("pynwb", "ndx_pose"):
+        require_extra(library, "nwb", "an NWB file")
 
 
 def make_nwb(
@@ -576,7 +562,7 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
         name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
         for name in series
     }
-    return json.dumps(describe_whole(rest) | {"series": kinds}, default=str)
+    return json.dumps(_describe_whole(rest) | {"series": kinds}, default=str)
 
 
 def make_subject(

@@ -17,8 +17,6 @@ from feeler.tracking.motion import make_base_motion
 from feeler.tracking.quality import make_synthetic_tracks, save_dltdv
 from feeler.tracking.rhythm import (
     Groups,
-    Rhythm,
-    Sides,
     compare_groups,
     compare_sides,
     measure_base,
@@ -31,8 +29,6 @@ __all__ = [
     "SIDES",
     "Exploration",
     "Groups",
-    "Rhythm",
-    "Sides",
     "Sweeps",
     "Table",
     "Tracks",

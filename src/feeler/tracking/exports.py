@@ -30,7 +30,7 @@ _ALONE = "body"
 LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1e3}
 
 
-def find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int], str]:
+def _find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int], str]:
     """Index of the column of each (landmark, axis), by the first way of writing them that fits at
     least one landmark with x and y, and the unit that it states; without one, what NAME_x fits.
 
@@ -53,7 +53,7 @@ def find_landmarks(columns: Sequence[str]) -> tuple[dict[tuple[str, str], int], 
     return first, ""
 
 
-def find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
+def _find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
     """The table with the middles of Bonsai's rectangles (X, Y, Width, Height) in the place of their
     corners, and a note of it.
     """
@@ -75,7 +75,7 @@ def find_boxes(table: Table) -> tuple[Table, dict[str, str]]:
     return found, {"rectangles": f"the middles of {', '.join(boxes)} are taken"}
 
 
-def is_export(start: str) -> bool:
+def _is_export(start: str) -> bool:
     """Whether a text begins as FicTrac's, Motive's or a long table of landmarks does."""
     cells = split_line(start.split("\n", 1)[0], ",")
     if _FICTRAC[0] <= len(cells) <= _FICTRAC[1] and all(map(is_numeral, cells)):
@@ -88,7 +88,7 @@ def is_export(start: str) -> bool:
 # Repeated names, and tables without a heading.
 
 
-def name_twice(text: str) -> str:
+def _name_twice(text: str) -> str:
     """The same table whose heading names no column twice, as pandas does it: name, name.1, …"""
     head, _, rest = text.partition("\n")
     delimiter = max(",;\t", key=head.count)
@@ -107,7 +107,7 @@ def name_twice(text: str) -> str:
 _FICTRAC = (23, 26)  # numbers in a line of FicTrac's, whose names stand in its documentation
 
 
-def read_fictrac(text: str) -> dict[str, Any] | None:
+def _read_fictrac(text: str) -> dict[str, Any] | None:
     """FicTrac's output: the body's path on the ball as a landmark ``body``, and one of a ball's
     radius ahead of it, ``ahead``; None where a text is no such.
     """
@@ -140,7 +140,7 @@ _LONG = {
 }
 
 
-def spread_long(text: str, individual: str | None) -> tuple[str, list[str]] | None:
+def _spread_long(text: str, individual: str | None) -> tuple[str, list[str]] | None:
     """A long table as one with a row per frame and columns NAME_x, NAME_y, NAME_likelihood, of one
     animal, and the names of all; None where a text is no long table.
 
@@ -191,7 +191,7 @@ def spread_long(text: str, individual: str | None) -> tuple[str, list[str]] | No
 # Motive.
 
 
-def read_motive(text: str) -> dict[str, Any] | None:
+def _read_motive(text: str) -> dict[str, Any] | None:
     """Motive's CSV of rigid bodies and markers (``Format Version`` in its first cell): places [mm],
     names and frame rate; None where a text is no such.
     """

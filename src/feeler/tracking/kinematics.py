@@ -14,8 +14,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, filtfilt, find_peaks, periodogram
 
 from feeler.errors import InvalidInput, ModelValidityWarning
-from feeler.records import Choice, Shown
-from feeler.tracking.quality import find_doubts, leave_out_errors
+from feeler.records import Choice, Ge, Gt, Shown, Unit
+from feeler.tracking.quality import _find_doubts, _leave_out_errors
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
 
@@ -102,7 +102,7 @@ _CHANCE = 6.0  # [C] sd by which a band with motion is louder than noise would b
 _MOTION = 1.5  # [C] the motion lies below this multiple of the best cut-off
 
 
-class MotionSpectrum:
+class _MotionSpectrum:
     """Power spectrum of an angle, as motion plus white noise of the tracker.
 
     The noise density N is the median over the upper half of the frequencies, where a camera that
@@ -289,8 +289,6 @@ def _bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
     A straight line would take the speed's peak out of a gap: in the middle of a sweep at 1/6 of
     the frame rate, 16 % of it with a single frame.
     """
-    if max_gap < 0:
-        raise InvalidInput(f"max_gap must be ≥ 0 frames, got {max_gap}. 0 bridges nothing.")
     filled = np.array(angle, dtype=float)
     is_bridged = np.zeros(filled.shape, dtype=bool)
     runs = _find_runs(filled)
@@ -356,8 +354,8 @@ def find_sweeps(
     interval: float,
     *,
     cutoff: float | str = "auto",
-    max_gap: int = MAX_GAP,
-    min_prominence: float = MIN_PROMINENCE,
+    max_gap: Annotated[int, Ge(0)] = MAX_GAP,
+    min_prominence: Annotated[float, Ge(0), Unit("rad/ms")] = MIN_PROMINENCE,
 ) -> Sweeps:
     """Filter an angle (frame,) [rad], differentiate it and find every peak of its absolute speed.
 
@@ -367,7 +365,7 @@ def find_sweeps(
         NaN where it is not known; time between frames [ms].
     cutoff
         Of the low-pass [kHz]; ``auto``: chosen from the angle's spectrum
-        (:class:`~feeler.tracking.kinematics.MotionSpectrum`); ``paper``: 6 Hz.
+        (:class:`~feeler.tracking.kinematics._MotionSpectrum`); ``paper``: 6 Hz.
     max_gap
         Longest gap that is bridged by a cubic spline [frames]. A peak in a bridged gap of more
         than a quarter of the motion's period is not counted.
@@ -387,11 +385,9 @@ def find_sweeps(
         A cut-off that is none of these or not below half the frame rate, or another option out of
         range.
     """
-    if not min_prominence >= 0:
-        raise InvalidInput(f"min_prominence must be ≥ 0 rad/ms, got {min_prominence}.")
     filled, _ = _bridge_gaps(np.asarray(angle, dtype=float), max_gap)
     is_bridged = np.isfinite(filled) & np.isnan(angle)
-    spectrum = MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
+    spectrum = _MotionSpectrum([filled[run] for run in _find_runs(filled)], interval)
     cutoff = _read_cutoff(cutoff, spectrum)
     smoothed = smooth(filled, interval, cutoff=cutoff)
     noise = _measure_noise(spectrum.noise, interval, cutoff)
@@ -425,7 +421,7 @@ def find_sweeps(
     )
 
 
-def _read_cutoff(cutoff: float | str, spectrum: MotionSpectrum) -> float:
+def _read_cutoff(cutoff: float | str, spectrum: _MotionSpectrum) -> float:
     """The cut-off [kHz] that a number or word stands for."""
     if isinstance(cutoff, str):
         known = {"auto": spectrum.best_cutoff, "paper": CUTOFF}
@@ -638,10 +634,10 @@ class Exploration(Shown):
 def measure_exploration(
     trials: Sequence[Tracks],
     *,
-    length: float | None = None,
+    length: Annotated[float, Gt(0), Unit("mm")] | None = None,
     cutoff: float | str = "auto",
-    max_gap: int = MAX_GAP,
-    min_prominence: float = MIN_PROMINENCE,
+    max_gap: Annotated[int, Ge(0)] = MAX_GAP,
+    min_prominence: Annotated[float, Ge(0), Unit("rad/ms")] = MIN_PROMINENCE,
     landmarks: Mapping[str, Any] | None = None,
     outliers: Annotated[str, Choice(("remove", "keep"))] = "remove",
 ) -> Exploration:
@@ -666,7 +662,7 @@ def measure_exploration(
         What the landmarks are called, as for :func:`compute_antenna_angle`: ``tips``, ``bases``,
         ``head``, ``abdomen``.
     outliers
-        ``remove`` leaves out what :func:`~feeler.tracking.quality.leave_out_errors` finds
+        ``remove`` leaves out what :func:`~feeler.tracking.quality._leave_out_errors` finds
         (jumps, exchanged landmarks); ``keep`` takes every place as it is.
 
     Returns
@@ -681,8 +677,6 @@ def measure_exploration(
     """
     if not trials:
         raise InvalidInput("measure_exploration needs at least one trial, got none.")
-    if length is not None and not (np.isfinite(length) and length > 0):
-        raise InvalidInput(f"length must be > 0 mm, got {length}.")
     options: dict[str, Any] = {
         "cutoff": cutoff,
         "max_gap": max_gap,
@@ -729,12 +723,12 @@ def _measure_trial(
     bases = names.get("bases", (names["head"],) * 2)
     left_out: dict[str, int] = {}
     if outliers == "remove":
-        tracks, left_out = leave_out_errors(tracks, **names | {"bases": bases})
+        tracks, left_out = _leave_out_errors(tracks, **names | {"bases": bases})
     tracks, is_bridged = _bridge_body(
         tracks, names["head"], names["abdomen"], bases, options["max_gap"]
     )
     angle = compute_antenna_angle(tracks, **names)
-    remarks = find_doubts(
+    remarks = _find_doubts(
         angle,
         tips=names["tips"],
         head=names["head"],

@@ -7,7 +7,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.objects.motion import BaseMotion
 from feeler.records import Choice
-from feeler.tracking.kinematics import MAX_GAP, MotionSpectrum, smooth
+from feeler.tracking.kinematics import MAX_GAP, _MotionSpectrum, smooth
 from feeler.tracking.tracks import Tracks
 from feeler.validation import checked
 
@@ -82,7 +82,7 @@ def make_base_motion(
 
     pose = DataFrame(pose).interpolate(method="cubicspline").to_numpy(copy=True)
     for k, row in enumerate(pose.T):
-        highest = MotionSpectrum([row - row[0]], tracks.interval).best_cutoff
+        highest = _MotionSpectrum([row - row[0]], tracks.interval).best_cutoff
         pose[:, k] = smooth(row, tracks.interval, cutoff=cutoff or highest)
     if origin == "first":
         turn = pose[0, 2]

@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 from feeler.errors import InvalidInput
 from feeler.files import writing
 from feeler.physics.scene import MAX_SAMPLES
-from feeler.records import Gt
+from feeler.records import Ge, Gt, Lt, Unit
 from feeler.tracking.tracks import LANDMARKS, Tracks
 from feeler.validation import checked
 
@@ -28,7 +28,7 @@ _NEAR = 8  # [C] frames of a neighbourhood, before and after
 _LONGEST = 1000.0  # [C] ms after which a jump counts as a change of place, not as an error
 
 
-def leave_out_errors(
+def _leave_out_errors(
     tracks: Tracks,
     *,
     tips: tuple[str, str],
@@ -83,7 +83,7 @@ def leave_out_errors(
     return tracks.replace(position=position), found
 
 
-def find_doubts(
+def _find_doubts(
     angle: np.ndarray, *, tips: tuple[str, str], head: str, abdomen: str, flat: bool
 ) -> list[str]:
     """Questions about the landmarks' names and tracks, from angles (side, frame) [rad]."""
@@ -233,8 +233,8 @@ def make_synthetic_tracks(
     duration: Annotated[float, Gt(0)] = 20_000.0,
     frame_rate: Annotated[float, Gt(0)] = _FRAME_RATE,
     length: Annotated[float, Gt(0)] = 42.0,
-    noise: float = 0.5,
-    gap_share: float = 0.0,
+    noise: Annotated[float, Ge(0), Unit("px")] = 0.5,
+    gap_share: Annotated[float, Ge(0), Lt(1)] = 0.0,
 ) -> Tracks:
     """A walking, turning body whose antennae sweep sinusoidally, so that every peak speed is known.
 
@@ -243,10 +243,6 @@ def make_synthetic_tracks(
     ``noise`` sd of each coordinate [px], ``gap_share`` share of frames in which a random landmark
     is lost.
     """
-    if not 0 <= gap_share < 1:
-        raise InvalidInput(f"gap_share must lie in [0, 1), got {gap_share}.")
-    if not 0 <= noise < np.inf:
-        raise InvalidInput(f"noise must be ≥ 0 px, got {noise}.")
     interval = 1e3 / frame_rate
     if not duration / interval <= MAX_SAMPLES:
         raise InvalidInput(

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from scipy.signal import butter, hilbert, sosfiltfilt
 from scipy.stats import alexandergovern, t, ttest_ind
 
@@ -21,46 +22,26 @@ _FEWEST = 3.0  # [C] cycles of a stretch that has a phase
 _AT_ENDS = 0.5  # [C] cycles at a stretch's ends whose phase is not used
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Rhythm(Shown):
-    """A rhythmic angle as amplitude and phase.
-
-    Attributes
-    ----------
-    phase : np.ndarray
-        (frame,) [rad] in (−π, π]; 0 where the angle is greatest: outward, or protracted. NaN where
-        the stretch is shorter than three cycles, and in half a cycle at its ends.
-    amplitude : np.ndarray
-        (frame,) [rad] half of peak to peak.
-    offset : np.ndarray
-        (frame,) [rad] the midpoint (set point) about which it swings.
-    frequency : float
-        Median over frames of the phase's rate [kHz]; NaN without a phase.
-    """
-
-    phase: np.ndarray
-    amplitude: np.ndarray
-    offset: np.ndarray
-    frequency: float
-
-    @property
-    def mean_amplitude(self) -> float:
-        """Median over frames [rad]; NaN without a phase."""
-        seen = self.amplitude[np.isfinite(self.amplitude)]
-        return float(np.median(seen)) if seen.size else float("nan")
-
-
 @checked
 def measure_rhythm(
     angle: Annotated[np.ndarray, "frame", ALLOW_NAN],
     interval: Annotated[float, Gt(0)],
     frequency: Annotated[float, Gt(0)],
-) -> Rhythm:
+) -> xr.Dataset:
     """Amplitude and phase of an angle (frame,) [rad] by the Hilbert transform, in the band from
     half to twice a ``frequency`` [kHz], such as :attr:`Sweeps.frequency`.
 
     The band is taken by a second-order Butterworth filter, forwards and backwards, of each stretch
     without NaN (Hill, Curtis, Moore & Kleinfeld 2011, Neuron 72:344).
+
+    Returns
+    -------
+    Dataset
+        ``phase`` (frame,) [rad] in (−π, π], 0 where the angle is greatest: outward, or protracted;
+        NaN where the stretch is shorter than three cycles, and in half a cycle at its ends.
+        ``amplitude`` (frame,) [rad], half of peak to peak, and ``offset``, the midpoint about which
+        it swings. Among the attributes ``frequency``, the median of the phase's rate [kHz], and
+        ``mean_amplitude``, the median over frames [rad]; NaN without a phase.
 
     Raises
     ------
@@ -88,52 +69,38 @@ def measure_rhythm(
         wave[inner] = hilbert(swing)[ends : values.size - ends]
         offset[inner] = (values - swing)[ends : values.size - ends]
         rates.append(np.diff(np.unwrap(np.angle(wave[inner]))) / (2 * np.pi * interval))
-    return Rhythm(
-        phase=np.angle(wave),
-        amplitude=np.abs(wave),
-        offset=offset,
-        frequency=float(np.median(np.concatenate(rates))) if rates else float("nan"),
+    columns = {"phase": np.angle(wave), "amplitude": np.abs(wave), "offset": offset}
+    swings = columns["amplitude"][np.isfinite(wave)]
+    return xr.Dataset(
+        {name: ("frame", values, {"units": "rad"}) for name, values in columns.items()},
+        attrs={
+            "frequency": float(np.median(np.concatenate(rates))) if rates else float("nan"),
+            "mean_amplitude": float(np.median(swings)) if swings.size else float("nan"),
+        },
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Sides(Shown):
-    """The left antenna against the right one; angles count outward on both sides, so that in phase
-    means that both go outward at once.
-
-    Attributes
-    ----------
-    correlation : float
-        Pearson's r of the two angles; NaN where one does not move.
-    best_correlation, lag : float
-        The greatest r within half a cycle either way, and by how much the right one then comes
-        later [ms].
-    phase : float
-        Circular mean of left minus right phase [rad]; NaN without a rhythm.
-    locking : float
-        Length of the mean phase vector, 0 (any phase) to 1 (always the same).
-    frames : int
-        With both angles.
-    """
-
-    correlation: float
-    best_correlation: float
-    lag: float
-    phase: float
-    locking: float
-    frames: int
-
-
 @checked
-def compare_sides(left: Sweeps, right: Sweeps, interval: Annotated[float, Gt(0)]) -> Sides:
-    """Correlation and phase of two antennae, ``interval`` [ms] between frames."""
+def compare_sides(left: Sweeps, right: Sweeps, interval: Annotated[float, Gt(0)]) -> pd.Series:
+    """The left antenna against the right one, ``interval`` [ms] between frames; angles count
+    outward on both sides, so that in phase means that both go outward at once.
+
+    Returns
+    -------
+    Series
+        ``correlation``, Pearson's r of the two angles, NaN where one does not move;
+        ``best_correlation``, the greatest r within half a cycle either way, and ``lag`` [ms], by
+        how much the right one then comes later; ``phase`` [rad], the circular mean of left minus
+        right, NaN without a rhythm, and ``locking``, the length of the mean phase vector, 0 (any
+        phase) to 1 (always the same); ``frames`` with both angles.
+    """
     both = np.isfinite(left.angle) & np.isfinite(right.angle)
     found = np.array([side.frequency for side in (left, right)])
     frequency = float(np.nanmean(found)) if np.isfinite(found).any() else float("nan")
     phase = locking = float("nan")
     if 0 < frequency * _BAND * interval < 0.5:
         one, other = (measure_rhythm(side.angle, interval, frequency) for side in (left, right))
-        apart = np.exp(1j * (one.phase - other.phase))
+        apart = np.exp(1j * (one["phase"].values - other["phase"].values))
         apart = apart[np.isfinite(apart)]
         if apart.size:
             mean = apart.mean()
@@ -144,13 +111,15 @@ def compare_sides(left: Sweeps, right: Sweeps, interval: Annotated[float, Gt(0)]
     shifts = np.arange(-reach, reach + 1)
     r = np.array([_correlate(left.angle, right.angle, int(shift)) for shift in shifts])
     best = int(np.nanargmax(r)) if np.isfinite(r).any() else reach
-    return Sides(
-        correlation=float(r[reach]),
-        best_correlation=float(r[best]),
-        lag=float(shifts[best] * interval),
-        phase=phase,
-        locking=locking,
-        frames=int(both.sum()),
+    return pd.Series(
+        {
+            "correlation": float(r[reach]),
+            "best_correlation": float(r[best]),
+            "lag": float(shifts[best] * interval),
+            "phase": phase,
+            "locking": locking,
+            "frames": int(both.sum()),
+        }
     )
 
 

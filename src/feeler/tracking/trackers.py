@@ -16,7 +16,7 @@ from feeler.sandbox import open_guarded
 from feeler.tensors.formats import HDF5
 from feeler.tensors.readers import TRAINING_LABELS
 from feeler.tensors.table import MAX_BYTES, Table, parse_table, split_line
-from feeler.tracking.exports import name_twice, read_fictrac, read_motive, spread_long
+from feeler.tracking.exports import _name_twice, _read_fictrac, _read_motive, _spread_long
 
 # The clock of a film: frame rate from times, and frames that a file leaves out.
 
@@ -51,7 +51,7 @@ def _count_frames(time: np.ndarray) -> tuple[np.ndarray | None, float, str]:
     return np.concatenate([[0.0], np.cumsum(many)]), interval, ""
 
 
-def spread_frames(
+def _spread_frames(
     frame: np.ndarray, source: str, *arrays: np.ndarray | None
 ) -> tuple[list[Any], dict[str, str]]:
     """Arrays (row, …) with a row for each frame of the film, NaN for those that the file leaves
@@ -91,22 +91,13 @@ def spread_frames(
     return full, {"left out": f"{n - frame.size} of {n} frames, which count as not seen"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Clock:
-    """What a table says of its film's time.
-
-    ``frame`` (row,): number of each row's frame, where frames or times are given; ``rate`` [frames
-    per second] and the column ``timed`` that it was measured from; ``wrong``: why there is no rate
-    although there are times.
-    """
-
-    frame: np.ndarray | None = None
-    rate: float | None = None
-    timed: str = ""
-    wrong: str = ""
+_Clock = tuple[np.ndarray | None, float | None, str, str]
+"""What a table says of its film's time: the number of each row's frame (row,), where frames or
+are given; frames per second, and the column that they were measured from; and why there is no rate
+although there are times."""
 
 
-def read_clock(table: Table, given: float | None) -> Clock:
+def _read_clock(table: Table, given: float | None) -> _Clock:
     """Frames and times of a table's columns, such as ``frame``, ``time_s`` or ``Time (ms)``.
 
     A column ``time`` without a unit is in s or ms, whichever fits the ``given`` frame rate or,
@@ -116,14 +107,14 @@ def read_clock(table: Table, given: float | None) -> Clock:
     frame = None if numbers is None or numbers in table.words else table.column(numbers)
     found = [(name, match) for name in table.columns if (match := _TIME.fullmatch(name))]
     if not found:
-        return Clock(frame=frame)
+        return frame, None, "", ""
     column, match = next((one for one in found if one[1]["unit"]), found[0])
     if column in table.words:
-        return Clock(frame=frame, wrong=f"column {column!r} holds text")
+        return frame, None, "", f"column {column!r} holds text"
     time = table.column(column)
     counted, step, wrong = _count_frames(time * _MS.get((match["unit"] or "s").lower(), 1.0))
     if counted is None:
-        return Clock(frame=frame, wrong=f"{wrong} in column {column!r}")
+        return frame, None, "", f"{wrong} in column {column!r}"
     if frame is not None:
         step *= counted[-1] / max(frame[-1] - frame[0], 1)
     rate = 1e3 / step
@@ -136,12 +127,10 @@ def read_clock(table: Table, given: float | None) -> Clock:
         ) == 1:
             rate = possible[0]
         else:
-            return Clock(frame=counted, wrong=f"column {column!r} has no unit")
+            return counted, None, "", f"column {column!r} has no unit"
         if np.all(np.diff(time) == np.round(np.diff(time))) and abs(step - 1e3) < 1e-6:
-            return Clock(frame=counted, wrong=f"column {column!r} may count frames or ms")
-    return Clock(
-        frame=counted if frame is None else frame, rate=rate, timed=f"column {column!r}"
-    )
+            return counted, None, "", f"column {column!r} may count frames or ms"
+    return counted if frame is None else frame, rate, f"column {column!r}", ""
 
 
 # What trackers write: DeepLabCut, SLEAP, Anipose, sleap-anipose, movement and ndx-pose, each
@@ -192,7 +181,7 @@ class Found:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
-def read_tracker(
+def _read_tracker(
     path: str | os.PathLike, individual: str | None, *, first: bool = False
 ) -> Found | Table:
     """The file's content; a plain or DLTdv table is handed on as it is.
@@ -211,7 +200,7 @@ def read_tracker(
         raise InvalidInput(f"{source}: {error}") from None
     if taken is not None:
         return taken
-    table = parse_table(name_twice(text), source=source, words=True)
+    table = parse_table(_name_twice(text), source=source, words=True)
     if {"track", "frame_idx"} <= {*table.columns}:
         return _read_sleap(table, text, individual=individual, first=first)
     if individual is not None:
@@ -227,13 +216,13 @@ def _take_export(
     text: str, source: str, individual: str | None, first: bool
 ) -> Found | Table | None:
     """What FicTrac, Motive or a long table hold; None where a text is none of these."""
-    if fictrac := read_fictrac(text):
+    if fictrac := _read_fictrac(text):
         rate, timed = None, ""
         if fictrac["time"] is not None:
             counted, step, _ = _count_frames(fictrac["time"])
             if counted is not None:
                 rate, timed = 1e3 / step, "its timestamps"
-        (position,), notes = spread_frames(fictrac["frame"], source, fictrac["position"])
+        (position,), notes = _spread_frames(fictrac["frame"], source, fictrac["position"])
         notes |= {"ahead": "a landmark one ball's radius ahead of the body"}
         return Found(
             names=fictrac["names"],
@@ -244,8 +233,8 @@ def _take_export(
             unit="ball radii",
             notes=notes,
         )
-    if motive := read_motive(text):
-        (position,), notes = spread_frames(motive["frame"], source, motive["position"])
+    if motive := _read_motive(text):
+        (position,), notes = _spread_frames(motive["frame"], source, motive["position"])
         return Found(
             names=motive["names"],
             position=position,
@@ -255,7 +244,7 @@ def _take_export(
             unit="mm",
             notes=notes,
         )
-    spread = spread_long(text, individual)
+    spread = _spread_long(text, individual)
     if spread is None:
         return None
     wide, animals = spread
@@ -329,7 +318,7 @@ def _gather(
     position = values[:, [[place[part, axis] for axis in axes] for part in parts]]
     given = all((part, "likelihood") in place for part in parts)
     likelihood = values[:, [place[part, "likelihood"] for part in parts]] if given else None
-    (position, likelihood), notes = spread_frames(frame, source, position, likelihood)
+    (position, likelihood), notes = _spread_frames(frame, source, position, likelihood)
     return Found(
         names=parts,
         position=position,
@@ -372,7 +361,7 @@ def _read_sleap(table: Table, text: str, **asked: Any) -> Found:
     columns = [[f"{name}.{what}" for what in ("x", "y", "score")] for name in names]
     rows = np.array([[table.column(one)[mine] for one in three] for three in columns])
     order = np.argsort(frame)
-    (parts,), notes = spread_frames(
+    (parts,), notes = _spread_frames(
         frame[order], table.source, np.moveaxis(rows, 2, 0)[order].astype(float)
     )
     return Found(
@@ -394,7 +383,7 @@ def _read_anipose(table: Table) -> Found:
     )
     position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
     likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
-    (position, likelihood), notes = spread_frames(
+    (position, likelihood), notes = _spread_frames(
         table.column("fnum"), table.source, position.transpose(2, 0, 1), likelihood
     )
     return Found(
@@ -415,8 +404,6 @@ def project(found: Found, plane: str | None, source: str) -> Found:
     InvalidInput
         Places in space and no plane, or a plane that the file cannot have.
     """
-    if plane is not None and plane not in PLANES:
-        raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
     n_axes = found.position.shape[2]
     if n_axes == 2 and plane is not None:
         raise InvalidInput(
@@ -465,7 +452,7 @@ def _read_hdf5_file(
         if frame is None:
             notes |= {"clock": wrong}
         else:
-            (places, scores), more = spread_frames(frame, source, places, scores)
+            (places, scores), more = _spread_frames(frame, source, places, scores)
             notes |= more
             if rate is None:
                 rate = 1e3 / step

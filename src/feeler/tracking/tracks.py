@@ -14,21 +14,22 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.records import ALLOW_NAN, Gt, Len, Record, Unit, show_html
+from feeler.records import ALLOW_NAN, Choice, Ge, Gt, Le, Len, Record, Unit, show_html
 from feeler.sandbox import Limits
 from feeler.tensors.formats import HDF5, Format
 from feeler.tensors.readers import name_series
 from feeler.tensors.table import Table, find_heading
 from feeler.tensors.writers import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
-from feeler.tracking.exports import LENGTHS, find_boxes, find_landmarks, is_export
+from feeler.tracking.exports import LENGTHS, _find_boxes, _find_landmarks, _is_export
 from feeler.tracking.trackers import (
     OWN_UNIT,
     PLACEHOLDER,
+    PLANES,
     Found,
+    _read_clock,
+    _read_tracker,
+    _spread_frames,
     project,
-    read_clock,
-    read_tracker,
-    spread_frames,
 )
 from feeler.validation import checked
 
@@ -126,12 +127,11 @@ class Tracks(Record):
         ]
         return show_html("Tracks", rows, self.plot())
 
-    def scaled(self, pixels_per_mm: float) -> "Tracks":
+    @checked
+    def scaled(self, pixels_per_mm: Annotated[float, Gt(0), Unit("px/mm")]) -> "Tracks":
         """The same tracks in mm."""
-        if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit == "mm":
-            raise InvalidInput(
-                f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}."
-            )
+        if self.unit == "mm":
+            raise InvalidInput("tracks in mm are scaled already; scaling is for tracks in px.")
         whole = None if self.unfiltered is None else self.unfiltered / pixels_per_mm
         return self.replace(position=self.position / pixels_per_mm, unfiltered=whole, unit="mm")
 
@@ -150,14 +150,14 @@ class Tracks(Record):
 def load_tracks(
     path: str | os.PathLike,
     *,
-    frame_rate: float | None = None,
+    frame_rate: Annotated[float, Gt(0), Le(_MAX_FRAME_RATE)] | None = None,
     landmarks: tuple[str, ...] | None = None,
-    origin: str = "top-left",
+    origin: Annotated[str, Choice(_ORIGINS)] = "top-left",
     camera: int = 1,
     first_pixel: float | None = None,
-    min_likelihood: float | None = None,
+    min_likelihood: Annotated[float, Ge(0), Le(1)] | None = None,
     individual: str | None = None,
-    plane: str | None = None,
+    plane: Annotated[str, Choice(PLANES)] | None = None,
 ) -> Tracks:
     """Read landmark tracks of DeepLabCut (CSV, H5 in either form of pandas), SLEAP (project,
     analysis H5, CSV), Anipose (CSV), sleap-anipose (H5), movement (netCDF), ndx-pose (NWB), DLTdv,
@@ -212,15 +212,7 @@ def load_tracks(
         A file that holds no such tracks, no frame rate or one that contradicts its times, or an
         option out of range.
     """
-    if origin not in _ORIGINS:
-        raise InvalidInput(f"unknown origin {origin!r}; valid: {', '.join(_ORIGINS)}.")
-    if min_likelihood is not None and not 0 <= min_likelihood <= 1:
-        raise InvalidInput(f"min_likelihood must lie in [0, 1], got {min_likelihood}.")
-    if frame_rate is not None and not 0 < frame_rate <= _MAX_FRAME_RATE:  # also refuses NaN
-        raise InvalidInput(
-            f"frame_rate must lie in (0, {_MAX_FRAME_RATE:g}] frames per second, got {frame_rate}."
-        )
-    found, name = read_tracker(path, individual), os.path.basename(path)
+    found, name = _read_tracker(path, individual), os.path.basename(path)
     first = first_pixel or 0.0
     if isinstance(found, Table):
         first = float(_is_dltdv(found)) if first_pixel is None else first_pixel
@@ -267,21 +259,19 @@ def _read_landmarks(
         if _is_dltdv(table)
         else _take_named(table, landmarks)
     )
-    clock = read_clock(table, frame_rate)
-    notes = {**take.notes, **({"clock": clock.wrong} if clock.wrong else {})}
+    frame, rate, timed, wrong = _read_clock(table, frame_rate)
+    notes = {**take.notes, **({"clock": wrong} if wrong else {})}
     position, likelihood = take.position, take.likelihood
-    if clock.frame is not None:
-        (position, likelihood), more = spread_frames(
-            clock.frame, table.source, position, likelihood
-        )
+    if frame is not None:
+        (position, likelihood), more = _spread_frames(frame, table.source, position, likelihood)
         notes |= more
     return replace(
         take,
         position=position,
         likelihood=likelihood,
         notes=notes,
-        frame_rate=clock.rate,
-        timed=clock.timed,
+        frame_rate=rate,
+        timed=timed,
     )
 
 
@@ -416,8 +406,8 @@ def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[
 
 
 def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
-    table, notes = find_boxes(table)
-    found, stated = find_landmarks(table.columns)
+    table, notes = _find_boxes(table)
+    found, stated = _find_landmarks(table.columns)
     names = (
         tuple(dict.fromkeys(name for name, _ in found))
         if landmarks is None
@@ -603,15 +593,15 @@ def _is_tracks(path: Path, start: bytes) -> bool:
     if b"\0" in start:
         return False
     text = start.decode("utf-8-sig", "ignore")
-    if is_export(text):
+    if _is_export(text):
         return True
     heading = find_heading(enumerate(text.split("\n"), 1))
-    found = find_landmarks([] if heading is None else heading.names)[0]
+    found = _find_landmarks([] if heading is None else heading.names)[0]
     return any((name, "Y") in found and len(name) > 1 and name != "body" for name, _ in found)
 
 
 def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
-    found = read_tracker(path, None, first=True)
+    found = _read_tracker(path, None, first=True)
     if isinstance(found, Table):
         found = _read_landmarks(found)
     if not len(found.position):

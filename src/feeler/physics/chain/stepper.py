@@ -24,7 +24,7 @@ from feeler.physics.chain.contact import (
 from feeler.physics.chain.fields import LANES
 from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
 from feeler.physics.chain.sweep import fold, locate, move, refold, seek
-from feeler.physics.engine import Contacts, Engine, State, Stepper, announce_compiling
+from feeler.physics.engine import Contacts, Engine, State, Stepper, _announce_compiling
 from feeler.physics.scene import Scene
 
 # One step of all lanes, compiled: where the base goes, what is touched, how hard, and where the
@@ -289,7 +289,7 @@ def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
     """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape``
     (lane, sample, column).
 
-    Columns as in :func:`feeler.physics.engine.make_row`. Returns the first sample that was not
+    Columns as in :func:`feeler.physics.engine._make_row`. Returns the first sample that was not
     written, and whether some lane has come to an end; nothing goes on after that.
     """
     for k in range(sample, stop):
@@ -351,7 +351,7 @@ class ChainStepper(Stepper):
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
         self.tables = _make_tables(self.scenes, [make_model(scene) for scene in self.scenes])
         self.drive = self.tables.base[0, [f.B_VX, f.B_VY, f.B_TURN]].copy()[None]
-        with announce_compiling("chain", len(self.scenes)):
+        with _announce_compiling("chain", len(self.scenes)):
             self._settle()
 
     def _settle(self) -> None:

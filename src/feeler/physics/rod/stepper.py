@@ -11,8 +11,8 @@ from feeler.antenna.segments import Antenna, require_plane
 from feeler.errors import InvalidInput
 from feeler.objects.bodies import Object
 from feeler.objects.shapes import Feature
-from feeler.physics.contact import Contact, find_radius, get_contact
-from feeler.physics.engine import Contacts, Engine, State, Stepper, announce_compiling
+from feeler.physics.contact import Contact, _find_radius, get_contact
+from feeler.physics.engine import Contacts, Engine, State, Stepper, _announce_compiling
 from feeler.physics.rod import newton as f
 from feeler.physics.rod.newton import march, place_nodes, relax
 from feeler.physics.scene import Scene
@@ -128,7 +128,7 @@ def _make_rod_model(scene: Scene, firmness: float) -> _RodModel:
                     item.friction,
                     item.feature.rounding,
                     endless,
-                    find_radius(item),
+                    _find_radius(item),
                 ]
             )
             faces.append(rim)
@@ -297,11 +297,10 @@ class RodStepper(Stepper):
                 f"the rod engine steps one scene at a time, got {len(self.scenes)}."
             )
         self.reset(0, self.scenes[0])
-        with announce_compiling("rod"):
+        with _announce_compiling("rod"):
             march(self.model, self.lane, 0, self.timestep, self.drive, self.inertia)
 
     def reset(self, lane: int, scene: Scene) -> None:
-        """Begin another scene."""
         require_plane(scene.antenna, "the rod engine")
         if scene.initial_velocity.any() and not self.inertia:
             raise InvalidInput(
@@ -351,7 +350,6 @@ class RodStepper(Stepper):
         return rest
 
     def read(self) -> State:
-        """The state, as copies."""
         t, contacts = self.lane, self.read_contacts(0)
         force = np.zeros((len(t.objects), 2))
         np.add.at(force, contacts.object, contacts.force)
@@ -374,7 +372,6 @@ class RodStepper(Stepper):
         )
 
     def read_sink(self) -> np.ndarray:
-        """How deep nodes have sunk in at most (1,)."""
         return self.lane.sink
 
     def read_contacts(self, lane: int) -> Contacts:
@@ -394,28 +391,20 @@ class RodStepper(Stepper):
         )
 
     def find_broken(self) -> np.ndarray:
-        """Whether a step had no end, however finely it was divided."""
         return np.array([self.lost or not np.isfinite(self.lane.heading).all()])
 
-    def explain(self, lane: int) -> None:
-        """Nothing beyond that."""
-
     def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
-        """Command the base."""
         self.drive = np.array([[*velocity, turn]])
 
     def move_object(
         self, lane: int, o: int, velocity: tuple[float, float], turn: float
     ) -> None:
-        """Command an object."""
         self.lane.objects[o, f.O_VX : f.O_TURN + 1] = *velocity, turn
 
     def read_rates(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
-        """What base (3,) and objects (object, 3) are commanded."""
         return self.drive[0].copy(), self.lane.objects[:, f.O_VX : f.O_TURN + 1].copy()
 
     def save(self, lane: int) -> tuple[_RodLane, np.ndarray, bool]:
-        """All that the future depends on, but for the scene."""
         return _RodLane(*(array.copy() for array in self.lane)), self.drive.copy(), self.lost
 
     def load(self, lane: int, saved: tuple[_RodLane, np.ndarray, bool]) -> None:

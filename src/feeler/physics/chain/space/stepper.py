@@ -24,7 +24,7 @@ from feeler.physics.chain.space.contact import (
 )
 from feeler.physics.chain.space.sweep import fold_in_space, locate_in_space, move_in_space
 from feeler.physics.chain.stepper import MAX_CONTACTS, ChainStepper, make_table
-from feeler.physics.engine import Contacts, State, announce_compiling
+from feeler.physics.engine import Contacts, State, _announce_compiling
 from feeler.physics.scene import Scene
 
 # One step of all lanes in space, compiled, as :mod:`feeler.physics.chain.stepper` in the plane.
@@ -331,7 +331,7 @@ class SpaceChainStepper(ChainStepper):
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
         self.tables: Any = _make_tables(self.scenes)
         self.drive = self.tables.base[0, s.BASE_V : s.BASE_V + 6].copy()[None]
-        with announce_compiling("chain in space", len(self.scenes)):
+        with _announce_compiling("chain in space", len(self.scenes)):
             self._settle()
 
     def _settle(self) -> None:
