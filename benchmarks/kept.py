@@ -9,7 +9,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from feeler.provenance import PHYSICS, _name_release
+from feeler.provenance import PHYSICS, name_release
 
 ROOT = Path(__file__).parents[1]
 STAMPS = ROOT / "benchmarks" / "results" / "made.json"
@@ -29,7 +29,7 @@ def note_kept(path: Path) -> None:
     stamps[path.resolve().relative_to(ROOT).as_posix()] = {
         "date": date.today().isoformat(),
         "script": Path(sys.argv[0]).resolve().relative_to(ROOT).as_posix(),
-        "feeler": _name_release(),
+        "feeler": name_release(),
         "physics": PHYSICS,
     }
     STAMPS.write_text(json.dumps(stamps, indent=1, sort_keys=True) + "\n")
@@ -45,7 +45,7 @@ def describe(path: Path, stamp: dict[str, Any] | None) -> str:
     name = path.relative_to(ROOT).as_posix()
     if stamp is None:
         return f"{name}: nothing is noted of what made it; run its script again"
-    same = (stamp["feeler"], stamp["physics"]) == (_name_release(), PHYSICS)
+    same = (stamp["feeler"], stamp["physics"]) == (name_release(), PHYSICS)
     words = "current" if same else f"stale; run {stamp['script']} again"
     return f"{name}: {stamp['date']}, {words}"
 

@@ -62,7 +62,7 @@ def find_version(package: str) -> str:
         return ""
 
 
-def _name_release() -> str:
+def name_release() -> str:
     """feeler's version without its patch number, under which results stay the same."""
     return ".".join(find_version("feeler").split(".")[:2])
 
@@ -125,7 +125,7 @@ def make_key(configuration: Any) -> str:
     configuration
         What the result is made with; numbers, texts, lists, dictionaries, arrays and dataclasses.
     """
-    made_by = {"feeler": _name_release(), "physics": PHYSICS}
+    made_by = {"feeler": name_release(), "physics": PHYSICS}
     return compute_digest({"configuration": configuration, **made_by})[:16]
 
 

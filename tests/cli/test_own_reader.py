@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.cli.choose import _name_reader
+from feeler.cli.choose import name_reader
 from feeler.decoding import READERS
 from feeler.decoding.classifiers import describe_reader
 from feeler.errors import InvalidInput
@@ -30,19 +30,19 @@ def own(tmp_path):
 
 def test_a_function_of_a_file_gives_a_classifier_and_its_text_is_its_identity(own):
     text = f"{own}:make"
-    assert READERS[_name_reader(text)]()[0].n_components == 3
-    assert _name_reader(text) == text  # again
+    assert READERS[name_reader(text)]()[0].n_components == 3
+    assert name_reader(text) == text  # again
     before = describe_reader(text)
     own.write_text(CODE.format(n=4))
     assert describe_reader(text) != before
     with pytest.raises(InvalidInput, match="has no function 'other'"):
-        _name_reader(f"{own}:other")
+        name_reader(f"{own}:other")
     with pytest.raises(
         InvalidInput, match=r"no file .*a classifier of your own is file.py:func"
     ):
-        _name_reader(f"{own}x.py:make")
+        name_reader(f"{own}x.py:make")
     with pytest.raises(InvalidInput, match="unknown reader 'nobody'"):
-        _name_reader("nobody")
+        name_reader("nobody")
 
 
 def test_tradeoff_asks_it(own, tmp_path):

@@ -36,7 +36,7 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
-def _name_reader(text: str) -> str:
+def name_reader(text: str) -> str:
     """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
     which gives a classifier and is known by this text from now on.
     """

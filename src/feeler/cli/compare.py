@@ -44,7 +44,7 @@ def compare(
 
     Dispersion, entropy and accuracy against noise of several antennas, on one page.
     """
-    from feeler.cli.choose import _name_antennas, _name_reader
+    from feeler.cli.choose import _name_antennas, name_reader
     from feeler.comparison import EFFORTS, compare_antennas, touch_whole, write_comparison
     from feeler.objects import load_objects
     from feeler.objects.trials import trials
@@ -52,7 +52,7 @@ def compare(
     from feeler.provenance import describe_versions
 
     effort = EFFORTS[scale]
-    _name_reader(reader)  # refused before anything is simulated
+    name_reader(reader)  # refused before anything is simulated
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential"

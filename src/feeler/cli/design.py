@@ -69,7 +69,7 @@ def design(
     The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
-    from feeler.cli.choose import _name_reader, choose_executor
+    from feeler.cli.choose import name_reader, choose_executor
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:
@@ -84,7 +84,7 @@ def design(
     plan.search.update({name: value for name, value in given.items() if value is not None})
     kept = report_interrupt(f"every simulated antenna is in {out / JOURNAL}")
     with choose_executor(workers, cluster) as executor, kept, _watching(plan, out) as watch:
-        own = {} if reader is None else {"reader": _name_reader(reader)}
+        own = {} if reader is None else {"reader": name_reader(reader)}
         found = run_plan(plan, out, watch=watch, executor=executor, **own)
         _report(found, out, robot, movie, executor, as_json)
 

@@ -278,12 +278,12 @@ def _add_verb(app: typer.Typer, name: str) -> None:
         return
     run = getattr(module, name)
     options = get_type_hints(run, include_extras=True).get("said")
-    app.command(name, epilog=_list_examples(module))(
+    app.command(name, epilog=list_examples(module))(
         _spread(run, options) if is_dataclass(options) else run
     )
 
 
-def _list_examples(module: ModuleType) -> str:
+def list_examples(module: ModuleType) -> str:
     """The examples that a module's docstring ends with."""
     _, head, examples = (module.__doc__ or "").partition("Examples:\n")
     return head + examples

@@ -54,7 +54,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, _list_examples, _require_new, say
+from feeler.cli.options import Json, Verbs, list_examples, _require_new, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -481,7 +481,7 @@ def _write_header(path: Path, decoder: Any) -> dict[str, Any]:
 
 for verb in (stream, board, replay):
     app.command()(verb)
-_EXAMPLES = _list_examples(sys.modules[__name__])
+_EXAMPLES = list_examples(sys.modules[__name__])
 for command in app.registered_commands:  # each shows the examples that are its own
     own = [
         line

@@ -58,12 +58,12 @@ def tradeoff(
     Compare slow and fast touch: accuracy, bits, work and force at six speeds, by time, distance
     and samples since contact.
     """
-    from feeler.cli.choose import _name_antennas, _name_reader
+    from feeler.cli.choose import _name_antennas, name_reader
     from feeler.physics.engine import DEFAULT_ENGINE
     from feeler.provenance import describe_versions
     from feeler.tradeoff import load_declared, split_measured, write_tradeoff
 
-    reader = [_name_reader(text) for text in reader or ()]
+    reader = [name_reader(text) for text in reader or ()]
     given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
     study = load_declared(
         **{

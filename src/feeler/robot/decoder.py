@@ -385,7 +385,7 @@ def _measure_tolerance(classifier: StudentTClassifier, seed: int) -> dict[str, f
 # Decoders that were trained without a file's name are kept in the user's cache.
 
 
-def _find_cache() -> Path:
+def find_cache() -> Path:
     """The folder in which decoders are kept: ``FEELER_CACHE``, else ``feeler`` in
     ``XDG_CACHE_HOME`` or ``~/.cache``.
     """
@@ -405,7 +405,7 @@ def find_cached(
     """Where a decoder of this recipe is kept, whether it is there or not."""
     recipe = _describe_recipe(trials, robots, seed, Gap(), how)
     content = json.dumps(to_jsonable([antenna.to_plain(), recipe, _VERSION]), sort_keys=True)
-    return _find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
+    return find_cache() / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.decoder"
 
 
 def keep_cached(decoder: RobotDecoder, path: Path) -> bool:
