@@ -69,7 +69,7 @@ def design(
     The design is evaluated on touches that the search has not seen.
     """
     from feeler.antenna.segments import require_plane
-    from feeler.cli.choose import name_reader, choose_executor
+    from feeler.cli.choose import choose_executor, name_reader
     from feeler.design.plan import JOURNAL, TEMPLATE, load_plan, run_plan
 
     if new:

@@ -54,7 +54,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, list_examples, _require_new, say
+from feeler.cli.options import Json, Verbs, _require_new, list_examples, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
