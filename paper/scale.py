@@ -109,7 +109,7 @@ class Scale(Record):
             "receptor",
         ),
         *("gradient", "bounds", "unseen", "robot", "wall", "axes", "antenna", "design"),
-        *("spikes", "space", "tracking"),
+        *("amplitude", "spikes", "space", "tracking"),
     )
 
     # what is touched
@@ -243,7 +243,7 @@ _REST = (
         "antenna",
         "tracking",
     ),
-    *("spikes", "space", "cnn"),
+    *("amplitude", "spikes", "space", "cnn"),
 )
 _PUBLISHED = _PAPER.replace(
     name="published",
@@ -255,6 +255,7 @@ _PUBLISHED = _PAPER.replace(
         "tradeoff",
         "gradient",
         "receptor",
+        "amplitude",
         "bounds",
         "design",
         "unseen",
