@@ -89,6 +89,12 @@ STAGES = (
         reads=("scale", "engine", "timestep", "antenna"),
     ),
     Stage(
+        name="amplitude",
+        title="Beyond the paper: amplitude or geometry",
+        figures=("studies.amplitude.section",),
+        reads=("antenna",),
+    ),
+    Stage(
         name="bounds",
         title="Beyond the paper: place, size and speed beside their bounds",
         figures=("studies.bounds.section",),
@@ -134,7 +140,8 @@ STAGES = (
 
 _SAID: set[str] = set()  # kinds of warning that this process has printed
 _COCKROACH_ONLY = (
-    *("calibration", "receptor", "design", "unseen", "spikes", "space", "robot", "tracking"),
+    *("calibration", "receptor", "amplitude", "design"),
+    *("unseen", "spikes", "space", "robot", "tracking"),
 )
 
 

@@ -105,7 +105,7 @@ class Scale(Record):
             "receptor",
         ),
         *("gradient", "bounds", "unseen", "robot", "wall", "axes", "antenna", "design"),
-        *("spikes", "space", "tracking"),
+        *("amplitude", "spikes", "space", "tracking"),
     )
 
     # what is touched
@@ -237,7 +237,7 @@ _REST = (
         "antenna",
         "tracking",
     ),
-    *("spikes", "space", "cnn"),
+    *("amplitude", "spikes", "space", "cnn"),
 )
 _PUBLISHED = _PAPER.replace(
     name="published",
@@ -249,6 +249,7 @@ _PUBLISHED = _PAPER.replace(
         "tradeoff",
         "gradient",
         "receptor",
+        "amplitude",
         "bounds",
         "design",
         "unseen",

@@ -32,6 +32,7 @@ _TITLES = {
     "template": "template observer",
 }
 _PLACES = {"known": "known", "narrow": "held out", "wide": "held out, wide"}
+_SHOWN = "graded refitted"
 _AT = ("law", "placement", "classifier", "pair")
 
 
@@ -53,17 +54,17 @@ def collect_values(found: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         gains, right = list_effects(data), 100 * data["accuracy"].mean("level")
         for place in product(*(data[name].values for name in _AT)):
             name, at = _name(run, *place), dict(zip(_AT, place, strict=True))
-            for part in AMPLITUDES:
+            for part in _list_parts(at["law"]):
                 gain = average(gains.sel(at).sel(part=part).values)
                 values[f"amplitude.gain.{name}.{part}"] = gain
-            for part in ("first", "as_is"):
+            for part in ("first", "as_is") if at["pair"] == _SHOWN else ():
                 share = average(right.sel(at).sel(part=part).values)
                 values[f"amplitude.right.{name}.{part}"] = share
         for pair, part in product(data["pair"].values, AMPLITUDES[1:]):
             factor = data["factor"].sel(pair=pair, amplitude=part).mean("placement")
             values[f"amplitude.factor.{run}.{_name_pair(pair)}.{part}"] = average(factor.values)
     least, medium = asked["least"], list_effects(found["medium"])
-    for law, part in product(asked["noise"], AMPLITUDES):
+    for law, part in [(name, part) for name in asked["noise"] for part in _list_parts(name)]:
         cells = medium.sel(law=law, part=part).stack(cell=("placement", "classifier", "pair"))
         shown = [average(cells.isel(cell=k).values) for k in range(cells.sizes["cell"])]
         values[f"amplitude.count.{law}.{part}.of"] = len(shown)
@@ -76,7 +77,8 @@ def _check(data: xr.Dataset, values: Mapping[str, Any]) -> dict[str, float]:
     """What must be nothing: conditions in which an antenna differs from itself, and by how much at
     most [points] the louder antenna differs from the refitted one in noise as much smaller.
     """
-    null = [values[key] for key in values if ".check." in key and key.endswith("again.as_is")]
+    start, end = "amplitude.gain.check.", ".again.as_is"
+    null = [x for key, x in values.items() if key.startswith(start) and key.endswith(end)]
     louder = data["accuracy"].sel(law="absolute", pair="louder refitted")
     first, plain = louder.sel(part="first"), louder.sel(part="as_is")
     exact = abs(first.isel(level=-1) - plain.isel(level=0)).max()
@@ -87,6 +89,11 @@ def _check(data: xr.Dataset, values: Mapping[str, Any]) -> dict[str, float]:
         "amplitude.gain.exact": 100 * float(exact),
         "amplitude.gain.left": float(left),
     }
+
+
+def _list_parts(law: str) -> tuple[str, ...]:
+    """What can be made equal, and changes something, in the noise of a law."""
+    return AMPLITUDES[:1] if law == "relative" else AMPLITUDES
 
 
 def _name(*place: str) -> str:
@@ -111,11 +118,11 @@ def plot(values: Mapping[str, Any], figure: Figure) -> None:
         for k, (part, (control, colour)) in enumerate(
             product(AMPLITUDES, zip(CONTROLS, PALETTE, strict=False))
         ):
-            names = [
-                f"amplitude.gain.medium.{law}.{place}.{classifier}.{control}.{part}"
-                for place in _PLACES
-            ]
-            if part == "as_is" or law != "relative":
+            if part in _list_parts(law):
+                names = [
+                    f"amplitude.gain.medium.{law}.{place}.{classifier}.{control}.{part}"
+                    for place in _PLACES
+                ]
                 style = {"fmt": marks[part], "ms": 3.5, "capsize": 1.5, "color": colour}
                 style["mfc"] = colour if part == "as_is" else "none"
                 at = np.arange(len(_PLACES)) + shifts[k]
@@ -173,7 +180,10 @@ def show(_context: Context, section: Section) -> None:
         cells = product(asked["noise"], plain[run]["coords"]["placement"]["data"], CLASSIFIERS)
         rows = [
             [law, _PLACES[placement], _TITLES[classifier]]
-            + [say_mean(values[key]) for key in _list_keys(run, law, placement, classifier)]
+            + [
+                say_mean(values[key]) if key in values else "the same"
+                for key in _list_keys(run, law, placement, classifier)
+            ]
             for law, placement, classifier in cells
         ]
         section.table(
@@ -187,7 +197,7 @@ def show(_context: Context, section: Section) -> None:
 
 def _list_keys(*place: str) -> list[str]:
     """Accuracy of both antennas, and gains."""
-    name = _name(*place, "graded refitted")
+    name = _name(*place, _SHOWN)
     parts = [f"right.{name}.{part}" for part in ("first", "as_is")]
     parts += [f"gain.{name}.{part}" for part in AMPLITUDES]
     return [f"amplitude.{part}" for part in parts]

@@ -10,7 +10,7 @@ from paper.statements import load_statements
 from paper.table import KEPT, Results
 
 ROOT = Path(__file__).parents[2]
-FINDINGS = ("receptor_noise", "unseen", "slow_and_graded", "searched", "presets")
+FINDINGS = ("amplitude", "receptor_noise", "unseen", "slow_and_graded", "searched", "presets")
 
 
 @pytest.fixture(scope="module")

@@ -65,6 +65,7 @@ SET_UP = ("wall", "robot")
 ELSEWHERE = (
     "front",
     "receptor",
+    "amplitude",
     "unseen",
     "spikes",
     "space",
