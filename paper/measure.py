@@ -71,7 +71,7 @@ def measure(scale: str) -> dict[str, object]:
     """
     with TemporaryDirectory() as folder:
         out, yardstick = Path(folder), measure_yardstick()
-        first, stages, verdicts = run(scale, out)
+        first, stages, verdicts = run(scale, out, "--fresh")
         second, *_ = run(scale, out)
         if scale == "paper":
             _keep(out)
