@@ -59,7 +59,7 @@ def measure(scale: str) -> dict[str, object]:
     """Warm run, second run from the cache, seconds of each stage, verdicts."""
     with TemporaryDirectory() as folder:
         out = Path(folder)
-        first, stages, verdicts = run(scale, out)
+        first, stages, verdicts = run(scale, out, "--fresh")
         second, *_ = run(scale, out)
         if scale == "paper":
             _keep(out)
