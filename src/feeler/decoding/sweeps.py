@@ -226,8 +226,8 @@ class Plan(Record):
     before_repeats: Annotated[int, Ge(0)] = 1
     before_all: bool = False
     n_restarts: _Count = 3
-    null_restarts: _Count = 2
-    null_iter: _Count = 60
+    null_restarts: _Count = 3
+    null_iter: _Count = 100
     twins: Literal["all", "ends", "none"] = "all"
 
 
