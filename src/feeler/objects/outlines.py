@@ -359,15 +359,13 @@ def _read_svg(path: str) -> tuple[_Paths, float | None]:
         closed = [
             piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()
         ]
-        # the y axis of an SVG's page points down
-        paths += [
-            (
-                name,
-                [lambda t, at=segment.point: complex(at(t)).conjugate() for segment in piece],
-            )
-            for piece in closed
-        ]
+        paths += [(name, [_turn_up(segment.point) for segment in piece]) for piece in closed]
     return paths, _find_svg_unit(document.root)
+
+
+def _turn_up(curve: _Curve) -> _Curve:
+    """The curve of a page whose y axis points down, as SVG's does."""
+    return lambda t: complex(curve(t)).conjugate()
 
 
 def _find_svg_unit(root: Any) -> float | None:
