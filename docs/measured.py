@@ -16,6 +16,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from paper.table import Results
 
 ROOT = Path(__file__).parent.parent
@@ -23,7 +25,7 @@ TABLE = ROOT / "paper" / "kept" / "results.csv"
 MEASURED = ROOT / "benchmarks" / "results"
 OTHERS = ("design", "examples", "presets", "readings")  # more results
 MEASURING = ("rat_whiskers", "where_was_i_touched")  # examples whose numbers stand in a page
-FINDINGS = re.compile(r"(<!-- findings -->\n).*(<!-- end of findings -->)", re.S)
+TABLES = re.compile(r"(<!-- (findings|challenge) -->\n).*?(<!-- end of \2 -->)", re.S)
 PLACE = re.compile(r"<!-- (?P<key>[\w.+-]+?):(?P<form>[^ ]*) -->(?P<text>.*?)<!-- / -->")
 
 
@@ -49,6 +51,22 @@ def write_findings() -> str:
     return "\n".join(lines)
 
 
+def write_challenge() -> str:
+    """A table of the benchmark task: a method a row, best first, a noise a column."""
+    found = pd.read_csv(MEASURED / "challenge.csv")
+    found["text"] = [
+        f"{one.accuracy:.1%} ({one.low:.1%} to {one.high:.1%})" for one in found.itertuples()
+    ]
+    order = found.groupby("method")["accuracy"].mean().sort_values(ascending=False).index
+    table = found.pivot(index=["method", "by"], columns="noise", values="text")
+    lines = [f"| method | by | {' | '.join(table)} |", "|---" * (2 + len(table.columns)) + "|"]
+    rows = table.fillna("–").reset_index("by").loc[order].itertuples(name=None)
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+WRITERS = {"findings": write_findings, "challenge": write_challenge}
+
+
 def fill(markdown: str, values: dict[str, Any]) -> str:
     """The page with each number between marks put there anew; a ``±`` before the format gives its
     interval too. A key that was not measured is a KeyError.
@@ -61,8 +79,10 @@ def fill(markdown: str, values: dict[str, Any]) -> str:
         words += write_interval(one, form) if form != found["form"] else ""
         return f"<!-- {found['key']}:{found['form']} -->{words}<!-- / -->"
 
-    found = FINDINGS.sub(lambda found: f"{found[1]}{write_findings()}\n{found[2]}", markdown)
-    return PLACE.sub(show, found)
+    def write(found: re.Match) -> str:
+        return f"{found[1]}{WRITERS[found[2]]()}\n{found[3]}"
+
+    return PLACE.sub(show, TABLES.sub(write, markdown))
 
 
 def write_interval(one: dict[str, float], form: str) -> str:
@@ -89,9 +109,9 @@ def run_examples() -> None:
 
 
 def list_pages() -> list[Path]:
-    """Pages with numbers between marks."""
-    pages = sorted((ROOT / "docs").rglob("*.md"))
-    return [page for page in pages if PLACE.search(page.read_text(encoding="utf-8"))]
+    """Pages with numbers or tables between marks."""
+    texts = {page: page.read_text("utf-8") for page in sorted((ROOT / "docs").rglob("*.md"))}
+    return [page for page, text in texts.items() if PLACE.search(text) or TABLES.search(text)]
 
 
 def main(options: list[str]) -> int:

@@ -19,7 +19,7 @@ _GROUPS = {
     "Your own animal": ("animal", "tracks", "calibrate"),
     "Your own robot": ("robot", "design"),
     "The paper and its questions": ("reproduce", "tradeoff", "active", "wall", "follow"),
-    "Data": ("info", "validate", "convert"),
+    "Data": ("info", "validate", "convert", "challenge"),
 }
 _VERBS = tuple(verb for verbs in _GROUPS.values() for verb in verbs)
 
