@@ -25,7 +25,7 @@ ROUNDS, SPAN, WARM, TIMESTEP = 11, 10.0, 3.0, 0.01  # ms
 
 def make_scenes(touched: bool) -> list[Scene]:
     """The thirty whiskers of the right cheek and the first of them again."""
-    whiskers = [whisker.antenna for whisker in rat_whiskers("right").values()]
+    whiskers = [antenna for antenna, _ in rat_whiskers("right").values()]
     return [make(antenna, touched) for antenna in [*whiskers, whiskers[0]]]
 
 

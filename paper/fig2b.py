@@ -150,17 +150,17 @@ def _write_movie_s1(
     antenna: Antenna, data: SimpleNamespace, path: Path, fps: int = FPS
 ) -> Path:
     """Antenna and cylinder left, tip displacement right: the impulse with the lever."""
-    motion = data.motion
-    points = antenna.shape(motion.angle)
-    curvature = motion.angle / antenna.segment_length
-    frames = choose_frames(motion.time, fps=fps)
+    angle, time, place = (data.motion[name].values for name in ("angle", "time", "object"))
+    points = antenna.shape(angle)
+    curvature = angle / antenna.segment_length
+    frames = choose_frames(time, fps=fps)
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
         norm = Normalize(-(top := float(np.abs(curvature).max())), top)
         line = MovingAntenna(antenna, left, norm, "RdBu_r")
         cylinder = left.add_patch(Circle((0, 0), RADIUS, color=PALETTE[2]))
-        high = 1.05 * max(antenna.length, float(motion.object[:, 1].max()) + RADIUS)
+        high = 1.05 * max(antenna.length, float(place[:, 1].max()) + RADIUS)
         left.set(
             xlim=(-12, 30), ylim=(-2, high), aspect="equal", xlabel="x [mm]", ylabel="y [mm]"
         )
@@ -173,13 +173,13 @@ def _write_movie_s1(
             ylabel="tip displacement against the push / largest",
         )
         right.legend(loc="lower right")
-        clock = right.set_title(say_clock(float(motion.time[-1])))
+        clock = right.set_title(say_clock(float(time[-1])))
 
         def draw(k: int) -> list:
             now = frames[k]
-            cylinder.center = tuple(motion.object[now])
+            cylinder.center = tuple(place[now])
             trace.set_data(data.impulse_time[: now + 1], data.impulse[: now + 1])
-            clock.set_text(say_clock(float(motion.time[now])))
+            clock.set_text(say_clock(float(time[now])))
             return [cylinder, *line.move(points[now], curvature[now]), trace, clock]
 
         return write_movie(path, figure, draw, len(frames), fps)

@@ -13,8 +13,9 @@ from feeler.antenna.files import load_antenna
 from feeler.calibration import fit_traces, load_traces
 from feeler.cli.app import app
 from feeler.presets import cockroach
-from feeler.tracking import make_synthetic_tracks, save_dltdv
+from feeler.tracking import make_synthetic_tracks
 from tests.tensors._sets import judge
+from tests.tracking.dltdv import save_dltdv
 
 
 def run(*words):

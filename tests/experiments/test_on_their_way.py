@@ -43,7 +43,7 @@ def make_job(**more):
         "seed": 5,
         "attrs": {},
     }
-    return job.WorkerTask(**known | more)
+    return job._WorkerTask(**known | more)
 
 
 def spawn(seed, index):

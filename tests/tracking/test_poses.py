@@ -10,8 +10,9 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.tensors.formats import load
-from feeler.tracking import load_tracks, make_synthetic_tracks, save_dltdv, save_poses
+from feeler.tracking import load_tracks, make_synthetic_tracks, save_poses
 from tests.tensors._sets import judge
+from tests.tracking.dltdv import save_dltdv
 
 START = datetime(2026, 5, 1, 9, tzinfo=UTC)
 

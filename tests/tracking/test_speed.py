@@ -13,7 +13,7 @@ from feeler.tracking import (
     make_synthetic_tracks,
     measure_exploration,
 )
-from feeler.tracking.kinematics import _bridge_gaps, differentiate, smooth
+from feeler.tracking.kinematics import _bridge_gaps, _differentiate, smooth
 
 DEGREES = np.deg2rad(1.0) * 1e-3  # °/s in rad/ms
 
@@ -57,7 +57,7 @@ def test_filter_does_not_delay():
 
 def test_derivative_of_a_cubic_is_exact_inside():
     time = np.linspace(-3, 5, 41)
-    speed = differentiate(time**3 - 2 * time, 0.2)
+    speed = _differentiate(time**3 - 2 * time, 0.2)
     np.testing.assert_allclose(speed[2:-2], 3 * time[2:-2] ** 2 - 2, atol=1e-9)
 
 
@@ -158,7 +158,7 @@ def test_tracking_noise_biases_peaks_upwards():
 @pytest.mark.parametrize("n_frames", [3, 4, 5, 12])
 def test_derivative_of_a_parabola_is_exact_up_to_both_ends(n_frames):
     time = 0.2 * np.arange(n_frames)
-    np.testing.assert_allclose(differentiate(3 * time**2 - time, 0.2), 6 * time - 1, atol=1e-9)
+    np.testing.assert_allclose(_differentiate(3 * time**2 - time, 0.2), 6 * time - 1, atol=1e-9)
 
 
 @pytest.mark.parametrize("octave", [0.5, 2.0])

@@ -365,7 +365,7 @@ def test_an_arc_has_one_curvature_and_bends_that_add_up(n):
     np.testing.assert_allclose(posture.curvature, 1.2 / (n - 1) / chord)
     with pytest.raises(InvalidInput, match="at least 3 different landmarks"):
         measure_posture(tracks, ("p0", "p1"))
-    with pytest.raises(InvalidInput, match="once; got"):
+    with pytest.raises(InvalidInput, match="scaled already"):
         tracks.scaled(2.0)
 
 

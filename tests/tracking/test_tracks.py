@@ -10,8 +10,8 @@ from feeler.tracking import (
     compute_antenna_angle,
     load_tracks,
     make_synthetic_tracks,
-    save_dltdv,
 )
+from tests.tracking.dltdv import save_dltdv
 
 
 def _write_pose(path, points, header, y_sign, offset):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -298,18 +298,12 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
         return match_damping(
             exponential.replace(stiffness=stiffness, name=profile), exponential
         )
-    family, names = (
-        (Constant, ("value",)) if profile == "constant" else (Linear, ("base", "tip"))
-    )
 
     def sample(quantity: str) -> np.ndarray:
-        keys = [
-            f"{profile}_{quantity}" if name == "value" else f"{profile}_{quantity}_{name}"
-            for name in names
-        ]
-        return family(**{name: _v(key) for name, key in zip(names, keys, strict=True)}).sample(
-            n
-        )
+        if profile == "constant":
+            return Constant(value=_v(f"constant_{quantity}")).sample(n)
+        base, tip = (_v(f"linear_{quantity}_{end}") for end in ("base", "tip"))
+        return Linear(base=base, tip=tip).sample(n)
 
     return exponential.replace(
         stiffness=sample("stiffness"), damping=sample("damping"), name=profile
@@ -348,30 +342,17 @@ _DAMPING_RATIO = 0.14  # [B+C]
 FOLLICLE = Follicle(stiffness=(0.03, 0.03, 0.03), damping=(0.03, 0.03, 0.03))  # [C]
 
 
-class _Whisker(NamedTuple):
-    """A whisker, and where on the head it stands.
-
-    Attributes
-    ----------
-    antenna
-        It stands upright along y and bends towards x at rest.
-    pose
-        Its base as :class:`feeler.BaseMotion` takes it (6,): x, y, z [mm] and a rotation vector
-        [rad]. The head looks along y, x is its right and z up; the origin lies amid the bases.
-    """
-
-    antenna: Antenna
-    pose: np.ndarray
-
-
 @checked
 def rat_whiskers(
     side: Literal["left", "right"] = "right",
     *,
     n_segments: Count = 20,
     follicle: Follicle | None = None,
-) -> dict[str, _Whisker]:
-    """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost.
+) -> dict[str, tuple[Antenna, np.ndarray]]:
+    """The whiskers of one side by name, row by row from A0 to E6; column 0 is the hindmost: each an
+    antenna, upright along y and bent towards x at rest, and the pose of its base on the head (6,),
+    x, y, z [mm] and a rotation vector [rad] as :class:`feeler.BaseMotion` takes it. The head looks
+    along y, x is its right and z up; the origin lies amid the bases.
 
     ``follicle`` holds each of them, such as :data:`feeler.antenna.animals.FOLLICLE`, which is a
     choice; by default their bases are clamped.
@@ -380,7 +361,7 @@ def rat_whiskers(
     if follicle is None:
         return made
     return {
-        name: _Whisker(antenna.replace(follicle=follicle), pose)
+        name: (antenna.replace(follicle=follicle), pose)
         for name, (antenna, pose) in made.items()
     }
 
@@ -396,7 +377,7 @@ def _read_rows() -> tuple[dict, ...]:
     return tuple(row | {"name": name} for row, name in zip(rows, names, strict=True))
 
 
-def _make(row: dict, left: bool, n_segments: int) -> _Whisker:
+def _make(row: dict, left: bool, n_segments: int) -> tuple[Antenna, np.ndarray]:
     length, k, column = row["length"], row["row"], row["column"]
     base = 0.5 * (0.041 + 0.002 * length + 0.011 * k - 0.0039 * column)
     slope = 0.0012 + 0.00017 * k - 0.000066 * column + 0.00011 * column**2
@@ -416,7 +397,7 @@ def _make(row: dict, left: bool, n_segments: int) -> _Whisker:
         name=f"rat {row['name']}",
     )
     share = _DAMPING_RATIO / compute_modes(antenna, 1).damping_ratio[0]
-    return _Whisker(antenna.replace(damping=antenna.damping * share), _stand(row, left))
+    return antenna.replace(damping=antenna.damping * share), _stand(row, left)
 
 
 def _bend(arc: float, length: float, n: int) -> np.ndarray:

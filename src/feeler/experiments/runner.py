@@ -57,7 +57,7 @@ readings their labels, and the bytes that they take there."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class WorkerTask:
+class _WorkerTask:
     """How trials become what is kept of them; the same for all of a set.
 
     Attributes
@@ -251,7 +251,7 @@ Progress = Callable[[int, int], object]
 
 
 def _run_trials(
-    job: WorkerTask,
+    job: _WorkerTask,
     trials: Sequence[Trial],
     store: "Store | None",
     executor: Executor,
@@ -323,7 +323,7 @@ def _list_missing(finished: np.ndarray, size: int) -> list[Sequence[int]]:
 
 
 def collect(
-    job: WorkerTask, trials: Sequence[Trial], readings: Mapping[int, Reading]
+    job: _WorkerTask, trials: Sequence[Trial], readings: Mapping[int, Reading]
 ) -> xr.Dataset | None:
     """The Dataset of trials that were not stored; None where there are none."""
     if not readings:

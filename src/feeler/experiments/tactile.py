@@ -21,7 +21,7 @@ from feeler.errors import (
 )
 from feeler.execute import Executor, ThreadExecutor
 from feeler.execute.threads import check_workers
-from feeler.experiments.runner import Progress, WorkerTask, _run_trials, collect
+from feeler.experiments.runner import Progress, _run_trials, _WorkerTask, collect
 from feeler.files import sweep_old
 from feeler.objects.motion import Flow
 from feeler.objects.sampling import SampledTrials
@@ -208,7 +208,7 @@ def _make_job(
     save: Sequence[str] | None,
     dtype: str,
     seed: Seed,
-) -> WorkerTask:
+) -> _WorkerTask:
     """What every trial is simulated with."""
     if dtype not in _DTYPES:
         raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(_DTYPES)}.")
@@ -226,7 +226,7 @@ def _make_job(
         "flow": flow,
     }
     more = {name: value for name, value in more.items() if value is not None}
-    return WorkerTask(
+    return _WorkerTask(
         antenna=antenna,
         variants=variants,
         contact=contact,
@@ -338,7 +338,7 @@ def _warn_of_speed(
         warnings.warn(doubt, ModelValidityWarning, stacklevel=3)
 
 
-def _open(store: str | os.PathLike, job: WorkerTask, trials: Sequence[Trial]) -> "Store":
+def _open(store: str | os.PathLike, job: _WorkerTask, trials: Sequence[Trial]) -> "Store":
     """The store of this configuration."""
     from feeler.tensors.store import open_store  # loads zarr, which is an extra
 

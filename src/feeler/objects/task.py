@@ -119,17 +119,16 @@ class Nuisances(Record):
         """
         small, wide = min(_NEAREST, trial.location), _OBLIQUE
         wide = (min(wide[0], trial.approach), max(wide[1], trial.approach))
-        return {
+        about = {
             "size": self._about(self.size, trial.feature.size, share=True),
             "location": self._about(self.location, trial.location, low=small, high=1.0),
             "speed": self._about(self.speed, trial.speed, share=True),
             "approach": self._about(self.approach, trial.approach, low=wide[0], high=wide[1]),
             "friction": self._about(self.friction, trial.friction, share=True),
-        } | self._turn(trial)
-
-    def _turn(self, trial: Trial) -> dict[str, Spread]:
-        about = self._about(self.azimuth, trial.azimuth, low=-360.0, high=360.0)
-        return {TURNED: about} if self._turns else {}
+        }
+        if self._turns:
+            about[TURNED] = self._about(self.azimuth, trial.azimuth, low=-360.0, high=360.0)
+        return about
 
     def _about(
         self,

@@ -56,7 +56,7 @@ _EVEN = 0.5  # [C] from this d_min on a contact has no rise that a timestep shou
 DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 
 
-class ContactCompliance(NamedTuple):
+class _ContactCompliance(NamedTuple):
     """What :class:`Contact` comes to on each segment of an antenna (segment,).
 
     Attributes
@@ -158,7 +158,7 @@ class Contact(Record):
             lingering=self.lingering / 2,
         )
 
-    def soften(self, antenna: Antenna) -> ContactCompliance:
+    def soften(self, antenna: Antenna) -> _ContactCompliance:
         """Width and d_max at each segment of an antenna, as this module derives them."""
         _, high, width, _, _ = self.solimp
         place = antenna.hinge_position + antenna.segment_length / 2
@@ -169,7 +169,7 @@ class Contact(Record):
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
         widest = antenna.radius / 2 if self.share or self.crossing else least
-        return ContactCompliance(most, np.minimum(least, widest), widest / 4, widest)
+        return _ContactCompliance(most, np.minimum(least, widest), widest / 4, widest)
 
     def widen(self, speed: float) -> tuple[float, float]:
         """The widths [mm] that an object of a speed [mm/ms] crosses in ``lingering`` and

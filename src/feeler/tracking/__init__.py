@@ -14,7 +14,7 @@ from feeler.tracking.kinematics import (
     measure_posture,
 )
 from feeler.tracking.motion import make_base_motion
-from feeler.tracking.quality import make_synthetic_tracks, save_dltdv
+from feeler.tracking.quality import make_synthetic_tracks
 from feeler.tracking.rhythm import (
     Groups,
     compare_groups,
@@ -47,7 +47,6 @@ __all__ = [
     "measure_rhythm",
     "parse_table",
     "read_table",
-    "save_dltdv",
     "save_poses",
 ]
 

@@ -330,7 +330,7 @@ def smooth(
     return smoothed
 
 
-def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
+def _differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
     """Derivative (frame,) [rad/ms] of the quintic spline through each stretch without NaN.
 
     Its error is 0.1 % at 6 frames a cycle, where that of five-point differences is 3 %.
@@ -338,11 +338,13 @@ def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
     speed = np.full(np.shape(angle), np.nan)
     for run in _find_runs(angle):
         if run.stop - run.start >= 3:
-            speed[run] = _differentiate(angle[run])(np.arange(run.stop - run.start)) / interval
+            speed[run] = (
+                _make_derivative(angle[run])(np.arange(run.stop - run.start)) / interval
+            )
     return speed
 
 
-def _differentiate(values: np.ndarray) -> Any:
+def _make_derivative(values: np.ndarray) -> Any:
     """Derivative of the spline through values (frame,), a function of the frame."""
     order = min(5, values.size - 1)
     return make_interp_spline(np.arange(values.size), values, k=order).derivative()
@@ -357,7 +359,7 @@ def find_sweeps(
     max_gap: Annotated[int, Ge(0)] = MAX_GAP,
     min_prominence: Annotated[float, Ge(0), Unit("rad/ms")] = MIN_PROMINENCE,
 ) -> Sweeps:
-    """Filter an angle (frame,) [rad], differentiate it and find every peak of its absolute speed.
+    """Filter an angle (frame,) [rad], _differentiate it and find every peak of its absolute speed.
 
     Parameters
     ----------
@@ -407,7 +409,7 @@ def find_sweeps(
     ]
     return Sweeps(
         angle=smoothed,
-        speed=differentiate(smoothed, interval),
+        speed=_differentiate(smoothed, interval),
         peak_time=time[measured],
         peak_speed=peak[measured],
         is_bridged=is_bridged & np.isfinite(smoothed),
@@ -441,7 +443,7 @@ def _find_peaks(
     of angles.
     """
     place = np.linspace(0, smoothed.size - 1, (smoothed.size - 1) * _FINE + 1)
-    speed = np.abs(_differentiate(smoothed)(place)) / interval
+    speed = np.abs(_make_derivative(smoothed)(place)) / interval
     index = find_peaks(speed, prominence=prominence)[0]
     refined = [_refine(speed[k - 1 : k + 2]) for k in index]
     return (
@@ -467,7 +469,7 @@ def _measure_noise(noise: float, interval: float, cutoff: float) -> float:
     pulse = np.zeros(2 * half + 1)
     pulse[half] = noise
     return float(
-        np.linalg.norm(differentiate(smooth(pulse, interval, cutoff=cutoff), interval))
+        np.linalg.norm(_differentiate(smooth(pulse, interval, cutoff=cutoff), interval))
     )
 
 

@@ -1,6 +1,5 @@
 """Implausible landmarks noticed from geometry and speed; and made-up tracks with a known answer."""
 
-import os
 from itertools import permutations
 from typing import Annotated
 
@@ -8,7 +7,6 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from feeler.errors import InvalidInput
-from feeler.files import writing
 from feeler.physics.scene import MAX_SAMPLES
 from feeler.records import Ge, Gt, Lt, Unit
 from feeler.tracking.tracks import LANDMARKS, Tracks
@@ -269,17 +267,3 @@ def make_synthetic_tracks(
     lost = rng.random(time.size) < gap_share
     position[lost, rng.integers(0, len(LANDMARKS), lost.sum())] = np.nan
     return Tracks(position=position, landmarks=LANDMARKS, interval=interval, source="synthetic")
-
-
-@checked
-def save_dltdv(tracks: Tracks, path: str | os.PathLike) -> None:
-    """Write tracks as DLTdv8 would: pt1_cam1_X, …, first pixel 1, origin top-left, NaN where a
-    point was lost.
-    """
-    header = ",".join(
-        f"pt{point + 1}_cam1_{axis}" for point in range(len(tracks.landmarks)) for axis in "XY"
-    )
-    values = (tracks.position * (1.0, -1.0) + 1.0).reshape(tracks.n_frames, -1)
-    with writing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(f"# source: {tracks.source}\n{header}\n")
-        np.savetxt(file, values, fmt="%.3f", delimiter=",")
