@@ -291,19 +291,6 @@ def _show_ranks(section: Section, main: SimpleNamespace) -> None:
         least, others = main.ranked
         section.values["encoding.ranks"] = span(least)
         section.values["encoding.ranks.others"] = span(others)
-        section.text(
-            f"Every basis of M = {MAIN_RANK} has a match among those of more bases with a cosine of"
-            f" at least {least[0]:.2f}; two different ones of it are alike to at most"
-            f" {others[0]:.2f}."
-        )
-    if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
-        section.text(
-            "Restarts agree on their bases to"
-            f" {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after matching"
-            " order and shift), and at the same lags to"
-            f" {main.stability_in_place.min():.2f}…{main.stability_in_place.max():.2f}."
-        )
-    section.text(f"Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}.")
 
 
 def _show_codes(section: Section, main: SimpleNamespace) -> None:

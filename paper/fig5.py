@@ -110,12 +110,6 @@ def show(context: Context, section: Section) -> None:
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
         " repeated. Profiles in the paper's window; complete touches stand below.",
     )
-    section.text(
-        f"Effort at this scale: noise of {', '.join(f'{100 * ratio:g}' for ratio in plan.ratios)}"
-        f" %, {plan.n_repeats} repeats with {plan.n_copies} copies per trial;"
-        f" {', '.join(map(str, plan.other_copies)) or 'no other'} copies at {100 * plan.probe:g} %;"
-        f" noise before encoding with {plan.before_repeats} repeats."
-    )
 
 
 def _collect_values(

@@ -58,8 +58,7 @@ READINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 basis as a picture, stretched to its greatest entry, of unit length, or all three together of unit
 length (256 levels, clipped at 1, as MATLAB's ``entropy`` does); with fewer levels; or its entries
 as shares of mass. Bits but for the one in nats."""
-_DRAWN = "histogram of [0, 1]"
-"""The reading that is drawn: the nearest to the paper's words."""
+_DRAWN = "histogram of [0, 1]"  # the reading that is nearest to the paper's words
 
 
 def compute(

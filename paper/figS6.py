@@ -11,8 +11,7 @@ from feeler.report import Section, make_spread
 from paper.context import Context
 from paper.fig5_data import MAIN, load, name_speeds
 
-_LEAST = 1e-5
-"""Of the greatest MSE that is drawn: identical pairs have none."""
+_LEAST = 1e-5  # of the greatest MSE that is drawn: identical pairs have none
 _KINDS = {"raw": "tensor", "joint": "activation"}
 """What the values of the paper's two data sets are called."""
 

@@ -92,11 +92,6 @@ def make_section(sections: Sequence[Section], context: Context) -> Section:
         " and was chosen from them alone. All readings are computed. A sentence is reproduced"
         " under the paper's own words where the reading of all first options agrees with it."
     )
-    if context.scale in ("smoke", "quick"):
-        section.text(
-            f"This run is at {context.scale} scale: fewer touches, starts and configurations than"
-            " the paper's. Its verdicts are of these alone; a run at published scale decides."
-        )
     section.table(
         ["figure", "sentence", "verdict", "main reading", "on what it depends"],
         [

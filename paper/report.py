@@ -78,7 +78,10 @@ def write_page(context: Context, sections: list[Section], judged: list[Judged]) 
         page = render_page(name, _describe(context), [measures, *parts])
         return _write(context.out / "report.html", page)
     body = templates.statements(
-        judged, count_verdicts(judged, "ours"), count_intervals(judged), {*list_names(sections)}
+        judged,
+        count_verdicts(judged, "ours"),
+        count_intervals(judged),
+        {*_find_blocks(sections)},
     )
     first = Part(name="claims", title="Every statement and its verdict", body=body)
     title = "Meng et al. 2025, recomputed: every section and number"
@@ -86,14 +89,14 @@ def write_page(context: Context, sections: list[Section], judged: list[Judged]) 
     return _write(context.out / "report.html", _render_story(context, sections, judged))
 
 
-def list_names(sections: Sequence[Section]) -> list[str]:
-    """Names of all figures and movies."""
-    return [
-        str(block["name"]).removesuffix(".mp4")
+def _find_blocks(sections: Sequence[Section]) -> dict[str, tuple[Section, dict[str, Any]]]:
+    """Every figure and movie with its section, by name."""
+    return {
+        str(block["name"]).removesuffix(".mp4"): (section, block)
         for section in sections
         for block in section.blocks
         if "name" in block
-    ]
+    }
 
 
 def list_named(one: Judged) -> list[str]:
@@ -116,12 +119,7 @@ def _render_story(context: Context, sections: list[Section], judged: list[Judged
     """The page with a section for each figure of the paper."""
     templates: Any = open_templates("paper").get_template("report.html").module
     results, declared = Results.collect(sections), read_declared("statements.toml")
-    blocks = {
-        str(block["name"]).removesuffix(".mp4"): (section, block)
-        for section in sections
-        for block in section.blocks
-        if "name" in block
-    }
+    blocks = _find_blocks(sections)
     groups, by_id = (
         defaultdict[str, list[Judged]](list),
         {one.statement.id: one for one in judged},

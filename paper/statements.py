@@ -16,8 +16,7 @@ from paper.table import find_unit, read_declared, split_key
 _BRACKET = re.compile(r"\[([^\[\]]+ [<>] [^\[\]]+)\]")
 _VALUE = re.compile(r"(?P<key>.+) = (?P<target>\S+) ± (?P<percent>\S+) %")
 _BOUND = re.compile(r"(?P<key>.+) (?P<side>[≤≥]) (?P<target>\S+)")
-_SHARE = 0.05
-"""The least effect in units for which statements.toml declares none, as a share of the greater."""
+_SHARE = 0.05  # least effect where a unit declares none, as a share of the greater value
 
 
 def list_lines(text: str) -> list[str]:

@@ -69,7 +69,7 @@ def test_a_larger_signal_is_classified_better_in_absolute_noise_only(monkeypatch
     assert (mean.sel(antenna="constant", level="absolute 0.03") < 0.8).all()
     assert (mean.sel(antenna="constant", level="relative 0.3") > 0.9).all()
     gradient = judge_front(values)["front-gradient"]
-    held = {one.name: one.holds for one in gradient.readings}
+    held = dict(zip(gradient.statement.readings, gradient.findings[0].agrees, strict=True))
     assert all(held[name] for name in held if "absolute" in name and "ideal" not in name)
     assert not any(held[name] for name in held if "relative" in name)
     assert gradient.word == "holds under some readings only"
@@ -80,4 +80,4 @@ def test_equal_antennas_and_speeds_bear_out_nothing(monkeypatch, size):
     _, values = find_values(monkeypatch, dict.fromkeys(NAMES, size))
     judged = judge_front(values)
     assert len(judged) == 2
-    assert not any(reading.holds for one in judged.values() for reading in one.readings)
+    assert not any(agree for one in judged.values() for agree in one.findings[0].agrees)
