@@ -115,7 +115,8 @@ def _save(said: Any, drawn: Any, table: Any, beside: Any, words: str) -> list[st
             " of a recorded trial from the next one.",
         )
         write_text(said.out / "model.csv", beside.to_csv(index=False))
-    title = f"Recorded spikes: {said.recorded.name}"
-    write_page(said.out / "recorded.html", title, words, section)
+    write_page(
+        said.out / "recorded.html", f"Recorded spikes: {said.recorded.name}", words, section
+    )
     files = ["recorded.html", "recorded.csv", "psth.csv", "recorded.png"]
     return files + (["model.csv"] if beside is not None else [])
