@@ -7,7 +7,7 @@ CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers notebooks clean
+.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers face screencast decoders notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -95,6 +95,15 @@ docs: $(BIN)/.docs  ## the documentation site in site/
 
 numbers: $(BIN)/.core  ## measured numbers into README and docs, from benchmarks/results
 	@$(BIN)/python -m docs.measured && $(BIN)/python -m docs.make_table
+
+face: $(BIN)/.core  ## mark, preview picture, badges and the page to hand out, in docs/images
+	@$(BIN)/python -m docs.make_face
+
+screencast: $(BIN)/.test  ## a film of the studio, a minute long: screencast.mp4 (needs Chromium)
+	@$(BIN)/python -m docs.make_screencast
+
+decoders: $(BIN)/.core  ## the decoders that come with the studio, trained again
+	@$(BIN)/python -m docs.make_decoders
 
 notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
 	@$(BIN)/python docs/notebooks.py $(NAME)

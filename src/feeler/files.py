@@ -89,9 +89,8 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
     try:
         descriptor = os.open(path, flags)
     except (OSError, ValueError) as error:
-        reason = _explain_read(error)
         raise InvalidInput(
-            f"cannot read {os.fspath(path)!s}: {reason}. Check the path."
+            f"cannot read {os.fspath(path)!s}: {_explain_read(error)}. Check the path."
         ) from error
     info = os.fstat(descriptor)
     if not stat.S_ISREG(info.st_mode) or info.st_size > max_bytes:

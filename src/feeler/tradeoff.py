@@ -280,8 +280,12 @@ def write_tradeoff(
         f"{name} {', '.join(f'{row[-1]} m/s for {row[0]}' for row in (rows[0], rows[-1]))}"
         for name, rows in tables.items()
     )
-    lead = f"Most accurate speed at noise {level}: {answer}."
-    return write_page(out / "tradeoff.html", "Speed, accuracy and energy", lead, section)
+    return write_page(
+        out / "tradeoff.html",
+        "Speed, accuracy and energy",
+        f"Most accurate speed at noise {level}: {answer}.",
+        section,
+    )
 
 
 @checked

@@ -363,7 +363,7 @@ def test_the_command_makes_its_page(tmp_path):
         app, [*asked, "--policy", "fixed:1.2", "--policy", f"{mine}:policy"]
     )
     assert result.exit_code == 0, result.output
-    assert "How to move" in (tmp_path / "out" / "active.html").read_text()
+    assert "Most accurate of" in (tmp_path / "out" / "active.html").read_text()
     found = json.loads((tmp_path / "out" / "active.json").read_text())
     assert {
         name: item for name, item in json.loads(result.stdout).items() if name != "page"

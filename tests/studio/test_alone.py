@@ -15,7 +15,7 @@ from feeler.physics.scene import Clock
 from feeler.physics.simulation import build_scene
 from feeler.studio import export as alone
 from feeler.studio import study
-from feeler.studio.decoder import Range
+from feeler.studio.decoder import Range, _pack_templates
 from feeler.studio.export import _bundle, _pack_antenna, _pack_contact, _pack_shape, make_file
 from feeler.studio.requests import AntennaRequest, TouchRequest
 
@@ -117,7 +117,7 @@ def plant(wish, speed, unsure, step):
     templates = np.array([0.1 * (1 + c / 30) * pattern for c in range(30)], np.float32)
     scores = {"clean": 0.9, "noisy": 0.57, "confidently_wrong": 0.01, "outside": 0.0, "n": 30}
     return {
-        "templates": alone._pack_expected(templates, step)[1],
+        "templates": _pack_templates(templates, step),
         "kinds": [c % 3 for c in range(30)],
         "peak": 0.2,
         "curvature": 0.8,

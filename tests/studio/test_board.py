@@ -148,7 +148,7 @@ def test_touches_are_judged_one_after_the_other_as_each_alone(studied):
         noticed += [k] * contact
     assert len(noticed) == 2
     for begin, touch in ((300, first), (300 + len(first) + 600, second)):
-        alone = studied.decode(np.concatenate([np.zeros((200, 8)), touch]).T)[0][-1]
+        alone = studied.decoder.decode(np.concatenate([np.zeros((200, 8)), touch]).T)[0][-1]
         assert ANSWERS[int(alone.argmax())] != "outside"
         np.testing.assert_allclose(said[begin + len(first) - 1], alone, atol=1e-6)
 
@@ -181,7 +181,7 @@ def test_the_verdict_comes_once_there_is_a_study(studied):
     last, arrays = heard[-1]
     assert last["contact"] == find_contact(studied, rows)[0] >= 60
     np.testing.assert_allclose(
-        arrays["posterior"][-1], studied.decode(rows.T)[0][-1], atol=1e-4
+        arrays["posterior"][-1], studied.decoder.decode(rows.T)[0][-1], atol=1e-4
     )
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.objects.trials import Trial
+from feeler.presets import make_preset
 from feeler.studio import study
 from feeler.studio.decoder import ANSWERS, KINDS, Range, TouchDecoder
 from feeler.studio.requests import AntennaRequest, ObjectRequest, TouchRequest
@@ -209,3 +210,15 @@ def test_two_hundred_random_touches(preset, speed):
     right = np.array([ANSWERS.index(kind) for kind in kinds]) == last.argmax(axis=1)
     assert np.mean((last[:, :3].max(axis=1) >= 0.9) & ~right) <= 0.05
     assert np.mean(last[:, 3]) <= 0.05
+
+
+def test_a_decoder_that_comes_with_the_studio_holds_what_it_says_on_touches_of_its_own():
+    antenna, speed = make_preset("exponential"), 0.06
+    decoder, trained, scores = study.find_trained(antenna, speed)
+    touches, kinds = trained.draw(24, 977)
+    found = study._simulate(antenna, touches, lambda doing, share: None, Event())
+    fresh = decoder.score(found, kinds)
+    assert fresh["clean"] >= scores["clean"] - 3 * np.sqrt(0.25 / 24)
+    assert fresh["confidently_wrong"] <= 0.05
+    assert study.find_trained(antenna, 0.061) is None  # of no other speed
+    assert study.find_trained(antenna.replace(name="mine"), speed) is None

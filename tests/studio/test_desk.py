@@ -4,8 +4,6 @@ import threading
 import time
 from threading import Event
 
-import pytest
-
 from feeler.studio.session import Desk, Session
 
 
@@ -35,8 +33,7 @@ def test_of_many_works_of_a_kind_the_first_and_the_last_are_done():
     assert done == [("first", True), (999, False)]
 
 
-@pytest.mark.parametrize("end", [Desk.clear, lambda desk: desk.stop("a")])
-def test_what_has_not_begun_is_not_begun_once_all_is_ended(end):
+def test_what_has_not_begun_is_not_begun_once_all_is_ended():
     desk, begun, go, done = Desk(), Event(), Event(), []
 
     def first(stop):
@@ -46,7 +43,7 @@ def test_what_has_not_begun_is_not_begun_once_all_is_ended(end):
     desk.give("a", first)
     begun.wait(10)
     desk.give("a", done.append)
-    end(desk)
+    desk.clear()
     go.set()
     wait_until(lambda: not desk.busy)
     assert done == []

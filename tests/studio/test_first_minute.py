@@ -96,7 +96,7 @@ LOOK = """(() => { const c = document.querySelector(`canvas[class="%s"]`);
 
 def test_a_finger_scrolls_on_every_picture_and_finds_what_it_needs(studio, browser):
     open_page(browser, studio.address, 390, 844)
-    wait_for(browser, "app.studies.A && !app.isStale()")
+    wait_for(browser, "app.studies.A && app.studies.A.labels && !app.isStale()")
     ask(browser, "app.play(false)")
     browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
     try:

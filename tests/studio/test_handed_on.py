@@ -1,7 +1,5 @@
 """What a page asks for is in all that is made of it, and what is kept is the newest."""
 
-import threading
-
 import numpy as np
 import pytest
 from awkward_touches import make_antenna
@@ -27,16 +25,15 @@ def test_a_wall_s_map_is_that_of_its_own_antenna_and_speed(monkeypatch):
     apart.
     """
     made = []
-    monkeypatch.setattr(running, "_maps", {})
+    running._find_map.cache_clear()
     monkeypatch.setattr(
-        running,
-        "calibrate",
-        lambda antenna, *, speed, watch: made.append(speed) or (antenna, speed),
+        running, "calibrate", lambda antenna, *, speed: made.append(speed) or (antenna, speed)
     )
     asked = [(make_antenna(), 0.7), (make_antenna(), 0.2), (feeler.presets.robot(), 0.2)]
     for antenna, speed in 2 * asked:
-        assert running._find_map(antenna, speed, threading.Event()) == (antenna, speed)
+        assert running._find_map(antenna, speed) == (antenna, speed)
     assert made == [0.7, 0.2, 0.2]
+    running._find_map.cache_clear()
 
 
 @pytest.mark.parametrize(

@@ -282,7 +282,7 @@ def tell(known, ms, angle):
     """The likeliest answer at a moment, its probability, since when it is sure, and when contact
     was noticed.
     """
-    posterior, noticed = known.decode(angle)
+    posterior, noticed = known.decoder.decode(angle)
     best = int(posterior[ms].argmax())
     decided = ms
     while decided > 0 and posterior[decided - 1, best] >= 0.9:

@@ -18,7 +18,6 @@ from feeler.studio.export import (
     _bundle,
     _pack,
     _pack_contact,
-    _pack_expected,
     _pack_shapes,
     read_page,
 )
@@ -155,8 +154,8 @@ def make_taught(rng):
     touches = np.array([make(k % 3, rng.uniform(0, 1)) for k in range(60)])
     kinds = [KINDS[k % 3] for k in range(60)]
     decoder = TouchDecoder(onset=0.004).fit(touches[:30], kinds[:30])
-    found, packed = _pack_expected(decoder.templates_, 0.002)
-    decoder.adopt(found, decoder.kinds_).calibrate(touches[30:], kinds[30:])
+    decoder.coarsen(0.002).calibrate(touches[30:], kinds[30:])
+    packed = decoder.to_plain()["templates"]
     between = 0.6 * touches[31] + 0.4 * touches[32]
     decoder.limit_ *= 3.0  # so that what lies between is known
     felt = [touches[40], between, -between, make(1, -6.0), 0.001 * touches[3]]

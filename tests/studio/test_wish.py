@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import feeler
+from feeler.antenna.files import write_antenna
 from feeler.errors import InvalidInput
-from feeler.studio.export import _write_antenna
+from feeler.studio.export import _write_script
 from feeler.studio.requests import (
     AntennaRequest,
     TouchRequest,
@@ -27,9 +28,10 @@ def test_an_unchanged_wish_is_the_preset_itself():
 
 @pytest.mark.parametrize("end", ['"', '""', '"""', '""""', "\\", '\\"', 'a"""b\n', "'", ""])
 def test_a_script_holds_the_antennas_text_whatever_it_ends_in(end):
-    text = f'name = "a"\n# remark {end}'
-    tree = ast.parse("\n".join(_write_antenna(AntennaRequest(toml=text))))
-    (call,) = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    text = f"{write_antenna(feeler.presets.make_preset('robot'))}# remark {end}"
+    tree = ast.parse(_write_script(TouchRequest(antenna=AntennaRequest(toml=text))))
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    (call,) = (one for one in calls if getattr(one.func, "id", "") == "parse_antenna")
     assert ast.literal_eval(call.args[0]) == text
 
 

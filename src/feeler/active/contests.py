@@ -401,8 +401,12 @@ def write_active(
         f" ({float(one.max()):.0f} %)"
         for one in (mean.sel(deadline=d) for d in mean["deadline"].values)
     )
-    lead = f"Most accurate of {mean.sizes['policy']} policies at each deadline: {best}."
-    return write_page(out / "active.html", "Policies of active touch", lead, section)
+    return write_page(
+        out / "active.html",
+        "Policies of active touch",
+        f"Most accurate of {mean.sizes['policy']} policies at each deadline: {best}.",
+        section,
+    )
 
 
 def fill_comparison(

@@ -67,8 +67,10 @@ def save_fit(out: Path, fit: MeasurementFit, animals: Sequence[Measurements]) ->
     section = Section(name="calibration", title="The fitted antenna", folder=out, vector=False)
     _add_fit(section, fit, animals)
     save_antenna(fit.antenna, out / "antenna.toml")
-    title = f"Fitted mechanics of {fit.antenna.name}"
-    write_page(out / "calibration.html", title, "; ".join(fit.describe()), section)
+    lead = "; ".join(fit.describe())
+    write_page(
+        out / "calibration.html", f"Fitted mechanics of {fit.antenna.name}", lead, section
+    )
     write_text(out / "calibration.json", json.dumps(to_json(fit.to_plain()), indent=1) + "\n")
 
 

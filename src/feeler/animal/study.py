@@ -128,21 +128,12 @@ class AnimalStudy(Shown):
 
     @property
     def answer(self) -> str:
-        """The main result in one sentence."""
-        if self.predictions:
-            one = self.predictions[0]
-            beside = "" if np.isnan(self.spread) else f"; animals differ by {self.spread:.1%}"
-            return (
-                f"The fitted antenna follows the film of {one.name}, which was not used in the"
-                f" fit, to {one.error:.1%} of the held displacement (r.m.s.){beside}."
-            )
-        if self.fit is not None:
-            parts = zip(self.fit.names, self.fit.p, self.fit.low, self.fit.high, strict=True)
-            return "Fitted: " + "; ".join(
-                f"{name.replace('_', ' ')} {p:.3g} (95 % CI {low:.3g} to {high:.3g})"
-                for name, p, low, high in parts
-            )
-        return next(iter(self.describe()), "Nothing could be computed.").capitalize()
+        """The main result: of the prediction, the fit or the antenna, whichever came last."""
+        lines = self.describe()
+        return next(
+            (line for kind in ("prediction", "fit") for line in lines if line.startswith(kind)),
+            lines[0],
+        )
 
     def describe(self) -> list[str]:
         """What was found, a line each, and what was not computed."""

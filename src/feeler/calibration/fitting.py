@@ -276,7 +276,7 @@ class EigenParameters:
         """A plain sentence for a report; ``what`` determines the parameters."""
         strong, weak = self.direction[0], self.direction[-1]
         return (
-            f"The {what} determine {_words(self.names, strong)} best and"
+            f"The {what} determine the combination {_words(self.names, strong)} best and"
             f" {_words(self.names, weak)} least (per factor e, or 0.02 per joint): their effect on"
             f" the error differs {self.condition:.0f}-fold."
         )
@@ -287,7 +287,7 @@ def _words(names: tuple[str, ...], direction: np.ndarray) -> str:
     kept = [k for k in np.argsort(-np.abs(signed)) if abs(signed[k]) > 0.2]
     if len(kept) == 1:
         return names[kept[0]]
-    return "the combination " + " ".join(f"{signed[k]:+.2f} {names[k]}" for k in kept)
+    return " ".join(f"{signed[k]:+.2f} {names[k]}" for k in kept)
 
 
 @checked

@@ -360,11 +360,8 @@ def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Sectio
     makes it; the file appears under its name only when it is whole.
     """
     path, program = Path(path), Path(sys.argv[0])
-    known = "feeler" in (
-        program.stem,
-        program.parent.name,
-    )  # not a script, a test or a notebook
-    command = shlex.join(["feeler", *sys.argv[1:]]) if known else ""
+    own = "feeler" in (program.stem, program.parent.name)  # no script, test or notebook
+    command = shlex.join(["feeler", *sys.argv[1:]]) if own else ""
     ensure_folder(path.parent)
     with writing(path) as part:
         text = render_page(title, lead, list(sections), warned=list_said(), command=command)

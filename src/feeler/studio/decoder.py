@@ -238,26 +238,27 @@ class TouchDecoder:
         the noise σ on each reading after contact (``noisy``) and without it (``clean``), that are
         ``confidently_wrong`` then, without noise, and that are named ``outside``.
         """
-        rng, right, wrong, outside, noisy = np.random.default_rng(0), [], [], [], []
+        rng, ends, noisy = np.random.default_rng(0), [], []
         for touch, kind in zip(touches, kinds, strict=True):
-            posterior, noticed = self.decode(touch)
+            (posterior, noticed), cut = self.decode(touch), self._cut(touch)
             last, label = posterior[-1], KINDS.index(kind)
-            right.append(noticed >= 0 and int(last.argmax()) == label)
-            wrong.append(last.max() >= _SURE and not right[-1] and last[-1] == 0)
-            outside.append(last[-1] > 0)
-            cut = self._cut(touch)
+            right = noticed >= 0 and int(last.argmax()) == label
+            ends.append(
+                (right, last.max() >= _SURE and not right and last[-1] == 0, last[-1] > 0)
+            )
             if cut is None:
                 continue
             for _ in range(n_draws):
                 felt = cut + self.noise * rng.standard_normal(cut.shape)
                 share = self._weigh_kinds(self._measure(felt)[:, -1:] / self.tempering_)
                 noisy.append(int(share[:, -1].argmax()) == label)
+        clean, wrong, outside = np.mean(ends, axis=0).tolist()
         return {
-            "clean": float(np.mean(right)),
+            "clean": clean,
             "noisy": float(np.mean(noisy)),
-            "confidently_wrong": float(np.mean(wrong)),
-            "outside": float(np.mean(outside)),
-            "n": len(right),
+            "confidently_wrong": wrong,
+            "outside": outside,
+            "n": len(ends),
         }
 
     def decode(self, angle: np.ndarray) -> tuple[np.ndarray, int]:
@@ -266,20 +267,11 @@ class TouchDecoder:
 
         The answers are :data:`ANSWERS`; once a touch is outside, it stays so.
         """
-        found = np.tile(_know_nothing(), (angle.shape[1], 1))
-        noticed, level = self._notice(angle)
-        if noticed < 0:
-            return found, -1
-        cut = _face(angle[:, noticed:] - level[:, None])[:, : self.window]
-        distance = self._measure(cut)
-        outside = np.logical_or.accumulate(
-            distance.min(axis=0) > self.limit_[: cut.shape[1]] * self._measure_size(cut)
-        )
-        shares = self._weigh_kinds(distance / self.tempering_) * ~outside
-        rows = np.concatenate([shares, outside[None]]).T
-        found[noticed : noticed + len(rows)] = rows
-        found[noticed + len(rows) :] = rows[-1]
-        return found, noticed
+        stream, since, rows = self.start(), [], []
+        for sample in angle.T:
+            since.append(stream.update(sample).since_contact)
+            rows.append(stream.posterior)
+        return np.array(rows), next((k for k, n in enumerate(since) if n >= 0), -1)
 
     def start(self) -> "_TouchStream":
         """A stream that takes a sample at a time."""

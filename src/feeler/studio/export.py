@@ -57,6 +57,7 @@ _IMPORT = re.compile(r'^import\s[^;]*?from\s+"\./([\w-]+\.js)";\n', re.M)
 _EXPORT = re.compile(r"^export (\{.*\n|(?=(async function|function|const|class|let)\b))", re.M)
 _REMARK = re.compile(r"^ *(/\*\*((?!\*/)[\s\S])*\*/|// .*)\n", re.M)
 _INDENT = re.compile(r"^ +", re.M)
+_ICON = re.compile(r'rel="icon" href="([^"]*)"')
 _CSP = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
     " blob:; worker-src blob:"
@@ -65,7 +66,10 @@ _SHELL = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, \
 initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{csp}">
-<link rel="icon" href="data:,"><title>feeler: drag this ball</title><style>{css}</style></head>
+<link rel="icon" href="{icon}">
+<meta name="description" content="An insect's antenna, computed while you touch it">
+<meta property="og:title" content="feeler: drag this ball">
+<title>feeler: drag this ball</title><style>{css}</style></head>
 <body><main id="studio"></main><noscript>This page computes touches with JavaScript, which this \
 browser does not run.</noscript><script type="application/json" id="config">{config}</script>
 <script type="text/plain" id="engine">{engine}</script>
@@ -116,7 +120,8 @@ def _fill_page(config: Mapping[str, Any]) -> str:
     data = json.dumps(config, allow_nan=False).replace("<", "\\u003c")
     parts = {"script": _bundle("alone.js"), "engine": _bundle("worker.js")}
     code = {name: text.replace("</", "<\\/") for name, text in parts.items()}
-    return _SHELL.format(csp=_CSP, css=read_page("studio.css"), config=data, **code)
+    icon = _ICON.findall(read_page("index.html"))[0]
+    return _SHELL.format(csp=_CSP, icon=icon, css=read_page("studio.css"), config=data, **code)
 
 
 # A wish as a Python script: running it gives the same tensor, to the last bit of its float32.
@@ -261,7 +266,15 @@ def film(shown: _PageView) -> bytes:
         image = _draw_tensor(shown, figure, right)
         clock = right.set_title(say_clock(0.0))
         left.set_title(shown.title, fontsize=8)
-        _set_limits(left, points)
+        along, across = points[..., 1], -points[..., 0]
+        reach = 0.25 * (along.max() - along.min())  # room of the objects before they touch
+        left.set(
+            xlim=(along.min() - _MARGIN, along.max() + _MARGIN),
+            ylim=(across.min() - reach, across.max() + reach),
+            aspect="equal",
+            xlabel="along [mm]",
+            ylabel="across [mm]",
+        )
         turned = Affine2D().rotate_deg(-90) + left.transData
         antenna = MovingAntenna(shown.antenna, left, image.norm)
         patches: list[Any] = []
@@ -291,19 +304,6 @@ def film(shown: _PageView) -> bytes:
             return write_movie(
                 folder / "touch.mp4", figure, move, len(frames), _FPS
             ).read_bytes()
-
-
-def _set_limits(ax: Any, points: np.ndarray) -> None:
-    """All that the antenna reaches, base left, and the room of the objects before they touch it."""
-    along, across = points[..., 1], -points[..., 0]
-    reach = 0.25 * (along.max() - along.min())
-    ax.set(
-        xlim=(along.min() - _MARGIN, along.max() + _MARGIN),
-        ylim=(across.min() - reach, across.max() + reach),
-        aspect="equal",
-        xlabel="along [mm]",
-        ylabel="across [mm]",
-    )
 
 
 # A standalone page: one file of HTML with the engine in it, which asks no server
@@ -364,6 +364,8 @@ def write_touch_page(
         "unsure": unsure,
         "wall": {},
     }
+    urls = metadata("feeler").get_all("Project-URL") or ()
+    homes = dict(item.split(", ", 1) for item in urls)
     config = {
         "version": version("feeler"),
         "state": state,
@@ -375,19 +377,13 @@ def write_touch_page(
         "samples": samples,
         "paper": _PAPER,
         "doi": _DOI,
-        "home": _find_home(),
+        "home": homes.get("Repository") or homes.get("Homepage") or "",
     }
     for step in _STEPS:
         page = _fill_page({**config, "taught": _teach_all(choices, speeds, unsure, step)})
         if len(page) <= _LARGEST:
             break
     return page
-
-
-def _find_home() -> str:
-    """Address of the repository, as the installed package has it; empty where it has none."""
-    urls = [item.partition(", ") for item in metadata("feeler").get_all("Project-URL") or ()]
-    return next((url for name, _, url in urls if name in ("Repository", "Homepage")), "")
 
 
 def _choose(first: AntennaRequest, other: AntennaRequest | None) -> list[_Choice]:
@@ -536,6 +532,8 @@ def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
     )
     unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
     what, quantity = message.get("what"), str(message.get("quantity", "angle"))
+    asked = message.get("other")
+    other = None if asked is None else TouchRequest.from_plain(asked).antenna
 
     def shown() -> _PageView:
         readings = _read_whole(wish, commands, samples)
@@ -549,7 +547,9 @@ def make_file(message: dict[str, Any]) -> tuple[str, str, bytes]:
         "mp4": ("video/mp4", lambda: film(shown())),
         "html": (
             "text/html",
-            lambda: _write_html(wish, message.get("other"), commands, samples, unsure).encode(),
+            lambda: write_touch_page(
+                wish, other, unsure=unsure, commands=commands, samples=samples
+            ).encode(),
         ),
     }
     if not isinstance(what, str) or what not in makers:
@@ -567,10 +567,3 @@ def _read_whole(
         return replay(wish, commands, samples)
     pieces = [readings for _, readings in simulate_pieces(wish, Event())]
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-
-
-def _write_html(
-    wish: TouchRequest, other: Any, commands: list | None, samples: int, unsure: float
-) -> str:
-    second = None if other is None else TouchRequest.from_plain(other).antenna
-    return write_touch_page(wish, second, unsure=unsure, commands=commands, samples=samples)

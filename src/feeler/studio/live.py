@@ -90,7 +90,9 @@ class Hand:
     def run(self, wish: TouchRequest, pace: float, say: Say, stop: Event) -> None:
         """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
         ended = self._ended
-        simulation, readings, commands = make_simulation(wish), Readings(), _hold_all(wish)
+        simulation, readings = make_simulation(wish), Readings()
+        # nothing moves by itself
+        commands = [(1, number, 0.0, 0.0, 0.0) for number in range(1 + len(wish.objects))]
         _apply(simulation, commands)
         antenna = wish.antenna.make()
         say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
@@ -148,11 +150,6 @@ class Hand:
                 (sample, what, float(way[0]), float(way[1]), spin if abs(spin) > 1e-5 else 0.0)
             )
         return found
-
-
-def _hold_all(wish: TouchRequest) -> list[Command]:
-    """Commands by which nothing moves by itself."""
-    return [(1, number, 0.0, 0.0, 0.0) for number in range(1 + len(wish.objects))]
 
 
 def _apply(simulation: Simulations, commands: list[Command]) -> None:
@@ -456,18 +453,19 @@ def _parse(
     return samples if samples or link.broken == broken else None
 
 
-def _strip_frame(line: bytes) -> bytes:
-    """Time and values of a line, whether or not it is numbered and summed."""
-    return (
-        line.partition(b"*")[0].partition(b",")[2] if line.lstrip().startswith(b"$") else line
-    )
-
-
 def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
     """The antenna, or the robot, that has a sensor for each number of a line, or for each but the
     first, a time that rises.
     """
-    cells = (split_sample(_strip_frame(line)) for line in known if not line.startswith(b"#"))
+    cells = (
+        split_sample(  # a line may be numbered and summed
+            line.partition(b"*")[0].partition(b",")[2]
+            if line.lstrip().startswith(b"$")
+            else line
+        )
+        for line in known
+        if not line.startswith(b"#")
+    )
     rows = [row for row in cells if row]
     if known and not rows:
         raise InvalidInput(

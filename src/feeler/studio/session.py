@@ -4,7 +4,7 @@ import json
 import logging
 import struct
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 from threading import Event, Lock, Thread, current_thread
 from typing import Any
 
@@ -126,13 +126,6 @@ class Desk:
                 self._now.pop(kind, None)
             raise
 
-    def stop(self, kind: str) -> None:
-        """End the work of one kind."""
-        with self._lock:
-            self._next.pop(kind, None)
-            if kind in self._now:
-                self._now[kind][0].set()
-
     def clear(self, wait: float = 0.0) -> None:
         """End all work, and wait for it up to so many seconds."""
         with self._lock:
@@ -216,7 +209,7 @@ def _run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop:
             say({"part": "piece", "first": sent}, **_take(rows))
             sent += _PIECE
 
-    known = _find_map(antenna, speed, stop)
+    known = _find_map(antenna, speed)
     run = follow(antenna, course, speed=speed, distance_map=known, watch=watch)
     if rows:
         say({"part": "piece", "first": sent}, **_take(rows))
@@ -238,18 +231,9 @@ def _take(rows: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
     return taken
 
 
-_maps: dict[tuple[Antenna, float], DistanceMap] = {}
-
-
-def _find_map(antenna: Antenna, speed: float, stop: Event) -> DistanceMap:
-    def watch(body: np.ndarray, angle: np.ndarray) -> None:
-        check_cancelled(stop)
-
-    if (antenna, speed) not in _maps:
-        if len(_maps) >= 32:
-            _maps.clear()
-        _maps[antenna, speed] = calibrate(antenna, speed=speed, watch=watch)
-    return _maps[antenna, speed]
+@lru_cache(maxsize=32)
+def _find_map(antenna: Antenna, speed: float) -> DistanceMap:
+    return calibrate(antenna, speed=speed)
 
 
 # A session: what one open page is shown. Messages in, messages out; the newest wish ends the

@@ -99,12 +99,6 @@ class AntennaStudy:
         side = -1.0 if -angle.min() > angle.max() else 1.0
         return self.encoder.transform(rectify(side * angle)[None], code="ridge")[0]
 
-    def decode(self, angle: np.ndarray) -> tuple[np.ndarray, int]:
-        """Posterior (time, answer) after each sample of a touch (sensor, time) [rad], and the
-        sample at which contact was noticed, or −1.
-        """
-        return self.decoder.decode(angle)
-
 
 _kept: OrderedDict[tuple[Antenna, float, float], AntennaStudy] = OrderedDict()
 _lock = Lock()
@@ -116,21 +110,23 @@ def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Antenn
         return _kept.get((antenna, speed, unsure))
 
 
-@lru_cache(maxsize=1)
-def _list_shipped() -> dict[tuple[Antenna, float, float], dict[str, Any]]:
-    """The decoders that come with feeler, unless its physics has changed since."""
-    text = files("feeler.studio").joinpath("trained.json").read_text(encoding="utf-8")
-    known = [one for one in json.loads(text) if one["physics"] == PHYSICS]
-    return {(make_preset(one["preset"]), one["speed"], one["unsure"]): one for one in known}
-
-
 def find_trained(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Trained | None:
     """The decoder of an antenna at a speed, if a study has trained it or it comes with feeler."""
-    if (known := find_study(antenna, speed, unsure)) is not None:
+    known = find_study(antenna, speed, unsure)
+    if known is not None:
         return known.decoder, known.range, known.scores
-    if (plain := _list_shipped().get((antenna, speed, unsure))) is None:
-        return None
-    return TouchDecoder.from_plain(plain), Range.around(speed, unsure), plain["scores"]
+    return _load_shipped(antenna, speed, unsure)
+
+
+@lru_cache(maxsize=8)
+def _load_shipped(antenna: Antenna, speed: float, unsure: float) -> Trained | None:
+    """The decoder that comes with feeler, unless its physics has changed since."""
+    text = files("feeler.studio").joinpath("trained.json").read_text(encoding="utf-8")
+    for one in json.loads(text):
+        about = (make_preset(one["preset"]), one["speed"], one["unsure"], one["physics"])
+        if about == (antenna, speed, unsure, PHYSICS):
+            return TouchDecoder.from_plain(one), Range.around(speed, unsure), one["scores"]
+    return None
 
 
 def make_study(

@@ -168,8 +168,8 @@ export function makeVerdictPanel(app) {
   const unsure = makeChoice("How well the decoder knows the speed", [["0", "exactly"], ["0.02", "± 2 %"], ["0.1", "± 10 %"]], () => String(app.store.state.unsure),
     (value) => app.store.change((/** @type {any} */ s) => { s.unsure = Number(value); }));
   const about = make("p", { class: "caption" });
-  const row = make("div", { class: "row spread unsure" }, make("span", { class: "caption", text: "speed known to" }), unsure.element);
-  const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, about, row));
+  const row = make("details", { class: "unsure" }, make("summary", { text: "Advanced" }), make("span", { class: "caption", text: "speed known to" }), unsure.element);
+  const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, row, about));
   function update() {
     about.textContent = describeDecoder(app.studies.A);
     show(about, Boolean(about.textContent));
@@ -246,7 +246,7 @@ export function makeCodePanel(app) {
 
   const element = makePanel("Code", "code-panel", canvas);
   return /** @type {Panel} */ ({
-    element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A) && app.store.state.mode !== "board",
+    element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A && app.studies.A.bases) && app.store.state.mode !== "board",
     update: () => element.classList.toggle("old", app.isStale() || app.records.A.hand), redraw,
   });
 }
@@ -358,7 +358,7 @@ export function makeSetPanel(app) {
   function update() {
     element.classList.toggle("old", app.isStale());
     choice.update();
-    const parts = ["A", "B"].filter((slot) => app.studies[slot] && (slot === "A" || app.store.state.B)).map((slot) => {
+    const parts = ["A", "B"].filter((slot) => app.studies[slot] && app.studies[slot].averages && (slot === "A" || app.store.state.B)).map((slot) => {
       const dot = make("i");
       dot.style.background = SLOT_COLOURS[/** @type {"A"} */ (slot)];
       return make("span", { "data-tag": "own" }, dot, `${slot}: ${app.isStale(slot) ? "–" : write(app.studies[slot].averages[index], 2)}`);
@@ -369,5 +369,5 @@ export function makeSetPanel(app) {
   }
   show(pair.canvas, false);
   const element = makePanel("Set", "set-panel", make("div", { class: "set" }, choice.element, numbers, canvas, pair.canvas, caption));
-  return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A), update });
+  return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A && app.studies.A.labels), update });
 }

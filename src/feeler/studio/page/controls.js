@@ -36,7 +36,7 @@ export function makeAntennaPanel(app) {
     app.slot = slot;
     app.draw();
   });
-  const drop = make("button", { type: "button", class: "plain small", text: "leave B out", onclick: () => {
+  const drop = make("button", { type: "button", class: "plain small", text: "hide B", onclick: () => {
     app.slot = "A";
     app.store.change((/** @type {any} */ s) => { s.B = null; });
   } });
@@ -56,7 +56,7 @@ export function makeAntennaPanel(app) {
   const quantity = makeChoice("Quantity that the handles change", [["stiffness", "Stiffness"], ["damping", "Damping"]], () => app.editing, (value) => { app.editing = value; app.draw(); });
   const unit = make("span", { class: "unit" });
   const gradient = makeSlider({
-    label: "Stiffness gradient", min: 0, max: 6, step: 0.05, say: (v) => (v < 0.03 ? "level" : `base ${write(10 ** v, 2)} × tip`),
+    label: "Stiffness gradient", min: 0, max: 6, step: 0.05, say: (v) => (v < 0.03 ? "uniform" : `base ${write(10 ** v, 2)} × tip`),
     read: () => {
       const handles = findHandles(wish(), app.findOriginal(app.slot), "stiffness");
       return Math.max(0, Math.log10(handles[0][1] / handles[handles.length - 1][1]));
@@ -69,7 +69,7 @@ export function makeAntennaPanel(app) {
     read: () => wish().sensors || (app.findOriginal(app.slot) || { sensors: [] }).sensors.length, say: (v) => String(Math.round(v)),
     take: (v, done) => change((one) => { one.sensors = Math.round(v); }, done) });
   const matched = make("input", { type: "checkbox", onchange: () => change((one) => { one.matched = matched.checked; }) });
-  const reset = make("button", { type: "button", class: "plain small", text: "as it was", title: "back to the preset",
+  const reset = make("button", { type: "button", class: "plain small", text: "reset to the preset", title: "undo all changes of this antenna",
     onclick: () => change((one) => { for (const key of Object.keys(one)) if (key !== "preset" && key !== "toml") delete one[key]; }) });
   const facts = make("dl", { class: "facts" });
 
@@ -130,13 +130,13 @@ export function makeAntennaPanel(app) {
     facts.replaceChildren(...rows.flatMap(([name, value, tag]) => [make("dt", { text: name }), make("dd", { text: value, "data-tag": tag, tabindex: "0" })]));
   }
 
-  const planar = [make("div", { class: "row spread" }, quantity.element, unit), editor.element,
-    make("label", { class: "check" }, matched, "keep the total compliance Σ 1/k"), gradient.element];
+  const handles = make("div", { class: "row spread" }, quantity.element, unit), keep = make("label", { class: "check" }, matched, "keep the total compliance Σ 1/k");
+  const planar = [editor.element, gradient.element, handles, keep];
   const element = makePanel("Antenna", "antenna-panel",
     make("div", { class: "row" }, slots.element, presets), inSpace,
     make("div", { class: "row beside" }, swap, drop),
-    ...planar, length.element, sensors.element,
-    facts, reset);
+    editor.element, gradient.element, reset,
+    make("details", {}, make("summary", { text: "Advanced" }), handles, keep, length.element, sensors.element, facts));
   return /** @type {Panel} */ ({ element, place: "left", isShown: () => true, update });
 }
 
@@ -145,10 +145,10 @@ export function makeTouchPanel(app) {
   const touch = () => app.store.state.touch;
   const set = (/** @type {string} */ name, /** @type {any} */ value, done = true) => app.store.change((/** @type {any} */ s) => { s.touch[name] = value; }, done);
   const kinds = makeChoice("Object", /** @type {any} */ (Object.keys(SHAPES).map((kind) => [kind, makeIcon(kind), kind])), () => touch().kind, (kind) => set("kind", kind));
-  const side = makeChoice("Side it comes from", [["left", "↓", "from the left"], ["right", "↑", "from the right"]], () => touch().side, (value) => set("side", value));
+  const side = makeChoice("Side it comes from", [["left", "↓", "from above in the picture (the antenna's left)"], ["right", "↑", "from below in the picture (the antenna's right)"]], () => touch().side, (value) => set("side", value));
   const slide = (/** @type {string} */ name, /** @type {any} */ more) => makeSlider({ ...more, read: () => touch()[name], take: (v, done) => set(name, v, done) });
   const sliders = [
-    slide("size", { label: "Half-width", min: 0.3, max: 8, log: true, unit: "mm", tag: "size", marks: [1.5, 3] }),
+    slide("size", { label: "Size", min: 0.3, max: 8, log: true, say: (/** @type {number} */ v) => `${touch().kind === "ball" ? "radius" : "half-width"} ${write(v)} mm`, tag: "size", marks: [1.5, 3] }),
     slide("location", { label: "Place", min: 0.05, max: 1, step: 0.005, say: (/** @type {number} */ v) => `${write(v, 3)} of the length`, marks: [0.5, 0.6, 0.7, 0.8, 0.9], tag: "location" }),
     slide("speed", { label: "Speed", min: 0.02, max: 1, log: true, unit: "m/s", marks: [0.06, 0.3, 0.6], tag: "speed" }),
   ];
@@ -160,7 +160,7 @@ export function makeTouchPanel(app) {
   const azimuth = slide("azimuth", { label: "Azimuth", min: -180, max: 180, step: 5, unit: "°", tag: "own" });
   const list = make("ul", { class: "objects" });
   const add = make("button", { type: "button", class: "plain small", text: "+ another object", onclick: () => app.addObject() });
-  const more = make("details", {}, make("summary", { text: "More" }), ...others.map((it) => it.element));
+  const more = make("details", {}, make("summary", { text: "Advanced" }), ...others.map((it) => it.element));
 
   function update() {
     kinds.update();

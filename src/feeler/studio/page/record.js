@@ -37,6 +37,7 @@ export class TouchRecord {
     this.dropped = 0;
     this.missing = this.damaged = 0;
     this.source = "";
+    this.waits = false; // another touch is asked for, of which nothing has come
     this.rate = 0; // samples a second of a recording; those that are shown may be others
     this.interval = 1;
     /** White noise on each reading that is shown [rad]. @type {{seed: number, sd: number} | undefined} */
@@ -68,7 +69,7 @@ export class TouchRecord {
   begin(header) {
     const sameAntenna = JSON.stringify(this.antenna) === JSON.stringify(header.antenna);
     const same = sameAntenna && this.rims.length === header.rims.length && this.total === header.total && !this.hand && !header.hand && !header.live;
-    Object.assign(this, { mode: sameAntenna ? this.mode : null, id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
+    Object.assign(this, { waits: false, mode: sameAntenna ? this.mode : null, id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
       preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "",
       interval: header.interval || 1, noise: header.noise, reading: same ? this.reading : null });
     if (this.reading) this.reading.old = true;
@@ -144,6 +145,7 @@ export class TouchRecord {
 
   /** Samples, counted from the first, that are of this touch and not of the one before. */
   get valid() {
+    if (this.waits) return 0;
     return this.ended || this.hand ? this.shown : Math.min(this.filled, this.shown);
   }
 

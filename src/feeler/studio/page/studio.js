@@ -114,6 +114,7 @@ export class App {
     this.asked = performance.now();
     for (const slot of /** @type {("A"|"B")[]} */ (["A", "B"])) {
       if (!state[slot]) continue;
+      this.records[slot].waits = Boolean(state.B); // two antennae are compared once both are new
       this.send({ type: "touch", slot, wish: makeWish(state, slot, preview) });
     }
     this.setStatus("busy");
@@ -179,7 +180,7 @@ export class App {
     for (const slot of ["A", "B"]) {
       if (!state[slot]) continue;
       const key = keyStudy(state, slot);
-      if (this.studies[slot] && this.studies[slot].key === key) continue;
+      if (this.studies[slot] && this.studies[slot].key === key && (this.studies[slot].labels || this.plan.alone)) continue;
       if (this.studying[slot] && this.studying[slot].key === key) continue;
       this.studying[slot] = { key, id: this.id + 1, doing: "beginning", share: 0 };
       this.send({ type: "study", slot, antenna: state[slot], speed: state.touch.speed, unsure: state.unsure });
@@ -332,6 +333,7 @@ export class App {
     if (this.store.state.mode === "wall") this.askWall();
     else if (this.store.state.mode === "board") this.askBoard();
     else this.ask(false);
+    this.study(); // decoders that come with feeler are there at once
     if (!this.playing && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
     this.refresh();
   }

@@ -47,7 +47,7 @@ export function makeTensor(app) {
       const picture = paint(row.slot, peak);
       c.imageSmoothingEnabled = false;
       if (picture) c.drawImage(picture, 0, 0, record.span, picture.height, LEFT, row.top, wide, row.high);
-      const valid = both ? Math.min(record.valid, app.records.B.valid) : record.valid;
+      const valid = named ? Math.min(app.records.A.valid, app.records.B.valid) : record.valid;
       if (valid < record.shown) { // the rest is of the touch before
         c.fillStyle = colours.dark ? "rgba(20,23,26,0.88)" : "rgba(251,250,248,0.9)";
         const from = LEFT + (wide * valid) / record.span;

@@ -15,7 +15,7 @@ export const STEPS = [
     look: ".stage-panel",
   },
   {
-    title: "Level the gradient",
+    title: "Make it uniform",
     words: "Now every hinge is uniform, with the same compliance in all. Drag the ball again. The greatest bend stays at the " +
       "base, wherever the ball is: this antenna feels that something touches, and hardly where.",
     state: { A: { preset: "matched" }, B: null, touch: SLOW },
@@ -23,7 +23,7 @@ export const STEPS = [
   },
   {
     title: "Side by side",
-    words: "A has the gradient, B is level. Click pairs in the set: thirty touches, and how alike they feel. The lower the mean " +
+    words: "A has the gradient, B is uniform. Click pairs in the set: thirty touches, and how alike they feel. The lower the mean " +
       "of the closest matches, the further the touches spread. Which antenna keeps them apart?",
     state: { A: { preset: "exponential" }, B: { preset: "matched" }, touch: SLOW },
     look: ".set-panel",
@@ -53,9 +53,18 @@ export function makeTour(app) {
   const next = make("button", { type: "button", class: "plain strong", text: "Next", onclick: () => go(step + 1) });
   const speed = makeChoice("Speed", [["0.6", "0.6 m/s"], ["0.06", "0.06 m/s"]], () => String(app.store.state.touch.speed),
     (value) => app.store.change((/** @type {any} */ s) => { s.touch.speed = Number(value); }));
+  const offered = !app.plan.alone; // a standalone page says what it is above
   const element = make("section", { class: "tour", "aria-label": "Guided tour" }, title, words,
     make("div", { class: "row" }, speed.element, count, make("button", { type: "button", class: "plain", text: "Close", onclick: () => go(-1) }), back, next));
-  show(element, false);
+  if (offered) {
+    title.textContent = "An insect's antenna, computed while you touch it";
+    words.textContent = "Drag the ball along the antenna, or change its stiffness on the left. Below, the tensor shows what its sensors measure: base at the bottom, " +
+      "tip at the top, time to the right. Verdict says what a decoder infers from it.";
+    next.textContent = "Take the tour: five steps";
+  }
+  show(back, !offered);
+  show(speed.element, false);
+  show(element, offered);
 
   /** @param {number} to */
   function go(to) {
@@ -68,6 +77,7 @@ export function makeTour(app) {
     title.textContent = now.title;
     words.textContent = now.words;
     count.textContent = `${step + 1} of ${steps.length}`;
+    show(back, true);
     back.disabled = step === 0;
     next.textContent = step === steps.length - 1 ? "Done" : "Next";
     app.store.change((/** @type {any} */ s) => Object.assign(s, structuredClone({ mode: "touch", unsure: 0.02, ...now.state })));
