@@ -7,7 +7,7 @@ CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers notebooks clean
+.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers wheel notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -96,8 +96,12 @@ docs: $(BIN)/.docs  ## the documentation site in site/
 numbers: $(BIN)/.core  ## measured numbers into README and docs, from benchmarks/results
 	@$(BIN)/python -m docs.measured && $(BIN)/python -m docs.make_table
 
+wheel: $(BIN)/.core  ## a wheel with the engine's machine code for this Python: dist/
+	@$(BIN)/python -m pip wheel --quiet --no-deps -w dist .
+	@$(BIN)/python benchmarks/machine_code.py dist/feeler-*-any.whl
+
 notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
 	@$(BIN)/python docs/notebooks.py $(NAME)
 
 clean:  ## remove what the targets made, except stores
-	@rm -rf $(VENV) $(OLDEST) site build src/*.egg-info .pytest_cache
+	@rm -rf $(VENV) $(OLDEST) site build dist src/*.egg-info .pytest_cache
