@@ -522,16 +522,18 @@ def _compare(
     """What ``factor`` times the timestep changes of each motion at most, over its peak."""
     every = 2 if factor > 1 and clock.steps_per_sample % 2 else 1
     ends = {i: _find_end(scenes[i], motion, clock) for i, motion in motions.items()}
-    other = Clock(
-        duration=max(ends.values()) * clock.sample_interval,
-        sample_interval=every * clock.sample_interval,
-        timestep=factor * clock.timestep,
-    )
-    found = _run_all([scenes[i] for i in motions], other, engine, stop)
-    return {
-        i: _measure_gap(motion, result, slice(None, ends[i], every))
-        for (i, motion), result in zip(motions.items(), found, strict=True)
-    }
+    names, gaps = [*motions], {}
+    for lanes in make_groups([scenes[i] for i in names], get_engine(engine)):
+        group = [names[lane] for lane in lanes]
+        other = Clock(
+            duration=max(ends[i] for i in group) * clock.sample_interval,
+            sample_interval=every * clock.sample_interval,
+            timestep=factor * clock.timestep,
+        )
+        found = run_group([scenes[i] for i in group], other, engine, stop)
+        for i, result in zip(group, found, strict=True):
+            gaps[i] = _measure_gap(motions[i], result, slice(None, ends[i], every))
+    return gaps
 
 
 def _find_end(scene: Scene, motion: Motion, clock: Clock) -> int:
