@@ -7,7 +7,7 @@ CODE := src paper studies tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers face screencast decoders notebooks clean
+.PHONY: help reproduce test test-long test-slow check words audit kept oldest bench peers docs numbers wheel face screencast decoders notebooks clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -105,8 +105,12 @@ screencast: $(BIN)/.test  ## a film of the studio, a minute long: screencast.mp4
 decoders: $(BIN)/.core  ## the decoders that come with the studio, trained again
 	@$(BIN)/python -m docs.make_decoders
 
+wheel: $(BIN)/.core  ## a wheel with the engine's machine code for this Python: dist/
+	@$(BIN)/python -m pip wheel --quiet --no-deps -w dist .
+	@$(BIN)/python benchmarks/machine_code.py dist/feeler-*-any.whl
+
 notebooks: $(BIN)/.lab  ## the tutorials as notebooks that were run: docs/notebooks (NAME=one of them)
 	@$(BIN)/python docs/notebooks.py $(NAME)
 
 clean:  ## remove what the targets made, except stores
-	@rm -rf $(VENV) $(OLDEST) site build src/*.egg-info .pytest_cache
+	@rm -rf $(VENV) $(OLDEST) site build dist src/*.egg-info .pytest_cache

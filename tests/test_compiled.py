@@ -2,6 +2,7 @@
 
 import logging
 import os
+import platform
 import shutil
 import stat
 import subprocess
@@ -51,6 +52,18 @@ def test_a_change_in_what_is_called_is_compiled_in(tmp_path):
     assert run(tmp_path) == ["20", "1"]
     (tmp_path / "inner.py").write_text(INNER.format(step=25))
     assert run(tmp_path) == ["260", "0"]
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names features of x86-64")
+def test_code_for_fewer_features_is_used_and_code_for_more_is_not(tmp_path):
+    few = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": "+sse2"}
+    for name, first, second, hits in (("a", few, {}, "1"), ("b", {}, few, "0")):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "outer.py").write_text(OUTER)
+        (folder / "inner.py").write_text(INNER.format(step=1))
+        assert run(folder, **first) == ["20", "0"]
+        assert run(folder, **second) == ["20", hits]
 
 
 def test_what_was_kept_for_a_class_that_has_another_name_now_is_compiled_anew(tmp_path):

@@ -46,16 +46,35 @@ lean = partial(compiled, _nrt=False)
 """``@compiled`` for a function that makes no array: numba does not count who holds those that it is
 handed. Counting is a locked addition for each, which took a third of a step of eight lanes."""
 
-inlined = partial(lean, forceinline=True)
-"""``@lean`` for a small function that is called very often: handing over a dozen arrays costs more
-than its work.
+nested = partial(lean, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""``@lean`` for a function that only compiled ones call: taking arrays out of Python's objects
+would be a quarter of what is compiled.
+"""
+
+inlined = partial(nested, forceinline=True)
+"""``@nested`` for a small function that is called very often: handing over a dozen arrays costs
+more than its work.
 """
 
 
 def _load_code(kept: Any, signature: Any, context: Any) -> Any:
-    """Machine code as numba keeps it, without numba's own loading of its compiler (0.4 s)."""
+    """Machine code of this processor, or of one with fewer features, such as wheels bring; without
+    numba's own loading of its compiler (0.4 s). None where there is none.
+    """
     rtsys.initialize(context)
-    return kept._load_overload(signature, context)
+    if (found := kept._load_overload(signature, context)) is not None or not kept._enabled:
+        return found
+    _, here, code = kept._index_key(signature, context.codegen())
+    for key in reversed(kept._cache_file._load_index()):
+        if (key[0], key[2]) == (signature, code) and _runs(key[1], here):
+            return kept._impl.rebuild(context, kept._cache_file.load(key))
+    return None
+
+
+def _runs(made: tuple[str, str, str], here: tuple[str, str, str]) -> bool:
+    """Whether code made for one (system, processor, features) runs on another."""
+    wanted, offered = ({x for x in m[2].split(",") if x[:1] == "+"} for m in (made, here))
+    return made[0] == here[0] and wanted <= offered
 
 
 def _load_index(load: Callable[[], dict]) -> dict:

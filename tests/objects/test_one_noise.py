@@ -8,7 +8,6 @@ import feeler
 from feeler.active import Arena, TouchTask
 from feeler.decoding import IdealReader, TemplateReader, compute_sweep
 from feeler.design import DesignTask, load_plan, measure_sensors, score
-from feeler.learn import TouchDataset
 from feeler.objects import NOISES, Noise, Task
 from feeler.tradeoff import load_declared
 
@@ -108,6 +107,8 @@ def test_in_active_touch(name):
 
 
 def test_in_what_networks_learn_from(name):
+    from feeler.learn import TouchDataset  # loads PyTorch, which collecting need not
+
     values = make_bumps()
     store = xr.Dataset({"angle": (("trial", "sensor", "time"), values)})
     clean, noisy = (TouchDataset(store, noise=n)[0] for n in (0.0, name))

@@ -62,12 +62,16 @@ def test_an_old_name_in_a_package_is_the_new_one_and_says_so(module):
 
 def test_a_touch_loads_no_store_and_no_page():
     code = (
-        "import sys; blocked = 'zarr numcodecs h5netcdf filelock pebble safetensors mujoco dask'\n"
+        "import sys; blocked = 'zarr numcodecs h5netcdf filelock pebble safetensors mujoco'\n"
         "sys.modules.update(dict.fromkeys(blocked.split()))\n"
         "import feeler\n"
         "trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.5, speed=0.6)\n"
         "tensors = feeler.touch(feeler.presets.cockroach(), trial, duration=2.0)\n"
-        "assert tensors.sizes['trial'] == 1 and 'jinja2' not in sys.modules\n"
+        "assert tensors.sizes['trial'] == 1\n"
+        "slow = 'jinja2 matplotlib sklearn dask pint scipy.special scipy.linalg'\n"
+        "print(*{*slow.split()} & {*sys.modules})\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    for _ in range(2):  # the first may compile, which loads scipy
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []

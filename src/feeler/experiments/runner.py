@@ -116,8 +116,7 @@ class _WorkerTask:
         ]
         readings: dict[int, Reading] = {}
         errors: dict[int, Exception] = {}
-        times = 1 if self.accuracy is None else TOGETHER
-        for lanes in make_groups(scenes, get_engine(self.engine), times):
+        for lanes in make_groups(scenes, get_engine(self.engine), TOGETHER):
             results = _run_lanes(
                 [scenes[place] for place in lanes], self.clock, self.engine, self.accuracy
             )
@@ -245,6 +244,10 @@ def _spawn_seed(seed: int, index: int) -> int:
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1, np.uint32)[0])
 
 
+_GROUPS = (
+    5  # [C] before groups grow beyond the lanes: those to be run anew then fill fewer lanes
+)
+
 # Trials handed out in groups, and what comes back kept, in a store or in memory.
 
 Progress = Callable[[int, int], object]
@@ -278,7 +281,11 @@ def _run_trials(
     groups: list[Sequence[int]] = []
     if store is None:
         scenes = [make_scene(job.antenna, trial, job.contact, job.flow) for trial in trials]
-        groups = [*make_groups(scenes, get_engine(job.engine))]  # neighbours together
+        engine = get_engine(
+            job.engine
+        )  # neighbours together, and enough groups for all workers
+        times = len(trials) // (_GROUPS * engine.lanes)
+        groups = [*make_groups(scenes, engine, min(max(times, 1), TOGETHER))]
     else:
         done, path, blank = int(store.finished.sum()), store.path, job.make_blank()
         need = (len(trials) - done) * sum(values.nbytes for values in blank.values())

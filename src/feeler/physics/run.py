@@ -477,7 +477,7 @@ def check_accuracy(accuracy: float) -> float:
 def run_with_error(
     scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event | None = None
 ) -> list[Result]:
-    """As :func:`feeler.physics.run.run_group`, each Motion with an estimate of its ``error``.
+    """One Motion per scene, however many, each with an estimate of its ``error``, or what ended it.
 
     All are run once more with twice the timestep, until ``_AFTER`` ms after the last contact. What
     that changes of the hinge angles at most, over the peak, is the error where it is below
@@ -486,7 +486,8 @@ def run_with_error(
     and what that changes counts ``_MARGIN`` times. So it does for all where the contact allows no
     coarser timestep.
     """
-    results = run_group(scenes, clock, engine, stop)
+    stop = stop or Event()
+    results = _run_all(scenes, clock, engine, stop)
     errors: dict[int, float] = {}
     todo = {i: result for i, result in enumerate(results) if isinstance(result, Motion)}
     for factor, most, margin in ((2.0, _CLEAR, 1.0), (0.5, np.inf, _MARGIN)):
@@ -516,21 +517,23 @@ def _compare(
     clock: Clock,
     factor: float,
     engine: str,
-    stop: Event | None,
+    stop: Event,
 ) -> dict[int, float]:
     """What ``factor`` times the timestep changes of each motion at most, over its peak."""
     every = 2 if factor > 1 and clock.steps_per_sample % 2 else 1
     ends = {i: _find_end(scenes[i], motion, clock) for i, motion in motions.items()}
-    other = Clock(
-        duration=max(ends.values()) * clock.sample_interval,
-        sample_interval=every * clock.sample_interval,
-        timestep=factor * clock.timestep,
-    )
-    found = run_group([scenes[i] for i in motions], other, engine, stop)
-    return {
-        i: _measure_gap(motion, result, slice(None, ends[i], every))
-        for (i, motion), result in zip(motions.items(), found, strict=True)
-    }
+    names, gaps = [*motions], {}
+    for lanes in make_groups([scenes[i] for i in names], get_engine(engine)):
+        group = [names[lane] for lane in lanes]
+        other = Clock(
+            duration=max(ends[i] for i in group) * clock.sample_interval,
+            sample_interval=every * clock.sample_interval,
+            timestep=factor * clock.timestep,
+        )
+        found = run_group([scenes[i] for i in group], other, engine, stop)
+        for i, result in zip(group, found, strict=True):
+            gaps[i] = _measure_gap(motions[i], result, slice(None, ends[i], every))
+    return gaps
 
 
 def _find_end(scene: Scene, motion: Motion, clock: Clock) -> int:

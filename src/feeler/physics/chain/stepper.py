@@ -10,7 +10,7 @@ import numpy as np
 from numba import config, types
 from numba.experimental.structref import StructRefProxy, define_proxy, register
 
-from feeler.compiled import compiled, inlined, lean
+from feeler.compiled import compiled, inlined, nested
 from feeler.errors import InvalidInput
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.contact import (
@@ -106,42 +106,46 @@ if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call
 
 
 @compiled
-def step_many(handle, first, n_steps, timestep, drive, damped):
-    """Take ``n_steps`` steps; all arrays are changed in place.
+def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
+    """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape``
+    (lane, sample, column), if that has lanes; all arrays are changed in place.
 
-    ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step from number
-    ``first`` on, the last one for ever. ``damped``: contact is solved with the implicit damping in
-    it. Returns whether some lane has come to an end.
+    Columns as in :func:`feeler.physics.engine._make_row`. ``drive`` (step or 1, x y turn, lane):
+    velocity of the base at the end of each step, the last one for ever. ``damped``: contact is
+    solved with the implicit damping in it. Returns the first sample that was not written, and
+    whether some lane has come to an end; nothing goes on after that.
     """
-    return _step_tables(handle.tables, first, n_steps, timestep, drive, damped)
+    return _record_tables(handle.tables, tape, sample, stop, every, timestep, drive, damped)
 
 
-@lean
-def _step_tables(t, first, n_steps, timestep, drive, damped):
+@nested
+def _record_tables(t, tape, sample, stop, every, timestep, drive, damped):
     n = t.work.shape[1]
-    for step in range(first, first + n_steps):
-        _accelerate(t.base, drive[min(step, drive.shape[0] - 1)], timestep)
-        touched = _find(t)
-        if touched:
-            _push(t, timestep, damped)
-        if not (
-            touched and (damped or t.pair is not None)
-        ):  # else _push has left what the hinges need
-            fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
-        if touched:
-            t.loaded[:] = False
-            for lane in range(t.number.shape[0]):
-                clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
-        _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
-        move(t.segments, t.work, t.wides, t.base, timestep, t.width)
-    for lane in range(
-        t.number.shape[0]
-    ):  # the tip's heading is the sum of all angles: one that is lost shows there
-        if t.number[lane] < 0 or not np.isfinite(
-            t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]
-        ):
-            return True
-    return False
+    for k in range(sample, stop):
+        for step in range((k - sample) * every, (k - sample) * every + every):
+            _accelerate(t.base, drive[min(step, drive.shape[0] - 1)], timestep)
+            touched = _find(t)
+            if touched:
+                _push(t, timestep, damped)
+            if not (
+                touched and (damped or t.pair is not None)
+            ):  # else _push has left what the hinges need
+                fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
+            if touched:
+                t.loaded[:] = False
+                for lane in range(t.number.shape[0]):
+                    clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
+            _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
+            move(t.segments, t.work, t.wides, t.base, timestep, t.width)
+        for lane in range(tape.shape[0]):
+            _write(t, tape[lane, k], lane)
+        for lane in range(t.number.shape[0]):
+            # the tip's heading is the sum of all angles: one that is lost shows there
+            if t.number[lane] < 0 or not np.isfinite(
+                t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]
+            ):
+                return k + 1, True
+    return stop, False
 
 
 @inlined
@@ -284,23 +288,6 @@ def _push(t, timestep, damped):
         refold(t.work, t.wides, t.base, t.loaded, last, t.width)
 
 
-@compiled
-def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
-    """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape``
-    (lane, sample, column).
-
-    Columns as in :func:`feeler.physics.engine._make_row`. Returns the first sample that was not
-    written, and whether some lane has come to an end; nothing goes on after that.
-    """
-    for k in range(sample, stop):
-        ended = step_many(handle, (k - sample) * every, every, timestep, drive, damped)
-        for lane in range(tape.shape[0]):
-            _write(handle.tables, tape[lane, k], lane)
-        if ended:
-            return k + 1, True
-    return stop, False
-
-
 @inlined
 def _write(t, row, lane):
     n = t.work.shape[1]
@@ -334,6 +321,7 @@ def _write(t, row, lane):
 # Lanes filled with scenes: the arrays that a batch of simulations steps together.
 
 MAX_CONTACTS = 20_000
+_NO_TAPE = np.empty((0, 1, 0))
 
 
 class ChainStepper(Stepper):
@@ -342,7 +330,6 @@ class ChainStepper(Stepper):
     """
 
     rows_each = f.ROWS
-    step_lanes = staticmethod(step_many)
     record_lanes = staticmethod(record_many)
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
@@ -358,9 +345,7 @@ class ChainStepper(Stepper):
         """Take hold of the tables and compute what follows from the state; changes nothing else."""
         t = self.tables
         self.handle = _make_handle(t)
-        step_many(
-            self.handle, 0, 0, self.timestep, self.drive, self.damped
-        )  # compiles, or loads what was compiled before
+        self._run(0, self.drive)  # compiles, or loads what was compiled before
         move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
@@ -368,10 +353,16 @@ class ChainStepper(Stepper):
         velocities of their lanes.
         """
         drive = self._lay_out(n_steps, drives)
-        ended = self.step_lanes(self.handle, 0, n_steps, self.timestep, drive, self.damped)
+        ended = self._run(n_steps, drive)
         if drives:
             self.drive = drive[-1:].copy()
         return ended
+
+    def _run(self, n_steps: int, drive: np.ndarray) -> bool:
+        """Take steps and write nothing."""
+        return self.record_lanes(
+            self.handle, _NO_TAPE, 0, 1, n_steps, self.timestep, drive, self.damped
+        )[1]
 
     def record(
         self,

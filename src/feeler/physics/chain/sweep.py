@@ -12,7 +12,7 @@ possible waits for the segment before; what waits for none (sines, torques) runs
 even for a single simulation.
 """
 
-from feeler.compiled import inlined, lean
+from feeler.compiled import inlined, lean, nested
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.lanes import (
     beside,
@@ -89,7 +89,7 @@ def move(segments, work, wides, base, timestep, width):
             ax, ay = ax - turn_x, ay - turn_y
 
 
-@lean
+@nested
 def seek(segments, work, obj, place, o, pair, width):
     """Note the first and the last segment that none of object ``o``'s half planes keeps clear of
     it.
@@ -135,7 +135,7 @@ def seek(segments, work, obj, place, o, pair, width):
     put(place, o, f.P_LAST, last, width)
 
 
-@lean
+@nested
 def _face(obj, place, o, k, width):
     """Outward normal of half plane ``k`` as it now lies, and how far outside it the base is."""
     x, y = get(obj, o, f.O_PLANES + 3 * k, width), get(obj, o, f.O_PLANES + 3 * k + 1, width)
@@ -148,7 +148,7 @@ def _face(obj, place, o, k, width):
     return nx, ny, outside - get(obj, o, f.O_PLANES + 3 * k + 2, width)
 
 
-@lean
+@nested
 def locate(work, last, width):
     """Hinge positions and velocities of segments 0…``last``, seen from the base; only contact needs
     them.
@@ -167,7 +167,7 @@ def locate(work, last, width):
         px, py, vx, vy = px + ex, py + ey, fma(omega, ey, vx), fma(-omega, ex, vy)
 
 
-@lean
+@nested
 def fold(segments, work, base, loaded, timestep, width):
     """The inward sweep of (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref: what
     is left for each hinge.
@@ -191,7 +191,7 @@ def fold(segments, work, base, loaded, timestep, width):
     put(base, 0, f.B_MOMENT, bias[0] + react_moment, width)
 
 
-@lean
+@nested
 def fold_both(segments, work, base, loaded, last, timestep, pair, width):
     """``fold`` without damping, and at once, in a lane beside it, with damping but without contact.
 
@@ -223,7 +223,7 @@ def fold_both(segments, work, base, loaded, last, timestep, pair, width):
     put(base, 0, f.B_REACT_MOMENT, react_moment, width)
 
 
-@lean
+@nested
 def refold(work, wides, base, loaded, last, width):
     """The rest of ``fold`` with damping after ``fold_both``, now that the contacts' wrenches are in
     rows B...
@@ -345,7 +345,7 @@ def _pick_four(values, lane):
     )
 
 
-@lean
+@nested
 def unfold(work, base, loaded, last, width):
     """The outward sweep: accelerations of hinges 0…``last``; the segments that are ``loaded`` are
     told theirs.
@@ -368,7 +368,7 @@ def unfold(work, base, loaded, last, width):
         )
 
 
-@lean
+@nested
 def _turn(work, i, alpha, ax, ay, width):
     """A segment's turning acceleration, of that of the segment before and its hinge's
     acceleration.

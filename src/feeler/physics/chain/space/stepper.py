@@ -8,7 +8,7 @@ from numba import config, types
 from numba.experimental.structref import StructRefProxy, define_proxy, register
 
 from feeler.antenna.segments import Antenna, to_matrix
-from feeler.compiled import compiled, inlined, lean
+from feeler.compiled import compiled, inlined, nested
 from feeler.objects.distance import N_HULL, make_hull
 from feeler.objects.meshes import is_box, list_solids
 from feeler.physics.chain import fields as f
@@ -82,37 +82,42 @@ if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call
 
 
 @compiled
-def _step_in_space(handle, first, n_steps, timestep, drive, damped):
-    """Take ``n_steps`` steps, as ``step_many``; ``drive`` is (step or 1, 6, lane)."""
-    return _step_tables(handle.tables, first, n_steps, timestep, drive, damped)
+def _record_in_space(handle, tape, sample, stop, every, timestep, drive, damped):
+    """Take ``every`` steps before each sample and write it to ``tape``, as ``record_many``;
+    ``drive`` is (step or 1, 6, lane).
+    """
+    return _record_tables(handle.tables, tape, sample, stop, every, timestep, drive, damped)
 
 
-@lean
-def _step_tables(t, first, n_steps, timestep, drive, damped):
+@nested
+def _record_tables(t, tape, sample, stop, every, timestep, drive, damped):
     n = t.work.shape[1]
-    for step in range(first, first + n_steps):
-        now = drive[min(step, drive.shape[0] - 1)]
-        for lane in range(t.number.shape[0]):
-            for k in range(6):  # accelerations bring the base to the driven velocity
-                change = now[k, lane] - t.base[0, s.BASE_V + k, lane]
-                t.base[0, s.BASE_A + k, lane] = change / timestep
-        touched = _find(t)
-        if touched:
-            _push(t, timestep, damped)
-        if not (touched and damped):
-            fold_in_space(t.constants, t.work, t.base, t.loaded, t.kind, timestep, t.width)
-        if touched:
-            t.loaded[:] = False
+    for row in range(sample, stop):
+        for step in range((row - sample) * every, (row - sample) * every + every):
+            now = drive[min(step, drive.shape[0] - 1)]
             for lane in range(t.number.shape[0]):
-                clear_in_space(t.work, t.rows[lane], s.EDGES * t.number[lane], lane)
-        _count_work(t.base, timestep)
-        _carry(t.base, t.place, now, timestep)
-        move_in_space(t.constants, t.work, t.base, t.kind, timestep, t.width)
-        _count_work(t.base, timestep)
-    for lane in range(t.number.shape[0]):
-        if t.number[lane] < 0 or not _is_finite(t.work, n, lane):
-            return True
-    return False
+                for k in range(6):  # accelerations bring the base to the driven velocity
+                    change = now[k, lane] - t.base[0, s.BASE_V + k, lane]
+                    t.base[0, s.BASE_A + k, lane] = change / timestep
+            touched = _find(t)
+            if touched:
+                _push(t, timestep, damped)
+            if not (touched and damped):
+                fold_in_space(t.constants, t.work, t.base, t.loaded, t.kind, timestep, t.width)
+            if touched:
+                t.loaded[:] = False
+                for lane in range(t.number.shape[0]):
+                    clear_in_space(t.work, t.rows[lane], s.EDGES * t.number[lane], lane)
+            _count_work(t.base, timestep)
+            _carry(t.base, t.place, now, timestep)
+            move_in_space(t.constants, t.work, t.base, t.kind, timestep, t.width)
+            _count_work(t.base, timestep)
+        for lane in range(tape.shape[0]):
+            _write(t, tape[lane, row], lane)
+        for lane in range(t.number.shape[0]):
+            if t.number[lane] < 0 or not _is_finite(t.work, n, lane):
+                return row + 1, True
+    return stop, False
 
 
 @inlined
@@ -266,18 +271,6 @@ def _push(t, timestep, damped):
             )
 
 
-@compiled
-def _record_in_space(handle, tape, sample, stop, every, timestep, drive, damped):
-    """Take ``every`` steps before each sample and write it to ``tape``, as ``record_many``."""
-    for k in range(sample, stop):
-        ended = _step_in_space(handle, (k - sample) * every, every, timestep, drive, damped)
-        for lane in range(tape.shape[0]):
-            _write(handle.tables, tape[lane, k], lane)
-        if ended:
-            return k + 1, True
-    return stop, False
-
-
 @inlined
 def _write(t, row, lane):
     n, at = t.work.shape[1], 0
@@ -322,7 +315,6 @@ class SpaceChainStepper(ChainStepper):
     """Scenes in space of one segment count and one number of planes, one per lane."""
 
     rows_each = s.EDGES
-    step_lanes = staticmethod(_step_in_space)
     record_lanes = staticmethod(_record_in_space)
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
@@ -337,7 +329,7 @@ class SpaceChainStepper(ChainStepper):
     def _settle(self) -> None:
         t = self.tables
         self.handle = _make_space_handle(t)
-        _step_in_space(self.handle, 0, 0, self.timestep, self.drive, self.damped)
+        self._run(0, self.drive)
         move_in_space(t.constants, t.work, t.base, t.kind, 0.0, t.width)
 
     def read(self) -> State:

@@ -1,6 +1,6 @@
 """Sweeps of the chain in space: vectors of lanes, the base, outwards, inwards, outwards again."""
 
-from feeler.compiled import inlined, lean
+from feeler.compiled import inlined, lean, nested
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.lanes import fma, get, put, sincos, spread
 from feeler.physics.chain.space import fields as s
@@ -461,7 +461,7 @@ def _touch(work, i, whole, width):
     return inertia, mixed, mass, turn, add(force, _get3(work, s.BIAS + 3, i, width))
 
 
-@lean
+@nested
 def fold_in_space(constants, work, base, loaded, kind, timestep, width):
     """The inward sweep of (M + hC + JᵀDJ) q̈ = …, as in the plane; the base's reaction."""
     planes, soft, flows = kind
@@ -482,7 +482,7 @@ def fold_in_space(constants, work, base, loaded, kind, timestep, width):
     _fold_base(base, soft, timestep, whole, width)
 
 
-@lean
+@nested
 def unfold_in_space(work, base, loaded, last, kind, width):
     """The outward sweep: segments 0…``last`` that are ``loaded`` are told their accelerations."""
     planes, soft, _ = kind
@@ -497,7 +497,7 @@ def unfold_in_space(work, base, loaded, last, kind, width):
         push = add(push, cross(alpha, _get3(work, s.SEG_ALONG, i, width)))
 
 
-@lean
+@nested
 def locate_in_space(work, base, last, width):
     """Places and velocities of hinges 0…``last`` in the world; only contact needs them."""
     place, velocity = _get_base(base, s.ROOT, width), _get_base(base, s.ROOT_V, width)
