@@ -39,7 +39,7 @@ def say(as_json: bool, plain: object, lines: Iterable[str]) -> None:
         typer.echo(line)
 
 
-def try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
+def _try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
     """The movie that was written, or None where the library for movies is missing, said so."""
     try:
         return write(path)
