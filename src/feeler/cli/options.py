@@ -190,7 +190,7 @@ class _Page(TyperCommand):
                     formatter.write_dl(rows)
 
 
-class Verbs(typer.Typer):
+class _Commands(typer.Typer):
     """A Typer whose commands have such pages."""
 
     def command(self, name: str | None = None, **how: Any) -> Any:

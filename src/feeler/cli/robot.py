@@ -54,7 +54,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, _list_examples, _require_new, say
+from feeler.cli.options import Json, _Commands, _list_examples, _require_new, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -84,7 +84,7 @@ from feeler.errors import InvalidInput
 from feeler.files import write_text
 from feeler.progress import ProgressBar
 
-app = Verbs(
+app = _Commands(
     help="Calibrate, test and classify with a robotic antenna.",
     no_args_is_help=True,
 )
@@ -250,10 +250,8 @@ def fit(
         raise InvalidInput(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
-    units, how = (
-        {"unit": unit, "time_unit": time_unit},
-        _list_given(engine=engine, timestep=timestep),
-    )
+    units = {"unit": unit, "time_unit": time_unit}
+    how = _list_given(engine=engine, timestep=timestep)
     read = robot.read([recording], calibration, "refuse", "refuse", bad_channels, **units)[0]
     theory = (
         {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
