@@ -128,6 +128,8 @@ _CALLED = {
     "half_width": "size",
     "inter_antennal_angle": "angle",
     "readers": "reader",
+    "n_hinges": "hinges",
+    "unit": "time_unit",
 }
 _PLAINLY = {  # the words of Typer from 0.29, and of Click, which it showed before
     r"Input should be a valid number.*|.* is not a valid float.*": "give a number",
