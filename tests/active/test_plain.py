@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from feeler.active.environment import TASKS, TouchVectorEnv, make_env
+from feeler.active.environment import TASKS, TouchVectorEnv, _make_env
 from feeler.errors import InvalidInput, ModelValidityWarning
 
 PLAIN = [
@@ -22,13 +22,13 @@ def test_a_box_goes_in_and_a_flat_box_comes_out(name):
     env = gymnasium.make(name, repeat=3)
     assert isinstance(env.action_space, gymnasium.spaces.Box) and env.action_space.shape[0] > 2
     assert env.observation_space.shape == (env.reset(seed=0)[0].size,)
-    check_env(make_env(name), skip_render_check=True)
+    check_env(_make_env(name), skip_render_check=True)
 
 
 def test_one_action_is_held_for_its_milliseconds_and_rewards_add_up():
     """The same touch, by hand in steps of 1 ms."""
-    plain = make_env("feeler/Touch-v0", repeat=4, span=2.0)
-    bare = make_env("feeler/Touch-v0", plain=False)
+    plain = _make_env("feeler/Touch-v0", repeat=4, span=2.0)
+    bare = _make_env("feeler/Touch-v0", plain=False)
     task = bare.unwrapped.task
     seen, _ = plain.reset(seed=3)
     told, _ = bare.reset(seed=3)
@@ -70,7 +70,7 @@ def test_lanes_are_the_single_environments_through_their_ends():
     fields = {"duration": 24.0, "decide": True, "repeat": 5, "pool": 8}
     lanes = gymnasium.make_vec("feeler/Touch-v0", num_envs=3, **fields)
     assert isinstance(lanes.unwrapped, TouchVectorEnv)
-    alone = [make_env("feeler/Touch-v0", **fields) for _ in range(3)]
+    alone = [_make_env("feeler/Touch-v0", **fields) for _ in range(3)]
     seen, _ = lanes.reset(seed=11)
     own = [env.reset(seed=11 + k)[0] for k, env in enumerate(alone)]
     np.testing.assert_array_equal(seen, own)
@@ -121,7 +121,7 @@ def test_stable_baselines3_takes_the_lanes():
     fields = {"duration": 30.0, "pool": 8}
     envs = TouchVecEnv("feeler/Touch-v0", 3, **fields)
     envs.seed(5)
-    alone = make_env("feeler/Touch-v0", **fields)
+    alone = _make_env("feeler/Touch-v0", **fields)
     first = envs.reset()
     np.testing.assert_array_equal(first[1], alone.reset(seed=6)[0])
     action = np.full((3, 8), 0.25, np.float32)

@@ -236,8 +236,8 @@ def test_effect_is_the_mean_over_the_sample_sd():
         ([], 0.9, "finite values"),
         ([1.0, np.nan], 0.9, "finite values"),
         ([[1.0, 2.0]], 0.9, "finite values"),
-        ([1.0, 2.0], 0.0, "level must lie in"),
-        ([1.0, 2.0], 1.0, "level must lie in"),
+        ([1.0, 2.0], 0.0, "level must be > 0 and < 1"),
+        ([1.0, 2.0], 1.0, "level must be > 0 and < 1"),
     ],
 )
 def test_what_has_no_mean_or_no_interval_is_refused(values, level, message):

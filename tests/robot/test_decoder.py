@@ -32,7 +32,7 @@ from feeler.robot import (
     train_decoder,
 )
 from feeler.robot.board import make_board_decoder
-from feeler.robot.live import LiveTouch
+from feeler.robot.live import _LiveTouch
 from feeler.robot.stream import Link, _Buffer, open_serial, read_lines, read_samples
 
 NODE = Path(__file__).parents[2] / "examples" / "ros2" / "antenna_node.py"
@@ -328,14 +328,14 @@ def test_a_board_that_was_unplugged_is_waited_for(tmp_path):
 def test_control_c_gives_the_summary(file, touched, monkeypatch, tmp_path):
     """After 600 samples of a touch; what was felt is judged, and the exit code is the shell's."""
     save_recording(touched[0][0], tmp_path / "touch.csv")
-    update, count = LiveTouch.update, iter(range(10**6))
+    update, count = _LiveTouch.update, iter(range(10**6))
 
     def stop(self, *words):
         if next(count) == 600:
             raise KeyboardInterrupt
         return update(self, *words)
 
-    monkeypatch.setattr(LiveTouch, "update", stop)
+    monkeypatch.setattr(_LiveTouch, "update", stop)
     done = run("stream", tmp_path / "touch.csv", "--decoder", file)
     assert done.exit_code == 130
     assert "as a whole: " in done.output and re.search(r"60\d samples at 1000", done.output)

@@ -204,7 +204,7 @@ def test_a_saved_recording_keeps_its_labels_its_robot_and_as_many_digits_as_aske
         )
         away = np.abs(again.values - values).max()
         assert away <= off and (off == 0.0 or away > 1e-5)
-    with pytest.raises(InvalidInput, match="digits must be 1 to 17, got 18"):
+    with pytest.raises(InvalidInput, match="digits must be from 1 to 17, got 18"):
         save_recording(one, tmp_path / "a.csv", digits=18)
     with pytest.raises(InvalidInput, match="unit of voltage is mV, got 'pF'"):
         one.replace(unit="pF")
@@ -222,7 +222,7 @@ def test_a_moulded_robot_is_as_thick_as_its_diameter_says_and_as_long(tmp_path):
     assert theory.stiffness[0] > 3 * theory.stiffness[-1]
     with pytest.raises(InvalidInput, match=r"m\.toml exists already"):
         write_robot(tmp_path / "m.toml", 5)
-    with pytest.raises(InvalidInput, match="at most 256 hinges, got 257"):
+    with pytest.raises(InvalidInput, match="n_hinges must be from 1 to 256, got 257"):
         write_robot(tmp_path / "n.toml", 257)
 
 

@@ -28,7 +28,7 @@ from feeler.robot import (
     touch_robots,
 )
 from feeler.robot.classify import judge_recording
-from feeler.robot.live import LiveTouch, Readings
+from feeler.robot.live import Readings, _LiveTouch
 from feeler.robot.reality import _choose_before
 from feeler.robot.stream import Link
 
@@ -113,7 +113,7 @@ def play(trained, recording, step=1.0, jitter=0.0, begin=123e3, side=1):
     at = np.minimum(at, count - 1.0)
     sent = np.array([np.interp(at, np.arange(count), row) for row in recording.values])
     decoder, classifier, _ = trained
-    live = LiveTouch(decoder, classifier, make_robot(), _choose_before(make_robot(), TRIALS))
+    live = _LiveTouch(decoder, classifier, make_robot(), _choose_before(make_robot(), TRIALS))
     return live, [live.update(side * sent[:, k], begin + at[k]) for k in range(at.size)]
 
 

@@ -177,7 +177,7 @@ def test_what_cannot_be_learned_is_refused():
         PoissonReader().fit(-make_rates()[0], list("abcd"))
     with pytest.raises(InvalidInput, match="unknown code of spikes 'phase'; valid: counts"):
         SpikeReader("phase").fit(*make_rasters(0)[:2])
-    with pytest.raises(InvalidInput, match="4 touches, 2 labels"):
+    with pytest.raises(InvalidInput, match="4 tensors but 2 labels"):
         PoissonReader().fit(make_rates()[0], list("ab"))
     with pytest.raises(InvalidInput, match="step must be > 0"):
         PoissonReader(step=0).fit(*make_rates())

@@ -355,7 +355,7 @@ def _make_task(name: str, fields: dict[str, Any]) -> tuple[ActiveTask, dict[str,
     return task, form
 
 
-def make_env(name: str, **fields: Any) -> TouchEnv:
+def _make_env(name: str, **fields: Any) -> TouchEnv:
     """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or keywords of
     :class:`TouchVectorEnv`, of which ``plain`` is True by default.
     """
@@ -363,8 +363,8 @@ def make_env(name: str, **fields: Any) -> TouchEnv:
     return TouchEnv(task, **form)
 
 
-def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
-    """What ``gymnasium.make_vec(name, num_envs)`` calls; ``fields`` as of :func:`make_env`."""
+def _make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
+    """What ``gymnasium.make_vec(name, num_envs)`` calls; ``fields`` as of :func:`_make_env`."""
     task, form = _make_task(name, fields)
     return TouchVectorEnv(task, num_envs, **form)
 
@@ -373,7 +373,7 @@ for name in TASKS:
     if name not in gymnasium.registry:
         gymnasium.register(
             name,
-            entry_point="feeler.active.environment:make_env",
-            vector_entry_point="feeler.active.environment:make_vector_env",
+            entry_point="feeler.active.environment:_make_env",
+            vector_entry_point="feeler.active.environment:_make_vector_env",
             kwargs={"name": name},
         )

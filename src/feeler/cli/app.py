@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from feeler.cli.options import Verbs, _add_verb, _say_in_shell, list_options
+from feeler.cli.options import Commands, _add_verb, _say_in_shell, list_options
 from feeler.errors import FeelerError, lacks_memory, say_warnings
 from feeler.files import FULL
 from feeler.terminal import escape, plain_output
@@ -58,7 +58,7 @@ def _is_file(word: str) -> bool:
     return not word.startswith("-") and (looks_like or os.path.exists(word))
 
 
-app = Verbs(
+app = Commands(
     cls=_Verbs,
     no_args_is_help=True,
     pretty_exceptions_enable=False,

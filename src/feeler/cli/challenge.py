@@ -16,9 +16,9 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Verbs, list_examples
+from feeler.cli.options import Commands, list_examples
 
-app = Verbs(
+app = Commands(
     help="Enter a public task: families of unknown objects.",
     no_args_is_help=True,
 )

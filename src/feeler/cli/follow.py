@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from feeler.cli.options import Json, say, try_movie
+from feeler.cli.options import Json, _try_movie, say
 from feeler.files import write_text
 
 _POOR = 0.8  # [C] R² below which a straight line is called poor
@@ -177,7 +177,7 @@ def _save(out: Path, name: str, run: Any, known: Any, words: list[str], movie: b
         write_text(out / "follow.csv", run.to_frame().to_csv(index=False))
         files += ["run.png", "follow.csv"]
     write = None if run is None or not movie else partial(write_run_movie, run)
-    if write and (path := try_movie(write, out / "follow.mp4")):
+    if write and (path := _try_movie(write, out / "follow.mp4")):
         section.movie(path, f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature.")
         files.append(path.name)
     if known is not None:

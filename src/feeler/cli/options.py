@@ -39,7 +39,7 @@ def say(as_json: bool, plain: object, lines: Iterable[str]) -> None:
         typer.echo(line)
 
 
-def try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
+def _try_movie(write: Callable[[Path], Path], path: Path) -> Path | None:
     """The movie that was written, or None where the library for movies is missing, said so."""
     try:
         return write(path)
@@ -128,6 +128,8 @@ _CALLED = {
     "half_width": "size",
     "inter_antennal_angle": "angle",
     "readers": "reader",
+    "n_hinges": "hinges",
+    "unit": "time_unit",
 }
 _PLAINLY = {  # the words of Typer from 0.29, and of Click, which it showed before
     r"Input should be a valid number.*|.* is not a valid float.*": "give a number",
@@ -190,7 +192,7 @@ class _Page(TyperCommand):
                     formatter.write_dl(rows)
 
 
-class Verbs(typer.Typer):
+class Commands(typer.Typer):
     """A Typer whose commands have such pages."""
 
     def command(self, name: str | None = None, **how: Any) -> Any:

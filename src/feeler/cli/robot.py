@@ -54,7 +54,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, Verbs, _require_new, list_examples, say
+from feeler.cli.options import Commands, Json, _require_new, list_examples, say
 from feeler.cli.robot_live import board, replay, stream
 from feeler.cli.robot_options import (
     AntennaName,
@@ -70,21 +70,21 @@ from feeler.cli.robot_options import (
     Objects,
     Out,
     Outside,
-    Robot,
     Speeds,
     Timestep,
     TimeUnit,
     Workers,
     _choose_decoder,
+    _list_given,
+    _make_touches,
+    _Robot,
     _say_progress,
-    make_touches,
-    tell,
 )
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 from feeler.progress import ProgressBar
 
-app = Verbs(
+app = Commands(
     help="Calibrate, test and classify with a robotic antenna.",
     no_args_is_help=True,
 )
@@ -174,7 +174,7 @@ def check(
     """
     from feeler.cli.robot_pages import _describe_one, _write_recordings
 
-    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    robot, units = _Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
     known = [_describe_one(path.name, one) for path, one in zip(recordings, read, strict=True)]
     words = "{file}: {channels} channels, {duration_ms:g} ms, source {source}".format
@@ -212,7 +212,7 @@ def convert(
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
-    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    robot, units = _Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     read = robot.read(recordings, calibration, outside, gaps, bad_channels, **units)
     dataset = make_dataset(read, robot.antenna, lengths=lengths)
     save(dataset, out)
@@ -245,12 +245,13 @@ def fit(
     from feeler.cli.robot_pages import _describe_fit, _write_fit
     from feeler.robot import compare_tips, fit_factors, make_flexures
 
-    robot, sheet = Robot(antenna, joints), tell(thickness=thickness, length=length)
+    robot, sheet = _Robot(antenna, joints), _list_given(thickness=thickness, length=length)
     if sheet and antenna != "robot":
         raise InvalidInput(
             "--thickness and --length belong to the paper's robot; write yours into the robot file."
         )
-    units, how = {"unit": unit, "time_unit": time_unit}, tell(engine=engine, timestep=timestep)
+    units = {"unit": unit, "time_unit": time_unit}
+    how = _list_given(engine=engine, timestep=timestep)
     read = robot.read([recording], calibration, "refuse", "refuse", bad_channels, **units)[0]
     theory = (
         {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
@@ -310,9 +311,9 @@ def classify(
     from feeler.robot import subtract_rest
     from feeler.robot.classify import judge_recording
 
-    robot, units = Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
+    robot, units = _Robot(antenna, joints), {"unit": unit, "time_unit": time_unit}
     said = {"objects": objects, "locations": locations, "speeds": speeds}
-    how = tell(engine=engine, timestep=timestep, workers=workers)
+    how = _list_given(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
         robot.adopt(_choose_decoder(decoder, robot, said, robots, **how), antenna != "robot")
     read = [
@@ -361,10 +362,10 @@ def gap(
     from feeler.robot import measure_parts
 
     own = objects or locations or speeds or antenna != "robot"
-    touches = make_touches(objects, locations, speeds) if own else None
+    touches = _make_touches(objects, locations, speeds) if own else None
     with ProgressBar("parts of the gap") as progress:
         scores = measure_parts(
-            Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
+            _Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
         )
     found = {
         name: {what: score.share(what) for what in score.correct}
@@ -429,8 +430,8 @@ def train(
         _require_new(file)
     if not out.parent.is_dir():
         raise InvalidInput(f"there is no folder {out.parent}. Make it first.")
-    chosen = Robot(robot, joints)
-    touches = make_touches(objects, locations, speeds, friction)
+    chosen = _Robot(robot, joints)
+    touches = _make_touches(objects, locations, speeds, friction)
     path = calibration or chosen.calibration
     lines = None if path is None else load_calibration(path)
     chosen.check_lines(lines)
@@ -444,7 +445,7 @@ def train(
             calibration=lines,
             joints=chosen.joints,
             progress=progress,
-            **tell(engine=engine, timestep=timestep, workers=workers),
+            **_list_given(engine=engine, timestep=timestep, workers=workers),
         )
     decoder.save(out)
     known: dict[str, Any] = {

@@ -23,14 +23,14 @@ from feeler.cli.robot_options import (
     Objects,
     Out,
     Outside,
-    Robot,
     Speeds,
     Timestep,
     TimeUnit,
     Workers,
     _choose_decoder,
+    _list_given,
     _parse_missing,
-    tell,
+    _Robot,
 )
 from feeler.errors import InvalidInput, require_extra
 from feeler.files import write_text
@@ -100,9 +100,9 @@ def stream(
 
     if serial:
         require_extra("serial", "robot", "a serial port")
-    robot, gone = Robot(antenna), _parse_missing(missing)
+    robot, gone = _Robot(antenna), _parse_missing(missing)
     said = {"objects": objects, "locations": locations, "speeds": speeds}
-    how = tell(engine=engine, timestep=timestep, workers=workers)
+    how = _list_given(engine=engine, timestep=timestep, workers=workers)
     if decoder is not None:
         robot.adopt(_choose_decoder(decoder, robot, said, **how), antenna != "robot")
     lines = robot.load_lines(calibration)
@@ -290,7 +290,7 @@ def replay(
     from feeler.robot import load_recording
     from feeler.robot.stream import frame_sample
 
-    read = load_recording(recording, **Robot(antenna).channels)
+    read = load_recording(recording, **_Robot(antenna).channels)
     began = time.monotonic()
     for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
         wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()

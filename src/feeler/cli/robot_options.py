@@ -1,5 +1,5 @@
-"""What the options of ``feeler robot`` mean: the robot with its recordings, and the touches to tell
-apart.
+"""What the options of ``feeler robot`` mean: the robot with its recordings, and the touches to
+discriminate.
 """
 
 from pathlib import Path
@@ -84,12 +84,12 @@ DecoderFile = Annotated[
 ]
 
 
-def tell(**options: Any) -> dict[str, Any]:
+def _list_given(**options: Any) -> dict[str, Any]:
     """What was said on the command line."""
     return {name: value for name, value in options.items() if value is not None}
 
 
-class Robot:
+class _Robot:
     """What --antenna says: the antenna, and of a robot file also its calibration and joints."""
 
     def __init__(self, name: str, joints: str | None = None) -> None:
@@ -177,7 +177,7 @@ def _split_names(text: str | None) -> tuple[str, ...]:
     return tuple(name for name in names if name)
 
 
-def make_touches(
+def _make_touches(
     objects: Path | None,
     locations: str | None,
     speeds: str | None,
@@ -189,7 +189,7 @@ def make_touches(
 
     features = None if objects is None else load_objects(objects)
     return make_robot_touches(
-        **tell(
+        **_list_given(
             features=features,
             locations=_split("--locations", locations),
             speeds=_split("--speeds", speeds),
@@ -224,7 +224,7 @@ def _say_progress(touches: list, robots: int) -> Any:
 
 def _choose_decoder(
     file: Path | None,
-    robot: Robot,
+    robot: _Robot,
     said: dict[str, Any],
     robots: int = 24,
     **how: Any,
@@ -243,7 +243,7 @@ def _choose_decoder(
                 " another decoder with it."
             )
         return RobotDecoder.load(file)
-    touches = make_touches(**said)
+    touches = _make_touches(**said)
     kept = find_cached(robot.antenna, touches, robots=robots, **how)
     if kept.is_file():
         try:

@@ -54,13 +54,13 @@ def studio(
     """
     import webbrowser
 
-    from feeler.cli.robot_options import Robot
+    from feeler.cli.robot_options import _Robot
     from feeler.presets import PRESETS
     from feeler.robot import load_calibration
     from feeler.studio import Boards, Studio
     from feeler.studio.requests import wish_for
 
-    robot = Robot(antenna)
+    robot = _Robot(antenna)
     wish = wish_for(antenna if antenna in PRESETS else robot.antenna)
     if page is not None:
         _write(page, wish)

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from feeler.cli.options import Json, say, try_movie
+from feeler.cli.options import Json, _try_movie, say
 from feeler.errors import InvalidInput
 from feeler.files import write_text
 
@@ -229,7 +229,7 @@ def _save(
     )
     several = next(iter(sweeps.values())).distance.size > 1
     write = partial(write_sweeps_movie, sweeps)
-    if movie and several and (path := try_movie(write, out / "wall.mp4")):
+    if movie and several and (path := _try_movie(write, out / "wall.mp4")):
         section.movie(
             path, "A wall comes nearer; colours: curvature beyond rest, on one scale."
         )

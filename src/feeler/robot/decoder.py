@@ -27,7 +27,7 @@ from feeler.robot.classify import (
     make_classifier,
 )
 from feeler.robot.description import RobotFile, make_robot
-from feeler.robot.live import LiveTouch
+from feeler.robot.live import _LiveTouch
 from feeler.robot.reality import _choose_before, make_decoder
 from feeler.robot.recordings import Recording
 from feeler.robot.repair import repair
@@ -154,7 +154,7 @@ class RobotDecoder:
         *,
         missing: Sequence[int] = (),
         labels: dict[str, str | float] | None = None,
-    ) -> LiveTouch:
+    ) -> _LiveTouch:
         """A touch to be decoded sample by sample: ``update(angles, time)`` with angles (sensor,)
         [rad] and the time [ms].
 
@@ -177,7 +177,7 @@ class RobotDecoder:
             tensor[off] = np.nan
             for moment in self.stream.watch_.readers_:
                 self.stream.watch_.judge(tensor, moment - 1, list(self.stream.classes_))
-        return LiveTouch(
+        return _LiveTouch(
             self.stream, self.classifier, self.antenna, self.before, labels, missing
         )
 

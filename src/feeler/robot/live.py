@@ -112,7 +112,7 @@ class Readings:
         return ""
 
 
-class LiveTouch:
+class _LiveTouch:
     """One touch while it happens.
 
     At first the answer is the decoder's; from 400 ms after the tip's first peak on it is that of
