@@ -1,5 +1,6 @@
 """What a user reads of a warning: one sentence a kind, no place in our code."""
 
+import pickle
 import warnings
 
 import pytest
@@ -26,6 +27,19 @@ def test_a_kind_of_warning_is_said_once_and_without_our_files(capsys, others):
         "feeler: warning: moves 3 mm",
     ]
     assert others == []
+
+
+def test_a_warning_of_ours_is_shown_once_per_place_whatever_its_numbers():
+    with warnings.catch_warnings(record=True) as shown:
+        warnings.simplefilter("default")
+        for depth in (0.56, 12.0):
+            warning = ModelValidityWarning("sank too deep.", f"By {depth:g} of the radius.")
+            again = pickle.loads(pickle.dumps(warning))
+            assert (str(again), again.details) == (str(warning), warning.details)
+            warnings.warn(warning, stacklevel=1)
+    (one,) = shown
+    line = warnings.formatwarning(one.message, one.category, one.filename, one.lineno, "")
+    assert "ModelValidityWarning: sank too deep. By 0.56 of the radius." in line
 
 
 LIBRARY = "/there/site-packages/sklearn/linear_model/_logistic.py"

@@ -62,12 +62,26 @@ class SimulationDivergedError(FeelerError, RuntimeError):
         return type(self), (self.label, self.time, self.angle, self.velocity, self.advice)
 
 
-class AccuracyWarning(UserWarning):
-    """Some touches did not reach the accuracy that was asked for."""
+class _DetailedWarning(UserWarning):
+    """A warning whose text is the same each time, so that Python's filters show it once per place.
+
+    ``details`` are the numbers and names of this time; they are printed behind the text.
+    """
+
+    def __init__(self, text: str, details: str = "") -> None:
+        super().__init__(text)
+        self.details = details
+
+    def __format__(self, spec: str) -> str:
+        return format(f"{self.args[0]} {self.details}".rstrip(), spec)
 
 
-class ModelValidityWarning(UserWarning):
-    """A model is used outside its valid range; the message says by how much."""
+class AccuracyWarning(_DetailedWarning):
+    """Some touches did not reach the accuracy that was asked for; ``details`` names them."""
+
+
+class ModelValidityWarning(_DetailedWarning):
+    """A model is used outside its valid range; ``details`` say by how much."""
 
 
 class StoreError(FeelerError, OSError):
@@ -147,7 +161,7 @@ def say_warnings(
         if not ours and sys.warnoptions:
             show(message, category, filename, lineno, file, line)
             return
-        words = str(message) if ours else f"{_name_library(filename)}: {_cut(str(message))}"
+        words = f"{message}" if ours else f"{_name_library(filename)}: {_cut(str(message))}"
         kind = re.sub(r"[\d.]+", "", words)
         if kind not in known:
             print(f"feeler: warning: {escape(put(words))}", file=file or sys.stderr)

@@ -120,5 +120,7 @@ def test_rows_that_make_no_beam_are_refused(options, match):
     "options", [{"length": 23912.0}, {"length": 0.024}, {"radius": 110.0}, {"radius": 1e-4}]
 )
 def test_micrometres_or_metres_in_the_place_of_millimetres_are_questioned(options):
-    with pytest.warns(ModelValidityWarning, match=rf"{next(iter(options))} of .* not µm or m"):
+    with pytest.warns(
+        ModelValidityWarning, match=rf"{next(iter(options))} is outside .* not µm or m"
+    ):
         Antenna.from_beam(**{**BEAM, "radius": 0.1, **options})

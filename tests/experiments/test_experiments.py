@@ -190,7 +190,6 @@ def test_the_cylinder_of_a_hit_touches_at_time_0():
 def test_the_fastest_touch_of_a_set_is_the_one_that_is_doubted(place):
     speeds = np.insert([0.1, 0.2], place, 6.0)  # mm/ms: half the radius and more in 0.1 ms
     trials = [Trial(feature=Ball(radius=1.5), location=0.5, speed=float(v)) for v in speeds]
-    with pytest.warns(
-        feeler.errors.ModelValidityWarning, match=r"^At 6 mm/ms an object moves 0\.6 mm"
-    ):
+    with pytest.warns(feeler.errors.ModelValidityWarning, match="outside what") as warned:
         feeler.touch(ANTENNA, trials, duration=1.0, timestep=0.1)
+    assert warned[0].message.details.startswith("At 6 mm/ms an object moves 0.6 mm")

@@ -148,7 +148,7 @@ def test_a_copy_and_a_reset_go_the_same_way():
 
 def test_what_never_comes_near_is_said():
     passing = BALL.replace(place=(-9.0, LONG + 10.0), velocity=(0.3, 0.0))
-    with pytest.warns(ModelValidityWarning, match="object 'ball' never comes near.* at"):
+    with pytest.warns(ModelValidityWarning, match="object 'ball' never comes near"):
         feeler.Simulation(ANTENNA, passing)
     with pytest.warns(ModelValidityWarning, match="never comes near"):
         make_body(passing)

@@ -258,7 +258,7 @@ def touch_warily(antenna, trial, **how) -> tuple[float, list[str]]:
         warnings.simplefilter("always")
         sink = float(feeler.touch(antenna, trial, duration=60, **how)["sink"].max())
     return sink, [
-        str(w.message) for w in caught if issubclass(w.category, ModelValidityWarning)
+        format(w.message) for w in caught if issubclass(w.category, ModelValidityWarning)
     ]
 
 

@@ -8,7 +8,7 @@ import numba as nb
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.records import Record, Registry
 from feeler.tensors.transforms import label_like, refuse_masked, stack_planes
 from feeler.validation import checked
@@ -472,12 +472,12 @@ def compute_ssim(
     """
     largest = np.abs(check_tensors(tensors)).max()
     if 0 < largest < 0.2 * data_range:
-        warnings.warn(
-            f"the largest entry is {largest:.3g}, far below data_range = {data_range:g}: SSIM's"
-            " constants will swamp the signal and every pair will look alike. Scale the whole set"
-            " first: scale_common(tensors).",
-            stacklevel=2,
+        text = (
+            "the largest entry is far below data_range: SSIM's constants will swamp the signal and"
+            " every pair will look alike. Scale the whole set first: scale_common(tensors)."
         )
+        numbers = f"They are {largest:.3g} and {data_range:g}."
+        warnings.warn(ModelValidityWarning(text, numbers), stacklevel=2)
     return _compare_all(
         tensors, "ssim", _make_ssim, block, data_range=data_range, border=border
     )

@@ -406,8 +406,10 @@ def _doubt(name: str, values: np.ndarray, usual: tuple[float, float], unit: str)
     if not low <= values.max() <= high:
         ends = dict.fromkeys((f"{values.min():.4g}", f"{values.max():.4g}"))
         warnings.warn(
-            f"{name} of {' to '.join(ends)} is outside {low:g} to {high:g}: is it in {unit}?",
-            ModelValidityWarning,
+            ModelValidityWarning(
+                f"{name} is outside its usual range: is it in {unit}?",
+                f"It is {' to '.join(ends)}, outside {low:g} to {high:g}.",
+            ),
             stacklevel=5,
         )
 

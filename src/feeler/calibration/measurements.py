@@ -115,13 +115,12 @@ def load_microscope(
         diameter = 2 * np.asarray(radius)
     radius = diameter[order] / 2
     if len(radius) > 1 and radius[-1] > radius[0]:
-        warnings.warn(
-            f"{table.source}: the last row is thicker ({2e3 * radius[-1]:.4g} µm) than the first"
-            f" ({2e3 * radius[0]:.4g} µm): does the table begin at the tip? Rows go from base to"
-            " tip.",
-            ModelValidityWarning,
-            stacklevel=2,
+        text = (
+            f"{table.source}: the last row is thicker than the first: does the table begin at the"
+            " tip? Rows go from base to tip."
         )
+        widths = f"{2e3 * radius[-1]:.4g} µm and {2e3 * radius[0]:.4g} µm."
+        warnings.warn(ModelValidityWarning(text, widths), stacklevel=2)
     made = {
         "modulus": modulus,
         "density": density,

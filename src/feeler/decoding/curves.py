@@ -613,12 +613,12 @@ def _rectify_all(given: Mapping[str, Any]) -> dict[str, np.ndarray]:
     sets = {name: stack_planes(mirror_to_left(tensors)) for name, tensors in given.items()}
     lost = max(_measure_other_way(tensors) for tensors in sets.values())
     if lost > MUCH:
-        warnings.warn(
-            f"up to {lost:.0%} of a touch's signal (sum of squares) is bending the other way, which"
-            " rectifying would remove: bending both ways is kept, as twice the sensors.",
-            ModelValidityWarning,
-            stacklevel=4,
+        text = (
+            "much of a touch's signal is bending the other way, which rectifying would remove:"
+            " bending both ways is kept, as twice the sensors."
         )
+        share = f"Up to {lost:.0%} of a touch's sum of squares."
+        warnings.warn(ModelValidityWarning(text, share), stacklevel=4)
     keep = fold_signs if lost > MUCH else rectify
     return {name: keep(tensors).values for name, tensors in sets.items()}
 

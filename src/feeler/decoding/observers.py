@@ -21,7 +21,7 @@ from feeler.decoding.classifiers import (
     sort_classes,
 )
 from feeler.decoding.transfer import _find_temperature
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, ModelValidityWarning
 from feeler.objects.noise import Noise, parse_noise
 from feeler.tensors.transforms import SQUARED, check_squares, find_scale, stack_planes
 
@@ -128,13 +128,13 @@ def warn_of_copies(
         if not off.size or (everywhere and np.mean(off != 0) < _MOST):
             continue
         if np.vdot(off[..., 1:], off[..., :-1]) < _ROUGH * np.vdot(off, off):
-            warnings.warn(
-                f"{type(reader).__name__} got {different.sum()} different tensors of the label"
-                f" '{name}' that look like noisy copies. It takes each as known without noise,"
-                " so it is no ideal observer of them: fit it on the clean tensors.",
-                UserWarning,
-                stacklevel=3,
+            text = (
+                f"{type(reader).__name__} got several tensors of one label that look like noisy"
+                " copies. It takes each as known without noise, so it is no ideal observer of"
+                " them: fit it on the clean tensors."
             )
+            several = f"The label '{name}' has {different.sum()}."
+            warnings.warn(ModelValidityWarning(text, several), stacklevel=3)
             return
 
 

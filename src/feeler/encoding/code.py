@@ -9,18 +9,19 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.compiled import compiled
+from feeler.compiled import compiled, lean
 from feeler.encoding.convolution import (
     apply_gram,
     compute_basis_gram,
     compute_spectra,
     correlate_with_bases,
-    descend_activations,
+    descend,
     fourier_length,
     invert_spectra,
+    project_activations,
     reconstruct,
 )
-from feeler.encoding.sparseness import l1_of_unit_vector, project_row
+from feeler.encoding.sparseness import l1_of_unit_vector
 from feeler.tensors.transforms import find_scale
 from feeler.validation import checked
 
@@ -114,13 +115,10 @@ def encode(
             return True
         if code == "ridge":
             return _solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
-        for trial in rows:
-            for row in trial:
-                project_row(row.copy(), l1, row)
+        project_activations(rows, l1, False)
         steps = np.ones(rows.shape[:2])
         return (
-            descend_activations(seen, kernel, fringe, rows, steps, l1, False, max_sweeps, tol)
-            < max_sweeps
+            descend(seen, kernel, fringe, rows, steps, l1, False, max_sweeps, tol) < max_sweeps
         )
 
     blocks = [
@@ -213,7 +211,7 @@ def _solve_nonnegative(seen, kernel, fringe, activations):
 def _pivot(seen, kernel, fringe, h, slope):
     """One trial of solve_nonnegative."""
     n_components, n_times = h.shape
-    top = max(seen.max(), 0.0)
+    top = _find_top(seen)
     if top == 0.0:
         h[:] = 0.0
         return 0
@@ -242,6 +240,16 @@ def _pivot(seen, kernel, fringe, h, slope):
                     active[m, t] = not active[m, t]
     np.maximum(h, 0.0, h)
     return MOST_PIVOTS
+
+
+@lean
+def _find_top(rows):
+    """The largest entry, at least 0; NumPy's max takes seconds to compile."""
+    top = 0.0
+    for row in rows:
+        for value in row:
+            top = max(top, value)
+    return top
 
 
 @compiled(inline="always")
@@ -327,15 +335,21 @@ def _polish_nonnegative(seen, kernel, fringe, activations, n_steps):
     n_trials, n_components, n_times = activations.shape
     bound = 0.0
     for m in range(n_components):  # Gershgorin, blockwise: no eigenvalue of G lies above
-        bound = max(bound, np.abs(kernel[m]).sum())
+        total = 0.0
+        for row in kernel[m]:
+            for value in row:
+                total += abs(value)
+        bound = max(bound, total)
     if bound == 0.0:
         return
     slope, ahead = np.empty((n_components, n_times)), np.empty((n_components, n_times))
     for n in range(n_trials):
         h, momentum = activations[n], 1.0
         # below rounding; fading numbers would slow the processor
-        nothing = 1e-14 * max(h.max(), 0.0)
-        ahead[:] = h
+        nothing = 1e-14 * _find_top(h)
+        for m in range(n_components):  # NumPy's copy takes seconds to compile
+            for t in range(n_times):
+                ahead[m, t] = h[m, t]
         for _ in range(n_steps):
             apply_gram(kernel, fringe, ahead, slope)
             following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))

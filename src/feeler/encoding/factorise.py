@@ -17,7 +17,7 @@ from feeler.encoding.convolution import (
     compute_spectra,
     correlate_with_activations,
     correlate_with_bases,
-    descend_activations,
+    descend,
     descend_bases,
     fourier_length,
     invert_spectra,
@@ -267,7 +267,6 @@ def _move(rows: np.ndarray, move: int) -> np.ndarray:
 _SLIDES, _TRIAL = (5, 10, 20, 40), 5
 # a trial is given up early where its second iteration leaves more than this of its lag [C]
 _HOPELESS = 0.5
-_SINGLE = 100_000  # [C] entries of one constraint, of which single precision takes the sums
 _FIRST_WEIGHT = 0.8  # of the last iteration's change, on top of which the next one begins [C]
 
 
@@ -492,7 +491,7 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
             return
         own = steps if joint else steps[block]
         seen -= pull
-        _descend(seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps)
+        descend(seen, kernel, fringe, rows, own, l1, joint, settings.inner_steps)
 
     list(run(update, [slice(None)] if joint else data.blocks))
     seen = data.gather(activations, run)
@@ -504,24 +503,6 @@ def _iterate(data: Data, state: _State, settings: Settings, run: Callable) -> _S
     components, shared, square = _improve_bases(state.components, seen, gram, settings, pull)
     loss = max(0.5 * data.energy - shared + 0.5 * square, 0.0)
     return _State(components=components, activations=activations, steps=steps, loss=loss)
-
-
-def _descend(seen, kernel, fringe, rows, steps, l1, joint, n_sweeps) -> None:
-    """Steps of the activations, in place: in single precision, which takes half the time, where a
-    constraint's sums are short enough, and then exactly onto the constraint. Units in which the
-    largest numbers are 1 keep the others in range.
-    """
-    short = rows.shape[2] * (len(rows) if joint else 1) <= _SINGLE
-    height = np.abs(seen).max(axis=None if joint else (1, 2), keepdims=True)
-    unit = np.where(height > 0, height, 1.0)
-    top = kernel.max() or 1.0
-    numbers = [
-        np.ascontiguousarray(values, np.float32 if short else float)
-        for values in (seen / unit, kernel / top, fringe / top, rows * (top / unit))
-    ]
-    descend_activations(*numbers, steps, l1, joint, n_sweeps, 0.0)
-    rows[:] = numbers[3] * (unit / top)
-    project_activations(rows, l1, joint)
 
 
 def _smooth(rows: np.ndarray, n_lags: int) -> np.ndarray:

@@ -530,9 +530,8 @@ class ConvolutiveNMF(  # type: ignore[call-arg]
         )
         if not best.converged and self.warn:
             warnings.warn(
-                f"The fit still improved by more than tol={self.tol:g} per iteration after"
-                f" max_iter={self.max_iter} iterations. Raise max_iter, or tol if this residual"
-                " will do.",
+                "The fit still improved by more than tol per iteration after max_iter iterations."
+                " Raise max_iter, or tol if this residual will do.",
                 ConvergenceWarning,
                 stacklevel=3,
             )

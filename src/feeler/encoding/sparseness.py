@@ -109,9 +109,11 @@ def project_row(v, l1, out):
     """Write into ``out`` the point nearest to ``v`` among the h ≥ 0 with ‖h‖₁ = l1·‖h‖₂."""
     n = v.size
     if l1 * l1 >= n * (1 - 1e-12):  # sparseness 0: all entries equal
-        level = max(v.mean(), 0.0)
+        total = 0.0
         for i in range(n):
-            out[i] = level
+            total += v[i]
+        for i in range(n):
+            out[i] = max(total, 0.0) / n
         return
     top = v[0]
     for i in range(1, n):

@@ -28,6 +28,7 @@ from feeler.objects.sampling import SampledTrials
 from feeler.objects.trials import Trial, place
 from feeler.physics.contact import (
     DEEP,
+    DOUBT,
     Contact,
     describe_sink,
     get_contact,
@@ -290,27 +291,27 @@ def _warn(
 ) -> None:
     missed = tensors["error"].values > (OFF if accuracy is None else accuracy)
     if missed.any() and accuracy is not None:
-        warnings.warn(
-            f"{missed.sum()} of {missed.size} touches did not reach accuracy={accuracy:g}"
-            f" ({_name_touches(tensors, missed)}): what they are off by is unknown, and their"
-            " `error` is inf. Leave them out, or use a softer contact or a slower object.",
-            AccuracyWarning,
-            stacklevel=3,
+        text = (
+            "touches did not reach the accuracy asked for: what they are off by is unknown, and"
+            " their `error` is inf. Leave them out, or use a softer contact or a slower object."
         )
+        said = f"They are {missed.sum()} of {missed.size} at accuracy={accuracy:g}:"
     elif missed.any():
-        warnings.warn(
-            f"{missed.sum()} of {missed.size} touches may be off by more than {OFF:.0%} of their"
-            f" peak ({_name_touches(tensors, missed)}), as other timesteps than"
-            f" {tensors.attrs['timestep']:g} ms give something else; their `error` says by how"
-            " much. Use a smaller timestep= or accuracy=0.01, or leave them out.",
-            AccuracyWarning,
-            stacklevel=3,
+        text = (
+            "touches may be off, as other timesteps give something else; their `error` says by how"
+            " much. Use a smaller timestep= or accuracy=, or leave them out."
         )
+        said = (
+            f"They are {missed.sum()} of {missed.size} at timestep"
+            f" {tensors.attrs['timestep']:g} ms, off by more than {OFF:.0%} of their peak:"
+        )
+    if missed.any():
+        names = _name_touches(tensors, missed)
+        warnings.warn(AccuracyWarning(text, f"{said} {names}."), stacklevel=3)
     sink = float(tensors["sink"].values.max()) if "sink" in tensors else 0.0
     if sink > DEEP:
-        warnings.warn(
-            describe_sink(sink, contact, fixed=fixed), ModelValidityWarning, stacklevel=3
-        )
+        doubt = describe_sink(sink, contact, fixed=fixed)
+        warnings.warn(ModelValidityWarning(DOUBT, doubt), stacklevel=3)
 
 
 def _name_touches(tensors: xr.Dataset, chosen: np.ndarray) -> str:
@@ -335,7 +336,7 @@ def _warn_of_speed(
     else:
         speed = max(trial.speed for trial in trials)
     for doubt in list_validity_warnings(antenna, contact, speed, clock.timestep, fixed=fixed):
-        warnings.warn(doubt, ModelValidityWarning, stacklevel=3)
+        warnings.warn(ModelValidityWarning(DOUBT, doubt), stacklevel=3)
 
 
 def _open(store: str | os.PathLike, job: _WorkerTask, trials: Sequence[Trial]) -> "Store":

@@ -273,6 +273,10 @@ def _choose_time_constant(antenna: Antenna) -> float:
     return float(_LONGEST / max(1.0, np.ceil(_LONGEST / asked - 1e-9)))
 
 
+DOUBT = "a contact, or the timestep, is outside what its model is valid for."
+"""The text of what is warned of, before one of the sentences below."""
+
+
 def list_validity_warnings(
     antenna: Antenna, contact: Contact, speed: float, timestep: float, *, fixed: bool = False
 ) -> list[str]:

@@ -29,6 +29,7 @@ from feeler.objects.shapes import trace_rim
 from feeler.objects.trials import Trial
 from feeler.physics.contact import (
     DEEP,
+    DOUBT,
     Contact,
     describe_sink,
     get_contact,
@@ -284,7 +285,7 @@ class Simulations:
     @staticmethod
     def _warn(doubts: Iterable[str]) -> None:
         for doubt in doubts:
-            warnings.warn(doubt, ModelValidityWarning, stacklevel=4)
+            warnings.warn(ModelValidityWarning(DOUBT, doubt), stacklevel=4)
 
     def _advance(self, groups: range, n_steps: int) -> None:
         """Step the lanes of these steppers, one after the other."""
@@ -800,13 +801,13 @@ def _warn_of_misses(scene: Scene) -> None:
         time = max(0.0, -float(gap @ rate) / speed**2)
         nearest = float(np.hypot.reduce(gap + time * rate))
         if nearest > reach + extent:
-            warnings.warn(
-                f"object {item.name!r} never comes near: as it moves now, its place passes the base"
-                f" at {nearest:.3g} mm, and the antenna reaches {reach:.3g} mm. Check place= and"
-                " velocity=, which are in the world's axes.",
-                ModelValidityWarning,
-                stacklevel=4,
+            text = (
+                f"object {item.name!r} never comes near, as it moves now. Check place= and"
+                " velocity=, which are in the world's axes."
             )
+            details = f"Its place passes the base at {nearest:.3g} mm, and the antenna reaches"
+            warning = ModelValidityWarning(text, f"{details} {reach:.3g} mm.")
+            warnings.warn(warning, stacklevel=4)
 
 
 def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.ndarray | None:

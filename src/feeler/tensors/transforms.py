@@ -270,14 +270,16 @@ def rectify(tensors: Tensors) -> Tensors:
     share = measure_negative(tensors)
     lost = share > _MOST
     if lost.any():
-        warnings.warn(
-            f"rectify sets up to {share.max():.0%} of a trial's signal (sum of squares) to 0, in"
-            f" {lost.sum()} of {lost.size} trials more than {_MOST:.0%}. Objects from the right"
-            " bend the antenna to the negative side: use mirror_to_left first, or fold_signs,"
-            " which keeps bending both ways.",
-            ModelValidityWarning,
-            stacklevel=3,
+        text = (
+            "rectify sets much of a trial's signal to 0. Objects from the right bend the antenna to"
+            " the negative side: use mirror_to_left first, or fold_signs, which keeps bending both"
+            " ways."
         )
+        details = (
+            f"Up to {share.max():.0%} of a trial's sum of squares, and in {lost.sum()} of"
+            f" {lost.size} trials more than {_MOST:.0%}."
+        )
+        warnings.warn(ModelValidityWarning(text, details), stacklevel=3)
     return tensors.clip(min=0)
 
 
