@@ -70,7 +70,7 @@ def score(
     out: Results = None,
     by: By = "",
 ) -> None:
-    """Score methods on objects that they never met."""
+    """Score methods on objects that are new to them."""
     from feeler.cli.choose import name_reader
     from feeler.decoding import READERS
 

@@ -41,7 +41,7 @@ BOTH_COLOURS = "RdBu_r"  # of bending both ways, white where there is none
 _RC: Any = {
     "figure.dpi": 110,
     "savefig.dpi": 220,
-    "font.family": "sans-serif",
+    "font.family": ["sans-serif", "DejaVu Sans"],  # the second for signs that the first lacks
     "font.sans-serif": ["Arial", "Helvetica", "Liberation Sans", "DejaVu Sans"],
     "font.size": 8,
     "axes.titlesize": 8,
