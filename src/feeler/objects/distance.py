@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from feeler.compiled import compiled, inlined
+from feeler.compiled import compiled, inlined, lean
 from feeler.objects.shapes import Feature
 
 # How far a segment is from a convex solid in space: a point, a line, or a body of flat faces.
@@ -71,7 +71,7 @@ def _row3(table, i, k):
     return table[i, k], table[i, k + 1], table[i, k + 2]
 
 
-@inlined
+@lean(forceinline=True)  # called from Python too
 def measure(table, first, middle, stop, p, e, clear):
     """Distance of the segment from p to p + e from a solid (negative: how deep it is inside), the
     solid's point there, and the way out. More than ``clear``: only that they are so far apart.
