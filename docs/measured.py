@@ -57,10 +57,10 @@ def write_challenge() -> str:
     found["text"] = [
         f"{one.accuracy:.1%} ({one.low:.1%} to {one.high:.1%})" for one in found.itertuples()
     ]
-    order = found.groupby("method")["accuracy"].mean().sort_values(ascending=False).index
+    means = found.groupby(["method", "by"])["accuracy"].mean().sort_values(ascending=False)
     table = found.pivot(index=["method", "by"], columns="noise", values="text")
     lines = [f"| method | by | {' | '.join(table)} |", "|---" * (2 + len(table.columns)) + "|"]
-    rows = table.fillna("–").reset_index("by").loc[order].itertuples(name=None)
+    rows = ((*names, *table.loc[names].fillna("–")) for names in means.index)
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
