@@ -317,7 +317,7 @@ def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch
     )
     observer = comparison.make_observer(cockroach(), 0)
     film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
-    assert film.labels == tuple(
+    assert film["labels"] == tuple(
         f"{f.name} {f.size:g} mm" for f in observer.task.trials.features
     )
     write_film(film, "film.mp4", slower=20.0)
@@ -330,10 +330,10 @@ def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch
     )
     assert below.get_xlabel() == "time [ms]"
     draw(count - 1)
-    assert left.get_title() == say_clock(float(film.time[-1]), 20.0)
-    np.testing.assert_array_equal(above.lines[0].get_data(), [film.time, film.speed])
-    for line, belief in zip(below.lines, film.belief.T, strict=True):
-        np.testing.assert_array_equal(line.get_data(), [film.time, belief])
+    assert left.get_title() == say_clock(float(film["time"][-1]), 20.0)
+    np.testing.assert_array_equal(above.lines[0].get_data(), [film["time"], film["speed"]])
+    for line, belief in zip(below.lines, film["belief"].T, strict=True):
+        np.testing.assert_array_equal(line.get_data(), [film["time"], belief])
 
 
 def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):

@@ -92,7 +92,9 @@ def test_a_weight_of_two_is_the_trial_twice(touches, sparseness):
     two = make(**how).fit(touches[twice], **begun)
     np.testing.assert_allclose(one.components_, two.components_, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(one.activations_, two.activations_[:12], rtol=1e-6, atol=1e-9)
-    assert one.score(touches, sample_weight=weights) == pytest.approx(two.score(touches[twice]))
+    assert one.score(touches, sample_weight=weights) == pytest.approx(
+        two.score(touches[twice]), rel=1e-4
+    )
     without = make(**how).fit(touches, sample_weight=np.arange(12) > 0)
     assert not without.activations_[0].any()
 

@@ -30,7 +30,7 @@ LAYERS = (
     {"presets", "study"},
     {"plotting"},
     {"report"},
-    {"active", "animal", "comparison", "design", "studio", "tradeoff"},
+    {"active", "animal", "challenge", "comparison", "design", "studio", "tradeoff"},
     {"paper", "__init__"},
     {"cli", "__main__"},
 )

@@ -292,7 +292,9 @@ def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypat
     assert json.loads((lab / "gap" / "robot.json").read_text())["contacts"] == 2
     page = (lab / "gap" / "robot.html").read_text()
     assert (
-        "What the gap costs" in page and "hysteresis" in page and page.count("data:image/") == 1
+        "What the gap costs" in page
+        and "hysteresis" in page
+        and page.count("data:image/png") == 1
     )
 
 

@@ -64,7 +64,7 @@ def test_unknown_column_lists_those_there_are():
 def test_files_that_are_no_files(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path, message in [
-        (tmp_path / "absent.csv", "No such file"),
+        (tmp_path / "absent.csv", "no such file"),
         (tmp_path, "not a regular file"),
         (tmp_path / "pipe", "not a regular file"),  # would block for ever if it were opened
         ("a\0b", "a path that a file can have"),

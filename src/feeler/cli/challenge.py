@@ -82,7 +82,7 @@ def score(
 def baseline(
     touches: Touches, noise: Noises = None, out: Results = None, by: By = "feeler"
 ) -> None:
-    """Score the baselines, and the ceiling that no method can pass.
+    """Score the baselines and the ceiling of the task.
 
     The convolutional network takes minutes, and is left out where PyTorch is not installed.
     """
