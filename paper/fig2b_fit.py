@@ -215,7 +215,11 @@ def _show_directions(section: Section, found: SimpleNamespace) -> None:
             " error.",
             lambda figure: _plot_profiles(profiles, figure),
             height=2.6,
-            numbers={name: getattr(profiles, name) for name in ("names", "value", "error")},
+            numbers={
+                "names": profiles["parameter"].values,
+                "value": profiles["value"].values,
+                "error": profiles["error"].values,
+            },
         )
     low, high = np.percentile(found.draws, [2.5, 97.5], axis=0)
     section.table(
