@@ -253,6 +253,7 @@ def agree(
     if not np.isfinite(points).all():
         return None
     threshold = find_threshold(sentence, points) if least is None else least
+    threshold = threshold or float(np.finfo(float).tiny)  # no effect at all agrees with nothing
     ends = [
         [value] if not np.isfinite([low, high]).all() else [low, high]
         for value, low, high in spreads

@@ -25,7 +25,7 @@ def test_what_is_stored_comes_out_again(tmp_path):
     assert section.values["active.confirmed"] == sum(
         gain >= load_contest().gain for gain in fresh
     )
-    assert {"active", "active_wall"} <= {*section.list_figures()}
+    assert {"active"} <= {*section.list_figures()}
 
 
 def test_another_antenna_is_not_shown_what_is_stored_for_the_published_one(tmp_path):

@@ -35,7 +35,7 @@ from ._command import run
         (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file."),
-        (["design", "absent.toml"], "feeler: cannot read absent.toml: No such file"),
+        (["design", "absent.toml"], "feeler: cannot read absent.toml: no such file"),
     ],
 )
 def test_bad_input_is_one_message(tmp_path, arguments, message):

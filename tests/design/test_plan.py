@@ -162,7 +162,7 @@ def test_a_second_look_at_the_final_draws_is_counted(again):
 def test_the_verb_writes_a_page_and_goes_on(again, monkeypatch):
     folder, _ = again
     found = run_plan(load_plan(folder / "task.toml"), folder / "out", workers=1)
-    monkeypatch.setattr("feeler.cli.design._Watcher._draw", lambda *_: None)
+    monkeypatch.setattr("feeler.cli.design._draw_best", lambda *_: None)
     asked = [
         "design",
         str(folder / "task.toml"),

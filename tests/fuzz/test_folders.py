@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import feeler
 from feeler.errors import FeelerError
 from feeler.sandbox import Limits
 from feeler.tensors.formats import FORMATS, save
@@ -119,7 +120,7 @@ def open_damaged(number: int, folder: Path) -> str:
             missing = np.flatnonzero(~store.finished)
             for index in missing:
                 store.append(index, whole.isel(trial=[index]))
-            assert store.read().angle.equals(whole.angle)
+        assert feeler.load(path)["angle"].load().equals(whole["angle"])
         return "healed" if missing.size else "unhurt"
     except FeelerError as error:
         assert str(error)

@@ -45,7 +45,14 @@ from studies.speed import section as open_speed
 
 from ._nothing import N_SENSORS, NOTHING, make_dataset
 
-SWEEP = {"n_repeats": 3, "n_copies": 3, "n_restarts": 2, "null_iter": 5, "twins": "all"}
+SWEEP = {
+    "n_repeats": 3,
+    "n_copies": 3,
+    "n_restarts": 2,
+    "null_restarts": 2,
+    "null_iter": 5,
+    "twins": "all",
+}
 SCALE = replace(
     QUICK,
     name="nothing",
