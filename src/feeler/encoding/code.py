@@ -15,7 +15,7 @@ from feeler.encoding.convolution import (
     compute_basis_gram,
     compute_spectra,
     correlate_with_bases,
-    descend,
+    descend_activations,
     fourier_length,
     invert_spectra,
     project_activations,
@@ -118,7 +118,8 @@ def encode(
         project_activations(rows, l1, False)
         steps = np.ones(rows.shape[:2])
         return (
-            descend(seen, kernel, fringe, rows, steps, l1, False, max_sweeps, tol) < max_sweeps
+            descend_activations(seen, kernel, fringe, rows, steps, l1, False, max_sweeps, tol)
+            < max_sweeps
         )
 
     blocks = [

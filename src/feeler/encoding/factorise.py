@@ -267,7 +267,7 @@ def _move(rows: np.ndarray, move: int) -> np.ndarray:
 _SLIDES, _TRIAL = (5, 10, 20, 40), 5
 # a trial is given up early where its second iteration leaves more than this of its lag [C]
 _HOPELESS = 0.5
-_FIRST_WEIGHT = 0.8  # of the last iteration's change, on top of which the next one begins [C]
+_FIRST_WEIGHT = 0.5  # of the last iteration's change, on top of which the next one begins [C]
 
 
 @dataclass(frozen=True, kw_only=True)
