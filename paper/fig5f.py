@@ -147,13 +147,13 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     middle = np.array([v[0] for v in values])
     ends = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
     spread = ends if values[0].size > 1 else None  # one start has none
-    for place, colour in enumerate(pick_colours(names).values()):
-        ax.bar(place, middle[place], 0.6, color=colour)
+    for place, (name, colour) in enumerate(pick_colours(names).items()):
+        ax.bar(place, middle[place], 0.6, color=colour, label=name)
     ax.errorbar(range(len(names)), middle, spread, fmt="none", color="#000000", capsize=3)
     known = [(k, _PAPER[name]) for k, name in enumerate(names) if name in _PAPER]
     ax.plot(*zip(*known, strict=True), "kx", label="the paper") if known else None
-    ax.set_xticks(range(len(names)), names, rotation=20, ha="right", rotation_mode="anchor")
-    ax.set(ylabel="mean entropy of the bases [bits]", ylim=(0, 1.25 * float(middle.max())))
+    ax.set_xticks([])
+    ax.set(ylabel="mean entropy of the bases [bits]", ylim=(0, 1.5 * float(middle.max())))
     ax.legend(loc="upper left")
     mark_panel(ax, "g")
 

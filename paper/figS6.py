@@ -27,6 +27,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
                 set_decades(ax)
                 ax.set_ylim(bottom=max(ax.get_ylim()[0], _LEAST * ax.get_ylim()[1]))
         column[0].set_title({"joint": "activations", "raw": "tensors"}[kind])
+    for ax in axes[0, :: len(MAIN)]:
+        ax.legend(loc="lower left", bbox_to_anchor=(0, 1.12), ncols=3, handletextpad=0)
     for letter, ax in zip("ab", axes[0, ::2], strict=False):
         mark_panel(ax, letter)
     for index, ax in zip(INDICES, axes[:, 0], strict=True):

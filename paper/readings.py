@@ -240,6 +240,10 @@ def find_threshold(sentence: Sentence, values: Sequence[float] = ()) -> float:
     return sentence.least or sentence.share * float(np.abs(values).max(initial=0.0))
 
 
+_TINY = float(np.finfo(float).tiny)
+"""A difference that is asked for is more than none at all."""
+
+
 def agree(
     sentence: Sentence, spreads: Sequence[_Spread], least: float | None = None
 ) -> bool | None:
@@ -253,7 +257,7 @@ def agree(
     if not np.isfinite(points).all():
         return None
     threshold = find_threshold(sentence, points) if least is None else least
-    threshold = threshold or float(np.finfo(float).tiny)  # no effect at all agrees with nothing
+    bound = threshold if any(sentence.target) else max(threshold, _TINY)
     ends = [
         [value] if not np.isfinite([low, high]).all() else [low, high]
         for value, low, high in spreads
@@ -271,11 +275,11 @@ def agree(
         if any(reversed_):
             return False
     others = [measure_effect(asked, chosen) for chosen in product(*ends)]
-    if max(others) < threshold:
+    if max(others) < bound:
         return False
-    if measure_effect(sentence, points) < threshold:
+    if measure_effect(sentence, points) < bound:
         return None
-    return True if min(others) >= (threshold if any(sentence.target) else 0) else None
+    return True if min(others) >= (bound if any(sentence.target) else 0) else None
 
 
 def decide(agrees: Sequence[bool | None]) -> str:

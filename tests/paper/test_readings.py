@@ -98,6 +98,18 @@ def test_a_reading_agrees_by_its_kind_and_a_least_effect(kind, values, expected)
     assert agree(make_sentence(kind), points(*values)) is expected
 
 
+@pytest.mark.parametrize("kind", ["order", "greatest", "least", "dip"])
+def test_equal_groups_agree_with_no_comparison_whatever_the_least_effect(kind):
+    for value in (0.0, 1.0):
+        for sentence in (make_sentence(kind, least=0.0, share=0.0), make_sentence(kind)):
+            assert agree(sentence, points(value, value, value)) is False
+
+
+def test_a_named_bound_is_met_where_it_is_reached():
+    above = make_sentence("above", ("a",), target=(0.75,))
+    assert [agree(above, points(v)) for v in (0.75, 0.74)] == [True, False]
+
+
 def test_evidence_is_asked_for_both_ways():
     dip = make_sentence("dip")
     wide = [(1.05, 0.9, 1.2), (1.0, 0.9, 1.1), (1.05, 0.95, 1.2)]

@@ -87,8 +87,7 @@ def test_the_words_of_every_figure_can_be_read(whole):
     assert {name: one["over"] for name, one in words.items() if one["over"]} == {}
     assert {name: one["unnamed"] for name, one in words.items() if one["unnamed"]} == {}
     assert {name: one["covered"] for name, one in words.items() if one["covered"]} == {}
-    mixed = {name: f for name, one in words.items() if (f := find_mixed(one["named"]))}
-    assert mixed.keys() <= {"figS6_dispersion", "fig5f_bases"}  # both await other colours
+    assert {name: f for name, one in words.items() if (f := find_mixed(one["named"]))} == {}
 
 
 def test_every_figure_of_the_paper_has_a_section_and_every_statement_one_row(whole):
