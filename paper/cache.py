@@ -7,7 +7,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ from feeler.robot.decoder import find_cache
 USED = "used"
 """Name of a section's file that lists which results it used."""
 SOURCES = "sources.csv"
+RESULTS = 1
+"""Raised by hand when a cached function gives other numbers and the physics stays."""
 _NEVER_MATTER = ("workers", "known")  # arguments that change no number
 _used: list[dict[str, Any]] = []  # of the section that this process makes
 _since = 0.0  # results from before are not used
@@ -29,9 +31,13 @@ _since = 0.0  # results from before are not used
 
 @contextmanager
 def hold(path: Path) -> Iterator[None]:
-    """Let one process at a time make ``path``; who comes second waits and then finds it made."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with FileLock(path.with_name(f".{path.name}.lock")):
+    """Let one process at a time make ``path``; who comes second waits and then finds it made. Where
+    nothing can be written, nobody waits.
+    """
+    with ExitStack() as held:
+        with suppress(OSError):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            held.enter_context(FileLock(path.with_name(f".{path.name}.lock")))
         yield
 
 
@@ -87,12 +93,13 @@ def _write(path: Path, found: tuple[Any], what: str) -> None:
         joblib.dump((_describe_maker(), *found), partial, compress=1)
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
         warnings.warn(f"a {what} could not be cached: {error.strerror}", stacklevel=3)
 
 
 def _describe_maker() -> dict[str, Any]:
-    return {"feeler": name_release(), "physics": PHYSICS}
+    return {"feeler": name_release(), "physics": PHYSICS, "results": RESULTS}
 
 
 def list_sources(sections: Sequence[Section]) -> pd.DataFrame:

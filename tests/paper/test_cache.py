@@ -82,6 +82,13 @@ def test_a_full_disk_loses_no_result_and_an_interrupted_one_leaves_nothing(
     assert not [*(tmp_path / "cache").rglob("[!.]*.joblib*")]
 
 
+def test_where_nothing_can_be_written_results_are_computed_and_that_is_said(double, tmp_path):
+    (tmp_path / "cache").write_text("no folder")
+    for calls in (1, 2):
+        with pytest.warns(UserWarning, match="a double could not be cached: Not a directory"):
+            assert count(double, np.arange(3)) == ([0, 2, 4], calls)
+
+
 def test_a_fit_that_is_recalled_is_the_fit(double):
     rng = np.random.default_rng(0)
     tensors = rng.random((4, 3, 30))
