@@ -168,7 +168,9 @@ def test_single_precision_stays_single(data):
     assert encoder.inverse_transform(code).dtype == np.float32
     assert Flatten().fit_transform(code).dtype == np.float32
     double = clone(ENCODER).fit(X)
-    np.testing.assert_allclose(encoder.components_, double.components_, atol=1e-4)
+    # the extrapolated steps amplify rounding (1e-7 after two of them, 4e-4 after four)
+    np.testing.assert_allclose(encoder.components_, double.components_, atol=2e-3)
+    np.testing.assert_allclose(encoder.reconstruction_err_, double.reconstruction_err_, rtol=1e-3)
 
 
 def test_n_jobs_counts_as_scikit_learn_s_and_changes_no_number(data):
