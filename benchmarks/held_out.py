@@ -3,13 +3,13 @@
     pip install "feeler[bench]" && python benchmarks/held_out.py
 
 feeler, torchnmf and seqnmf (its port to Python) are each run as their own examples run them, with
-the number and the length of sequences given: feeler's and seqnmf's defaults; torchnmf's ``NMFD.fit``
-by squared error. Each is fitted to half of the trials, with three seeds. Then its bases are fixed,
-and one solver, the same for all, finds activations ≥ 0 of the other half: what is left of those is
-the held-out loss, beside that of the planted bases. A sequence counts as found at a likeness (cosine
-over the best shift, ``match_components``) of 0.97 or more. Sets and seeds were written down before
-any was run: planted.KINDS at seed 21, with their own noise and with noise of 0.1, and sequences of
-cells.
+the number and the length of sequences given: feeler's and seqnmf's defaults; torchnmf's
+``NMFD.fit`` by squared error. Each is fitted to half of the trials, with three seeds. Then its
+bases are fixed, and one solver, the same for all, finds activations ≥ 0 of the other half: what is
+left of those is the held-out loss, beside that of the planted bases. A sequence counts as found at
+a likeness (cosine over the best shift, ``match_components``) of 0.97 or more. Sets and seeds were
+written down before any was run: planted.KINDS at seed 21, with their own noise and with noise of
+0.1, and sequences of cells.
 """
 
 import json
@@ -39,7 +39,7 @@ def plant_cells(seed: int) -> tuple[np.ndarray, np.ndarray]:
         bases[k, 10 * k + i, 3 * i :] = np.exp(-np.arange(N_LAGS - 3 * i) / 8)
     tensors = np.zeros((30, N_CELLS, 380))
     for tensor in tensors:
-        for k, basis in enumerate(bases):
+        for basis in bases:
             for start in rng.choice(380 - N_LAGS, 3, replace=False):
                 heard = rng.random((N_CELLS, 1)) > 0.08
                 tensor[:, start : start + N_LAGS] += rng.uniform(0.5, 1.5) * heard * basis
