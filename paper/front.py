@@ -14,7 +14,7 @@ from feeler.analysis import compute_energy
 from feeler.analysis.information import measure_information
 from feeler.antenna.segments import Antenna
 from feeler.decoding.classifiers import make_lda
-from feeler.decoding.observers import TemplateReader
+from feeler.decoding.observers import TemplateClassifier
 from feeler.objects import NOISES, Noise, Nuisances, Task
 from feeler.objects.trials import LEAD, SPEEDS, make_features
 from feeler.plotting.style import mark_panel, pick_colours
@@ -103,7 +103,7 @@ def _measure_set(
         seen = noise.add(known, rng, copies)
         again = make_lda().fit(noise.add(known, rng, many), np.tile(true, many))
         other = make_lda().fit(noise.add(training, rng, copies), np.tile(taught, copies))
-        told = TemplateReader(noise).fit(training, taught)
+        told = TemplateClassifier(noise).fit(training, taught)
         ideal = measure_information(
             compute_energy(noise.whiten(known)),
             noise.size,

@@ -33,7 +33,15 @@ NAMES = {
         "Directions": "EigenParameters",
         "walk_loose": "walk_sloppy_direction",
     },
+    "feeler.decoding": {
+        "IdealReader": "IdealObserver",
+        "READERS": "CLASSIFIERS",
+        "Reader": "Classifier",
+        "TemplateReader": "TemplateClassifier",
+        "measure_reader": "measure_classifier",
+    },
     "feeler.robot": {"Lessons": "TrainingSet", "draw_lessons": "draw_training_set"},
+    "feeler.spikes": {"PoissonReader": "PoissonObserver", "SpikeReader": "SpikeClassifier"},
     "feeler.studio": {
         "AntennaWish": "AntennaRequest",
         "ObjectWish": "ObjectRequest",

@@ -251,7 +251,7 @@ def write_tradeoff(
     Parameters
     ----------
     measured
-        By name, what one reader tells of one antenna: parts of what
+        By name, what one classifier tells of one antenna: parts of what
         :meth:`feeler.study.Study.run` gave, as :func:`split_measured` gives them.
     """
     if not measured:
@@ -290,13 +290,15 @@ def write_tradeoff(
 
 @checked
 def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Each antenna's part of a study, and each reader's if there are several, by name."""
-    require_variables(found, "antenna", "reader")
+    """Each antenna's part of a study, and each classifier's if there are several, by name."""
+    require_variables(found, "antenna", "classifier")
     parts = {}
     for antenna in found["antenna"].values:
-        for reader in found["reader"].values:
-            name = str(antenna) if found.sizes["reader"] == 1 else f"{antenna}, {reader}"
-            one = found.sel(antenna=antenna, reader=reader, drop=True)
+        for classifier in found["classifier"].values:
+            name = (
+                str(antenna) if found.sizes["classifier"] == 1 else f"{antenna}, {classifier}"
+            )
+            one = found.sel(antenna=antenna, classifier=classifier, drop=True)
             parts[name] = one.assign_attrs(antenna=name)
     return parts
 

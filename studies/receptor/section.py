@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from feeler.analysis import compute_information_known_noise, find_told
 from feeler.antenna.segments import Antenna
-from feeler.decoding import IdealReader
+from feeler.decoding import IdealObserver
 from feeler.objects import Mixed
 from feeler.plotting.style import PALETTE, mark_places, pick_shades
 from feeler.report import Section, make_interval
@@ -111,7 +111,7 @@ def _measure(angle: np.ndarray, noise: Mixed, asked: Mapping[str, Any], number: 
         return found.accuracy
     labels, copies = np.arange(len(angle)), asked["copies"]
     met = noise.add(angle, np.random.default_rng([asked["seed"], number]), copies)
-    return IdealReader(noise).fit(angle, labels).score(met, np.tile(labels, copies))
+    return IdealObserver(noise).fit(angle, labels).score(met, np.tile(labels, copies))
 
 
 # The best of a family of rates, with intervals over sets of touches; see declared.toml.

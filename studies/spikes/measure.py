@@ -130,7 +130,7 @@ def _list_cells(
         lambda n: all((profile, n, speed) in results for speed in study.task.speeds), count()
     )
     sets = [*numbers]
-    axes = (study.readers, study.levels, [name for _, _, name in study.list_windows()])
+    axes = (study.classifiers, study.levels, [name for _, _, name in study.list_windows()])
     for speed, word in SPEEDS.items():
         found = {
             field: np.array([results[profile, n, speed][field] for n in sets], dtype=float)

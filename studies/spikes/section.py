@@ -70,7 +70,7 @@ def plot(cells: Mapping[str, Any], figure: Figure) -> None:
 
 
 def _plot_deadlines(found: Found, pace: str, colour: Any, ax: Axes) -> None:
-    """What each reader names right by each deadline, the whole touch last."""
+    """What each classifier names right by each deadline, the whole touch last."""
     for code, style in _STYLES.items():
         spreads = [average(found.get("exponential", pace, code, "own", w)) for w in DEADLINES]
         plot_spreads(ax, range(len(DEADLINES)), spreads, fmt=style, color=colour, **_LOOK)
@@ -134,7 +134,7 @@ def show(_context: Context, section: Section) -> None:
     )
     section.text(
         f"Measured on {about['date']} with seed {about['seed']}: {values['spikes.sets.ideal']} sets"
-        f" for the ideal observer, {values['spikes.sets.counts']} for readers that learn, of"
+        f" for the ideal observer, {values['spikes.sets.counts']} for classifiers that learn, of"
         f" {about['most']} that were declared at most; the clock ended the runs."
         " studies/spikes/measure.py makes them anew."
     )

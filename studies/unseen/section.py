@@ -106,8 +106,8 @@ def show(context: Context, section: Section) -> None:
     """The question, what was found, and the values."""
     found, said = load_stored("unseen")
     section.text(
-        "A reader learns what shape touches it, ball, box or triangle, from touches of three sizes"
-        " at three places, and is then asked about sizes and places in between. Splines of"
+        "A classifier learns what shape touches it, ball, box or triangle, from touches of three"
+        " sizes at three places, and is then asked about sizes and places in between. Splines of"
         " stiffness and damping are searched, at the published total compliance, for the fewest"
         " such new touches classified incorrectly; as a control, by the same search, for the"
         " fewest known"

@@ -21,32 +21,34 @@ def draw(n, spread, seed):
 
 
 @pytest.fixture(scope="module")
-def reader():
+def classifier():
     return StudentTClassifier(step=4).fit(*draw(24, 1.6, 1))
 
 
 def test_answers_are_as_sure_as_they_are_right_on_robots_held_out():
-    reader = StudentTClassifier(step=4).fit(*draw(24, 5.0, 1))
+    classifier = StudentTClassifier(step=4).fit(*draw(24, 5.0, 1))
     values, labels, _ = draw(250, 5.0, 2)
-    chance = reader.predict_proba(values)
+    chance = classifier.predict_proba(values)
     np.testing.assert_allclose(chance.sum(axis=1), 1)
     best = chance.argmax(axis=1)
-    right = np.array([reader.classes_[k] == true for k, true in zip(best, labels, strict=True)])
+    right = np.array(
+        [classifier.classes_[k] == true for k, true in zip(best, labels, strict=True)]
+    )
     assert 0.5 < right.mean() < 0.98  # neither trivial nor hopeless
     assert reliability.measure_calibration(chance.max(axis=1), right)[0] <= 0.05
     assert chance.max(axis=1)[right].mean() > chance.max(axis=1)[~right].mean() + 0.1
 
 
-def test_strangers_are_called_so_and_known_touches_rarely(reader):
+def test_strangers_are_called_so_and_known_touches_rarely(classifier):
     values, _, _ = draw(250, 1.6, 3)
-    assert np.mean(reader.measure_strangeness(values) > 1) < 0.10
+    assert np.mean(classifier.measure_strangeness(values) > 1) < 0.10
     rng = np.random.default_rng(4)
     noise = rng.normal(0, 3.0, (100, 3, 40))
     drift = rng.normal(0, 1.5, (100, 3, 40)).cumsum(axis=2)
     other = np.random.default_rng(9).normal(0, 3.0, (1, 3, 40)).repeat(100, axis=0)
     other += 0.1 * rng.normal(size=other.shape)
     for strangers in (noise, drift, other):
-        assert np.mean(reader.measure_strangeness(strangers) > 1) >= 0.95
+        assert np.mean(classifier.measure_strangeness(strangers) > 1) >= 0.95
 
 
 def test_temperature_and_limit_come_from_groups_held_out():
@@ -59,21 +61,21 @@ def test_temperature_and_limit_come_from_groups_held_out():
     assert honest.limit_ > 2 * fooled.limit_
 
 
-def test_a_touch_cut_short_is_read_by_clouds_of_its_length(reader):
+def test_a_touch_cut_short_is_read_by_clouds_of_its_length(classifier):
     values, labels, groups = draw(24, 1.6, 1)
     short = StudentTClassifier(step=4).fit(values[:, :, :20], labels, groups)
     fresh, _, _ = draw(5, 1.6, 6)
-    asked = reader.predict_proba(fresh, 20)
+    asked = classifier.predict_proba(fresh, 20)
     np.testing.assert_allclose(asked, short.predict_proba(fresh[:, :, :20]), rtol=1e-9)
     changed = fresh.copy()
     changed[:, :, 20:] = 7.0
-    np.testing.assert_array_equal(asked, reader.predict_proba(changed, 20))
+    np.testing.assert_array_equal(asked, classifier.predict_proba(changed, 20))
 
 
-def test_no_contact_stays_unknown(reader):
+def test_no_contact_stays_unknown(classifier):
     silent = np.full((1, 3, 40), np.nan)
-    assert np.isnan(reader.predict_proba(silent)).all()
-    assert np.isnan(reader.measure_strangeness(silent)).all()
+    assert np.isnan(classifier.predict_proba(silent)).all()
+    assert np.isnan(classifier.measure_strangeness(silent)).all()
 
 
 @pytest.mark.parametrize(

@@ -104,10 +104,10 @@ def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strong
         assert peak == max(np.abs(group.codes[kind]).max() for group in groups.values()), kind
 
 
-def test_any_reader_reads_the_codes(curves):
+def test_any_classifier_reads_the_codes(curves):
     plan = replace(PLAN, other_copies=(), n_repeats=1, before_repeats=1)
     groups = {"strong": make_group(1.0), "weak": make_group(0.1)}
-    found = compute_curves(groups, plan, kinds=("raw", "sparse"), reader="ideal")
+    found = compute_curves(groups, plan, kinds=("raw", "sparse"), classifier="ideal")
     for kind in ("raw", "sparse"):
         mine, others = (
             np.mean([sweep.noisy.mean() for sweep in each.find(kind).values()])

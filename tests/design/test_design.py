@@ -10,7 +10,7 @@ import pytest
 import feeler
 from feeler.analysis import compute_information
 from feeler.antenna.modes import compute_modes
-from feeler.decoding import READERS
+from feeler.decoding import CLASSIFIERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.scoring import _touch_classes, decode, estimate_error
 from feeler.design.search import place_sensors
@@ -49,17 +49,19 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(found):
     assert found.errors == pytest.approx(found.wrong.mean())
 
 
-@pytest.mark.parametrize("reader", ["templates", "svm"])
-def test_any_reader_may_be_asked(reader):
+@pytest.mark.parametrize("classifier", ["templates", "svm"])
+def test_any_classifier_may_be_asked(classifier):
     """Templates are the score's own decoder, met by other noise."""
-    made = score(ANTENNA, TASK, reader=READERS["svm"](5) if reader == "svm" else reader)
+    made = score(
+        ANTENNA, TASK, classifier=CLASSIFIERS["svm"](5) if classifier == "svm" else classifier
+    )
     assert made.confusion.sum(axis=1) == pytest.approx(1.0)
     assert made.bits < 2
 
 
 def test_templates_are_the_score_s_own_decoder():
     common = TASK.replace(noise="common:0.02")
-    own, other = (score(ANTENNA, common, reader=who) for who in (None, "templates"))
+    own, other = (score(ANTENNA, common, classifier=who) for who in (None, "templates"))
     assert other.bits == pytest.approx(own.bits, abs=0.1)
     assert other.errors == pytest.approx(own.errors, abs=0.05)
 

@@ -176,18 +176,18 @@ def measure_index(name: str, world: Touches) -> Answer:
     return {name: label(index.make(scaled, **more)(every, every), "trial", "other trial")}
 
 
-def ask_reader(name: str, world: Touches) -> Answer:
+def ask_classifier(name: str, world: Touches) -> Answer:
     """What a classifier says of touches, one by one, from tensors with noise that it knows."""
-    make = decoding.READERS[name]
+    make = decoding.CLASSIFIERS[name]
     known = FEW.get(name, {})
     told = getattr(make, "knows_noise", False)
-    reader = make(**known, **({"noise": f"common:{world.noise!r}"} if told else {}))
-    return decide(reader, world.clean if told else world.learn, world)
+    classifier = make(**known, **({"noise": f"common:{world.noise!r}"} if told else {}))
+    return decide(classifier, world.clean if told else world.learn, world)
 
 
-def decide(reader: Any, learn: xr.DataArray, world: Touches) -> Answer:
-    reader.fit(learn.values, learn["label"].values.tolist())
-    return {"probability": label(reader.predict_proba(world.ask.values), "trial", "class")}
+def decide(classifier: Any, learn: xr.DataArray, world: Touches) -> Answer:
+    classifier.fit(learn.values, learn["label"].values.tolist())
+    return {"probability": label(classifier.predict_proba(world.ask.values), "trial", "class")}
 
 
 @cache
@@ -249,8 +249,8 @@ def measure(name: str, world: Touches) -> Answer:
 
 def ask_spikes(code: str, world: Trains) -> Answer:
     if code == "poisson":
-        return decide(spikes.PoissonReader(step=1.0, floor=0.1), world.clean, world)
-    return decide(spikes.SpikeReader(code, width=5), world.learn, world)
+        return decide(spikes.PoissonObserver(step=1.0, floor=0.1), world.clean, world)
+    return decide(spikes.SpikeClassifier(code, width=5), world.learn, world)
 
 
 # ---- Datasets ----------------------------------------------------------------------------------
@@ -515,9 +515,9 @@ PRODUCERS = [
     Producer(name="touch --json", of=Scene, make=ask_touch),
     Producer(name="simulation", of=Hand, make=read_shown),
     *(Producer(name=n, of=Touches, make=bind(measure_index, n)) for n in dispersion.INDICES),
-    *(Producer(name=f"reader {n}", of=Touches, make=bind(ask_reader, n), long=n == "cnn",
+    *(Producer(name=f"classifier {n}", of=Touches, make=bind(ask_classifier, n), long=n == "cnn",
                tolerance=1e-6 if n == "cnn" else 0.0)
-      for n in decoding.READERS),
+      for n in decoding.CLASSIFIERS),
     *(Producer(name=f"code {n}", of=Touches, make=bind(encode_touches, n))
       for n in ("sparse", "ridge")),
     *(Producer(name=f"noise {n}", of=Touches, make=bind(describe_noise, n))

@@ -34,7 +34,7 @@ from feeler.robot.recordings import ROBOT_FILES
 CLASSES = [("ball", 0.5, 0.1), ("box", 0.6, 0.2), ("ball", 0.9, 0.3)]
 
 
-def make_reader(probability=(0.2, 0.5, 0.3), strangeness=0.4, seen=None):
+def make_classifier(probability=(0.2, 0.5, 0.3), strangeness=0.4, seen=None):
     """Of three classes, so that no probability is all the rest."""
     seen = [] if seen is None else seen
 
@@ -57,7 +57,7 @@ def test_a_recording_is_whole_with_its_last_sample_and_short_of_it_says_by_how_m
     tip = np.exp(-(((np.arange(n) - peak) / 40.0) ** 2))
     values = 0.01 * np.ones((8, 1)) * tip
     recording = Recording(time=np.arange(float(n)), values=values)
-    answer, tensor = judge_recording(make_reader(seen=seen), recording, robot, before=250)
+    answer, tensor = judge_recording(make_classifier(seen=seen), recording, robot, before=250)
     (_, until), *_ = seen
     held = AFTER + late
     assert until == (None if late >= 0 else float(250 + held))
@@ -76,7 +76,7 @@ def test_a_recording_of_the_other_side_is_judged_by_its_mirror_image(share):
     seen: list = []
     judged = [
         judge_recording(
-            make_reader(seen=seen), Recording(time=time, values=one), robot, before=250
+            make_classifier(seen=seen), Recording(time=time, values=one), robot, before=250
         )
         for one in (values, -values)
     ]

@@ -214,15 +214,15 @@ def test_probabilities_are_tempered_and_truth_is_judged():
 
 
 @pytest.fixture(scope="module")
-def reader():
+def classifier():
     """The paper's robot and four touches, learned from six surrogates."""
     trials = make_touches(locations=(0.6, 0.9), speeds=(0.27,))
     return make_classifier(trials=trials, robots=6), make_robot(), trials
 
 
 @pytest.mark.parametrize("share", [1.0, 0.8, 0.6, 0.45])
-def test_a_recording_that_ends_early_is_judged_on_what_it_holds(reader, share):
-    classifier, robot, trials = reader
+def test_a_recording_that_ends_early_is_judged_on_what_it_holds(classifier, share):
+    classifier, robot, trials = classifier
     for one in touch_robots(draw_robots(0.3, 1, 6), trials=trials)[0].recordings:
         count = int(share * one.time.size)
         cut = one.replace(time=one.time[:count], values=one.values[:, :count])
@@ -237,8 +237,8 @@ def test_a_recording_that_ends_early_is_judged_on_what_it_holds(reader, share):
         assert {words: words in str(answer) for words in said} == said
 
 
-def test_noise_drift_and_taps_beside_are_unlike_any_touch(reader):
-    classifier, robot, _ = reader
+def test_noise_drift_and_taps_beside_are_unlike_any_touch(classifier):
+    classifier, robot, _ = classifier
     rng = np.random.default_rng(2)
     strange = []
     for _ in range(40):

@@ -60,7 +60,7 @@ def judge_all(cells):
 def test_what_was_declared_is_what_is_shown():
     study = load_spiking()
     assert set(study.levels) == set(CHANGES)
-    assert set(study.readers) == set(READ_BY)
+    assert set(study.classifiers) == set(READ_BY)
     assert tuple(study.task.speeds) == tuple(SPEEDS[pace] for pace in PACES)
     assert tuple(name for _, _, name in study.list_windows()) == DEADLINES
 

@@ -82,9 +82,9 @@ def test_one_antenna_is_no_comparison(sets):
         compare_antennas({"robot": sets["robot"]}, None, plan=SCALES["smoke"].plan)
 
 
-@pytest.mark.parametrize("reader", [make_lda(24), make_svm(24)])
-def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
-    """As many copies as a reader has components: the last one is a hair's, and scaled it was as
+@pytest.mark.parametrize("classifier", [make_lda(24), make_svm(24)])
+def test_what_rounding_leaves_is_no_component_that_a_classifier_sees(sets, classifier):
+    """As many copies as a classifier has components: the last one is a hair's, and scaled it was as
     long as the others.
     """
     effort = SCALES["smoke"]
@@ -99,7 +99,7 @@ def test_what_rounding_leaves_is_no_component_that_a_reader_sees(sets, reader):
     }
     found, moved = (
         compare_antennas(
-            given, effort.make_encoder(random_state=0), plan=plan, reader=reader
+            given, effort.make_encoder(random_state=0), plan=plan, classifier=classifier
         ).curves.find("raw", "common")
         for given in (sets, hair)
     )

@@ -30,7 +30,7 @@ def study():
 @pytest.fixture(scope="module")
 def measured(study):
     found = study.run({"cockroach": feeler.presets.cockroach()})
-    return found.sel(antenna="cockroach", reader="ideal")
+    return found.sel(antenna="cockroach", classifier="ideal")
 
 
 def test_all_speeds_and_antennas_meet_the_same_touches():
@@ -157,28 +157,30 @@ def test_every_speed_has_its_matched_samples_on_the_grid():
     assert len({*names}) == len(names)
 
 
-def test_a_reader_that_learns_tells_less_than_one_that_knows():
+def test_a_classifier_that_learns_tells_less_than_one_that_knows():
     study = load_declared(
         sets=1,
         speeds=(0.6,),
-        readers=("ideal", "lda"),
+        classifiers=("ideal", "lda"),
         locations=(0.6, 0.9),
         draws=8,
         windows={**load_declared().windows, "deadlines": (20, 100), "distances": ()},
         **CHOSEN,
     )
     found = study.run({"a": feeler.presets.cockroach()}).isel(antenna=0, set=0, speed=0)
-    assert found["bits"].dims == ("reader", "level", "window")
+    assert found["bits"].dims == ("classifier", "level", "window")
     whole = found["accuracy"].sel(window="whole touch", level="common 0.03")
-    assert 0.25 < float(whole.sel(reader="lda")) <= float(whole.sel(reader="ideal")) + 0.1
-    assert float(found["bits"].sel(reader="lda").max()) <= 2.0
+    assert (
+        0.25 < float(whole.sel(classifier="lda")) <= float(whole.sel(classifier="ideal")) + 0.1
+    )
+    assert float(found["bits"].sel(classifier="lda").max()) <= 2.0
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
         ({"sets": 0}, "Study.sets must be ≥ 1, got 0"),
-        ({"readers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
+        ({"classifiers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
         (
             {"levels": {"pink": (1.0,)}},
             "Study.levels must be one of relative, common, mixed, got 'pink'",

@@ -36,16 +36,16 @@ def choose_antenna(name: str) -> Antenna:
     )
 
 
-def name_reader(text: str) -> str:
+def name_classifier(text: str) -> str:
     """The name of a classifier: of a known one, or of the function of a file, ``mine.py:make``,
     which gives a classifier and is known by this text from now on.
     """
-    from feeler.decoding import READERS
+    from feeler.decoding import CLASSIFIERS
 
     file, _, name = text.partition(":")
-    if file.endswith(".py") and text not in READERS:
-        READERS.register(text, load_function(Path(file), name or "make", "a classifier"))
-    READERS[text]
+    if file.endswith(".py") and text not in CLASSIFIERS:
+        CLASSIFIERS.register(text, load_function(Path(file), name or "make", "a classifier"))
+    CLASSIFIERS[text]
     return text
 
 

@@ -6,9 +6,9 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.cli.choose import name_reader
-from feeler.decoding import READERS
-from feeler.decoding.classifiers import describe_reader
+from feeler.cli.choose import name_classifier
+from feeler.decoding import CLASSIFIERS
+from feeler.decoding.classifiers import describe_classifier
 from feeler.errors import InvalidInput
 
 CODE = """
@@ -24,29 +24,29 @@ def own(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(CODE.format(n=3))
     yield file
-    for name in [name for name in READERS if str(tmp_path) in name]:
-        READERS.unregister(name)
+    for name in [name for name in CLASSIFIERS if str(tmp_path) in name]:
+        CLASSIFIERS.unregister(name)
 
 
 def test_a_function_of_a_file_gives_a_classifier_and_its_text_is_its_identity(own):
     text = f"{own}:make"
-    assert READERS[name_reader(text)]()[0].n_components == 3
-    assert name_reader(text) == text  # again
-    before = describe_reader(text)
+    assert CLASSIFIERS[name_classifier(text)]()[0].n_components == 3
+    assert name_classifier(text) == text  # again
+    before = describe_classifier(text)
     own.write_text(CODE.format(n=4))
-    assert describe_reader(text) != before
+    assert describe_classifier(text) != before
     with pytest.raises(InvalidInput, match="has no function 'other'"):
-        name_reader(f"{own}:other")
+        name_classifier(f"{own}:other")
     with pytest.raises(
         InvalidInput, match=r"no file .*a classifier of your own is file.py:func"
     ):
-        name_reader(f"{own}x.py:make")
-    with pytest.raises(InvalidInput, match="unknown reader 'nobody'"):
-        name_reader("nobody")
+        name_classifier(f"{own}x.py:make")
+    with pytest.raises(InvalidInput, match="unknown classifier 'nobody'"):
+        name_classifier("nobody")
 
 
 def test_tradeoff_asks_it(own, tmp_path):
-    words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--reader", f"{own}:make", "--json"]
+    words = ["tradeoff", "--sets", 1, "--speed", 1.2, "--classifier", f"{own}:make", "--json"]
     words += ["--out", tmp_path / "out", "--workers", 1]
     done = CliRunner().invoke(app, [str(word) for word in words])
     assert done.exit_code == 0, done.output
